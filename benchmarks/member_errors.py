@@ -1,10 +1,10 @@
 """How far beams are off single members: six stiffnesses against solids with rigid end faces (benchmarks/octants.py).
 
-Writes src/flexura/analysis/member_errors.csv, three rows for each solid: the beam with all corrections, the plain beam
-that shears, and the plain one that does not. Rows that are there already are kept, so that it goes on where it was
-interrupted; --only KIND makes those of one kind.
+Writes src/flexura/analysis/model_error/member_errors.csv, three rows for each solid: the beam with all corrections, the
+plain beam that shears, and the plain one that does not. Rows that are there already are kept, so that it goes on where
+it was interrupted; --only KIND makes those of one kind.
 
-The kinds and their ratios are those of `flexura.analysis.measured_members`.
+The kinds and their ratios are those of `flexura.analysis.model_error.measured_members`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 import octants
 
 import flexura as fx
-from flexura.analysis.measured_members import (
+from flexura.analysis.model_error.measured_members import (
     BEAMS,
     ERRORS,
     EXACT,
@@ -40,7 +40,7 @@ from flexura.solid.geometry import solids
 from flexura.structure import Plan, assemble, one_design
 
 D = fx.describe
-TABLE = Path(__file__).parent.parent / "src/flexura/analysis/member_errors.csv"
+TABLE = Path(__file__).parent.parent / "src/flexura/analysis/model_error/member_errors.csv"
 COLUMNS = ("kind", "beam", "nu", *RATIOS_OF, *ERRORS, "mesh", "script")
 KEYS = COLUMNS.index(ERRORS[0])
 GRIDS: dict[str, tuple[tuple[float, ...], ...]] = {

@@ -3,8 +3,8 @@
 Writes src/flexura/beam/roots.csv, a row for each pair of distances from the leaf's faces to the block's, each width and
 each Poisson's ratio; rows that are there already are kept, so that it goes on where it was interrupted. With --wide
 prints what blocks give that reach beyond the sides of the leaf too, over those as wide as it. With --errors writes
-src/flexura/analysis/root_errors.csv: how far off what is interpolated is for roots that lie between those rows, where
-the block is wider or narrower than the leaf, and outside of the table.
+src/flexura/analysis/model_error/root_errors.csv: how far off what is interpolated is for roots that lie between those
+rows, where the block is wider or narrower than the leaf, and outside of the table.
 
 The solid is meshed with 27-node bricks on a grid that is graded to the corners of the joint. Its flexibility under a
 rigid face at the end of the leaf, less that of the same leaf on a rigid block, less that of the same block under a
@@ -42,7 +42,7 @@ WIDTHS = (0.7, 3.0, 12.0, 40.0)
 """Width over thickness."""
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 PLACES = ((0, 0), (3, 3), (1, 1), (1, 5), (5, 5), (2, 2), (2, 4), (4, 4), (0, 2), (0, 4), (1, 3), (3, 5))
-ERRORS = Path(__file__).parent.parent / "src/flexura/analysis/root_errors.csv"
+ERRORS = Path(__file__).parent.parent / "src/flexura/analysis/model_error/root_errors.csv"
 DOMINANT = ("u_u", "rx_rx", "ry_ry", "rz_rz")
 DIAGONAL = (0, 1, 2, 4, 5, 7)
 WIDE = (0.7, 1.0, 2.0, 3.0, 10.0)

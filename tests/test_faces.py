@@ -39,7 +39,7 @@ def test_a_face_gives_every_name_and_no_module_in_the_place_of_a_function(name):
     assert dir(package) == sorted(package.__all__)
 
 
-@pytest.mark.parametrize("module", ["flexura.analysis.modes", "flexura.systems.state_space"])
+@pytest.mark.parametrize("module", ["flexura.analysis.natural_modes.modes", "flexura.systems.state_space"])
 def test_a_module_does_not_hide_the_function_of_its_name(module):
     """In a process of its own, where the module is imported before its package is asked for the name."""
     package, _, name = module.rpartition(".")

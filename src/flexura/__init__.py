@@ -16,4 +16,4 @@ from flexura.registry import register
 face(__name__)
 register("with_solid_parts", "flexura.solid.fem")
 register("posed", "flexura.motion")
-register("pose_limits", "flexura.analysis.pose_limits")
+register("pose_limits", "flexura.analysis.strokes.pose_limits")

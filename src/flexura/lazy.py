@@ -24,7 +24,9 @@ class _Face(ModuleType):
         module = self.__dict__["_module_of"].get(name)
         if module is None:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        value = import_module(f"{module}.{name}") if module == self.__name__ else getattr(import_module(module), name)
+        own = import_module(module)
+        is_module = own is self or not hasattr(own, name)
+        value = import_module(f"{module}.{name}") if is_module else getattr(own, name)
         self.__dict__[name] = value
         return value
 

@@ -55,7 +55,7 @@ def test_shares_add_up_to_one() -> None:
 
 def test_strain_and_kinetic_energy_balance() -> None:
     """In a normal mode of unit modal mass both amplitudes are omega^2 / 2 (Rayleigh's principle)."""
-    from flexura.analysis.energy import energies
+    from flexura.analysis.strain.energy import energies
 
     result = fx.modes(guide(), n=5, order="full")
     parts = energies(result.model, result.shapes)

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis import clashes as rules
+from flexura.analysis.checks import clashes as rules
 from flexura.cli.app import app
 from flexura.modelfile import load, save
 

@@ -9,8 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis.angle_doubts import angle_doubts
-from flexura.analysis.material_doubts import material_doubts
+from flexura.analysis.checks.angle_doubts import angle_doubts
+from flexura.analysis.checks.material_doubts import material_doubts
 from flexura.cli.app import app
 from flexura.mechanism import Layout
 from flexura.mechanism.material import CATALOGUE

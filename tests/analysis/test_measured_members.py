@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.measured_members import (
+from flexura.analysis.model_error.measured_members import (
     BEAMS,
     ERRORS,
     KINDS_OF_MEMBERS,
@@ -54,7 +54,7 @@ def measuring(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 def rows() -> list[dict[str, str]]:
-    with files("flexura.analysis").joinpath("member_errors.csv").open() as file:
+    with files("flexura.analysis.model_error").joinpath("member_errors.csv").open() as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.elastic_solids import ElasticSolid, Patch
-from flexura.analysis.model_error import model_errors_of_modes
+from flexura.analysis.model_error.elastic_solids import ElasticSolid, Patch
+from flexura.analysis.model_error.model_error import model_errors_of_modes
 from flexura.structure import assemble
 
 E, NU, RHO = 206e9, 0.3, 7850.0
@@ -291,7 +291,7 @@ def test_modes_that_cannot_be_found_again_have_no_model_error(monkeypatch: pytes
         raise fx.SolverError("no convergence")
 
     found = fx.modes(_pivot(20, 10), n=2)
-    monkeypatch.setattr("flexura.analysis.model_error.lowest_pairs", fails)
+    monkeypatch.setattr("flexura.analysis.model_error.model_error.lowest_pairs", fails)
     assert found.model_error == (None, None) and found.model_errors.reason == ("no convergence",) * 2
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.stress import YieldRatios
-from flexura.analysis.stroke_pose import Measured, stroke_poses
+from flexura.analysis.strain.stress import YieldRatios
+from flexura.analysis.strokes.pose import Measured, stroke_poses
 from flexura.mechanism import DOF_NAMES
 from helpers.shell import flexura, refused
 

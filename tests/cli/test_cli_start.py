@@ -54,13 +54,13 @@ def test_help_imports_no_numbers_and_no_room():
 
 def test_modes_imports_what_it_uses():
     found = imported("modes", "examples/guide/guide.yaml")
-    assert {"flexura.analysis.modes", "scipy.sparse.linalg", "pydantic"} <= found
+    assert {"flexura.analysis.natural_modes.modes", "scipy.sparse.linalg", "pydantic"} <= found
     rooms = {"flexura.testing", "flexura.io", "flexura.methods", "flexura.solid", "flexura.view"}
     of_others = {
         "flexura.systems.system",
-        "flexura.analysis.check",
-        "flexura.analysis.statics",
-        "flexura.analysis.signals",
+        "flexura.analysis.checks.check",
+        "flexura.analysis.static.statics",
+        "flexura.analysis.responses.signals",
     }
     libraries = {"pint", "matplotlib", "h5py", "scipy.signal", "scipy.optimize", "scipy.spatial", "scipy.interpolate"}
     assert not found & (rooms | of_others | libraries)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import flexura as fx
-from flexura.analysis.modes import Modes
+from flexura.analysis.natural_modes.modes import Modes
 from flexura.systems.channel import Channel
 from flexura.systems.state_space import StateSpace
 

@@ -8,9 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis import limits
-from flexura.analysis.limits import States, stress_limits
-from flexura.analysis.stress import yield_ratios
+from flexura.analysis.limits import limits
+from flexura.analysis.limits.limits import States, stress_limits
+from flexura.analysis.strain.stress import yield_ratios
 from flexura.cli.app import app
 from flexura.modelfile import save
 from helpers.warned_statics import E, cantilever, warned

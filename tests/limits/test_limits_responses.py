@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis import limits, peaks
+from flexura.analysis.limits import limits
+from flexura.analysis.responses import peaks
 from flexura.cli.app import app
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

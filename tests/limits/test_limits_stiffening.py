@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis import stiffening
-from flexura.analysis.limits import States
-from flexura.analysis.stiffening import bent_most, stiffening_limits
+from flexura.analysis.limits import stiffening
+from flexura.analysis.limits.limits import States
+from flexura.analysis.limits.stiffening import bent_most, stiffening_limits
 from helpers.warned_statics import LEAF, E, warned
 
 LENGTH, WIDTH, THICKNESS = 0.1, 0.01, 0.001

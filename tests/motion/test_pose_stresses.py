@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.internal_forces import end_forces
+from flexura.analysis.strain.internal_forces import end_forces
 from helpers.frames import mirrored_frame
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

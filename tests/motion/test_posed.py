@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import flexura as fx
-from flexura.analysis.energy import energies
+from flexura.analysis.strain.energy import energies
 from flexura.structure import dissipation
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

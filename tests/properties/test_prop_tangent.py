@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 
 import flexura as fx
-from flexura.analysis.tangent import tangent_stiffness
+from flexura.analysis.strain.tangent import tangent_stiffness
 from flexura.beam import skew
 from flexura.structure.assembler import full_order
 from helpers.random_mechanisms import FEW, mechanisms

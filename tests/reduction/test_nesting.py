@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.analysis.evidence import mass_evidence
+from flexura.analysis.natural_modes.evidence import mass_evidence
 from flexura.linalg import lowest
 from flexura.view.solids import solids
 from helpers.random_mechanisms import FEW, mechanisms

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.integration import generalised_alpha
+from flexura.analysis.responses.integration import generalised_alpha
 from flexura.linalg import Eigenpairs, lowest_modes
 from flexura.systems.modal import modal_system
 from helpers.extended_steps import stepped

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.internal_forces import internal_force_rows
-from flexura.analysis.stress import member_stresses, stress_rows
+from flexura.analysis.strain.internal_forces import internal_force_rows
+from flexura.analysis.strain.stress import member_stresses, stress_rows
 from flexura.beam.stress import (
     flat_notch_factors,
     rectangle_torsion_stress,
@@ -305,7 +305,7 @@ def test_states_in_blocks(monkeypatch):
     state = fx.preload(mirrored_frame(STEEL), loads={"seat": (30, 20, 10, 1, 2, 3)})
     u = np.outer(state.displacement_vector, np.sin(np.arange(50)))
     whole = member_stresses(state.model, u)
-    monkeypatch.setattr("flexura.analysis.stress.BLOCK", 1)
+    monkeypatch.setattr("flexura.analysis.strain.stress.BLOCK", 1)
     assert member_stresses(state.model, u) == whole
 
 

@@ -57,7 +57,7 @@ def test_of_a_heavy_carriage_the_frequency_goes_as_the_root_of_the_stiffness() -
 def test_assumptions_move_all_numbers_of_a_formula_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ratio of frequencies of a leaf is that of a beam, whatever its stiffness; a product moves twice as far; what
     a force at the tip moves the tip by is its own elongation."""
-    monkeypatch.setattr("flexura.analysis.model_error.LEFT", 0.0)  # what every number has by itself
+    monkeypatch.setattr("flexura.analysis.model_error.model_error.LEFT", 0.0)  # what every number has by itself
     found = of(BEAM, "f1, f2, amplification(tip.z, tip.z), coupling(tip.z, tip.z)", "f2 / f1", "f1 * f1").intervals
     one, ratio, product = (found[name] for name in ("f1", "f2 / f1", "f1 * f1"))
     assert one is not None and ratio is not None and product is not None

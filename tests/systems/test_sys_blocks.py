@@ -10,7 +10,7 @@ import pytest
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.analysis.blocks import block_response, suits_blocks
+from flexura.analysis.responses.blocks import block_response, suits_blocks
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
 OMEGA = np.array([20.0, 35.0, 60.0, 60.0, 400.0, 2e3, 3e3, 9e3, 2e4, 1e5, 3e5, 8e5, 2e6])

@@ -1,0 +1,1 @@
+"""What may not be meant in a description, and what it takes for granted."""

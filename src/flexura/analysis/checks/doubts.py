@@ -1,0 +1,149 @@
+"""Corrections in use, and doubts: what the description takes for granted, by how much it moves a frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.model_error.elastic_bodies import drawn_solids, node_of, place_of
+from flexura.analysis.model_error.model_error import ModelError, interval_text
+from flexura.mechanism import CORRECTIONS, Link
+from flexura.structure import FullOrderModel
+from flexura.tables import in_hz, quantity
+
+Array = NDArray[np.float64]
+
+SLENDER = 500.0
+"""Length over depth above which a member buckles or vibrates by itself long before it guides anything."""
+
+OUTSIDE = 0.25
+"""Distance of a carried node from the solid, relative to the size of the solid, from which it is a doubt."""
+
+WORTH = 0.01
+"""Relative change of a frequency from which what makes it is a doubt."""
+
+MOST_MODES, MOST_NAMED = 3, 4
+"""Modes and places that a doubt names."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Something that is allowed but may not be meant, or that the beam theory does not cover."""
+
+    kind: str
+    place: str
+    """Where, in words: the first few of `places`, where it is about several."""
+    text: str
+    places: tuple[str, ...] = ()
+
+    @staticmethod
+    def about(kind: str, places: tuple[str, ...], text: str) -> Doubt:
+        """One about several places."""
+        more = f" and {len(places) - MOST_NAMED} more" if len(places) > MOST_NAMED else ""
+        return Doubt(kind, ", ".join(places[:MOST_NAMED]) + more, text, places)
+
+    def is_about(self, *names: str) -> bool:
+        """Whether it is about what has one of these names."""
+        return not {*names}.isdisjoint(self.places or (self.place,))
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}"
+
+
+def corrected(full: FullOrderModel) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, str]]]:
+    """Corrections of every member that has any, and how its ends are held, by `SUBSTRUCTURE.MEMBER`."""
+    applied: dict[str, tuple[str, ...]] = {}
+    ends: dict[str, tuple[str, str]] = {}
+    for name, part in full.plan.parts.items():
+        own = part.table.corrections
+        for key, active, clamped in zip(part.members, own.active, own.clamped, strict=True):
+            if active.any():
+                place = place_of(name, key)
+                applied[place] = tuple(c for c in CORRECTIONS if c in _names(active))
+                first, second = (_held(float(end)) for end in clamped)
+                ends[place] = (first, second)
+    return applied, ends
+
+
+def _held(share: float) -> str:
+    """How far an end is held flat, in words, to a percent."""
+    percent = round(100 * share)
+    return {0: "free", 100: "clamped"}.get(percent, f"{percent} % clamped")
+
+
+def _names(flags: Any) -> set[str]:
+    return {name for name, flag in zip(CORRECTIONS, flags, strict=True) if flag}
+
+
+def member_doubts(full: FullOrderModel) -> list[Doubt]:
+    """Members so slender that they buckle or vibrate by themselves."""
+    doubts = []
+    for name, part in full.plan.parts.items():
+        geometry = full.geometry.parts[name]
+        _, _, nu, _ = part.table.moduli(full.values)
+        sections = part.table.section_properties(full.values, nu, geometry.length)
+        # the larger side of the rectangle with the same area and second moments
+        most = np.sqrt(12 * np.maximum(sections.Iy, sections.Iz) / sections.A)
+        for k, (key, member) in enumerate(part.members.items()):
+            own = most[part.first[k] : part.first[k + 1]].mean()
+            if (isinstance(member, Link) or member.profile.type == "leaf") and geometry.length[k] > SLENDER * own:
+                text = f"slender: {geometry.length[k] / own:.0f} times as long as wide"
+                doubts.append(Doubt("slender", place_of(name, key), text))
+    return doubts
+
+
+def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
+    """What the description takes for granted that moves one of the frequencies (n,), Hz, by 1 % or more, or that no
+    evidence covers, worst first, and what moves them by less."""
+    doubts: tuple[list[Doubt], list[Doubt]] = [], []
+    for own in errors.effects:
+        most = np.nan_to_num(np.maximum(np.abs(own.low), np.abs(own.high)))
+        order = [k for k in np.argsort(-most, kind="stable")[:MOST_MODES] if most[k] >= WORTH] or [int(most.argmax())]
+        moved = [
+            f"mode {k + 1} ({in_hz(hz[k], 4)}) by {interval_text((float(own.low[k]), float(own.high[k])))}"
+            for k in order
+        ]
+        doubt = Doubt.about(own.kind, own.places, f"{own.text}; moves {', '.join(moved)}")
+        doubts[int(most.max() < WORTH)].append(doubt)
+    for own in errors.unknown:
+        most = int(own.share.argmax())
+        held = f"{own.share[most]:.0%} of the energy of mode {most + 1} ({in_hz(hz[most], 4)})"
+        text = f"no evidence of how far beams are off: {own.reason}; holds {held}"
+        doubts[int(own.share[most] < WORTH)].append(Doubt.about("evidence", own.places, text))
+    return doubts
+
+
+def as_one(doubts: Sequence[Doubt]) -> tuple[Doubt, ...]:
+    """Doubts that say the same of several places as one."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for own in doubts:
+        places.setdefault((own.kind, own.text), []).extend(own.places or (own.place,))
+    return tuple(Doubt.about(kind, tuple(own), text) for (kind, text), own in places.items())
+
+
+def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collection[int] = ()) -> list[Doubt]:
+    """Bodies that carry nodes well outside their solids, for parameter values in SI; nodes `told` are in doubt already
+    for where they are."""
+    doubts: dict[str, Doubt] = {}
+    names, root = full.plan.topology.node_names, full.plan.topology.root
+    bodies = drawn_solids(full, values)
+    clusters = [int(root[node_of(full, body.name)]) for body in bodies]
+    for body, own in zip(bodies, clusters, strict=True):
+        if clusters.count(own) > 1:
+            continue
+        nodes = [int(n) for n in np.flatnonzero((root == own) & full.plan.topology.has_position) if int(n) not in told]
+        if not nodes:
+            continue
+        far = max(nodes, key=lambda n: body.distance(full.geometry.positions[n]))
+        reach, size = body.distance(full.geometry.positions[far]), max(body.solid.size)
+        if reach > OUTSIDE * size:
+            text = (
+                f"{names[far]} lies {quantity(reach, 'm', 3)} outside the solid of {quantity(size, 'm', 3)}: "
+                "what leads there is taken as rigid and without mass; add links or bodies for it"
+            )
+            doubts.setdefault(body.kind, Doubt("reach", body.kind, text))
+    return list(doubts.values())

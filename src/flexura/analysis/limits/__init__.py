@@ -1,0 +1,1 @@
+"""Where linear theory ends: rotations, stress, buckling, stiffening."""

@@ -1,0 +1,350 @@
+"""Where a linear result stops holding: rotations, deflections, stresses, and what drives it, against their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.strain.internal_forces import element_motions, end_forces
+from flexura.analysis.strain.stress import ratios_to_yield, yield_ratios
+from flexura.beam import rigid_arm
+from flexura.errors import Exceeded
+from flexura.structure import FullOrderModel, Posed
+from flexura.systems import InputPort, Ports
+from flexura.tables import quantity
+
+Array = NDArray[np.float64]
+
+ROTATION = 0.1
+"""Rotation, rad, from which sin and cos of it are no longer it and one: they are off by 0.2 % and 0.5 %."""
+
+BENT = 0.1
+"""Deflection over length of a member from which shortening and stiffening show: the leaves of a parallel guide are then
+shorter by 0.6 % of their length."""
+
+HINT = "the theory is linear, and motions are small in it"
+
+EXACT = 1e-9
+"""Relative distance beyond a limit that is round-off."""
+
+AT_LIMIT = 1e-4
+"""Relative distance beyond the range of a command that the digits of a data sheet leave: it is at its limit."""
+
+ROWS = 64
+"""Rows that are evaluated at a time, those of the largest bounds first."""
+
+BLOCK = 4_000_000
+"""Numbers that are held at a time."""
+
+MOST_STATES = 2048
+"""States whose stresses are worked out, those of the largest bounds first."""
+
+
+TOGETHER = np.vstack([np.eye(6), np.eye(6)[1:3]])
+"""Internal forces that are looked at one by one: each alike at both ends of an element, and shear that changes."""
+
+
+@dataclass(frozen=True)
+class States:
+    """Displacements u (n, N) of a model: `columns` (n, c) times `amplitudes` (c, N), or the columns themselves.
+
+    `when` says of the state with a number when or where it is, with a space before it, e.g. ` at 0.01 s`.
+    """
+
+    model: FullOrderModel
+    columns: Array
+    amplitudes: Array | None = None
+    when: Callable[[int], str] = lambda _: ""
+
+    @property
+    def count(self) -> int:
+        """Number N of states."""
+        return (self.columns if self.amplitudes is None else self.amplitudes).shape[1]
+
+    def at(self, numbers: NDArray[np.intp]) -> Array:
+        """Displacements (n, k) in some states."""
+        if self.amplitudes is None:
+            return self.columns[:, numbers]
+        return self.columns @ self.amplitudes[:, numbers]
+
+    def of(self, row: Array) -> Array:
+        """What a row (n,) reads (N,)."""
+        own = row @ self.columns
+        return own if self.amplitudes is None else own @ self.amplitudes
+
+
+class _Worst(NamedTuple):
+    """The row and the state in which a measure is largest, and its value there."""
+
+    row: int
+    state: int
+    value: float
+
+
+def motion_limits(states: States) -> tuple[Exceeded, ...]:
+    """Rotations above 0.1 rad, and members whose ends move against each other by a tenth of their length.
+
+    The motion of a member's end is read in a frame that moves and turns with the other end, so that rigid motions do
+    not count; of both ends the larger counts. One warning for each, with the worst place and state.
+    """
+    if not states.columns.size:
+        return ()
+    return (*_rotation(states), *_deflection(states))
+
+
+def _rotation(states: States) -> Iterator[Exceeded]:
+    topology = states.model.plan.topology
+    own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
+    rows = states.model.node_displacements(states.columns)[own, 3:]
+    worst = largest(rows, np.full(len(own), ROTATION), states)
+    if worst is not None:
+        name, inside, _ = topology.node_names[own[worst.row]].partition("[")
+        angle = worst.value * ROTATION
+        most = "up to " if inside else ""
+        text = f"{name} turns by {most}{angle:.3g} rad{states.when(worst.state)}, above {ROTATION:g} rad: {HINT}"
+        yield Exceeded("rotation", name, angle, ROTATION, "rad", text)
+
+
+def _deflection(states: States) -> Iterator[Exceeded]:
+    names, length, rows = member_rows(states.model, states.columns)
+    worst = largest(rows, BENT * length, states)
+    if worst is not None:
+        name, L = names[worst.row // 2], float(length[worst.row])
+        shift = worst.value * BENT * L
+        text = (
+            f"{name} is deflected by {quantity(shift, 'm', 4)}{states.when(worst.state)}, {worst.value * BENT:.3g}"
+            f" times its length of {quantity(L, 'm', 4)}, above {BENT:g}: {HINT}"
+        )
+        yield Exceeded("displacement", name, shift, BENT * L, "m", text)
+
+
+def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
+    """Names of all placed members and superelements, their lengths (2k,), and the motion (2k, 3, c) of each of their
+    ends seen from the other."""
+    names: list[str] = []
+    lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
+    posed = model.design.posed
+    if posed is not None:
+        names, length, seen = _posed_member_rows(posed, model.node_displacements(columns))
+        lengths, rows = [length], [seen]
+    for name in model.matrices:
+        part, placed = model.plan.parts[name], model.plan.topology.copies[name]
+        if part.members and posed is None:
+            own = model.geometry.parts[name].length
+            one = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
+            other = element_motions(model, name, columns, part.first[1:] - 1)[:, :, 6:]
+            arm = np.stack([own, 0 * own, 0 * own], axis=1)
+            seen = other - rigid_arm(arm) @ one, one - rigid_arm(-arm) @ other
+            rows.append(np.stack([d[:, :, :3] for d in seen], axis=2).reshape(-1, 3, columns.shape[1]))
+            lengths.append(np.tile(np.repeat(own, 2), len(placed.paths)))
+            names += [".".join((*path, member)) for path in placed.paths for member in part.members]
+        if part.superelements:
+            found = _superelement_rows(model, name, columns)
+            names, lengths, rows = names + found[0], [*lengths, found[1]], [*rows, found[2]]
+    return names, np.concatenate(lengths), np.concatenate(rows)
+
+
+def _posed_member_rows(posed: Posed, u: Array) -> tuple[list[str], Array, Array]:
+    """As `member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
+    names, node, arm, position = posed.member_ends()
+    own = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]
+    apart = position[:, 1] - position[:, 0]
+    seen = own[:, 1] - rigid_arm(apart) @ own[:, 0], own[:, 0] - rigid_arm(-apart) @ own[:, 1]
+    rows = np.stack([motion[:, :3] for motion in seen], axis=1)
+    return names, np.repeat(np.linalg.norm(apart, axis=1), 2), rows.reshape(-1, 3, u.shape[2])
+
+
+def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
+    """As `member_rows` for the superelements of a prototype: its first node and each other one of them."""
+    part, placed = model.plan.parts[name], model.plan.topology.copies[name]
+    u, x = model.node_displacements(columns), model.positions
+    names: list[str] = []
+    lengths: list[float] = []
+    rows = [np.empty((0, 3, columns.shape[1]))]
+    for offset, path in zip(placed.offset, placed.paths, strict=True):
+        for key, (nodes, _, _) in part.superelements.items():
+            a, *others = (offset + node for node in nodes if node < part.n_positioned)
+            for b in others:
+                arm = x[b] - x[a]
+                if (length := float(np.linalg.norm(arm))) > 0:
+                    seen = u[b] - rigid_arm(arm) @ u[a], u[a] - rigid_arm(-arm) @ u[b]
+                    rows.append(np.stack([motion[:3] for motion in seen]))
+                    lengths += [length, length]
+                    names.append(".".join((*path, key)))
+    return names, np.array(lengths), np.concatenate(rows)
+
+
+def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
+    """The largest length of vectors rows (r, 3, c) times amplitudes over their scale (r,), if it is above one.
+
+    Rows are taken in order of a bound, the lengths of what each column can add at most, until none can be larger.
+    """
+    if states.amplitudes is None:
+        size = np.sqrt((rows**2).sum(axis=1)) / scale[:, None]
+        if not size.size or not size.max() > 1 + EXACT:
+            return None
+        row, state = np.unravel_index(int(size.argmax()), size.shape)
+        return _Worst(int(row), int(state), float(size[row, state]))
+    peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
+    bound = np.sqrt(((np.abs(rows) @ peak) ** 2).sum(axis=1)) / scale
+    order, worst, least = np.argsort(-bound), None, 1 + EXACT
+    step = max(BLOCK // (3 * ROWS), 1)
+    for first in range(0, len(order), ROWS):
+        own = order[first : first + ROWS]
+        if not bound[own[0]] > least:
+            break
+        for start in range(0, states.count, step):
+            moved = rows[own].reshape(-1, rows.shape[2]) @ states.amplitudes[:, start : start + step]
+            size = (moved.reshape(len(own), 3, -1) ** 2).sum(axis=1)
+            size = np.sqrt(size) / scale[own, None]
+            if size.max() > least:
+                row, state = np.unravel_index(int(size.argmax()), size.shape)
+                least = float(size[row, state])
+                worst = _Worst(int(own[row]), int(state) + start, least)
+    return worst
+
+
+def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tuple[Exceeded, ...]:
+    """Members stressed beyond the yield stress of their material, notch factors included (see `member_stresses`).
+
+    The stress of a sum of states is at most the sum of their stresses, which rules out most members and states; those
+    left are worked out, the largest bounds first, 2048 at most. One warning, with the worst member and state, which
+    says so where states are left that might be worse.
+    """
+    numbers, bound = _candidates(states, gravity)
+    worst, beyond, least, names = None, 0, 1 + EXACT, ()
+    for first in range(0, min(len(numbers), MOST_STATES), ROWS):
+        own = numbers[first : first + ROWS]
+        if not bound[own[0]] > least:
+            break
+        names, ratio, _ = yield_ratios(states.model, states.at(own), gravity)
+        ratio = np.where(np.isfinite(ratio), ratio, 0.0)
+        if ratio.size and ratio.max() > least:
+            member, state = np.unravel_index(int(ratio.argmax()), ratio.shape)
+            least = float(ratio[member, state])
+            worst, beyond = _Worst(int(member), int(own[state]), least), int((ratio.max(axis=1) > 1).sum())
+    rest = len(numbers) - MOST_STATES
+    left = ""
+    if rest > 0 and bound[numbers[MOST_STATES]] > least:
+        left = f"the stresses of {rest} other states, which may be worse, were not worked out"
+    if worst is None:
+        text = f"whether anything yields is not known: {left}"
+        return (Exceeded("stress", "", float(rest), 0.0, "1", text),) if left else ()
+    name = names[worst.row]
+    others = f", and {beyond - 1} other member{'s' if beyond > 2 else ''} beyond it" if beyond > 1 else ""
+    text = f"{name} is stressed to {times(least)} times its yield stress{states.when(worst.state)}{others}"
+    text += f"; {left}" if left else ""
+    return (Exceeded("stress", name, least, 1.0, "1", text),)
+
+
+def _candidates(states: States, gravity: Sequence[float] | None) -> tuple[NDArray[np.intp], Array]:
+    """States that may be stressed beyond yield, the largest bounds first, and bounds (N,) on the stress over yield.
+
+    Without amplitudes, one bound holds for all states; where it rules out none, those with most strain energy come
+    first.
+    """
+    if states.amplitudes is None:
+        K, u = states.model.K, states.columns
+        if states.count > len(TOGETHER) and not (_together(states.model, u, gravity) > 1).any():
+            return np.empty(0, dtype=np.intp), np.zeros(states.count)
+        energy = np.einsum("nk,nk->k", u, K @ u) if states.count > MOST_STATES else np.zeros(states.count)
+        return np.argsort(-energy, kind="stable"), np.full(states.count, np.inf)
+    peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
+    each = yield_ratios(states.model, states.columns * peak).ratio
+    each = np.where(np.isfinite(each), each, 0.0)
+    there = np.zeros((len(each), 1))
+    if states.model.plan.is_posed:  # what is there without motion is in every column
+        there = yield_ratios(states.model, np.zeros((states.model.order, 1))).ratio
+        there = np.where(np.isfinite(there), there, 0.0)
+        each = each + there
+    own = each.sum(axis=1) + there[:, 0] > 1
+    if not own.any():
+        return np.empty(0, dtype=np.intp), np.zeros(states.count)
+    share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
+    bound = (each[own] @ share + there[own]).max(axis=0)
+    return np.argsort(-bound)[: int((bound > 1).sum())], bound
+
+
+def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) -> Array:
+    """Bounds (m,) on the stress over yield of members in all states u (n, k).
+
+    Stress is a norm of internal forces, at most the sum of what each of them gives alone at its largest, and
+    of what shear that changes along an element adds to its moments.
+    """
+    g = None if gravity is None else np.asarray(gravity, dtype=float)
+
+    def forces(name: str) -> tuple[Array, Array]:
+        start, end = end_forces(model, name, u, g)
+        most = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * TOGETHER[:6].T
+        changed = np.abs(end - start).max(axis=-1, keepdims=True) * TOGETHER[6:].T / 2
+        return np.concatenate([most, -changed], axis=-1), np.concatenate([most, changed], axis=-1)
+
+    each = ratios_to_yield(model, forces, len(TOGETHER)).ratio
+    return np.where(np.isfinite(each), each, 0.0).sum(axis=1)
+
+
+def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:
+    """The worst of each kind, of commands and forces for each place and side."""
+    worst: dict[tuple[str, str, bool], Exceeded] = {}
+    for own in found:
+        each = own.kind in ("command", "force")
+        key = (own.kind, own.place if each else "", each and own.value < 0)
+        if key not in worst or abs(own.value) * abs(worst[key].limit) > abs(worst[key].value) * abs(own.limit):
+            worst[key] = own
+    return tuple(worst.values())
+
+
+def command_limits(
+    inputs: Sequence[InputPort], commands: Array, when: Callable[[int], str] = lambda _: ""
+) -> tuple[Exceeded, ...]:
+    """Commands (m, N) to inputs beyond their range, above and below: a stack's free stroke or blocked force, or the
+    limit of a force or moment."""
+    found = []
+    for own, u in zip(inputs, commands, strict=True):
+        low, high = own.limits
+        for state, limit in ((int(u.argmax()), high), (int(u.argmin()), low)):
+            value = float(u[state])
+            side, margin = np.sign(limit) or -1.0, AT_LIMIT * (high - low)
+            if not (np.isfinite(limit) and side * (value - limit) > margin):
+                continue
+            name, unit = own.channel.name, own.channel.unit
+            head = f"{name} is driven with {quantity(value, unit, 4)}{when(state)}"
+            if own.stiffness is None:
+                text = f"{head}, {times(value / limit)} times its limit of {quantity(high, unit, 4)}"
+            elif value > high:
+                text = f"{head}, {times(value / high)} times what gives its free stroke, {quantity(high, unit, 4)}"
+            else:
+                text = f"{head}, below its range from 0 to {quantity(high, unit, 4)}: a stack is driven to one side"
+            found.append(Exceeded("command", name, value, limit, unit, text))
+    return tuple(found)
+
+
+def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tuple[Exceeded, ...]:
+    """Forces in piezo stacks, driven or not, beyond their blocked force: stiffness times free stroke."""
+    found = []
+    for own in ports.inputs(ports.actuators):
+        if own.stiffness is None or not np.isfinite(own.limits[1]):
+            continue
+        most = own.stiffness * own.stroke * own.limits[1]
+        free = own.stiffness * own.stroke * commands.get(own.channel.name, np.zeros(1))
+        force = free - own.stiffness * states.of(own.row)
+        state = int(np.abs(force).argmax())
+        value = float(force[state])
+        if abs(value) > most * (1 + AT_LIMIT):
+            pushes = "pushes" if value > 0 else "is pulled"
+            name = own.channel.name
+            text = (
+                f"{name} {pushes} with {quantity(abs(value), 'N', 4)}{states.when(state)}, {times(value / most)}"
+                f" times its blocked force of {quantity(most, 'N', 4)}"
+            )
+            found.append(Exceeded("force", name, value, most if value > 0 else -most, "N", text))
+    return tuple(found)
+
+
+def times(ratio: float) -> str:
+    """How many times something is its limit, in as many digits as tell it from one."""
+    return next(text for k in (3, 5, 10) if (text := f"{abs(ratio):.{k}g}") != "1" or k == 10)

@@ -1,0 +1,315 @@
+"""What a description takes for granted of the part: beams, joints, bodies and the ground, and how wrong each may be.
+
+Every assumption is a flexibility E that is left out or uncertain, of which a share, from measured errors, is to be
+added to that of the model: of a member's own, of a root, of a body's solid. What it is for the forces f of motions is
+f'E f, so that each is weighted by the energy that it holds of the very number that is asked for (theory eq. A1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.model_error.elastic_bodies import Wrenches, loaded_solids, place_of
+from flexura.analysis.model_error.measured_members import MemberErrors, ratios_of, stiffness_errors
+from flexura.analysis.model_error.measured_roots import root_shares, unlike
+from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
+from flexura.errors import SolverError
+from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
+from flexura.structure import FullOrderModel
+
+Array = NDArray[np.float64]
+Interval = tuple[float, float]
+
+ROOT_DRAWN = (-0.2, 0.2)
+"""How far off at least, relative, the flexibility of a root is whose block is drawn."""
+
+ROOT_TWIST = (-0.9, 0.3)
+"""The same of its twist, which a member that vibrates by itself warps less than a torque of one size does."""
+
+ROOT_NOT_DRAWN = (-1.0, 0.5)
+"""The same of a block that is not: from a rigid one to an edge of it."""
+
+ROOT_LEFT_OUT = (0.0, 1.2)
+"""Share of a root's flexibility that a model without it lacks."""
+
+BODY = (0.1, 1.2)
+"""Share of the estimated flexibility of a body that it has."""
+
+AT_NOTCH = 3.5
+"""The most of it where notches end in the body, whose flanks lead their load into little of it."""
+
+GROUND = (0.0, 1.2)
+"""Share of the estimated flexibility that the ground has where no block, or no held face of it, is described."""
+
+ASKEW = (-1.3, -0.5)
+"""Share of what is held by the nearer edge of a face that is not square to the member."""
+
+SQUARE = 1e-4
+"""Slope squared of a face from which it is not square to its member."""
+
+GOES_ON = 0.05
+"""How much more, relative, a member may give than between rigid faces where it goes on in a like section."""
+
+RIGID_FACE = 2.0
+"""How far what it ends in reaches beyond both its faces, over its thickness, from which that is a rigid face to it; one
+thickness less, it goes on."""
+
+FEW = 1e-4
+"""Relative change of a member's stiffness by more elements from which it is looked at."""
+
+EVERYTHING = 1e30
+"""Flexibility, J, of what is not known at all: beside it nothing else counts."""
+
+DIRECTIONS = ("stretch", "twist", "thickness bending", "thickness bending", "width bending", "width bending")
+"""What is deformed in each of `ERRORS`."""
+
+
+WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
+
+QUICKER = 2.6
+"""Squared frequency of twisting vibrations of notches, at most, over that of the model."""
+
+UNEVEN = 1.3
+"""Allowance for what the theory of thin strips leaves out of their twisting vibrations."""
+
+CLAMPED, CLAMPED_SLOPE = 500.564, 12.303
+"""Of the first mode of a beam clamped at both ends, length 1: integrals of the second and of the first derivative
+squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979)."""
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """What the description takes for granted, and how wrong that may be.
+
+    `kind`: beam, elements, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility`
+    (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be added, None where
+    there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
+    """
+
+    kind: str
+    place: str
+    text: str
+    group: str
+    flexibility: Array
+    share: Interval | None
+    reason: str = ""
+
+
+class _Beam(NamedTuple):
+    """A member: prototype, its elements there, what it is called and of what kind it is, the shares in each of
+    DIRECTIONS, of bending first by moments and then between parallel ends, those by the number of elements, and that
+    of uneven twist, None where there are none, and why there are none in DIRECTIONS."""
+
+    name: str
+    elements: slice
+    place: str
+    kind: str
+    taken_as: str
+    shares: Sequence[Interval | None]
+    few: Sequence[float]
+    uneven: Interval | None
+    reason: str
+
+
+class _Root(NamedTuple):
+    """A root: prototype, element and end there, parts of its flexibility (6, 6), element axes, each with its share, and
+    what is assumed of it."""
+
+    name: str
+    element: int
+    end: int
+    parts: Sequence[tuple[Array, Interval]]
+    place: str
+    text: str
+    group: str
+
+
+class Assumptions:
+    """What a model assumes, worked out once for the forces of many motions."""
+
+    def __init__(self, full: FullOrderModel) -> None:
+        self._full = full
+        self._values = full.plan.scoped_values(full.parameters)
+        self._beams = [own for name in full.matrices for own in _beams(full, name, self._values)]
+        self._roots = list(_roots(full))
+
+    def of(self, wrenches: Wrenches) -> list[Assumption]:
+        """All of them, with their flexibility in the forces of k motions."""
+        moved = {name: self._full.matrices[name].elements.member_C @ end for name, (_, end) in wrenches.items()}
+        found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name], moved[beam.name])]
+        for own in self._roots:
+            force = wrenches[own.name][own.end][:, own.element]
+            for flexibility, share in own.parts:
+                E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
+                found.append(Assumption("root", own.place, own.text, own.group, E, share))
+        for body in loaded_solids(self._full, wrenches, self._values):
+            kind = "ground" if body.solid.held else "body"
+            least, most = BODY if body.is_sure else GROUND
+            members = [self._full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
+            if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in members):
+                most = AT_NOTCH
+            try:
+                found.append(Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most)))
+            except SolverError as error:
+                all_of_it = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
+                found.append(Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error)))
+        return found
+
+    def _of_beam(self, beam: _Beam, forces: tuple[Array, Array], moved: Array) -> Iterator[Assumption]:
+        """A member in every direction; forces (i, e, 6, k) at both ends of the elements, and what they move there."""
+        own, force = beam.elements, forces[1][:, beam.elements]
+        C = self._full.matrices[beam.name].elements.member_C[own]
+        E = np.einsum("iecj,ieck->cjk", force, moved[:, own])
+        parts = [E[0], E[3]]
+        for along, about in ((2, 4), (1, 5)):
+            bend = C[:, about, about]
+            mean = np.einsum("e,iej->ij", bend / bend.sum(), (forces[0][:, own, about] + forces[1][:, own, about]) / 2)
+            moment = bend.sum() * mean.T @ mean
+            parts += [moment, E[along] + E[about] - moment]
+        if max(map(abs, beam.few)) > FEW:
+            E = np.tensordot(np.array(beam.few), [(part + part.T) / 2 for part in parts], axes=1)
+            text = f"{beam.kind} in {len(C)} elements, where more are needed"
+            yield Assumption("elements", beam.place, text, text, E, (1.0, 1.0))
+        named: list[tuple[str, Array, Interval | None]] = [*zip(DIRECTIONS, parts, beam.shares, strict=True)]
+        if beam.uneven is not None:
+            twist, torque = C[:, 3, 3], force[:, :, 3]
+            uneven = torque - np.einsum("e,iej->ij", twist / twist.sum(), torque)[:, None]
+            E = np.einsum("e,iej,iek->jk", twist, uneven, uneven)
+            named[1] = (named[1][0], parts[1] - E, named[1][2])
+            named.append(("uneven twist", E, beam.uneven))
+        for direction, flexibility, share in named:
+            text = f"{direction} of a {beam.kind}, taken as a {beam.taken_as}"
+            E = (flexibility + flexibility.T) / 2
+            reason = "" if share else beam.reason
+            yield Assumption("beam", beam.place, text, f"{beam.kind} {direction}", E, share, reason)
+
+
+def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterator[_Beam]:
+    """The members of a prototype, with how far their stiffness was measured to be off."""
+    part, lengths, elements = full.plan.parts[name], full.geometry.parts[name].length, full.matrices[name].elements
+    if not part.members:
+        return
+    _, _, nu, G = part.table.moduli(full.values)
+    b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, lengths))
+    beyond = full.plan.roots.beyond[full.plan.roots.first[name] :]
+    for m, (key, member) in enumerate(part.members.items()):
+        own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
+        errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
+        pairs = zip((errors.least - errors.elements).tolist(), (errors.most - errors.elements).tolist(), strict=True)
+        uneven = None
+        if part.table.corrections.active[m, WARPING]:
+            J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
+            quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
+            uneven = 1 / quicker - 1, 0.0
+        is_rooted = part.table.corrections.active[m, ROOT]
+        goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if is_rooted else 1.0
+        pairs = (
+            (low + goes_on * (min(low, 0.0) - low), high + goes_on * (max(high, 0.0) + GOES_ON - high))
+            for low, high in pairs
+        )
+        shares = [None if errors.reason else pair for pair in pairs]
+        yield _Beam(
+            name, own, place_of(name, key), kind, taken_as, shares, errors.elements.tolist(), uneven, errors.reason
+        )
+
+
+def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
+    """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
+    torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
+    theory eq. A3)."""
+    large, small = max(b, t), min(b, t)
+    own = large * small**3 / 3 * (1 - 0.63 * small / large)
+    decay = np.sqrt(24 * (1 - nu)) * length / large
+    layers = 1 + 2 / decay + (4 + np.pi**2 / 2) / decay**2  # where warping decays near the ends
+    whole = min(CLAMPED_SLOPE + CLAMPED / decay**2, (np.pi * layers) ** 2)
+    return max(1.0, float(UNEVEN * whole * own / (np.pi**2 * J)))
+
+
+def _errors(
+    full: FullOrderModel, name: str, m: int, member: Link | Flexure, length: float, nu: float
+) -> tuple[MemberErrors, str, str]:
+    """Measured errors of a member with its sizes as numbers, of what kind it is, and what it is taken as."""
+    table = full.plan.parts[name].table
+    if isinstance(member, Link) and isinstance(member.section, str):
+        section = full.plan.layout.mechanism.sections[member.section]
+        member = member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
+    corrected = bool(table.corrections.active[m, :-1].any())
+    form = member.section if isinstance(member, Link) else member.profile
+    errors = stiffness_errors(member, length, corrected, shears=bool(table.shear[m]), nu=nu)
+    return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
+
+
+def _roots(full: FullOrderModel) -> Iterator[_Root]:
+    """Every elastic root, and those that are left out."""
+    plan, first = full.plan, 0
+    where: list[tuple[str, str, int]] = []
+    for name, part in plan.parts.items():
+        where += [(name, key, first) for key in part.members]
+        first += len(part.connectivity)
+    for roots, is_in in ((plan.roots, True), (plan.roots_left_out, False)):
+        found = roots.of(full.values, full.geometry)
+        if found is None:
+            continue
+        copies, ratios = roots.ratios(full.values, full.geometry)
+        slants = roots.slants(full.values, full.geometry)
+        measured, words = root_shares(ratios), unlike(ratios)
+        for k, (element, end, flexibility) in enumerate(zip(*found, strict=True)):
+            name, key, start = where[roots.members[k]]
+            own, drawn = np.flatnonzero(copies == k), bool(roots.is_known[k])
+            if not len(own):  # off its block in this design: there is no root
+                continue
+            odd = max(words[i] for i in own)
+            group, text = "root", "joint with a block"
+            shares = [ROOT_DRAWN, ROOT_TWIST, ROOT_DRAWN, ROOT_DRAWN] if drawn else [ROOT_NOT_DRAWN] * 4
+            if not drawn:
+                group, text = "root not drawn", "joint with a block that is not drawn, taken as a large one"
+            if drawn or odd:
+                text += f" {odd}" * bool(odd)
+                least, most = measured[own, :, 0].min(axis=0).tolist(), measured[own, :, 1].max(axis=0).tolist()
+                pairs = zip(shares, least, most, strict=True)
+                shares = [(min(share[0], low), max(share[1], high)) for share, low, high in pairs]
+            if not is_in:
+                shares, text = [ROOT_LEFT_OUT] * 4, "rigid joint, without the correction for roots"
+            steep = float((slants[k] ** 2).sum())
+            shares = [(max(low - steep / (1 + steep), -1.0), high) for low, high in shares]
+            C = combine(root_coefficients(flexibility, 0.0, int(end)), COUPLED_FLEXIBILITY_BASIS, 6)
+            parts = dict(zip(("stretch", "twist", "thickness", "width"), _directions(C), strict=True))
+            both = dict(zip(parts, shares, strict=True))
+            at = name, int(element) - start, int(end)
+            twist = [(parts.pop("twist"), both["twist"])]
+            rest = [(part, both[direction]) for direction, part in parts.items()]
+            in_twist = f"{text}, in twist" if is_in and drawn else text
+            yield _Root(*at, rest, place_of(name, key), text, group)
+            yield _Root(*at, twist, place_of(name, key), in_twist, f"{group} in twist")
+            if steep > SQUARE:
+                m = roots.members[k] - roots.first[name]
+                stiff = _cut(full, name, int(m), int(element) - start, int(end), slants[k])
+                yield _Root(*at, [(stiff, ASKEW)], place_of(name, key), "end at an angle to its block", "askew")
+
+
+def _cut(full: FullOrderModel, name: str, m: int, element: int, end: int, slopes: Array) -> Array:
+    """Flexibility (6, 6), element axes, of what of a member is held by the nearer edge of a face that is not square to
+    it, of slopes (2,) towards y and z: in plane strain a quarter of its size times the slope squared."""
+    part, own = full.plan.parts[name], full.matrices[name].elements.member_C[element]
+    step = full.geometry.parts[name].length[m] / (part.first[m + 1] - part.first[m])
+    sizes = [size[m, end] for size in part.table.end_sizes(full.values, full.geometry.parts[name].length)]
+    held = 0.25 * np.array(sizes) * slopes**2 / (1 + 0.12 * slopes**2)
+    found = np.zeros((6, 6))
+    found[4, 4], found[5, 5] = own[4, 4] * held[1] / step, own[5, 5] * held[0] / step
+    return found
+
+
+def _directions(C: Array) -> list[Array]:
+    """A root's flexibility (6, 6) as that in stretch, twist, thickness bending and width bending, with couplings in the
+    bending."""
+    parts = [np.zeros_like(C) for _ in range(4)]
+    parts[0][0, 0], parts[1][3, 3] = C[0, 0], C[3, 3]
+    for part, plane, own in ((parts[2], (0, 2, 4), 0), (parts[3], (1, 3, 5), 3)):
+        part[np.ix_(plane, plane)] = C[np.ix_(plane, plane)]
+        part[own, own] = 0.0
+    return parts

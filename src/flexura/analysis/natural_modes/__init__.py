@@ -1,0 +1,1 @@
+"""Natural frequencies and modes with their evidence."""

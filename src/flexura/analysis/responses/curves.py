@@ -1,0 +1,101 @@
+"""Responses as curves: those of one unit that matter, equal ones as one."""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.responses.frequency_response import FrequencyResponse
+from flexura.systems import unit_of_response
+
+MOST_CURVES = 8
+"""Curves of one unit."""
+
+MOST_PAIRS = 100
+"""Pairs, the largest ones, that are looked at for curves that are equal."""
+
+MATTERS = 1e-3
+"""Responses whose largest magnitude is a smaller share of the largest of their unit are left out."""
+
+SAME = 1e-3
+"""Responses that differ by a smaller share of the largest are one curve."""
+
+SILENT = 1e-9
+"""Responses that stay below so much of the largest of their row and column, or of their unit, are nothing: symmetry."""
+
+Pair = tuple[str, str]
+"""An output and an input, by name."""
+
+
+class ResponseCurve(NamedTuple):
+    """A response (f,), the pairs that have it, and its unit where the curves of a group have several."""
+
+    pairs: list[Pair]
+    H: NDArray[np.complex128]
+    unit: str = ""
+
+    @property
+    def label(self) -> str:
+        """The first pair, and how many are like it."""
+        output, input_ = self.pairs[0]
+        more = len(self.pairs) - 1
+        return f"{output} / {input_}" + (f", and {more} equal" if more else "") + self.unit
+
+
+class ResponseGroup(NamedTuple):
+    """Responses of one unit, none where pairs of several are asked for, and what is left out."""
+
+    unit: str
+    curves: list[ResponseCurve]
+    left_out: list[Pair]
+
+
+def heard(result: FrequencyResponse) -> NDArray[np.bool_]:
+    """Which responses (p, m) are more than the round-off of others."""
+    size = np.abs(result.response).max(axis=0)
+    least = np.sqrt(size.max(axis=1)[:, None] * size.max(axis=0))
+    units = np.array([[unit_of_response(o, i) for i in result.inputs] for o in result.outputs])
+    for unit in np.unique(units):
+        own = units == unit
+        least[own] = np.maximum(least[own], size[own].max())
+    return size > SILENT * least
+
+
+def response_units(result: FrequencyResponse) -> list[str]:
+    """Units of the responses, each once."""
+    return list(dict.fromkeys(unit_of_response(o, i) for o in result.outputs for i in result.inputs))
+
+
+def response_group(result: FrequencyResponse, unit: str) -> ResponseGroup:
+    """The responses of a unit that matter: at most eight different curves, none below a thousandth of the largest."""
+    size, sounds = np.abs(result.response).max(axis=0), heard(result)
+    every, peaks, wanted = list[Pair](), dict[Pair, float](), list[Pair]()
+    for (i, output), (j, input_) in itertools.product(enumerate(result.outputs), enumerate(result.inputs)):
+        if unit_of_response(output, input_) == unit:
+            pair = (output.name, input_.name)
+            every.append(pair)
+            peaks[pair] = float(size[i, j])
+            wanted += [pair] if sounds[i, j] else []
+    largest = max(peaks.values())
+    wanted = [pair for pair in wanted if peaks[pair] >= MATTERS * largest]
+    curves: list[ResponseCurve] = []
+    for pair in sorted(wanted, key=lambda own: -round(peaks[own] / largest, 6))[:MOST_PAIRS]:
+        H = result.of(*pair)
+        alike = next((c for c in curves if np.abs(c.H - H).max() <= SAME * peaks[pair]), None)
+        if alike is not None:
+            alike.pairs.append(pair)
+        elif len(curves) < MOST_CURVES:
+            curves.append(ResponseCurve([pair], H))
+    curves = curves or [ResponseCurve(every[:1], result.of(*every[0]))]
+    shown = {pair for curve in curves for pair in curve.pairs}
+    return ResponseGroup(unit, curves, [pair for pair in every if pair not in shown])
+
+
+def phase_in_degrees(H: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Phase of a response, unwrapped; where it is beyond a turn, moved by whole turns to where most of it is within."""
+    phase = np.degrees(np.unwrap(np.angle(H)))
+    shift = 360 * np.round(np.median(phase) / 360) if abs(np.median(phase)) > 360 else 0.0
+    return phase - shift

@@ -1,0 +1,480 @@
+"""Frequency response between named inputs and outputs, of the low-order, full-order and exact models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, Literal, get_args
+
+import numpy as np
+import scipy.sparse.linalg as spla
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.model_error.assumptions import Interval
+from flexura.analysis.model_error.model_error import model_errors_near
+from flexura.analysis.responses.meshes import response_meshes
+from flexura.analysis.strain.motion import motions
+from flexura.arguments import verb
+from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.linalg import count_below, inverse_roots, scaled
+from flexura.mechanism import Damping, Mechanism
+from flexura.methods import ExactResponse
+from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
+from flexura.results import Tabular
+from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
+from flexura.systems import (
+    NEAR,
+    Channel,
+    ModalSystem,
+    SecondOrder,
+    StateSpace,
+    System,
+    as_quantity,
+    band_limits,
+    proof_limits,
+    reduced,
+    remainder_of_response,
+    resonance_limits,
+    response_columns,
+    stiffening,
+    system,
+    truncation_limits,
+    unit_of_response,
+)
+from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+ResponseOrder = Literal["low", "full", "exact"]
+Method = Literal["modal", "direct"]
+Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]
+
+BEYOND = 4.0
+"""Modes up to so many times the highest frequency asked for are in the modal sum of a full-order model."""
+
+MARGIN = 2.0
+"""Frequencies of the low-order model are proven up to so many times the highest one asked for."""
+
+TOLERANCE = 1e-4
+"""Relative error to which frequencies of the low-order model are proven when nothing else is said."""
+
+PEAK_POINTS = 32
+"""Points beside every resonance on each of its sides, equally far from each other on its circle of Nyquist."""
+
+SEEN = 1e-4
+"""Part of a response from which its round-off is said."""
+
+NOTHING = 1e-9
+"""Responses below so much of the largest ones of their input and output are round-off."""
+
+SHARPEST = 1e-5
+"""Damping ratio with which the grid is refined around undamped resonances."""
+
+
+@dataclass(frozen=True, repr=False)
+class FrequencyResponse(Tabular):
+    """H (f, p, m) at `frequency_hz` (f,): complex amplitude of each output per unit of each input, e^(+i omega t).
+
+    `resonances_hz` (k,) are the natural frequencies in the range and `ratios` (k,) their damping ratios; `notes` say
+    which model was used. `warnings` are what is `known`, and what the model of the system `unproven` is not proven to
+    contain up to the highest frequency, which is worked out when they are first asked for. `modes` are those of the
+    resonances, None where there are only poles.
+    """
+
+    _shown = ("name", "frequency_hz", "inputs", "outputs", "order")
+
+    name: str
+    frequency_hz: Array
+    response: Complex
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+    resonances_hz: Array
+    ratios: Array
+    order: int
+    notes: tuple[str, ...] = ()
+    known: tuple[Exceeded, ...] = ()
+    unproven: SecondOrder | None = None
+    modes: ModalSystem | None = field(default=None, repr=False)
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this response stops holding: undamped resonances, coarse meshes, frequencies beyond what is proven."""
+        if self.unproven is None:
+            return self.known
+        return (*self.known, *proof_limits(self.unproven, float(self.frequency_hz.max())))
+
+    def of(self, output: str, input: str) -> Complex:
+        """The response (f,) of one output to one input, by name. Raises OptionError for others."""
+        found = []
+        for channels, name, what in ((self.outputs, output, "output"), (self.inputs, input, "input")):
+            names = [c.name for c in channels]
+            if name not in names:
+                raise OptionError(f"there is no {what} {name!r}; known: {', '.join(names)}")
+            found.append(names.index(name))
+        return self.response[:, found[0], found[1]]
+
+    def unit(self, output: str, input: str) -> str:
+        """Unit of a response, e.g. `m/N`."""
+        known = ({c.name: c for c in channels} for channels in (self.outputs, self.inputs))
+        out, into = (own[name] for own, name in zip(known, (output, input), strict=True))
+        return unit_of_response(out, into)
+
+    @cached_property
+    def resonance_motions(self) -> tuple[str, ...]:
+        """What moves at each of the resonances (k,), in words; none where only poles are known of the model. Worked out
+        when first asked for."""
+        if self.modes is None:
+            return ()
+        nearest = [int(np.abs(self.modes.frequency_hz - hz).argmin()) for hz in self.resonances_hz]
+        q, model = self.modes.shapes[:, nearest], self.modes.system.model
+        u = q if isinstance(model, FullOrderModel) else model.recover(q)
+        full = self.modes.system.full_order
+        return tuple(motion.summary for motion in motions(full, full.node_displacements(u)))
+
+    @cached_property
+    def _model_errors(self) -> list[tuple[Interval | None, str]]:
+        if self.modes is None:
+            return [(None, "poles alone are known")] * len(self.resonances_hz)
+        return model_errors_near(self.modes.system.full_order, self.resonances_hz)
+
+    @property
+    def model_error(self) -> tuple[Interval | None, ...]:
+        """Of the resonances (k,), where those of the part lie: between 1 + low and 1 + high times their frequencies;
+        None where there is no evidence. Worked out when first asked for."""
+        return tuple(own for own, _ in self._model_errors)
+
+    def _title(self) -> str:
+        hz = self.frequency_hz
+        return f"order {self.order}, {counted(len(hz), 'frequency')} from {ends((hz[0], hz[-1]), 'Hz')}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table(self.gain_columns(), "pairs")
+        found = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
+        moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
+        yield Table({**found, **moving}, "resonances")
+
+    def gain_columns(self) -> dict[str, Any]:
+        """A row for each pair of an output and an input that is no round-off: its gain at the first frequency, and its
+        peak."""
+        H, hz = np.abs(self.response), self.frequency_hz
+        pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
+        scale = np.sqrt(H.max(axis=(0, 2), initial=0.0)[:, None] * H.max(axis=(0, 1), initial=0.0))
+        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
+        units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
+        own = [H[:, i, j] for i, j in shown]
+        first = f"at {in_hz(float(hz[0]))}"
+        return {
+            "output": [self.outputs[i].name for i, _ in shown],
+            "input": [self.inputs[j].name for _, j in shown],
+            first: [quantity(float(h[0]), unit) for h, unit in zip(own, units, strict=True)],
+            "peak": [quantity(float(h.max()), unit) for h, unit in zip(own, units, strict=True)],
+            "peak at [Hz]": [float(hz[h.argmax()]) for h in own],
+        }
+
+    def _data(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "frequency_hz": self.frequency_hz,
+            "real": self.response.real,
+            "imaginary": self.response.imag,
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "resonances_hz": self.resonances_hz,
+            "damping_ratios": self.ratios,
+            "model_error": self.model_error,
+            "model_error_reason": [reason for _, reason in self._model_errors],
+            "order": self.order,
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """Frequency, then magnitude and phase of every pair."""
+        return response_columns(self.frequency_hz, self.response, self.inputs, self.outputs)
+
+
+@verb
+def frequency_response(
+    model: Mechanism | Plan | FullOrderModel | LowOrderModel | System | ModalSystem | StateSpace,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    frequency_hz: ArrayLike | None = None,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    band: tuple[float, float] | None = None,
+    points: int = 400,
+    quantity: Quantity | None = None,
+    order: ResponseOrder = "low",
+    method: Method = "modal",
+    damping: Damping | float | Mapping[str, Any] | None = None,
+    keep: int | Mapping[str, int] | None = None,
+    keep_below: float | None = None,
+    reduction: Reduction | None = None,
+    tolerance: float | None = None,
+    up_to: float | None = None,
+) -> FrequencyResponse:
+    """Frequency response between named inputs and outputs (theory eqs. T10-T14).
+
+    At `frequency_hz` (f,), or over a `band` (from, to) Hz, with at least `points` of them, to which points around every
+    resonance are added. `inputs`, `outputs` and `damping` as in `system`. `quantity` reads all motions as receptance,
+    mobility, accelerance, or, with inputs such as `ground.tx`, as transmissibility: absolute motion over that of the
+    base.
+
+    `order`: low (a mechanism is reduced until its frequencies up to twice the highest one asked for are proven to
+    0.01 %, or by `keep`, `keep_below`, `reduction`, `tolerance`, `up_to` as in `reduce`), full, or exact (dynamic
+    stiffness, no mesh). `method`: modal sum with static correction, or direct solution at every frequency, which takes
+    any damping, modal ratios by their matrix (`System.damping_matrix`).
+
+    Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
+    combinations that make no sense; SolverError at an undamped resonance.
+    """
+    wanted = _wanted(frequency_hz, band, points)
+    if order not in get_args(ResponseOrder):
+        raise OptionError(f"order is low, full or exact, not {order!r}")
+    if method not in get_args(Method):
+        raise OptionError(f"method is modal or direct, not {method!r}")
+    ways = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
+    how = {name: value for name, value in ways.items() if value is not None}
+    if isinstance(model, Mechanism):
+        model = plan_of(model, parameters)
+    if isinstance(model, StateSpace | ModalSystem):
+        given = (order != "low", method != "modal", quantity, damping is not None, parameters, how)
+        if any(given):
+            raise OptionError(
+                "order, method, quantity, damping, parameters and methods of reduction belong to a mechanism"
+            )
+    if isinstance(model, StateSpace):
+        own = model.selected(_listed(inputs), _listed(outputs))
+        hz = _grid(wanted, band, points, *_of_poles(own, wanted[-1]))
+        H = own.frequency_response(hz)
+        found = _of_poles(own, wanted[-1])
+        ends = (own.inputs, own.outputs, *found, own.order)
+        known = (*resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR))), *band_limits(own, wanted[-1]))
+        return FrequencyResponse(own.name, hz, H, *ends, own.notes, known)
+    if isinstance(model, ModalSystem):
+        modes = model.selected(inputs, outputs)
+    else:
+        built = _system(model, inputs, outputs, wanted[-1], order, damping, parameters, how)
+        built = as_quantity(built, quantity)
+        if order == "exact":
+            return _exact(built, wanted, band, points)
+        if method == "direct":
+            return replace(_direct(built, wanted, band, points), unproven=_unproven(model, built, how))
+        modes = built.modal(up_to=BEYOND * wanted[-1]) if isinstance(built.model, FullOrderModel) else built.modal()
+    resonances = _resonances(modes, wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = modes.response(hz)
+    _refuse_infinite(H, hz)
+    lost, much = remainder_of_response(modes, H, hz)
+    notes = (*_notes(modes, hz, resonances), *lost)
+    known = _known(modes, hz) + much
+    if isinstance(model, ModalSystem):
+        known += truncation_limits(modes, wanted[-1])
+    ends = (modes.inputs, modes.outputs, *resonances, modes.order)
+    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(model, modes.system, how), modes)
+
+
+def _listed(names: Sequence[str] | None) -> list[str] | None:
+    return None if names is None else [names] if isinstance(names, str) else list(names)
+
+
+def _wanted(frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> Array:
+    """The frequencies asked for, in order. Raises OptionError for impossible ones."""
+    if (frequency_hz is None) == (band is None):
+        raise OptionError("give either frequencies or a band (from, to), Hz")
+    if band is not None:
+        low, high = (float(x) for x in band)
+        if not (np.isfinite(high) and 0 < low < high):
+            raise OptionError(f"a band is two frequencies in Hz, 0 < from < to, not {low:g}, {high:g}")
+        if not 2 <= points <= 10_000_000:
+            raise OptionError(f"a band has between 2 and 10 million points, not {points}")
+        return np.geomspace(low, high, points)
+    hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+    bad = hz[~(np.isfinite(hz) & (hz > 0))]
+    if hz.ndim != 1 or not len(hz) or len(bad):
+        what = f"{bad.flat[0]:g}" if bad.size else "none"
+        raise OptionError(f"frequencies are positive finite numbers in Hz; found {what}")
+    return np.sort(hz)
+
+
+def _system(
+    model: Any,
+    inputs: Sequence[str] | None,
+    outputs: Sequence[str] | None,
+    top: float,
+    order: ResponseOrder,
+    damping: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    how: dict[str, Any],
+) -> System:
+    if isinstance(model, System):
+        if damping is not None or parameters or how:
+            raise OptionError(
+                "damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
+            )
+        return model.selected(inputs, outputs)
+    if order == "low" and isinstance(model, Plan) and not how:
+        model, parameters = proven(model, parameters, MARGIN * top), None
+    if order == "exact" and isinstance(model, Plan):
+        model, parameters = assemble(model, parameters), None
+    if order != "low" and isinstance(model, LowOrderModel):
+        raise OptionError(f"order {order} needs the mechanism, not a model reduced from it")
+    return system(
+        model,
+        parameters,
+        inputs=inputs,
+        outputs=outputs,
+        order="low" if order == "low" else "full",
+        damping=damping,
+        static_correction=order != "exact",
+        **how,
+    )
+
+
+def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -> LowOrderModel:
+    """The low-order model whose frequencies up to the highest one are proven, to the mechanism's own tolerance where it
+    has one; without frequencies up to there, reduced as `system` reduces a mechanism of which nothing is said."""
+    described = plan.mechanism.reduction
+    tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
+    K, M = stiffness_and_mass(Design.of(plan, parameters))
+    single = one_design(parameters)
+    if count_below(K, M, (2 * np.pi * top) ** 2):
+        return reduce(plan, single, tolerance=tolerance, up_to=top, coordinates="substructures")
+    return reduced(plan, single, {})
+
+
+def _unproven(model: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrder | None:
+    """The system, unless it is of a mechanism that was reduced as need be."""
+    return None if isinstance(model, Plan) and not how else built
+
+
+def _known(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:
+    """Undamped resonances in the range, and meshes that leave the response uncertain."""
+    undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
+    return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
+
+
+def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
+    """Natural frequencies in the range, Hz, and their damping ratios."""
+    own = (modes.frequency_hz >= wanted[0]) & (modes.frequency_hz <= wanted[-1])
+    if modes.is_proportional:
+        return modes.frequency_hz[own], modes.total_ratios[own]
+    try:
+        found = modes.complex_modes
+    except SolverError:
+        return modes.frequency_hz[own], modes.total_ratios[own]
+    own = (found.poles.imag > 0) & (found.frequency_hz >= wanted[0]) & (found.frequency_hz <= wanted[-1])
+    return found.frequency_hz[own], found.ratios[own]
+
+
+def _of_poles(model: StateSpace, top: float) -> tuple[Array, Array]:
+    poles = model.poles()
+    if model.dt is not None:
+        poles = np.log(poles[np.abs(poles) > 1e-12]) / model.dt
+    hz = np.abs(poles) / (2 * np.pi)
+    own = (poles.imag > 0) & (hz <= top)
+    order = np.argsort(hz[own])
+    return hz[own][order], (-poles.real / np.abs(poles))[own][order]
+
+
+def _grid(wanted: Array, band: tuple[float, float] | None, points: int, resonances: Array, ratios: Array) -> Array:
+    """The frequencies asked for, and for a band points on both sides of every resonance, equally far from each other on
+    its circle of Nyquist, and from there outwards to the spacing of the others."""
+    if band is None or not len(resonances):
+        return wanted
+    step = np.log(wanted[-1] / wanted[0]) / (points - 1)
+    found = [wanted]
+    for f, zeta in zip(resonances, ratios, strict=True):
+        width = max(float(zeta), SHARPEST)
+        apart = width * np.tan(np.pi / 2 * np.arange(1, PEAK_POINTS) / PEAK_POINTS)
+        if step > apart[-1]:
+            apart = np.append(apart, np.geomspace(apart[-1], step, PEAK_POINTS // 4)[1:])
+        found += [f * np.exp(apart), f * np.exp(-apart)]
+        if zeta > 0:
+            found.append(np.array([f]))
+    hz = np.unique(np.concatenate(found))
+    return hz[(hz >= wanted[0]) & (hz <= wanted[-1])]
+
+
+def _notes(modes: ModalSystem, hz: Array, resonances: tuple[Array, Array]) -> tuple[str, ...]:
+    model = modes.system.model
+    kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
+    notes = [f"{kind} model, order {model.order}, {modes.order} modes with static correction"]
+    notes += model.steps if isinstance(model, LowOrderModel) else state_of(model.design)
+    if not modes.system.is_damped:
+        notes.append("no damping is given: resonances are infinitely high")
+    missed = _between(hz, *resonances)
+    if missed:
+        listed = ", ".join(f"{f:.5g}" for f in missed[:5])
+        notes.append(
+            f"{len(missed)} resonance(s) fall between the frequencies given, at {listed} Hz; a band adds points"
+        )
+    return tuple(notes)
+
+
+def _between(hz: Array, resonances: Array, ratios: Array) -> list[float]:
+    """Resonances with no frequency within their half-power width."""
+    if not len(hz):
+        return []
+    nearest = np.abs(resonances[:, None] - hz).min(axis=1, initial=np.inf)
+    return [float(f) for f in resonances[nearest > np.maximum(ratios, SHARPEST) * resonances]]
+
+
+def _refuse_infinite(H: Complex, hz: Array) -> None:
+    bad = ~np.isfinite(H).all(axis=(1, 2))
+    if bad.any():
+        f = hz[bad][0]
+        raise SolverError(f"{in_hz(f, 6)} is an undamped resonance, where the response is infinite: give some damping")
+
+
+def _direct(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+    """K + i H + i omega C - omega^2 M solved at every frequency (theory eq. T14)."""
+    M, C, K, lossy = built.matrices()
+    modes = built.modal(up_to=BEYOND * wanted[-1])
+    resonances = _resonances(modes, wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = np.empty((len(hz), len(built.outputs), len(built.inputs)), dtype=complex)
+    K = K if lossy is None else K + 1j * lossy
+    stiff, heavy = np.abs(K.diagonal()), np.abs(M.diagonal())
+    for k, f in enumerate(hz):
+        w = 2 * np.pi * f
+        Z = K + 1j * w * C - w * w * M
+        d = inverse_roots(stiff + w * w * heavy)
+        try:
+            if isinstance(Z, np.ndarray):
+                q = d[:, None] * np.linalg.solve(scaled(Z, d), d[:, None] * built.B.astype(complex))
+            else:
+                q = d[:, None] * spla.splu(scaled(Z.tocsc(), d)).solve(d[:, None] * built.B.astype(complex))
+        except (np.linalg.LinAlgError, RuntimeError):
+            q = np.full(built.B.shape, np.nan, dtype=complex)
+        own = built.rows @ q + built.residual / stiffening(built, np.array(w))
+        H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
+    _refuse_infinite(H, hz)
+    notes = (f"solved directly at every frequency, order {built.order}", *state_of(built.model.design))
+    ends = (built.inputs, built.outputs, *resonances, built.order)
+    return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)), modes=modes)
+
+
+def _lost_digits(built: System) -> tuple[Exceeded, ...]:
+    """That round-off in the stiffness, which a direct solution takes as it is stored, may be seen."""
+    if built.flexibility.shift:
+        return ()
+    lost = min(lost_work(built.K, built.flexibility(built.B), built.B), 1.0)
+    if lost < SEEN:
+        return ()
+    text = f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"
+    return (Exceeded("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),)
+
+
+def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+    if not isinstance(built.model, FullOrderModel):
+        raise OptionError("order exact needs the mechanism, not a system reduced from it")
+    exact = ExactResponse(built.model, built.law, built.input_ports, built.output_ports, built.D)
+    modes = built.modal(up_to=BEYOND * wanted[-1])
+    resonances = _resonances(modes, wanted)
+    hz = _grid(wanted, band, points, *resonances)
+    H = np.stack([exact.at(2 * np.pi * f) for f in hz])
+    _refuse_infinite(H, hz)
+    n = len(exact.kept)
+    notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
+    ends = (built.inputs, built.outputs, *resonances, n)
+    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz), modes=modes)

@@ -1,0 +1,266 @@
+"""Time response with large displacements and rotations: signals in, readings of a mechanism that turns out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.limits.limits import command_limits
+from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
+from flexura.deadline import checkpoint
+from flexura.errors import Exceeded, OptionError
+from flexura.linalg import factorise
+from flexura.mechanism import DOF_NAMES
+from flexura.motion import (
+    NO_LOADS,
+    Damping,
+    Equations,
+    Equilibrium,
+    Integrator,
+    Loads,
+    MotionState,
+    MovingModel,
+    Path,
+    Point,
+    Pose,
+    Stopped,
+    commanded,
+    described_loads,
+    rotation_vector,
+)
+from flexura.structure import FullOrderModel
+from flexura.systems import Channel, OutputPort, System
+from flexura.tables import in_hz, quantity
+
+Array = NDArray[np.float64]
+
+MODES = 6
+"""Frequencies at rest by which the low order is judged, and to which damping ratios are fitted."""
+
+SAMPLES = 12
+"""States that are compared with the full order."""
+
+COARSE = 20
+"""Steps per period of the motion below which they count as coarse: periods are then off by 1 %."""
+
+
+class Asked(NamedTuple):
+    """What acts on a mechanism: signals u (m, N) at inputs in steps of dt, s, impulses (m,) at time zero from the
+    static state under `start` (m,), and the spectral radius `rho` of the method."""
+
+    u: Array
+    dt: float
+    impulses: Array
+    start: Array
+    rho: float
+
+
+class Answer(NamedTuple):
+    """Outputs (p, N), and what is to be said."""
+
+    response: Array
+    notes: tuple[str, ...]
+    warnings: tuple[Exceeded, ...]
+
+
+def large_time_response(built: System, asked: Asked, order: str) -> Answer:
+    """Outputs of a system of full order with large displacements and rotations (theory eqs. G33-G35).
+
+    Loads and gravity that are described are on all the time. Raises OptionError for damping that has no motion over
+    time and for readings that are none of nodes, SolverError where a step does not settle.
+    """
+    full = built.model
+    assert isinstance(full, FullOrderModel)
+    moving = MovingModel.of(full.design)
+    readings = [_Reading.of(moving, port) for port in built.output_ports]
+    loads = _Signals(moving, built, asked)
+    equations = Equations(moving)
+    damping, damped = _damping(built, equations)
+    runs: list[_Run] = []
+
+    def run(own: Equations) -> list[Equilibrium]:
+        runs.append(_Run(own, loads, damping, readings, asked))
+        return runs[-1].samples
+
+    said: LowOrderMotion | None = None
+    if order == "low":
+        nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
+        found = low_order_motion(equations, nodes, run, MODES)
+        said, own = found.said, runs[found.walk]
+    else:
+        run(equations)
+        own = runs[-1]
+    notes = [
+        f"large displacements and rotations, generalised-alpha, rho_infinity {asked.rho:g}, error of order dt^2,"
+        f" {own.per_period:.3g} steps in a period of the motion",
+        *damped,
+        *([] if said is None else [said.note]),
+    ]
+    warnings = list(command_limits(built.input_ports, asked.u, lambda k: f" at {quantity(k * asked.dt, 's', 6)}"))
+    if own.per_period < COARSE:
+        text = f"the motion has {own.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
+        warnings.append(Exceeded("step", "", own.per_period, COARSE, "1", text))
+    return Answer(own.response, tuple(notes), (*warnings, *(() if said is None else said.warnings)))
+
+
+class _Signals:
+    """Loads over time."""
+
+    def __init__(self, model: MovingModel, built: System, asked: Asked) -> None:
+        self.asked = asked
+        described = described_loads(model.design)
+        self._dead: dict[int, Any] = dict(described.dead)
+        self._gravity = described.gravity
+        self._levers = [commanded(model, port) for port in built.input_ports]
+        self.nodes = [*self._dead, *(lever.node for lever in self._levers if lever.node is not None)]
+
+    def under(self, values: Array) -> Loads:
+        """Loads under inputs (m,)."""
+        dead, actuators = dict(self._dead), dict[str, float]()
+        for lever, value in zip(self._levers, values.tolist(), strict=True):
+            if lever.node is not None:
+                dead[lever.node] = dead.get(lever.node, 0.0) + value * lever.unit
+            else:
+                actuators[lever.name] = value * lever.unit
+        return Loads(dead, {}, self._gravity, actuators)
+
+    def at(self, number: int) -> Loads:
+        """Loads at the time with a number."""
+        return self.under(self.asked.u[:, number])
+
+    def impulse(self, equations: Equations, start: Equilibrium) -> Array:
+        """Momentum (n,) that impulses bring, by what they act on at the start."""
+        if not self.asked.impulses.any():
+            return np.zeros(equations.model.n_dof)
+        acting, none = (self.under(own) for own in (self.asked.impulses, 0 * self.asked.impulses))
+        with_it, without = (equations.tangent(start.frames, own, np.empty(0))[1] for own in (acting, none))
+        return with_it - without
+
+
+@dataclass
+class _Run:
+    """A motion on one model."""
+
+    equations: Equations
+    loads: _Signals
+    damping: Damping
+    readings: list[_Reading]
+    asked: Asked
+    response: Array = field(init=False)
+    samples: list[Equilibrium] = field(init=False)
+    per_period: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        model, asked, equations = self.equations.model, self.asked, self.equations
+        count = asked.u.shape[1]
+        start = _resting(equations, self.loads.under(asked.start))
+        M = model.mass(start.frames)
+        momentum = self.loads.impulse(equations, start)
+        integrator = Integrator(equations, self.damping, asked.dt, asked.rho)
+        velocity = factorise(M).solve(momentum) if momentum.any() else momentum
+        self.response = np.zeros((len(self.readings), count))
+        kept = {int(k) for k in np.linspace(0, count - 1, SAMPLES)}
+        self.samples, speed, force = [], 0.0, 0.0
+        for number, state in enumerate(integrator.through(start.frames, velocity, self.loads.at, count)):
+            checkpoint()
+            motion = tuple(equations.displacements(own) for own in (state.velocity, state.acceleration))
+            for k, reading in enumerate(self.readings):
+                self.response[k, number] = reading.read(model, state, *motion)
+            speed += float(state.velocity @ (M @ state.velocity))
+            force += float(state.acceleration @ (M @ state.acceleration))
+            if number in kept:
+                loads = self.loads.at(number)
+                tangent = equations.tangent(state.frames, loads, np.empty(0))[0]
+                self.samples.append(Equilibrium(state.frames, np.empty(0), loads, tangent, 0))
+        rate = np.sqrt(force / speed) if speed > 0 else 0.0
+        self.per_period = 2 * np.pi / (rate * asked.dt) if rate > 0 else np.inf
+
+
+class _Reading(NamedTuple):
+    """What an output reads: of a node, or of a second one seen from the first, along a direction, so often
+    differentiated; rotations where it `turns`, in axes that turn with the node where it is `mounted` there."""
+
+    nodes: tuple[int, ...]
+    direction: Array
+    derivative: int
+    turns: bool
+    mounted: bool
+
+    @staticmethod
+    def of(model: MovingModel, port: OutputPort) -> _Reading:
+        """The reading of a port. Raises OptionError for forces, and for rates between two nodes."""
+        channel: Channel = port.channel
+        words = channel.quantity.split("_")
+        turns = words[0] in ("rotation", "angular")
+        if channel.quantity in ("force", "moment") or channel.node is None:
+            raise OptionError(f"{channel.name} reads a {channel.quantity}: in large motion outputs are those of nodes")
+        names = [channel.node] if channel.against is None else [channel.against, channel.node]
+        if len(names) == 2 and port.derivative:
+            raise OptionError(f"{channel.name} reads a rate between two nodes: in large motion name a single node")
+        nodes = tuple(model.design.plan.topology.numbers(names).tolist())
+        described = channel.name.rpartition(".")[2].partition(":")[0] not in DOF_NAMES
+        mounted = port.derivative == 2 and described
+        return _Reading(nodes, np.array(channel.direction, dtype=float), port.derivative, turns, mounted)
+
+    def read(self, model: MovingModel, state: MotionState, velocity: Array, acceleration: Array) -> float:
+        """What is read in a state with velocities and accelerations (n + 1, 6) of the frames."""
+        frames, roots = state.frames, [int(model.root[node]) for node in self.nodes]
+        R = [frames.R[root] for root in roots]
+        if self.derivative:
+            rate, (root,), arm = velocity, roots, R[0] @ model.arm[self.nodes[0]]
+            value = (velocity if self.derivative == 1 else acceleration)[root]
+            swing = np.cross(value[3:], arm)
+            if self.derivative == 2:
+                swing = swing + np.cross(rate[root, 3:], np.cross(rate[root, 3:], arm))
+            found = value[3:] if self.turns else value[:3] + swing
+            return float((R[0] @ self.direction if self.mounted else self.direction) @ found)
+        if self.turns:
+            turn = R[0] if len(R) == 1 else R[0].T @ R[1]
+            return float(self.direction @ rotation_vector(turn))
+        x, rest = ([own.x[r] + own.R[r] @ model.arm[n] for r, n in zip(roots, self.nodes, strict=True)]
+                   for own in (frames, model.rest))  # fmt: skip
+        moved = x[0] - rest[0] if len(x) == 1 else R[0].T @ (x[1] - x[0]) - (rest[1] - rest[0])
+        return float(self.direction @ moved)
+
+
+def _resting(equations: Equations, loads: Loads) -> Equilibrium:
+    """The static state under loads. Raises OptionError where there is none."""
+    zero = np.empty(0)
+    rest = equations.model.rest
+    if not loads.any:
+        tangent = equations.tangent(rest, loads, zero)[0]
+        return Equilibrium(rest, zero, loads, tangent, 0)
+    start = equations.solve(rest, NO_LOADS, zero)
+    state = next(iter(Path(equations, start, Point(zero, NO_LOADS)).through([Point(zero, loads)])))
+    if isinstance(state, Stopped):
+        raise OptionError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
+    return state
+
+
+def _damping(built: System, equations: Equations) -> tuple[Damping, list[str]]:
+    """Rayleigh damping, as it is described or near to damping ratios, and notes on it.
+
+    Raises OptionError for structural damping.
+    """
+    law = built.law
+    if built.H is not None:
+        raise OptionError("structural damping has no response over time: give damping ratios or Rayleigh damping")
+    if not law.is_modal:
+        return Damping(law.alpha, law.beta), []
+    values = Pose(equations, equations.solve(equations.model.rest)).modes(MODES).values
+    w = np.sqrt(values[values > 0])[[0, -1]]
+    zeta = law.modal_ratios(w / (2 * np.pi))
+    if w[1] < 1.01 * w[0]:
+        found = np.array([w[0] * zeta[0], zeta[0] / w[0]])
+    else:
+        found = np.maximum(np.linalg.solve(np.stack([1 / w, w], axis=1) / 2, zeta), 0.0)
+    hertz, ratio = w / (2 * np.pi), (found[0] / w + found[1] * w) / 2
+    lowest = float(np.sqrt(found[0] * found[1])) if found.all() else float(ratio.min())
+    note = (
+        f"damping ratios are taken as Rayleigh damping, {ratio[0]:.3g} at {in_hz(hertz[0], 4)} and {ratio[1]:.3g} at"
+        f" {in_hz(hertz[1], 4)}, {lowest:.3g} between at least and more beyond"
+    )
+    return Damping(law.alpha + float(found[0]), law.beta + float(found[1])), [note]

@@ -1,0 +1,304 @@
+"""Ways in which a platform is free: rotations about screw axes and translations, from its compliance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from flexura.analysis.strain.drift import ScrewAxis, screw_axis
+from flexura.beam import block_rotation, rigid_arm
+from flexura.linalg import is_definite
+from flexura.records import Record
+from flexura.results import Result, plain
+from flexura.structure import FullOrderModel
+from flexura.tables import Facts, Table, counted, in_mm, number, quantity
+
+Array = NDArray[np.float64]
+
+GAP = 10.0
+"""Least ratio of compliances between freedoms and constraints where there are no actuators."""
+
+OUTSTANDING = 2.0
+"""How many times the second largest ratio of neighbouring compliances the largest must be."""
+
+LENGTHS = (2**-0.5, 2**0.5)
+"""Factors of the characteristic length with which freedoms have to be the same."""
+
+TURNS = 0.1
+"""Share of rotation in a freedom, lengths over the characteristic length, below which it is a translation."""
+
+EQUAL = 1e-3
+"""Stiffnesses that differ by no more are repeated: their axes are a matter of choice."""
+
+PARALLEL = 1e-6
+"""Directions are the same when their components differ by no more."""
+
+NOISE = 1e-9
+"""Compliances below so much of the largest are round-off."""
+
+
+@dataclass(frozen=True, repr=False)
+class Freedom(Record):
+    """One way in which a platform is free: a twist (6,) of its node of unit size, m and rad, and its screw axis.
+
+    `share` is the part of the compliance that the actuators own, 1 where they are all of it; nan without actuators.
+    `command` (a,) are the actuator commands, in their units, per unit of the twist. In units of the twist, `stroke` is
+    how far they reach to either side within their limits, and `yield_stroke` how far until a link or flexure yields,
+    moved by the actuators or, without them, by the one wrench at the platform that makes this twist; `shift`, m, and
+    `tilt`, rad, say how far the axis drifts at the end of the stroke. None where there are no commands, limits or yield
+    stresses, and where the tangent stiffness is refused (`tangent_stiffness`).
+    """
+
+    kind: str
+    twist: tuple[float, ...]
+    axis: ScrewAxis
+    share: float
+    command: tuple[float, ...]
+    stroke: float | None = None
+    yield_stroke: float | None = None
+    yields_in_range: bool = True
+    """Whether linear theory still holds at `yield_stroke`: no rotation or deflection there is beyond its limit."""
+    shift: float | None = None
+    tilt: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON, the screw axis by its `direction`, `point` and `pitch`."""
+        axis = {"direction": self.axis.direction, "point": self.axis.point, "pitch": self.axis.pitch}
+        own = {name: value for name, value in vars(self).items() if name != "axis"}
+        return plain({"kind": self.kind, "twist": self.twist, **axis, **own})
+
+
+@dataclass(frozen=True, repr=False)
+class ComplianceSpectrum(Result):
+    """Compliances of a platform on one scale, translations and rotations together (theory eq. T24).
+
+    `compliance` (6,), m/N, largest first: of the platform at `centre` (3,), m, the centroid of what holds it, rotations
+    counted as what they move at the characteristic `length`, m, its radius of gyration. `gap` is the largest ratio of
+    two that follow each other, `count` how many are above it; `is_outstanding` when no other is near it, and `is_clear`
+    when it is also large, and in the same place for lengths up to sqrt(2) times as short and as long. `axes` (6, 6) are
+    the motions, one in each column, translations of the centre in m and rotations times the length.
+    """
+
+    compliance: Array
+    axes: Array
+    centre: Array
+    length: float
+    gap: float
+    count: int
+    is_outstanding: bool
+    is_clear: bool
+
+    def _title(self) -> str:
+        return counted(self.count, "freedom") if self.is_clear else "no clear cut between freedoms and constraints"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table({"": range(1, 7), "compliance [m/N]": self.compliance}, "compliances")
+        gap = f"{number(self.gap, 4)} after the {self.count}."
+        yield Facts(
+            {
+                "largest gap": gap,
+                "rotations counted at": quantity(self.length, "m", 4),
+                "centre [mm]": in_mm(self.centre),
+            }
+        )
+
+    def _data(self) -> dict[str, Any]:
+        own = {name: value for name, value in vars(self).items() if name != "length"}
+        return {**own, "characteristic_length": self.length}
+
+
+def compliance_spectrum(model: FullOrderModel, number: int, C: Array) -> ComplianceSpectrum:
+    """The spectrum of the compliance C (6, 6) of a node, by number, global frame, SI (theory eq. T24).
+
+    Centre and length are centroid and radius of gyration of what holds the platform, each member, spring or stack
+    counting once and members as straight lines: for a single leaf its middle and l / sqrt(12), where it is as compliant
+    in translation, l^3 / 12 E I, as in rotation, l / E I. They go with the mechanism's size and frame, and do not
+    depend on which node of the platform is named.
+    """
+    middle, spread = _holders(model, number)
+    at = model.geometry.positions[number]
+    centre = middle.mean(axis=0) if len(middle) else at
+    square = float((((middle - centre) ** 2).sum(axis=1) + spread).mean()) if len(middle) else 0.0
+    A = rigid_arm(centre - at)
+    own = A @ C @ A.T
+    if not square > 0:
+        root = model.plan.topology.root
+        cluster = model.geometry.positions[root == root[number]]
+        square = float(((cluster - centre) ** 2).sum(axis=1).max())
+    if not square > 0:
+        turning = float(np.trace(own[3:, 3:]))
+        square = float(np.trace(own[:3, :3])) / turning if turning > 0 else 1.0
+    length = float(np.sqrt(square))
+    values, axes = _scaled(own, length)
+    count, gap, others = _largest_gap(values)
+    same = all(_largest_gap(_scaled(own, factor * length)[0])[0] == count for factor in LENGTHS)
+    outstanding = gap >= OUTSTANDING * others
+    clear = gap >= GAP and outstanding and same
+    return ComplianceSpectrum(values, axes, centre, length, gap, count, outstanding, clear)
+
+
+def _scaled(C: Array, length: float) -> tuple[Array, Array]:
+    """Compliances (6,), m/N, largest first, and their axes (6, 6), rotations as lengths."""
+    scale = np.array([1.0, 1.0, 1.0, length, length, length])
+    values, axes = la.eigh(C * scale[:, None] * scale)
+    return np.maximum(values[::-1], NOISE * values[-1]), axes[:, ::-1]
+
+
+def _largest_gap(values: Array) -> tuple[int, float, float]:
+    """How many compliances (6,) are above the largest gap, this ratio, and the next largest ratio.
+
+    What is held does not move at all: the step down to it counts only where there is no gap above it.
+    """
+    ratio = values[:-1] / values[1:]
+    elastic = np.where(values[1:] > NOISE * values[0], ratio, 1.0)
+    if elastic.max() < GAP and (elastic < ratio).any():
+        elastic = ratio
+    first = int(np.argmax(elastic))
+    return first + 1, float(elastic[first]), float(np.delete(elastic, first).max())
+
+
+def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
+    """Middles (k, 3), m, of the members, springs, stacks and superelements on the rigid cluster of a node, and their
+    mean squares of distance from there (k,), m^2."""
+    topology = model.plan.topology
+    mine = topology.root == topology.root[number]
+    middle: list[Array] = []
+    spread: list[float] = []
+    for name in model.matrices:
+        placed, geometry = topology.copies[name], model.geometry.parts[name]
+        part = placed.part
+        ends = geometry.positions[part.ends] + geometry.offsets
+        discrete_elements = [(own.nodes, 0.0) for own in part.springs.values()]
+        discrete_elements += [(own.nodes, 1 / 3) for own in part.channels.piezos.values()]
+        discrete_elements += [
+            ([n for n in nodes if n < part.n_positioned], 1.0) for nodes, _, _ in part.superelements.values()
+        ]
+        for instance, offset in zip(placed.number, placed.offset, strict=True):
+            m = np.flatnonzero(mine[offset + part.ends].sum(axis=1) == 1)
+            middle += list(ends[m].mean(axis=1) @ model.geometry.Q[instance].T + model.geometry.t[instance])
+            spread += (geometry.length[m] ** 2 / 12).tolist()
+            for nodes, share in discrete_elements:
+                own = offset + np.array(nodes, dtype=np.intp)
+                if mine[own].any() and not (mine[own].all() and len(own) > 1):
+                    x = model.geometry.positions[own]
+                    middle.append(x.mean(axis=0))
+                    spread.append(share * float(((x - middle[-1]) ** 2).sum(axis=1).mean()))
+    return np.array(middle).reshape(-1, 3), np.array(spread)
+
+
+def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
+    """K (n, n) without the springs of the description; None when there are none, or when nothing else holds."""
+    K: Any = model.K.tocsc(copy=True)
+    topology = model.plan.topology
+    for name, matrices in model.matrices.items():
+        placed = topology.copies[name]
+        for discrete in matrices.discrete_elements:
+            if discrete.name not in placed.part.springs or discrete.K is None:
+                continue
+            for instance, offset in zip(placed.number, placed.offset, strict=True):
+                rows = model.design.node_rows(np.array([offset + n for n in discrete.nodes]))
+                Q = model.geometry.Q[instance].T
+                own = block_rotation(Q)
+                own[3:, 3:] *= round(float(np.linalg.det(Q)))
+                B = sp.csr_matrix(np.kron(np.eye(len(discrete.nodes)), own)) @ rows
+                K = K - B.T @ sp.csc_matrix(discrete.K) @ B
+    left = K.diagonal()
+    if not any(part.springs for part in model.plan.parts.values()) or (left < NOISE * model.K.diagonal()).any():
+        return None
+    K = sp.csc_matrix((K + K.T) / 2)
+    return K if is_definite(K) else None
+
+
+def screws(basis: Array, C: Array, model: FullOrderModel) -> list[tuple[Array, str]]:
+    """Rotations (`R`) and translations (`T`) that span a space of twists (6, f), rotations times the length.
+
+    Rotations carry no part of the pure translations. Among themselves both have the principal directions of the
+    stiffness, the inverse of C (6, 6); where that is the same in several, the directions of the most members'
+    axes or else of the global ones.
+    """
+    if not basis.shape[1]:
+        return []
+    _, cosines, Vt = la.svd(basis[3:])
+    cosines = np.append(cosines, np.zeros(max(0, basis.shape[1] - len(cosines))))
+    turning = cosines > TURNS
+    K = np.asarray(la.pinvh(C, rtol=NOISE), dtype=np.float64)
+    axes = _member_axes(model)
+    turns = _along_axes(basis @ Vt[turning].T, slice(3, 6), K, axes)
+    slides = _along_axes(basis @ Vt[~turning].T, slice(0, 3), K, axes)
+    return [(t, "R") for t in turns] + [(t, "T") for t in slides]
+
+
+def _along_axes(space: Array, own: slice, K: Array, axes: Array) -> list[Array]:
+    """Twists of unit directions that span a space (6, f), in the order of the coordinate axes that they are nearest."""
+    if space.shape[1] < 2:
+        return list(space.T)
+    inverse = np.linalg.pinv(space[own])
+    directions = la.orth(space[own])
+    twists = space @ inverse @ directions
+    stiffness, Y = la.eigh(twists.T @ K @ twists)
+    found: list[Array] = []
+    first = 0
+    for k in range(1, len(stiffness) + 1):
+        if k == len(stiffness) or stiffness[k] > (1 + EQUAL) * stiffness[k - 1]:
+            group = directions @ Y[:, first:k]
+            found += [group[:, 0]] if k - first == 1 else _chosen(group, axes)
+            first = k
+    found.sort(key=lambda d: int(np.flatnonzero(np.abs(d) > np.abs(d).max() - PARALLEL)[0]))
+    return [space @ inverse @ d for d in found]
+
+
+def _chosen(space: Array, axes: Array) -> list[Array]:
+    """Orthogonal directions that span a space (3, f): of the axes (n, 3) the first ones in it, else projections of the
+    longest."""
+    found: list[Array] = []
+    rest = space
+    while rest.shape[1]:
+        inside = np.linalg.norm(axes @ rest, axis=1)
+        within = np.flatnonzero(inside > 1 - PARALLEL)
+        best = within[0] if len(within) else np.flatnonzero(inside > inside.max() - PARALLEL)[0]
+        d = rest @ (rest.T @ axes[best])
+        d = d / np.linalg.norm(d)
+        found.append(d)
+        rest = rest @ la.null_space((d @ rest)[None, :])
+    return found
+
+
+def _member_axes(model: FullOrderModel) -> Array:
+    """Directions (n, 3) of the members' axes and the global ones, without their sign: first what most members have,
+    and among equals the global ones."""
+    found = np.concatenate([np.eye(3), *_frames(model)])
+    found[np.abs(found) < PARALLEL] = 0.0
+    first = found[np.arange(len(found)), np.argmax(found != 0, axis=1)]
+    found *= np.sign(first)[:, None]
+    _, at, same, counts = np.unique(np.round(found / PARALLEL / 10), axis=0, return_index=True, return_inverse=True,
+                                    return_counts=True)  # fmt: skip
+    votes = counts.astype(float)
+    votes[same[:3]] -= 0.5
+    order = np.lexsort((at, -votes))
+    return found[at[order]]
+
+
+def _frames(model: FullOrderModel) -> Iterator[Array]:
+    """Axes (3m, 3) of the members of every placed part; of round ones those along them."""
+    for name in model.matrices:
+        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
+        is_round = placed.part.table.is_round
+        local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
+        for instance in placed.number:
+            yield local @ model.geometry.Q[instance].T
+
+
+def freedom(twist: Array, kind: str, at: Array) -> Freedom:
+    """A freedom of unit size from a twist (6,) at a point (3,), m and rad, without what actuators make of it."""
+    own = twist[3:] if kind == "R" else twist[:3]
+    largest = np.flatnonzero(np.abs(own) > (1 - PARALLEL) * np.abs(own).max())[0]
+    twist = twist / (np.linalg.norm(own) * np.sign(own[largest]))
+    twist[np.abs(twist) < 1e-9 * np.abs(twist).max()] = 0.0
+    axis = screw_axis(twist if kind == "R" else [*twist[:3], 0, 0, 0], at, at=at)
+    return Freedom(kind, tuple(float(x) for x in twist), axis, np.nan, ())

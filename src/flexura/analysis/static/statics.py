@@ -1,0 +1,357 @@
+"""Static response of the full-order model to loads, gravity and actuators."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.limits.limits import States, command_limits, force_limits, motion_limits, stress_limits
+from flexura.analysis.limits.preload import preload
+from flexura.analysis.limits.stiffening import bent_most, not_looked_at, stiffening_limits
+from flexura.analysis.model_error.model_error import Interval, ModelError, errors_of, interval_text
+from flexura.analysis.strain.energy import KINDS, energies
+from flexura.analysis.strain.internal_forces import end_forces
+from flexura.analysis.strain.mesh_errors import motion_meshes
+from flexura.analysis.strain.numbers import finite_numbers
+from flexura.analysis.strain.stress import Stresses, StressProfile, member_stresses, stress_profiles
+from flexura.analysis.strokes.pose_limits import pose_limits
+from flexura.arguments import verb
+from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
+from flexura.reduction import flexibility, state_of
+from flexura.results import Tabular
+from flexura.structure import FullOrderModel, Plan, assemble, dead_load
+from flexura.systems import InputPort, Ports, matched
+from flexura.tables import ROUND_OFF, Facts, Table, quantity
+
+Array = NDArray[np.float64]
+
+
+NOTCH_FACTOR = 0.05
+"""How far off, relative, the stress factors of notches may be."""
+
+MOST_NODES = 6
+"""Nodes that a notebook shows: those that carry loads and bodies first, then those that move most."""
+
+MOST_MEMBERS = 3
+"""Members that yield first, in a notebook."""
+
+
+@dataclass(frozen=True)
+class ActuatorState:
+    """An actuator in a static state: its command, in `unit`, the change of its length (or the motion that it works on),
+    m or rad, and the force that it exerts, N, pushing apart positive, or moment, N m."""
+
+    name: str
+    command: float
+    unit: str
+    elongation: float
+    force: float
+
+
+@dataclass(frozen=True, repr=False)
+class Statics(Tabular):
+    """The linear static response u (n,) of `model` to a load vector (n,), m and rad, N and N m.
+
+    `readings` are those of the described displacement, rotation and force sensors, `actuators` the state of each
+    described actuator, `gravity` (3,) m/s^2 what the members' own weight came from, `loads` (6,) dead loads by node.
+    """
+
+    _shown = ("model", "readings", "loads")
+
+    model: FullOrderModel
+    load: Array
+    displacement_vector: Array
+    gravity: tuple[float, float, float]
+    readings: dict[str, float]
+    actuators: tuple[ActuatorState, ...]
+    loads: dict[str, Array] = field(default_factory=dict)
+
+    def displacement(self, node: str) -> Array:
+        """Displacement (6,) of a node, m and rad, global frame. Raises OptionError for unknown nodes."""
+        plan = self.model.plan
+        rows = self.model.design.node_rows(plan.topology.numbers([node]))
+        return np.asarray(rows @ self.displacement_vector)
+
+    def stresses(self) -> Stresses:
+        """The largest stress in every link and flexure."""
+        return member_stresses(self.model, self.displacement_vector, gravity=self._weight)
+
+    def stress_profiles(self) -> dict[str, tuple[StressProfile, ...]]:
+        """Stresses along the members of every prototype."""
+        states, weight = self.displacement_vector[:, None], np.array(self.gravity) if any(self.gravity) else None
+
+        def forces(name: str) -> tuple[Array, Array]:
+            return end_forces(self.model, name, states, weight)
+
+        names = [name for name in self.model.matrices if self.model.plan.parts[name].members]
+        return {name: tuple(stress_profiles(self.model, name, forces)) for name in names}
+
+    @property
+    def _weight(self) -> tuple[float, float, float] | None:
+        return self.gravity if any(self.gravity) else None
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Where this response stops holding: large motion, ranges of actuators, yield, buckling, coarse meshes."""
+        states = States(self.model, self.displacement_vector[:, None])
+        ports = Ports(self.model.design)
+        commands = {a.name: np.array([a.command]) for a in self.actuators}
+        inputs, given = ports.inputs(list(commands)), np.array([a.command for a in self.actuators])
+        return (
+            *command_limits(inputs, given[:, None]),
+            *force_limits(states, ports, commands),
+            *motion_limits(states),
+            *stiffening_limits(self.model, bent_most(states), inputs, given),
+            *stress_limits(states, self._weight),
+            *self._buckling[0],
+            *pose_limits(self.model),
+            *motion_meshes(self.model, self.displacement_vector[:, None], ["under these loads"]),
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """About which state it is linear, and what could not be looked at."""
+        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model))
+
+    @cached_property
+    def model_errors(self) -> ModelError:
+        """How far the part may be from the model: in the energy of its members, in all `readings` of displacements, and
+        in the motion of the nodes that carry `loads`, along the way that each moves."""
+        plan, u = self.model.plan, self.displacement_vector
+        rows = list(_displacement_rows(self.model, self.readings).values())
+        for node in self.loads:
+            at = self.model.design.node_rows(plan.topology.numbers([node])).toarray()[:3]
+            moved = at @ u
+            rows.append(moved @ at / (np.linalg.norm(moved) or 1.0))
+        own = np.reshape(rows, (-1, self.model.order))
+        states = np.column_stack([u, flexibility(self.model).held(np.ascontiguousarray(own.T))])
+        spring = KINDS.index("spring")
+        strained = [
+            2 * float(np.delete(kinds[:, 0], spring).sum())
+            for part in energies(self.model, self.model.node_displacements(u[:, None]))
+            for kinds in part.strain.values()
+        ]
+        base = np.array([sum(strained), *(own @ u)])
+        return errors_of(self.model, states, lambda E: base + E[:, 0])
+
+    @property
+    def model_error(self) -> dict[str, Interval | None]:
+        """By sensor of a displacement and by loaded node, where the part's displacement lies: between 1 + low and
+        1 + high times the one given; None where there is no evidence."""
+        names = (*_displacement_rows(self.model, self.readings), *self.loads)
+        return dict(zip(names, self.model_errors.intervals[1:], strict=True))
+
+    @property
+    def stress_error(self) -> Interval | None:
+        """Where the part's stresses lie, relative to those given; None where there is no evidence. They change by no
+        more than the stiffness of what is bent, and factors of notches (Neuber 1958) are off by 5 % at most. A sharp
+        corner where a member ends has no finite stress, which is not in it."""
+        own = self.model_errors.intervals[0]
+        most = None if own is None else max(map(abs, own)) + NOTCH_FACTOR
+        return None if most is None else (-most, most)
+
+    @cached_property
+    def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
+        """Whether the loads are beyond buckling, and why that is not known where it is not."""
+        if self.model.plan.is_posed:
+            return (), ("whether these loads buckle it at the pose is not known: use a stroke with them",)
+        commands = {a.name: a.command for a in self.actuators}
+        try:
+            return preload(self.model, gravity=self.gravity, loads=self.loads, actuators=commands).buckled, ()
+        except (OptionError, SolverError) as reason:
+            return (), (f"whether it buckles is not known: {reason}",)
+
+    def to_dict(self, nodes: Sequence[str] | None = None) -> dict[str, Any]:
+        """Plain data for JSON, with the displacements of some nodes, by default of those that carry `loads`.
+
+        Raises OptionError for unknown nodes.
+        """
+        chosen = self.loads if nodes is None else nodes
+        return {"displacement": {node: self.displacement(node).tolist() for node in chosen}, **super().to_dict()}
+
+    def _data(self) -> dict[str, Any]:
+        stresses = self.stresses()
+        return {
+            "model_error": self.model_error,
+            "stress_error": self.stress_error,
+            "readings": self.readings,
+            "actuators": self.actuators,
+            "stress": [
+                {"member": m.name, "von_mises_Pa": m.von_mises, "factor_to_yield": m.factor_to_yield}
+                for m in stresses.members
+            ],
+            "factor_to_yield": stresses.factor_to_yield,
+        }
+
+    def _title(self) -> str:
+        return f"{self.model.plan.name}, linear"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        table, named = self._columns(), {*self.loads, *self.model.plan.body_names}
+        moved = np.abs([table[name] for name in list(table)[1:4]]).max(axis=0)
+        first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
+        names = list(table)
+        for own in (names[1:4], names[4:]):
+            least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in own)
+            table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in own}
+        yield Table({name: [own[k] for k in first] for name, own in table.items()}, "nodes", count=len(moved))
+        yield Table(self.reading_columns(), "sensors")
+        yield Table(self.actuator_columns(), "actuators")
+        yield self.stresses().most_loaded(MOST_MEMBERS)
+
+    def reading_columns(self) -> dict[str, Any]:
+        """What each sensor reads, with its unit."""
+        units = {out.channel.name: out.channel.unit for out in Ports(self.model.design).outputs(list(self.readings))}
+        largest = {unit: max(abs(self.readings[n]) for n in units if units[n] == unit) for unit in units.values()}
+        readings = [
+            quantity(value if abs(value) > ROUND_OFF * largest[units[name]] else 0.0, units[name])
+            for name, value in self.readings.items()
+        ]
+        errors = {name: interval_text(own) for name, own in self.model_error.items()}
+        told = [errors.get(name, "") for name in self.readings]
+        return {"sensor": list(self.readings), "reading": readings, "model error": told}
+
+    def actuator_columns(self) -> dict[str, Any]:
+        """What each actuator is commanded to, how far it moves, and the force or moment with which it does."""
+        turns = [a.unit == "N*m" for a in self.actuators]
+        return {
+            "actuator": [a.name for a in self.actuators],
+            "command": [quantity(a.command, a.unit) for a in self.actuators],
+            "elongation": [quantity(a.elongation, UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
+            "force": [quantity(a.force, FORCE_UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """Displacements of all nodes."""
+        topology = self.model.plan.topology
+        placed = np.flatnonzero(topology.has_position)
+        u = self.model.node_displacements(self.displacement_vector[:, None])[placed, :, 0]
+        moves = {f"{dof} [{'m' if dof[0] == 't' else 'rad'}]": u[:, k] for k, dof in enumerate(DOF_NAMES)}
+        return {"node": [topology.node_names[k] for k in placed], **moves}
+
+
+def _displacement_rows(model: FullOrderModel, readings: Mapping[str, float]) -> dict[str, Array]:
+    """Rows (n,) of the sensors that read displacements and rotations alone."""
+    outputs = Ports(model.design).outputs(list(readings))
+    return {
+        out.channel.name: np.asarray(out.row)
+        for out in outputs
+        if out.channel.quantity in ("displacement", "rotation") and not out.feed
+    }
+
+
+@verb
+def statics(
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    loads: Mapping[str, ArrayLike] | None = None,
+    gravity: Sequence[float] | None = None,
+    actuators: Mapping[str, float] | None = None,
+) -> Statics:
+    """Static response to loads, (6,) N and N m by node, gravity, (3,) m/s^2, and actuator commands by name,
+    wildcards allowed, beside the loads and gravity that are described.
+
+    It is linear, with the stiffness about the state under the loads and gravity that are described (theory eq. P9).
+    About a pose that is described it is what these add there, where described loads and gravity are on already.
+    Commands are in the units of the inputs: N, N m, m of free expansion, V, or m/s^2 of a steadily accelerated base
+    (theory eq. T1). Raises ModelError; OptionError for unknown nodes and actuators and for impossible numbers;
+    SolverError when something can move freely.
+    """
+    model = assemble(model, parameters)
+    if model.plan.is_posed:
+        if gravity is not None:
+            raise OptionError("gravity is on at the pose that is described: change it in the description")
+        return response_to(model, actuators, loads)
+    g = _gravity(model, gravity)
+    dead = dead_load(model, g, model.plan.loads.wrenches(model.values))
+    return _about(model, g, dead, loads or {}, actuators or {})
+
+
+def response_to(
+    model: FullOrderModel,
+    actuators: Mapping[str, float] | None = None,
+    loads: Mapping[str, ArrayLike] | None = None,
+) -> Statics:
+    """What actuator commands and loads add to the state under the loads and gravity that are described; as
+    `statics`."""
+    return _about(model, np.zeros(3), np.zeros(model.order), loads or {}, actuators or {})
+
+
+def _about(
+    model: FullOrderModel, g: Array, load: Array, loads: Mapping[str, ArrayLike], actuators: Mapping[str, float]
+) -> Statics:
+    ports = Ports(model.design)
+    forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
+    for node, force in forces.items():
+        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ force
+    named = matched(actuators, ports.actuators)
+    commands = {own: _number(name, value) for name, value in actuators.items() for own in named[name]}
+    driven = ports.inputs(list(commands))
+    base = np.zeros(6)
+    for own, value in zip(driven, commands.values(), strict=True):
+        load = load + value * own.load
+        if own.base is not None:
+            base += value * own.base
+    load = load - model.base_inertia_forces @ base
+    u = flexibility(model).held(load[:, None])[:, 0]
+    known = {i.channel.name: i for i in ports.inputs(ports.actuators)} | {i.channel.name: i for i in driven}
+    states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
+    readings = {}
+    for out in ports.outputs(ports.sensors):
+        if out.derivative == 0:
+            fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
+            readings[out.channel.name] = float(out.row @ u + fed)
+    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states, forces)
+
+
+def _gravity(model: FullOrderModel, given: Sequence[float] | None) -> Array:
+    """Gravity (3,), m/s^2, of the description or as given."""
+    own = model.plan.loads.gravity(model.values)
+    if given is None:
+        return own
+    g = finite_numbers("gravity", given, 3)
+    if own.any() and not np.array_equal(own, g):
+        shown = ", ".join(f"{c:g}" for c in own)
+        raise OptionError(f"gravity is described as [{shown}] m/s^2, about which the stiffness is: change it there")
+    return g
+
+
+def _number(name: str, value: object) -> float:
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        raise OptionError(f"the command of {name} is a number, not {value!r}") from None
+    if not np.isfinite(number):
+        raise OptionError(f"the command of {name} is a finite number, not {number}")
+    return number
+
+
+def _state(own: InputPort, command: float, u: Array) -> ActuatorState:
+    elongation = float(own.row @ u)
+    force = command if own.stiffness is None else own.stiffness * (own.stroke * command - elongation)
+    return ActuatorState(own.channel.name, command, own.channel.unit, elongation, force)
+
+
+@verb
+def compliance(
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    nodes: Sequence[str],
+) -> Array:
+    """Displacements (6k, 6k) of `nodes` (k) per unit force and moment at them: m/N, rad/N, rad/(N m), global frame.
+
+    The stiffness at a single node is its inverse. Raises ModelError, OptionError for unknown nodes, SolverError when
+    something can move freely.
+    """
+    model = assemble(model, parameters)
+    rows = model.design.node_rows(model.plan.topology.numbers(nodes)).toarray()
+    C = rows @ flexibility(model).held(np.ascontiguousarray(rows.T))
+    return (C + C.T) / 2

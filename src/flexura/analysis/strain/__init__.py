@@ -1,0 +1,1 @@
+"""Strain energy, forces, stress and motions of a state."""

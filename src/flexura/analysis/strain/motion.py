@@ -1,0 +1,251 @@
+"""What moves in a mode: rigid bodies and masses, or members and nodes, and the parts whose deformation lets them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.analysis.strain.energy import KINDS, PartEnergy, energies
+from flexura.linalg import leading, ranked, turned
+from flexura.mechanism import origin_of
+from flexura.records import Record
+from flexura.structure import FullOrderModel, Part
+
+Array = NDArray[np.float64]
+
+STILL = 0.05
+"""A body, mass or part with a smaller share of the kinetic energy is said to stand still, unless all shares are small:
+then one with less than half of the largest."""
+
+LOOSE = 0.3
+"""Share of the largest displacement from which a named node is said to move, rather than a member between its nodes."""
+
+SECONDARY = 0.1
+"""Share of a body's kinetic energy from which the smaller of its translation and rotation is named as well."""
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """How a rigid body or a point mass takes part in a mode.
+
+    `translation` and `rotation` (3,) are unit vectors of the motion of its centre of mass and of its turning, global
+    frame; `kind` names whichever holds more kinetic energy, and `rotation_share` is that of the turning.
+    `kinetic_share` is the body's part of the mode's kinetic energy.
+    """
+
+    body: str
+    kind: str
+    translation: tuple[float, float, float]
+    rotation: tuple[float, float, float]
+    rotation_share: float
+    kinetic_share: float
+
+    def __str__(self) -> str:
+        moves = f"moves along {_direction_name(self.translation)}"
+        turns = f"turns about {_direction_name(self.rotation)}"
+        said = [moves] if self.rotation_share < 0.5 else [turns]
+        if SECONDARY <= self.rotation_share <= 1 - SECONDARY:
+            said = [moves, turns] if self.rotation_share < 0.5 else [turns, moves]
+        return f"{self.body} {' and '.join(said)}"
+
+
+@dataclass(frozen=True, repr=False)
+class Motion(Record):
+    """What moves in one mode.
+
+    Shares add up to one; `strain_share` and `kinetic_share` are by placed part, `strain_by_substructure` and
+    `deformation` by kind of deformation in each prototype (in each member or spring of the mechanism itself).
+    `masses` are point masses and sensors with a mass, like `bodies` in the order of their kinetic energy; `summary`
+    names, in this order too, what holds most of it.
+    """
+
+    _shown = ("summary",)
+
+    bodies: tuple[BodyMotion, ...]
+    masses: tuple[BodyMotion, ...]
+    strain_share: dict[str, float]
+    kinetic_share: dict[str, float]
+    strain_by_substructure: dict[str, float]
+    deformation: dict[str, float]
+    summary: str
+
+
+def motions(model: FullOrderModel, displacements: Array) -> list[Motion]:
+    """Describe motions given by displacements (n_nodes, 6, k) of all nodes, global frame."""
+    parts = energies(model, displacements)
+    rigid = _rigid_motions(model, displacements, np.sum([part.kinetic for part in parts], axis=0))
+    return [_describe(model, parts, rigid, displacements[:, :, k], k) for k in range(displacements.shape[2])]
+
+
+def _placed(model: FullOrderModel) -> Iterator[tuple[tuple[str, ...], Part, int, int]]:
+    """Path, part, instance and number of the first node of all that has matrices, in the order of `energies`."""
+    for name in model.matrices:
+        placed = model.plan.topology.copies[name]
+        for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
+            yield path, model.plan.parts[name], instance, offset
+
+
+@dataclass(frozen=True)
+class _Rigid:
+    """A rigid body, or a mass, with its motions in k modes: node that it is at, number of its part, energies (k,)."""
+
+    name: str
+    is_body: bool
+    node: int
+    part: int
+    moving: Array
+    turning: Array
+    velocity: Array
+    rotation: Array
+    total: Array
+
+    def motion(self, k: int) -> BodyMotion:
+        """Its part in mode k."""
+        own = float(self.moving[k] + self.turning[k])
+        share = float(self.turning[k]) / own if own else 0.0
+        return BodyMotion(
+            body=self.name,
+            kind="rotation" if share > 0.5 else "translation",
+            translation=_unit(self.velocity[:, k]),
+            rotation=_unit(self.rotation[:, k]),
+            rotation_share=share,
+            kinetic_share=own / float(self.total[k]),
+        )
+
+
+def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid]:
+    """Everything rigid that has a mass of its own: bodies, point masses, sensors. total (k,): all kinetic energy."""
+    found = []
+    for number, (path, part, instance, offset) in enumerate(_placed(model)):
+        Q = model.geometry.Q[instance]
+        for discrete in model.matrices[part.name].discrete_elements:
+            if len(discrete.nodes) > 1 or discrete.K is not None or discrete.M is None or not discrete.M.any():
+                continue
+            node = offset + discrete.nodes[0]
+            m = discrete.M[0, 0]
+            coupling = discrete.M[3:, :3] / (m or 1.0)
+            arm = Q @ np.array([coupling[2, 1], coupling[0, 2], coupling[1, 0]])
+            turn = u[node, 3:]
+            v = np.asarray(u[node, :3] + np.cross(turn, arm, axis=0), dtype=np.float64)
+            inertia = Q @ (discrete.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
+            turning = np.einsum("ik,ij,jk->k", turn, inertia, turn) / 2
+            own = (".".join((*path, discrete.name)), discrete.name in part.bodies, node, number)
+            found.append(_Rigid(*own, m * (v**2).sum(axis=0) / 2, turning, v, turn, total))
+    return found
+
+
+def _loose(model: FullOrderModel, number: int, u: Array) -> str:
+    """What to say of a part's members and nodes where nothing rigid moves in u (n_nodes, 6): the named node that moves
+    most, or the member that vibrates between its nodes."""
+    path, part, _, offset = next(own for k, own in enumerate(_placed(model)) if k == number)
+    prefix = "".join(f"{step}." for step in path)
+    own, turn = (np.linalg.norm(u[offset : offset + part.n_positioned, at], axis=1) for at in (slice(3), slice(3, 6)))
+    if not len(own):
+        return f"{'.'.join(path) or 'mechanism'} vibrates"
+    size = float(np.ptp(model.positions, axis=0).max())
+    if own.max() < LOOSE * 1e-2 * size * turn.max():
+        return f"{prefix}{part.node_names[int(leading(turn))].split('[')[0]} twists"
+    node = int(leading(own[: part.n_named])) if part.n_named else 0
+    if part.n_named and own[node] >= LOOSE * own.max():
+        return f"{prefix}{part.node_names[node]} moves along {_direction_name(_unit(u[offset + node, :3]))}"
+    return f"{prefix}{part.node_names[int(leading(own))].split('[')[0]} vibrates"
+
+
+def _unit(vector: Array) -> tuple[float, float, float]:
+    length = float(np.linalg.norm(vector))
+    x, y, z = (float(c) for c in turned(vector / length if length else vector))
+    return x, y, z
+
+
+def _direction_name(direction: tuple[float, float, float]) -> str:
+    main = int(np.argmax(np.abs(direction)))
+    if abs(direction[main]) > 0.97:
+        return "xyz"[main]
+    return "(" + ", ".join(f"{round(c, 2) + 0.0:g}" for c in direction) + ")"
+
+
+def _describe(model: FullOrderModel, parts: list[PartEnergy], rigid: list[_Rigid], u: Array, k: int) -> Motion:
+    strain = np.array([sum(kinds[:, k].sum() for kinds in part.strain.values()) for part in parts])
+    kinetic = np.array([part.kinetic[k] for part in parts])
+    elastic = bool(strain.sum() > 1e-12 * kinetic.sum())
+    total = float(strain.sum()) if elastic else np.inf
+    by_prototype: dict[str, float] = {}
+    by_kind: dict[str, Array] = {}
+    for part, energy in zip(parts, strain, strict=True):
+        label = origin_of(part.prototype) or "mechanism"
+        by_prototype[label] = by_prototype.get(label, 0.0) + float(energy) / total
+        for name, kinds in part.strain.items():
+            at = origin_of(part.prototype) or name
+            by_kind[at] = by_kind.get(at, np.zeros(len(KINDS))) + kinds[:, k] / total
+    deformation = {
+        f"{at}: {kind}" if kind != "spring" else at: float(v)
+        for at, kinds in by_kind.items()
+        for kind, v in zip(KINDS, kinds, strict=True)
+        if v > 1e-3
+    }
+    bodies, masses = (_in_order(r.motion(k) for r in rigid if r.is_body is kind) for kind in (True, False))
+    causes = [f"{cause} {share:.0%}" for cause, share in _largest(deformation)[:2] if share >= 0.1]
+    moves = _what_moves(model, parts, rigid, kinetic / kinetic.sum(), u, k)
+    return Motion(
+        bodies=bodies,
+        masses=masses,
+        strain_share={part.path: float(energy) / total for part, energy in zip(parts, strain, strict=True)},
+        kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
+        strain_by_substructure=by_prototype,
+        deformation=dict(_largest(deformation)),
+        summary=moves + (f" ({', '.join(causes)})" if causes else ""),
+    )
+
+
+def _in_order(motions: Iterator[BodyMotion]) -> tuple[BodyMotion, ...]:
+    found = list(motions)
+    return tuple(found[i] for i in ranked([m.kinetic_share for m in found]))
+
+
+def _largest(shares: dict[str, float]) -> list[tuple[str, float]]:
+    found = list(shares.items())
+    return [found[i] for i in ranked(list(shares.values()))]
+
+
+def _what_moves(
+    model: FullOrderModel, parts: list[PartEnergy], rigid: list[_Rigid], kinetic: Array, u: Array, k: int
+) -> str:
+    """What holds the kinetic energy: bodies and masses first if that is half of it, else members and nodes first."""
+    rest = kinetic.copy()
+    for own in rigid:
+        rest[own.part] -= own.motion(k).kinetic_share
+    clusters = _clusters(model, rigid, k)
+    least = min(STILL, max([rest.max(initial=0.0), *(m.kinetic_share for m in clusters)]) / 2)
+    moving = [m for m in clusters if m.kinetic_share > least]
+    bodies = "; ".join(map(str, moving[:2])) + (f" and {len(moving) - 2} more" if len(moving) > 2 else "")
+    if moving and sum(m.kinetic_share for m in clusters) >= 0.5:
+        return bodies
+    busy = [int(i) for i in ranked(rest) if rest[i] > least]
+    named = ", ".join(parts[i].path for i in busy[:4]) + (f" and {len(busy) - 4} more" if len(busy) > 4 else "")
+    if len(busy) == 1:
+        named = _loose(model, busy[0], u)
+    elif not rigid:
+        said = [_loose(model, i, u) for i in busy[:2]]
+        named = "; ".join(said) + (f" and {len(busy) - 2} more" if len(busy) > 2 else "")
+    else:
+        named += " vibrate"
+    if not busy:
+        return bodies
+    if moving:
+        return f"{named}; {bodies}"
+    return f"local mode (bodies at rest): {named}" if any(own.is_body for own in rigid) else named
+
+
+def _clusters(model: FullOrderModel, rigid: list[_Rigid], k: int) -> list[BodyMotion]:
+    """Bodies, each with the masses that it carries, and masses on nodes without a body, largest share first."""
+    root = model.plan.topology.root
+    names = {root[own.node]: own for own in reversed(rigid) if own.is_body}
+    found: dict[str, BodyMotion] = {}
+    for own in rigid:
+        head = own if own.is_body else names.get(root[own.node], own)
+        before = found.get(head.name) or replace(head.motion(k), kinetic_share=0.0)
+        found[head.name] = replace(before, kinetic_share=before.kinetic_share + own.motion(k).kinetic_share)
+    return list(_in_order(iter(found.values())))

@@ -1,0 +1,402 @@
+"""Stresses of links and flexures from displacements of the full-order model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.strain.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
+from flexura.analysis.strain.numbers import finite_numbers
+from flexura.analysis.strain.settled import Missing, told_apart
+from flexura.arguments import verb
+from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
+from flexura.duals import plain
+from flexura.errors import OptionError
+from flexura.linalg import leading, ranked
+from flexura.records import Record
+from flexura.results import Tabular
+from flexura.structure import Design, FullOrderModel, Part, SectionGroup
+from flexura.tables import ROWS, Facts, Table, number
+
+Array = NDArray[np.float64]
+
+Model = FullOrderModel | Design
+
+STATIONS = 41
+"""Stations along every member, both ends included."""
+
+ROUND_OFF = 1e-12
+"""Stresses below so much of the largest in the mechanism are none."""
+
+BLOCK = 2_000_000
+"""Internal forces that are held at a time."""
+
+Pair = tuple[Array, Array]
+EndForces = Callable[[str], Pair]
+"""Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies of a prototype, in the
+axes of the members on the face towards the second end, in k states."""
+
+
+@dataclass(frozen=True, repr=False)
+class MemberStress(Record):
+    """The largest stress in a placed link or flexure.
+
+    `von_mises` is the largest von Mises stress with notch factors, `nominal` that without, Pa; both are None where
+    the section is given by constants. The rest is said of the section with the largest: `position` as a fraction of the
+    length, `force` (N, Vy, Vz), N, and `moment` (T, My, Mz), N m, in the member's axes on the face towards its second
+    end, and `state`, the column of the displacements. `yield_stress` is that of the material, Pa, or None.
+    """
+
+    name: str
+    is_flexure: bool
+    von_mises: float | None
+    nominal: float | None
+    position: float
+    force: tuple[float, float, float]
+    moment: tuple[float, float, float]
+    state: int
+    yield_stress: float | None
+
+    @property
+    def factor_to_yield(self) -> float | None:
+        """Yield stress over largest stress; infinite without stress, None where either is not known."""
+        if self.von_mises is None or self.yield_stress is None:
+            return None
+        return self.yield_stress / self.von_mises if self.von_mises else np.inf
+
+
+@dataclass(frozen=True, repr=False)
+class Stresses(Tabular):
+    """Stresses of all placed links and flexures, the largest first, those of sections by constants last."""
+
+    members: tuple[MemberStress, ...]
+
+    @cached_property
+    def _by_name(self) -> dict[str, MemberStress]:
+        return {member.name: member for member in self.members}
+
+    def __getitem__(self, name: str) -> MemberStress:
+        """The stress of a placed member, e.g. `branch1.hinge`. Raises OptionError for unknown names."""
+        if name not in self._by_name:
+            raise OptionError(unknown_member(name, list(self._by_name)))
+        return self._by_name[name]
+
+    @property
+    def factor_to_yield(self) -> float | None:
+        """The least factor of all members that have one."""
+        factors = [f for member in self.members if (f := member.factor_to_yield) is not None]
+        return min(factors, default=None)
+
+    def _title(self) -> str:
+        factor = self.factor_to_yield
+        return "" if factor is None else f"least factor to yield {number(factor, 4)}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield self.most_loaded()
+
+    def most_loaded(self, most: int = ROWS) -> Table:
+        """A row for each of the members with the largest stress, the first to yield first."""
+
+        def margin(member: MemberStress) -> float:
+            return np.inf if member.factor_to_yield is None else member.factor_to_yield
+
+        own = sorted(self.members, key=margin)[:most]
+        columns = {
+            "member": [m.name for m in own],
+            "von Mises [Pa]": [m.von_mises for m in own],
+            "without notch factor [Pa]": [m.nominal for m in own],
+            "yield stress [Pa]": [m.yield_stress for m in own],
+            "factor to yield": [m.factor_to_yield for m in own],
+            "at": [f"{m.position:.2f} of its length" for m in own],
+        }
+        return Table(columns, "members", count=len(self.members))
+
+    def _columns(self) -> dict[str, Any]:
+        """The largest stress in every member, with its forces there in the member's axes."""
+        own = self.members
+        columns: dict[str, Any] = {
+            "member": [m.name for m in own],
+            "von mises [Pa]": [m.von_mises for m in own],
+            "nominal [Pa]": [m.nominal for m in own],
+            "yield stress [Pa]": [m.yield_stress for m in own],
+            "factor to yield": [m.factor_to_yield for m in own],
+            "position": [m.position for m in own],
+        }
+        columns |= {f"{name} [N]": [m.force[k] for m in own] for k, name in enumerate(("N", "Vy", "Vz"))}
+        return columns | {f"{name} [N m]": [m.moment[k] for m in own] for k, name in enumerate(("T", "My", "Mz"))}
+
+
+class _Worst(NamedTuple):
+    """Of the members (i, m) of a group: largest stresses, and where along the member, forces (i, m, 6) and state."""
+
+    von_mises: Array
+    nominal: Array
+    position: Array
+    force: Array
+    state: NDArray[np.intp]
+
+
+@verb
+def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[float] | None = None) -> Stresses:
+    """The largest stress in every placed link and flexure (theory eqs. S1-S12).
+
+    u: displacements (n,) of the model's DOFs, or (n, k) for k states, of which the worst counts; m and rad. gravity:
+    (3,) m/s^2, when members bend under their own weight. Internal forces are those of the beams, so that they hold
+    for static states, and for motions as far as a single element's own inertia forces are small.
+
+    Linear: factors to yield scale with the loads, but not about a pose that is described, whose own stress is in them.
+    Raises OptionError for displacements that do not fit.
+    """
+    states = _states(model, u)
+    g = None if gravity is None else finite_numbers("gravity", gravity, 3)
+    return worst_stresses(model, lambda name: end_forces(model, name, states, g))
+
+
+def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
+    """The largest stress in every placed link and flexure under internal forces of some states."""
+    found: list[MemberStress] = []
+    for name in model.matrices:
+        part = model.plan.parts[name]
+        if part.members:
+            ends = forces(name)
+            for group, n, _ in part.table.groups:
+                found += _reported(model, part, group, _worst_of(model, part, group, n, ends))
+    least = ROUND_OFF * max((m.von_mises for m in found if m.von_mises and isfinite(m.von_mises)), default=0.0)
+    found = [m if m.von_mises is None or m.von_mises > least else replace(m, von_mises=0.0, nominal=0.0) for m in found]
+    order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in found])
+    return Stresses(tuple(found[i] for i in order))
+
+
+def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Worst) -> Iterator[MemberStress]:
+    names, known = list(part.members), group.family != "constants"
+    strength = part.table.yield_stress(model.values)
+    flexures = model.plan.layout.prototypes[part.name].flexures
+    for copy, path in enumerate(model.plan.topology.copies[part.name].paths):
+        for k, member in enumerate(group.index):
+            N, Vy, Vz, T, My, Mz = worst.force[copy, k].tolist()
+            yield MemberStress(
+                name=".".join((*path, names[member])),
+                is_flexure=names[member] in flexures,
+                von_mises=float(worst.von_mises[copy, k]) if known else None,
+                nominal=float(worst.nominal[copy, k]) if known else None,
+                position=float(worst.position[copy, k]),
+                force=(N, Vy, Vz),
+                moment=(T, My, Mz),
+                state=int(worst.state[copy, k]),
+                yield_stress=None if np.isnan(strength[member]) else float(strength[member]),
+            )
+
+
+def _states(model: FullOrderModel, u: ArrayLike) -> Array:
+    states = np.asarray(u, dtype=float)
+    if states.ndim not in (1, 2) or states.shape[0] != model.order or not states.size:
+        raise OptionError(f"displacements are ({model.order},) or ({model.order}, states), not {states.shape}")
+    if not np.isfinite(states).all():
+        raise OptionError("displacements are finite numbers")
+    return states.reshape(model.order, -1)
+
+
+def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: Pair) -> _Worst:
+    """The worst station and state of the members of a group, which have `n` elements each."""
+    worst: _Worst | None = None
+    for first, x, force, raised, nominal in _stresses(model, part, group, n, ends):
+        block = _pick(raised, nominal, x, force)
+        worst = _worse(worst, block._replace(state=block.state + first))
+    assert worst is not None
+    return worst
+
+
+class StressProfile(NamedTuple):
+    """Largest von Mises stresses (i, m, stations, k), Pa, with notch factors, in the sections of `members` (m,) of the
+    i copies of a prototype in k states, at `fractions` (m, stations) of their lengths."""
+
+    members: NDArray[np.intp]
+    fractions: Array
+    von_mises: Array
+
+
+def stress_profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iterator[StressProfile]:
+    """Stresses along the members of a prototype, group by group; none of sections given by constants."""
+    part = model.plan.parts[name]
+    for group, n, _ in part.table.groups:
+        if group.family != "constants":
+            blocks = [(x, raised) for _, x, _, raised, _ in _stresses(model, part, group, n, forces(name))]
+            yield StressProfile(group.index, blocks[0][0], np.concatenate([raised for _, raised in blocks], axis=-1))
+
+
+class YieldRatios(NamedTuple):
+    """Of the placed members (m,) whose yield stress is known: `names`, and in each of k states the largest von Mises
+    stress with notch factors over it, `ratio` (m, k), and where along the member that is, `position` (m, k)."""
+
+    names: tuple[str, ...]
+    ratio: Array
+    position: Array
+
+
+def yield_ratios(model: FullOrderModel, u: Array, gravity: Sequence[float] | None = None) -> YieldRatios:
+    """How near the members come to yield in each of the states u (n, k), as in `member_stresses`."""
+    g = None if gravity is None else finite_numbers("gravity", gravity, 3)
+    return ratios_to_yield(model, lambda name: end_forces(model, name, u, g), u.shape[1])
+
+
+def ratios_to_yield(model: FullOrderModel, forces: EndForces, count: int) -> YieldRatios:
+    """How near the members come to yield under internal forces of `count` states."""
+    names, stress, position, limit = largest_stresses(model, forces, count, yielding=True)
+    return YieldRatios(names, stress / limit[:, None], position)
+
+
+class LargestStresses(NamedTuple):
+    """Of placed members (m,): `names`, and in each of k states the largest von Mises stress with notch factors, Pa,
+    `von_mises` (m, k), and where along the member that is, `position` (m, k); yield stresses (m,), NaN without one."""
+
+    names: tuple[str, ...]
+    von_mises: Array
+    position: Array
+    yield_stress: Array
+
+
+def largest_stresses(
+    model: Model,
+    forces: EndForces,
+    count: int,
+    *,
+    yielding: bool = False,
+    missing: Missing | None = None,
+) -> LargestStresses:
+    """The largest stresses under internal forces of `count` states, of all members whose section is known, or of those
+    whose yield stress is known too. With slopes where the forces and the design have them, those of forces
+    told apart in what is `missing` of equilibrium where that is given."""
+    names: list[str] = []
+    found: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
+    for name in model.matrices:
+        part = model.plan.parts[name]
+        limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
+        wanted = ~np.isnan(limit) | (not yielding)
+        known = [(group, n) for group, n, _ in part.table.groups if group.family != "constants"]
+        known = [(group, n) for group, n in known if wanted[group.index].any()]
+        if not known:
+            continue
+        ends, keys = forces(name), list(part.members)
+        paths = model.plan.topology.copies[name].paths
+        for group, n in known:
+            has = np.flatnonzero(wanted[group.index])
+            own = (block[:, has].reshape(-1, count) for block in _largest(model, part, group, n, ends, missing))
+            found.append((*own, np.tile(limit[group.index[has]], len(paths))))
+            names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
+    return LargestStresses(tuple(names), *(np.concatenate(own) for own in zip(*found, strict=True)))
+
+
+def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None) -> Pair:
+    """Largest von Mises stresses (i, m, k) of the members of a group in each state, and where they are along them."""
+    largest, position = [], []
+    for _, x, _, raised, _ in _stresses(model, part, group, n, ends, missing):
+        station = leading(plain(raised), axis=2)
+        largest.append(raised.max(axis=2))
+        position.append(x[np.arange(len(x))[None, :, None], station])
+    return np.concatenate(largest, axis=-1), np.concatenate(position, axis=-1)
+
+
+def _stresses(
+    model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None = None
+) -> Iterator[tuple[int, Array, Array, Array, Array]]:
+    """Blocks of states: the first of them, stations x (m, stations), internal forces (i, m, stations, k, 6), and von
+    Mises stresses (i, m, stations, k) with notch factors and without."""
+    length = model.geometry.parts[part.name].length[group.index]
+    regular = np.broadcast_to(np.linspace(0, 1, STATIONS), (len(group.index), STATIONS))
+    x = np.concatenate([regular, group.corners(model.values, length)], axis=1)
+    x = x[np.arange(len(x))[:, None], np.argsort(x, axis=1)]
+    copies, _, _, states = ends[0].shape
+    element = np.minimum(plain(x * n).astype(int), n - 1)
+    share = (x * n - element)[..., None]
+    at = part.table.first[group.index][:, None] + element
+    step = max(1, BLOCK // (6 * copies * x.size))
+    for first in range(0, states, step):
+        own = slice(first, min(first + step, states))
+        start, end = (np.moveaxis(forces[:, at, :, own], -1, -2) for forces in ends)
+        force = told_apart(model.parameters, _at_stations(start, end, share, length, n), length, missing)
+        yield first, x, force, *_von_mises(model, part, group, length, x, force)
+
+
+def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) -> Array:
+    """Internal forces (i, m, stations, k, 6) inside elements: linear, and moments parabolic where shear is not constant
+    (theory eq. S1)."""
+    share = share[..., None]
+    force = (1 - share) * start + share * end
+    bulge = (share * (1 - share))[..., 0] * (length / n / 2)[:, None, None]
+    change = end - start
+    force[..., 4] -= bulge * change[..., 2]
+    force[..., 5] += bulge * change[..., 1]
+    return force
+
+
+def _von_mises(model: Model, part: Part, group: SectionGroup, length: Array, x: Array, force: Array) -> Pair:
+    """Stresses (i, m, stations, k), with notch factors and without, under internal forces at fractions x."""
+    if group.family == "constants":
+        size = np.zeros(force.shape[:-1])
+        return size, size
+    sizes = [np.broadcast_to(s, x.shape)[..., None] for s in group.sizes(model.values, length, x)]
+    of_y, of_z = (np.broadcast_to(r, x.shape)[..., None] for r in group.notch_ratios(model.values, length, x))
+    if group.family == "rectangle":
+        (pull_y, bend_y), (pull_z, bend_z) = flat_notch_factors(of_y), flat_notch_factors(of_z)
+        factors = (pull_y * pull_z, pull_y * bend_z, bend_y * pull_z)
+        von_mises, outer, inner = rectangle_von_mises, sizes[0], sizes[1]
+    else:
+        nu = part.table.moduli(model.values)[2][group.index][:, None, None]
+        factors = round_notch_factors(of_y, nu)
+        von_mises, outer, inner = round_von_mises, sizes[0], sizes[1] if len(sizes) > 1 else 0.0
+    nominal = von_mises(force, outer, inner)
+    notched = bool((of_y > 0).any() or (of_z > 0).any())
+    return von_mises(force, outer, inner, factors) if notched else nominal, nominal
+
+
+def _pick(raised: Array, nominal: Array, x: Array, force: Array) -> _Worst:
+    """The largest of stresses (i, m, stations, k)."""
+    i, m = raised.shape[:2]
+    best = leading(raised.reshape(i, m, -1))
+    copy, member = np.ogrid[:i, :m]
+    station, state = np.divmod(best, raised.shape[-1])
+    where = (copy, member, station, state)
+    return _Worst(raised.max(axis=(2, 3)), nominal.max(axis=(2, 3)), x[member, station], force[where], state)
+
+
+def _worse(one: _Worst | None, other: _Worst) -> _Worst:
+    if one is None:
+        return other
+    more = leading(np.stack([one.von_mises, other.von_mises]), axis=0) > 0
+    chosen = [np.where(more[..., None] if a.ndim == 3 else more, b, a) for a, b in zip(one, other, strict=True)]
+    return _Worst(*chosen)._replace(nominal=np.maximum(one.nominal, other.nominal))
+
+
+@verb
+def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
+    """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
+
+    Rectangles: the corners (+b/2, +t/2), (+b/2, -t/2), (-b/2, -t/2), (-b/2, +t/2); round sections: the ends of their
+    diameters along y, z, -y, -z. Arguments as in `internal_force_rows`, and sections by constants raise as well.
+    """
+    name, _, k = find_member(model, member, position)
+    part = model.plan.parts[name]
+    group = next(group for group, _, _ in part.table.groups if k in group.index)
+    if group.family == "constants":
+        raise OptionError(f"{member} has a section by constants, whose stress is not known")
+    own = group.index == k
+    length, nu = model.geometry.parts[name].length, part.table.moduli(model.values)[2]
+    at = np.array([position])
+    sizes = group.sizes(model.values, length[group.index], at)
+    A, Iy, Iz, *_ = group.properties(model.values, nu[group.index], length[group.index], at)
+    shape = (len(own), 1)
+    A, Iy, Iz, width, depth = (float(np.broadcast_to(f, shape)[own][0, 0]) for f in (A, Iy, Iz, sizes[0], sizes[-1]))
+    if group.family == "rectangle":
+        y, z = width / 2 * np.array([1, 1, -1, -1]), depth / 2 * np.array([1, -1, -1, 1])
+    else:
+        y, z = width / 2 * np.array([1, 0, -1, 0]), width / 2 * np.array([0, 1, 0, -1])
+    S = np.zeros((4, 6))
+    S[:, 0], S[:, 4], S[:, 5] = 1 / A, z / Iy, -y / Iz
+    return sp.csr_matrix(S @ internal_force_rows(model, member, position=position))

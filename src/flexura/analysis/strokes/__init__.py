@@ -1,0 +1,1 @@
+"""Equilibria over a stroke, and what is read of them."""

@@ -1,0 +1,417 @@
+"""The mechanism over its stroke: equilibria with displacements prescribed, and what it is about each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from flexura.analysis.checks.doubts import corrected
+from flexura.analysis.model_error.assumptions import Assumptions
+from flexura.analysis.model_error.model_error import ModelError, frequency_errors
+from flexura.analysis.strain.stress import (
+    EndForces,
+    Stresses,
+    StressProfile,
+    YieldRatios,
+    ratios_to_yield,
+    stress_profiles,
+    worst_stresses,
+)
+from flexura.analysis.strokes.clashes import solids_that_meet
+from flexura.analysis.strokes.columns import short_columns, stroke_columns, watched
+from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
+from flexura.analysis.strokes.paths import INTERRUPTED, Followed, follow
+from flexura.analysis.strokes.pose import Asked, StrokePose, coarse, stroke_poses
+from flexura.analysis.strokes.ways import Course, FromTo, Given, course, described, words
+from flexura.arguments import verb
+from flexura.deadline import Listener
+from flexura.errors import Exceeded, OptionError
+from flexura.linalg import leading
+from flexura.mechanism import Mechanism
+from flexura.motion import (
+    Equations,
+    Equilibrium,
+    Frames,
+    MovingModel,
+    beyond,
+    end_force_changes,
+    end_forces,
+)
+from flexura.results import Tabular, plain
+from flexura.structure import FullOrderModel, Plan, at_rest
+from flexura.systems import Order
+from flexura.tables import Facts, Table, counted
+
+Array = NDArray[np.float64]
+
+STEPS, MODES = 21, 6
+"""Poses of a stroke, and modes at each, where nothing else is asked for."""
+
+LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
+
+FLUTTER = "follower loads: stability and frequencies are of the symmetric part of the stiffness, flutter is not seen"
+
+NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
+
+OF_LOW_ORDER = (
+    "intervals of frequencies are about the low order, which has no buckling factors; weight acts where substructures"
+    " are attached, so that stresses lack the bending of members between by their own weight"
+)
+
+UNSTABLE = "is unstable, even with its actuators locked"
+
+
+MOST_SHOWN = 2
+"""Displacements, loads and frequencies of each pose that a notebook shows."""
+
+
+class Spectrum(NamedTuple):
+    """Small motions about a pose: eigenvalues (k,) and M-orthonormal vectors (n, k) of what moves, at its state."""
+
+    moving: MovingModel
+    state: Equilibrium
+    values: Array
+    vectors: Array
+
+
+@dataclass(frozen=True, repr=False)
+class Stroke(Tabular):
+    """Poses of a mechanism, in the order in which they were asked for. `stopped` says why some may be missing,
+    `critical` limit points and bifurcations, `doubts` which members bend further within an element than is
+    accurate, or are stretched by twist, and which actuators are driven beyond their limits.
+
+    `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
+    poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
+    members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
+    `low_order` is what represents the full order, where that was asked for, `spectra` what `model_errors` need.
+    """
+
+    _shown = ("name", "poses")
+
+    model: FullOrderModel
+    poses: tuple[StrokePose, ...]
+    stopped: tuple[str, ...]
+    critical: tuple[Exceeded, ...]
+    doubts: tuple[Exceeded, ...]
+    yield_ratios: YieldRatios
+    end_forces: dict[str, tuple[Array, Array]]
+    frames: tuple[Frames, ...]
+    units: dict[str, str]
+    low_order: LowOrderMotion | None = None
+    has_follower_loads: bool = False
+    spectra: tuple[Spectrum, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def model_errors(self) -> tuple[ModelError, ...]:
+        """How far the part may be from the model, in `frequency_hz` of every pose; none at low order."""
+        if not self.spectra:
+            return ()
+        known = Assumptions(self.model)
+        found = []
+        for moving, state, values, vectors in self.spectra:
+            at, none = np.flatnonzero(values > 0), np.full(len(values), np.nan)
+            padded = np.concatenate([vectors[:, at], np.zeros((1, len(at)))])
+            wrenches = end_force_changes(moving, state, padded[moving.dof])
+            own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known.of(wrenches))
+            low, high, reason = none.copy(), none.copy(), ["unstable"] * len(values)
+            low[at], high[at] = own.low, own.high
+            for k, text in zip(at.tolist(), own.reason, strict=True):
+                reason[k] = text
+            found.append(replace(own, low=low, high=high, reason=tuple(reason)))
+        return tuple(found)
+
+    def _data(self) -> dict[str, Any]:
+        errors = [own.intervals for own in self.model_errors] or [None] * len(self.poses)
+        poses = zip(self.poses, errors, strict=True)
+        return {"poses": [{**plain(pose), "model_error": own} for pose, own in poses]}
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.model.name
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether an interruption broke it off."""
+        return any(text.startswith(INTERRUPTED) for text in self.stopped)
+
+    @cached_property
+    def warnings(self) -> tuple[Exceeded, ...]:
+        """Poses that are not there, unstable or not proven, members that bend too far for their elements or are
+        stressed beyond yield, and solids that meet."""
+        found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
+        found += self.critical
+        for run in self._runs(lambda pose: bool(pose.frequency_hz_held) and pose.frequency_hz_held[0] < 0):
+            text = f"{self._where(run)} the mechanism {UNSTABLE}"
+            found.append(Exceeded("buckling", "", min(pose.frequency_hz_held[0] for pose in run), 0.0, "Hz", text))
+        for run in self._runs(lambda pose: not pose.proven):
+            text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
+            found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
+        low = () if self.low_order is None else self.low_order.warnings
+        return (*found, *low, *self.doubts, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
+
+    def _runs(self, holds: Callable[[StrokePose], bool]) -> list[list[StrokePose]]:
+        """Poses one after another for which something holds."""
+        return [list(run) for true, run in groupby(self.poses, holds) if true]
+
+    def _where(self, run: list[StrokePose]) -> str:
+        """The place of poses one after another."""
+        first, last = (words(pose.varied, self.units) for pose in (run[0], run[-1]))
+        return f"at {first}" if len(run) == 1 else f"from {first} to {last}, {len(run)} poses,"
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What is left out, what stands for the full order, and members whose held warping is known for a constant
+        torque alone."""
+        low = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
+        low = (*low, FLUTTER) if self.has_follower_loads else low
+        held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
+        if not held:
+            return low
+        return (
+            *low,
+            f"{', '.join(held[:3])}{' and others' if len(held) > 3 else ''}: held warping is that of a constant torque."
+            " Loaded across where they are bent, members have a torque that varies: between parallel ends a leaf"
+            " 50 x 15 x 0.4 mm is softer across than a solid by 4 % at 0.04 of its length of stroke, 9 % at 0.08, 17 %"
+            " at 0.16 (corrections: none: 7, 35, 53 %)",
+        )
+
+    def _too_coarse(self) -> Iterator[Exceeded]:
+        """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
+        told = {own.place for own in self.doubts if own.kind == "mesh"}
+        for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
+            worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
+            at = f"at {words(worst.varied, self.units)}"
+            if (found := coarse(self.model, name, worst.mesh_error[name], at)) is not None:
+                yield found
+
+    def _beyond_yield(self) -> Iterator[Exceeded]:
+        """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
+        if not self.poses:
+            return
+        away = self._away()
+        for name, ratio in zip(self.yield_ratios.names, self.yield_ratios.ratio, strict=True):
+            beyond = np.flatnonzero(ratio > 1)
+            if len(beyond):
+                poses = (self.poses[k] for k in (beyond[away[beyond].argmin()], leading(ratio)))
+                first, worst = (words(pose.varied, self.units) for pose in poses)
+                most = float(ratio.max())
+                where = f"first at {first} and most at {worst}, {most:.3g} times"
+                text = f"{name} is stressed beyond its yield stress, {where}"
+                yield Exceeded("stress", name, most, 1.0, "1", text)
+
+    def _meetings(self) -> Iterator[Exceeded]:
+        """A warning for every pair of solids that are apart at rest and meet, with the pose nearest to rest."""
+        away = self._away()
+        found, all_seen = solids_that_meet(self.model, self.frames)
+        for meeting in found:
+            pose = self.poses[min(meeting.poses, key=away.__getitem__)]
+            where = words(pose.varied, self.units)
+            text = f"{meeting.first} and {meeting.second} meet, first at {where}, and go through each other from there"
+            yield Exceeded("contact", meeting.first, np.nan, np.nan, "m", text)
+        if not all_seen:
+            text = "so many parts lie side by side that not all were looked at for whether they meet"
+            yield Exceeded("contact", "", np.nan, np.nan, "m", text)
+
+    def _away(self) -> Array:
+        """How far poses are from rest, of what is prescribed, each over its largest value."""
+        travel = np.abs([list(pose.varied.values()) for pose in self.poses])
+        return (travel / np.maximum(travel.max(axis=0, initial=0.0), 1e-300)).sum(axis=-1)
+
+    def stresses(self, pose: int | None = None) -> Stresses:
+        """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`
+        then is the number. Raises OptionError where there is no such pose."""
+        if pose is None and self.poses:
+            return worst_stresses(self.model, self.end_forces.__getitem__)
+        return worst_stresses(self.model, self._forces(pose))
+
+    def stress_profiles(self, pose: int) -> dict[str, tuple[StressProfile, ...]]:
+        """Stresses along the members of every prototype at a pose, by its number. Raises OptionError where there is no
+        such pose."""
+        forces = self._forces(pose)
+        return {name: tuple(stress_profiles(self.model, name, forces)) for name in self.end_forces}
+
+    def _forces(self, pose: int | None) -> EndForces:
+        """Internal forces at a pose."""
+        if pose is None or not 0 <= pose < len(self.poses):
+            raise OptionError(f"there is no pose {pose!r} of {len(self.poses)}")
+
+        def forces(name: str) -> tuple[Array, Array]:
+            start, end = self.end_forces[name]
+            return start[..., pose : pose + 1], end[..., pose : pose + 1]
+
+        return forces
+
+    @property
+    def frequencies_hz(self) -> Array:
+        """Natural frequencies (poses, m), actuators free, each column one mode tracked by shape, those of the first
+        pose first; NaN where it is not among the lowest that were asked for."""
+        found = np.full((len(self.poses), max((len(pose.tracked) for pose in self.poses), default=0)), np.nan)
+        for row, pose in zip(found, self.poses, strict=True):
+            row[: len(pose.tracked)] = [pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked]
+        return found
+
+    @property
+    def frequency_changes(self) -> Array:
+        """Relative change (poses, m) of `frequencies_hz` from the pose of least strain energy, or from the pose nearest
+        to it at which a mode is known."""
+        hz = self.frequencies_hz
+        order = np.argsort([pose.energy for pose in self.poses], kind="stable")
+        known = np.isfinite(hz[order]) & (hz[order] > 0)
+        first = np.take_along_axis(hz[order], known.argmax(axis=0)[None], axis=0) if len(hz) else hz
+        return np.where(hz > 0, hz, np.nan) / np.where(first > 0, first, np.nan) - 1
+
+    @property
+    def parasitic_shifts(self) -> dict[str, Array]:
+        """By driven node, how far it shifts (poses,), m, in the directions in which it is not driven."""
+        found: dict[str, Array] = {}
+        for node in dict.fromkeys(name.rpartition(".")[0] for name in (self.poses[0].move if self.poses else ())):
+            if node in self.poses[0].displacement:
+                free = [k for k, axis in enumerate("xyz") if f"{node}.{axis}" not in self.poses[0].move]
+                moved = np.array([pose.displacement[node] for pose in self.poses])
+                found[node] = np.linalg.norm(moved[:, free], axis=1)
+        return found
+
+    def _title(self) -> str:
+        return f"{counted(len(self.poses), 'pose')}, large displacements"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        chosen = {k: self.poses[k] for k in sorted({0, len(self.poses) // 2, len(self.poses) - 1}) if self.poses}
+        rows: dict[str, Any] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
+        rows |= short_columns([*chosen.values()], self.units, MOST_SHOWN)
+        rows["proven"] = [pose.proven for pose in chosen.values()]
+        yield Table(rows, "poses")
+
+    def short_columns(self, most: int, modes: int) -> dict[str, Any]:
+        """What readers see of at most so many poses, evenly spread, by headings with SI units."""
+        return short_columns(self.poses[:: max(1, -(-len(self.poses) // most))], self.units, modes)
+
+    def _columns(self) -> dict[str, Any]:
+        return stroke_columns(self.poses, self.units, self.model_errors)
+
+
+@verb
+def stroke(
+    model: Mechanism | Plan | FullOrderModel,
+    parameters: Mapping[str, ArrayLike] | None = None,
+    *,
+    move: Mapping[str, FromTo] | None = None,
+    steps: int | None = None,
+    n: int | None = None,
+    loads: Mapping[str, FromTo] | None = None,
+    follower: Mapping[str, FromTo] | None = None,
+    gravity: FromTo | None = None,
+    actuators: Mapping[str, FromTo] | None = None,
+    nodes: Sequence[str] | None = None,
+    compliance: bool = False,
+    branch: int = 0,
+    refine: int = 1,
+    order: Order = "full",
+    progress: Listener | None = None,
+) -> Stroke:
+    """The mechanism over the stroke of some displacements, with large displacements and rotations.
+
+    Without anything that moves or acts it is the stroke that is described as `motion`, with its steps, modes and nodes.
+
+    `move` prescribes displacements by name, `carriage.y` or `platform.rz`, from rest: (from, to), m or rad, in `steps`
+    poses at equal distances, or a single number for one pose. Several move together. Rotations are components of the
+    rotation vector. `loads`, (6,) N and N m by node, and `gravity`, (3,) m/s^2, are dead, `follower` loads turn with
+    their nodes, and `actuators` are commands by name, wildcards allowed, in the units of the inputs. They are on all
+    the way, beside the loads that are described and, where it is not given, the gravity, or go in the `steps` from one
+    value to another, as in {"stack": (0, 20e-6)}. A force between two nodes acts along the line between them, or along
+    its direction, which turns with the first; one at a single node keeps its direction.
+
+    At each pose the `n` lowest modes are about the deformed state, none missed; `nodes` are those whose displacements
+    are told, by default those that `move` names, else those whose motion sensors read, else rigid bodies, with
+    `compliance` also their compliances and stiffnesses, (6, 6) each.
+    `progress` is told of every pose. Members are cut into `refine` times the elements that are described. At `order`
+    "low" substructures are corotational superelements, with energies of fourth order in their deformation, finer where
+    the motion asks for it; `low_order` says how far this is off.
+
+    Where loads and commands alone change, the path of equilibria is followed by arc length, through limit points and
+    snap-back: poses are where it passes the requested shares, as often as it does, and at limit points. Warnings report
+    limit points and bifurcations; with `branch` 1 or -1 the path goes on along the first buckled one, to either side.
+
+    Every state is reached from the undeformed configuration by a path of equilibria. Where one ends, the poses beyond
+    are missing, with the reason among the warnings. Members bend, twist and turn as far as they like, with small
+    strains; material is elastic, sections keep their shape, and nothing touches (theory eqs. G1-G31).
+
+    Raises ModelError, OptionError for unknown nodes and axes, displacements that are held or follow from each
+    other, ranges without steps, and SolverError when nothing moves at all.
+    """
+    if not isinstance(refine, int | np.integer) or refine < 1:
+        raise OptionError(f"members are cut into a whole number of times their elements, at least 1, not {refine!r}")
+    full = at_rest(model, parameters, int(refine))
+    if isinstance(branch, bool) or branch not in (-1, 0, 1):
+        raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
+    given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
+    motion = None if given.changes else full.plan.motion.motion
+    if motion is not None:
+        given = described(full.design)._replace(gravity=gravity)
+        nodes = nodes if nodes is not None or not motion.nodes else motion.nodes
+    steps = steps if steps is not None else motion.steps if motion is not None else STEPS
+    n = n if n is not None else motion.modes if motion is not None else MODES
+    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
+        raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
+    if order not in ("full", "low"):
+        raise OptionError(f"order is full or low, not {order!r}")
+    moving = MovingModel.of(full.design)
+    planned = course(moving, given, steps)
+    drives = planned.drives
+    nodes = [nodes] if isinstance(nodes, str) else nodes
+    asked = [d.name.rsplit(".", 1)[0] for d in drives] or watched(full.plan) if nodes is None else list(nodes)
+    asked = list(dict.fromkeys(asked))
+    numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
+    equations = Equations(moving, drives)
+    equations.independent()
+    wanted = Asked(n, numbers, compliance)
+
+    def walk(own: Equations) -> Followed:
+        return follow(own, planned, wanted, branch, progress)
+
+    low: LowOrderMotion | None = None
+    if order == "full":
+        followed = walk(equations)
+        shown = [own.state for own in followed.found]
+    else:
+        followed, shown, low = _at_low_order(equations, planned, [*numbers.values()], n, walk)
+    forces = end_forces(moving, shown)
+    yields = ratios_to_yield(full, forces.__getitem__, len(shown)) if shown else NO_YIELD
+    poses = stroke_poses([own.measured for own in followed.found], yields)
+    frames = tuple(state.frames for state in shown)
+    ended, critical = tuple(followed.stopped), tuple(followed.critical)
+    doubts = (*beyond(moving, frames), *planned.overdriven)
+    turning = any(state.loads.follower for state in shown)
+    spectra = ()
+    if low is None:
+        spectra = tuple(
+            Spectrum(moving, own.state, own.measured.values, own.measured.vectors) for own in followed.found
+        )
+    units = planned.units
+    return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, units, low, turning, spectra)
+
+
+def _at_low_order(
+    full: Equations, planned: Course, nodes: list[int], n: int, walk: Callable[[Equations], Followed]
+) -> tuple[Followed, list[Equilibrium], LowOrderMotion]:
+    """All points at low order, and its states on the full order."""
+    walked: list[Followed] = []
+
+    def states(equations: Equations) -> list[Equilibrium]:
+        walked.append(walk(equations))
+        if walked[-1].broken is not None:
+            raise walked[-1].broken
+        return [own.state for own in walked[-1].found] + walked[-1].ended
+
+    ends = (planned.rest, planned.first, planned.last)
+    loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
+    found = low_order_motion(full, [*nodes, *loaded], states, n)
+    own = walked[found.walk]
+    own.stopped[:] = [f"at low order {why}; the full order may go further" for why in own.stopped]
+    return own, found.compared.states[: len(own.found)], found.said
