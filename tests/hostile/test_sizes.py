@@ -16,7 +16,7 @@ from flexura.files import read_bytes
 from flexura.io.measurements import read_measurement
 from flexura.modelfile import load, loads
 from flexura.npz import read_arrays
-from flexura.reduction import parts as reduction_parts
+from flexura.reduction.single import parts as reduction_parts
 from flexura.sizes import LIMITS, size_limit, size_limits
 
 PART = "substructures: {s: {nodes: {a: [0,0,0], b: [1 mm,0,0]}, links: {l: {nodes: [a, b], material: silicon, " \

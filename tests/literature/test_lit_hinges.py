@@ -14,7 +14,7 @@ import pytest
 from scipy.integrate import quad
 
 from flexura.mechanism import CircularContour, Flexure, Material, Mechanism, Notch
-from flexura.reduction.low_order import low_order, reduce
+from flexura.reduction.proven.low_order import low_order, reduce
 from flexura.structure import Plan, assemble
 from flexura.structure.design import Design
 from helpers.verification_report import Case

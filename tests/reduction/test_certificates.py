@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.linalg import Pencil, enclose, lowest
-from flexura.reduction.certificate import certificate, certify, lowest_pairs
-from flexura.reduction.chained import chained
+from flexura.reduction.chains.chained import chained
+from flexura.reduction.proven.certificate import certificate, certify, lowest_pairs
 from helpers.random_mechanisms import FEW, mechanisms
 from helpers.true_frequencies import holds, true_frequencies
 

@@ -8,11 +8,11 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import count_below, lowest
-from flexura.reduction.equal_branches import split
-from flexura.reduction.model import STATE
+from flexura.reduction.proven.equal_branches import split
+from flexura.reduction.single.model import STATE
 from flexura.structure import assemble
 
-MODULE = import_module("flexura.reduction.equal_branches")
+MODULE = import_module("flexura.reduction.proven.equal_branches")
 LEAF = {"material": "spring-steel", "reference": "y", "profile": fx.describe.Leaf(width=12e-3, thickness=0.4e-3)}
 
 
@@ -153,7 +153,7 @@ def test_branches_that_share_nothing_that_moves(monkeypatch) -> None:
     result = fx.modes(wheel(40, ground=held), n=3, order="full")
     one = fx.modes(wheel(1, ground=held), n=1, order="full")
     np.testing.assert_allclose(result.frequency_hz, one.frequency_hz[0], rtol=1e-9)
-    monkeypatch.setattr(import_module("flexura.reduction.certificate"), "MOST_COPIES", 20)
+    monkeypatch.setattr(import_module("flexura.reduction.proven.certificate"), "MOST_COPIES", 20)
     with pytest.raises(fx.SolverError, match="more than 20 of nearly one frequency"):
         fx.modes(wheel(40, ground=held), n=3)
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.records import Kept, Record
-from flexura.reduction.certificate import Certificate
+from flexura.reduction.proven.certificate import Certificate
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

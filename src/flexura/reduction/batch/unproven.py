@@ -11,10 +11,10 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import lowest_values
 from flexura.mechanism import Mechanism
-from flexura.reduction.arrow_certificate import arrow_values
-from flexura.reduction.assembler import LowOrderAssembler, low_order
-from flexura.reduction.chain_assembler import ChainAssembler, chain_assembler
-from flexura.reduction.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
+from flexura.reduction.batch.arrow_certificate import arrow_values
+from flexura.reduction.batch.chain_assembler import ChainAssembler, chain_assembler
+from flexura.reduction.chains.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
+from flexura.reduction.single.assembler import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan, plan_of
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import factors, small_pencils
-from flexura.reduction.arrow import FIXED, ROUNDING, Arrow, Block, placed
-from flexura.reduction.chain_certificate import REACH, ChainBounds, attempts, enclosed
-from flexura.reduction.chain_moments import EPS
-from flexura.reduction.ritz_bounds import CORRECTED, lost, settled, upper_bounds
+from flexura.reduction.batch.arrow import FIXED, ROUNDING, Arrow, Block, placed
+from flexura.reduction.batch.chain_certificate import REACH, ChainBounds, attempts, enclosed
+from flexura.reduction.batch.chain_moments import EPS
+from flexura.reduction.batch.ritz_bounds import CORRECTED, lost, settled, upper_bounds
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import inverse_roots
-from flexura.reduction.chain_moments import EPS
+from flexura.reduction.batch.chain_moments import EPS
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

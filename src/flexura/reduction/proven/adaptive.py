@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from flexura.deadline import checkpoint, stage
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, lowest
-from flexura.reduction.assembler import LowOrderAssembler
-from flexura.reduction.certificate import HERTZ, SPARE, Certificate, cluster_end, model_pairs, proof
-from flexura.reduction.chained import ChainedModel, chained
-from flexura.reduction.condensation import condense
-from flexura.reduction.full_modes import reduce_by_modes, wide_parts
-from flexura.reduction.goal import Coordinates, Goal, proven, smallest
-from flexura.reduction.model import LowOrderModel
-from flexura.reduction.substructures import substructures
+from flexura.reduction.chains.chained import ChainedModel, chained
+from flexura.reduction.proven.certificate import HERTZ, SPARE, Certificate, cluster_end, model_pairs, proof
+from flexura.reduction.proven.full_modes import reduce_by_modes, wide_parts
+from flexura.reduction.proven.goal import Coordinates, Goal, proven, smallest
+from flexura.reduction.single.assembler import LowOrderAssembler
+from flexura.reduction.single.condensation import condense
+from flexura.reduction.single.model import LowOrderModel
+from flexura.reduction.single.substructures import substructures
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.arrow import Arrow, Block, Order
-from flexura.reduction.assembler import low_order
-from flexura.reduction.branches import Branches, Copy, find_branches, interface_maps, part_transforms
-from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
-from flexura.reduction.parts import PartReducer
-from flexura.reduction.placing import bordered, joined, placing_error, stacked
-from flexura.reduction.stacks import refuse_impossible
+from flexura.reduction.batch.arrow import Arrow, Block, Order
+from flexura.reduction.batch.branches import Branches, Copy, find_branches, interface_maps, part_transforms
+from flexura.reduction.batch.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
+from flexura.reduction.batch.placing import bordered, joined, placing_error, stacked
+from flexura.reduction.chains.stacks import refuse_impossible
+from flexura.reduction.single.assembler import low_order
+from flexura.reduction.single.parts import PartReducer
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Kept, Latest
-from flexura.reduction.parts import PartReducer
-from flexura.reduction.stacks import refuse_impossible
+from flexura.reduction.chains.stacks import refuse_impossible
+from flexura.reduction.single.parts import PartReducer
 from flexura.structure import Design, PartMatrices, Plan, Scatter, block_diagonal
 
 Array = NDArray[np.float64]

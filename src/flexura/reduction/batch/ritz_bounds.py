@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.linalg import small_pencils
-from flexura.reduction.chain_moments import EPS
+from flexura.reduction.batch.chain_moments import EPS
 
 Array = NDArray[np.float64]
 

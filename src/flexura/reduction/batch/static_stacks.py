@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lapack
 
 from flexura.linalg import scaled, unit_scale
-from flexura.reduction.assembler import LowOrderAssembler, low_order
-from flexura.reduction.flexibility import WELL
-from flexura.reduction.stacks import independent_stacks
+from flexura.reduction.chains.flexibility import WELL
+from flexura.reduction.chains.stacks import independent_stacks
+from flexura.reduction.single.assembler import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import bracket, lowest_modes
-from flexura.reduction.certificate import HERTZ, Certificate
-from flexura.reduction.chained import ChainedModel
+from flexura.reduction.chains.chained import ChainedModel
+from flexura.reduction.proven.certificate import HERTZ, Certificate
 from flexura.tables import counted, in_hz
 
 Array = NDArray[np.float64]

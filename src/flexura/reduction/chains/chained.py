@@ -20,8 +20,8 @@ from scipy.sparse.csgraph import connected_components
 from flexura.beam import rigid_arm
 from flexura.linalg import Pencil
 from flexura.records import Record
-from flexura.reduction.chain import find_chains
-from flexura.reduction.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
+from flexura.reduction.chains.chain import find_chains
+from flexura.reduction.chains.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
 from flexura.structure import (
     TAPERED_PIECES,
     DiscreteElement,

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import SolverError
 from flexura.linalg import lowest_pairs
-from flexura.reduction.batch import kept_chains
-from flexura.reduction.certificate import HERTZ
-from flexura.reduction.stacks import independent_stacks
+from flexura.reduction.batch.batch import kept_chains
+from flexura.reduction.chains.stacks import independent_stacks
+from flexura.reduction.proven.certificate import HERTZ
 from flexura.structure import Design, Plan
 
 Array = NDArray[np.float64]

@@ -13,12 +13,12 @@ from typing import Literal
 from flexura.deadline import stage
 from flexura.errors import SolverError
 from flexura.linalg import bracket
-from flexura.reduction.assembler import LowOrderAssembler
-from flexura.reduction.certificate import certificate, lowest_pairs
-from flexura.reduction.chained import ChainedModel
-from flexura.reduction.condensation import condense
-from flexura.reduction.goal import Goal, proven, smallest
-from flexura.reduction.model import FullBasis, LowOrderModel, state_of
+from flexura.reduction.chains.chained import ChainedModel
+from flexura.reduction.proven.certificate import certificate, lowest_pairs
+from flexura.reduction.proven.goal import Goal, proven, smallest
+from flexura.reduction.single.assembler import LowOrderAssembler
+from flexura.reduction.single.condensation import condense
+from flexura.reduction.single.model import FullBasis, LowOrderModel, state_of
 from flexura.sizes import within
 
 

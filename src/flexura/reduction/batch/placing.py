@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.reduction.arrow import ROUNDING
+from flexura.reduction.batch.arrow import ROUNDING
 from flexura.structure import DiscreteElement
 
 Array = NDArray[np.float64]

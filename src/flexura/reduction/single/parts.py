@@ -13,8 +13,15 @@ from numpy.typing import NDArray
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.chain import ChainGroup, ChainKinematics, chain_stiffness, condense, find_chains, kinematics
-from flexura.reduction.craig_bampton import CraigBampton
+from flexura.reduction.chains.chain import (
+    ChainGroup,
+    ChainKinematics,
+    chain_stiffness,
+    condense,
+    find_chains,
+    kinematics,
+)
+from flexura.reduction.single.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
 

@@ -8,7 +8,7 @@ import scipy.linalg as la
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import count_below, lowest
-from flexura.reduction.model import LowOrderModel, SubstructureBasis
+from flexura.reduction.single.model import LowOrderModel, SubstructureBasis
 
 
 @verb

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from flexura.errors import SolverError
 from flexura.linalg import factorise, is_definite, least_pivot, scaled, static_response, unit_scale
-from flexura.reduction.chained import ChainedModel, chained
+from flexura.reduction.chains.chained import ChainedModel, chained
 from flexura.structure import FullOrderModel
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.beam import PLANE_BASIS, block_rotation, element_mass, flexibility, in_planes, rigid_arm, root_mass
 from flexura.errors import OptionError, SolverError
-from flexura.reduction.chain import ChainGroup, kinematics
+from flexura.reduction.chains.chain import ChainGroup, kinematics
 from flexura.structure import TAPERED_PIECES, Cut, ElementSlice, FullOrderModel, block_diagonal
 
 Array = NDArray[np.float64]

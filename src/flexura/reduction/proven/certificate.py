@@ -19,9 +19,9 @@ from flexura.linalg import (
     residual_intervals,
     ritz_pairs,
 )
-from flexura.reduction.chained import ChainedModel, chained
-from flexura.reduction.intervals import HERTZ, Certificate
-from flexura.reduction.model import LowOrderModel
+from flexura.reduction.chains.chained import ChainedModel, chained
+from flexura.reduction.single.intervals import HERTZ, Certificate
+from flexura.reduction.single.model import LowOrderModel
 from flexura.structure import FullOrderModel, full_order_model
 
 Array = NDArray[np.float64]

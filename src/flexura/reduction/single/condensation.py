@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
-from flexura.reduction.model import LowOrderModel, SubstructureBasis
+from flexura.reduction.single.model import LowOrderModel, SubstructureBasis
 from flexura.sizes import within
 
 Array = NDArray[np.float64]

@@ -12,12 +12,12 @@ from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, origin_of
-from flexura.reduction.adaptive import reduce_to_tolerance
-from flexura.reduction.assembler import LowOrderAssembler, low_order
-from flexura.reduction.free_interface import free_interface
-from flexura.reduction.goal import Coordinates, Goal
-from flexura.reduction.model import LowOrderModel, assembled, static_nodes
-from flexura.reduction.substructures import substructures
+from flexura.reduction.proven.adaptive import reduce_to_tolerance
+from flexura.reduction.proven.goal import Coordinates, Goal
+from flexura.reduction.single.assembler import LowOrderAssembler, low_order
+from flexura.reduction.single.free_interface import free_interface
+from flexura.reduction.single.model import LowOrderModel, assembled, static_nodes
+from flexura.reduction.single.substructures import substructures
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
 
 Reduction = Literal["craig_bampton", "rubin"]

@@ -14,7 +14,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.linalg import count_below, lowest, scaled, unit_scale
-from flexura.reduction.craig_bampton import CraigBampton, ReducedPart
+from flexura.reduction.single.craig_bampton import CraigBampton, ReducedPart
 
 Array = NDArray[np.float64]
 

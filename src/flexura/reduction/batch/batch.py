@@ -16,14 +16,13 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, Progress
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import Mechanism
-from flexura.reduction.arrow import Arrow
-from flexura.reduction.arrow_certificate import arrow_bounds
-from flexura.reduction.certificate import HERTZ, certificate, lowest_pairs
-from flexura.reduction.chain_assembler import ChainAssembler, Kind, chain_assembler
-from flexura.reduction.chain_certificate import ChainBounds, chain_bounds
-from flexura.reduction.chained import chained
-from flexura.reduction.ritz_bounds import ZERO
-from flexura.reduction.stacks import (
+from flexura.reduction.batch.arrow import Arrow
+from flexura.reduction.batch.arrow_certificate import arrow_bounds
+from flexura.reduction.batch.chain_assembler import ChainAssembler, Kind, chain_assembler
+from flexura.reduction.batch.chain_certificate import ChainBounds, chain_bounds
+from flexura.reduction.batch.ritz_bounds import ZERO
+from flexura.reduction.chains.chained import chained
+from flexura.reduction.chains.stacks import (
     ImpossibleDesignError,
     independent_stacks,
     named,
@@ -32,6 +31,7 @@ from flexura.reduction.stacks import (
     some_of,
     stacks,
 )
+from flexura.reduction.proven.certificate import HERTZ, certificate, lowest_pairs
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent

@@ -16,9 +16,9 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
 from flexura.mechanism import DOF_NAMES, TOP
 from flexura.records import Record
-from flexura.reduction.assembler import LowOrderAssembler, low_order, with_modes
-from flexura.reduction.craig_bampton import ReducedPart
-from flexura.reduction.intervals import Certificate
+from flexura.reduction.single.assembler import LowOrderAssembler, low_order, with_modes
+from flexura.reduction.single.craig_bampton import ReducedPart
+from flexura.reduction.single.intervals import Certificate
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import Design, OfDesign, Plan, described_prestress, solve_definite, stiffness_and_mass

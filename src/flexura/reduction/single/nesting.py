@@ -14,7 +14,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
 from flexura.mechanism import DOF_NAMES, Matrix, Substructure, Superelement
-from flexura.reduction.model import LowOrderModel
+from flexura.reduction.single.model import LowOrderModel
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel

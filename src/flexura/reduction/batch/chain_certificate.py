@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexura.linalg import GUARD, Eigenpairs, lowest_pairs, small_pencils
-from flexura.reduction.arrow import Order
-from flexura.reduction.chain_moments import EPS
-from flexura.reduction.ritz_bounds import CORRECTED, ZERO, lost, settled, upper_bounds
+from flexura.reduction.batch.arrow import Order
+from flexura.reduction.batch.chain_moments import EPS
+from flexura.reduction.batch.ritz_bounds import CORRECTED, ZERO, lost, settled, upper_bounds
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.mechanism import DOF_NAMES
-from flexura.reduction.assembler import LowOrderAssembler
-from flexura.reduction.craig_bampton import CraigBampton
-from flexura.reduction.model import FullBasis, LowOrderModel, ProjectedBasis, assembled, kept_modes, state_of
+from flexura.reduction.single.assembler import LowOrderAssembler
+from flexura.reduction.single.craig_bampton import CraigBampton
+from flexura.reduction.single.model import FullBasis, LowOrderModel, ProjectedBasis, assembled, kept_modes, state_of
 from flexura.structure import Design, Posed
 
 Array = NDArray[np.float64]

@@ -1,0 +1,1 @@
+"""Reduction to a tolerance, with a certificate of every frequency."""

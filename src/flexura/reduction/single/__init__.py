@@ -1,0 +1,1 @@
+"""One design reduced: substructures, their coordinates, and the last steps to very few."""
