@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura._version import __version__
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.hdf5 import read_datasets
@@ -26,7 +26,6 @@ from flexura.testing.measurement import (
     with_description,
 )
 
-Array = NDArray[np.float64]
 Arrays = dict[str, Any]
 
 

@@ -8,7 +8,6 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
@@ -16,8 +15,6 @@ from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel, assemble
 from flexura.systems import Channel, StateSpace
 from flexura.tables import in_hz
-
-Array = NDArray[np.float64]
 
 MODES = 12
 """Modes of which it is told how far the part may be from them."""

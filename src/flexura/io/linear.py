@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.systems import StateSpace
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 TYPICAL_INPUT = {"expansion": 1e-5}
 """Ordinary size of an input by quantity, SI; 1 for those not listed."""

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexura.io.contents import Array
+from flexura.arrays import Array, Index
 from flexura.structure import FullOrderModel
-
-Index = NDArray[np.intp]
 
 KINDS = ("link", "flexure", "body", "spring", "superelement")
 

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import ExpressionError, OptionError
 from flexura.files import read_text
 from flexura.tables import quantity
@@ -28,8 +28,6 @@ from flexura.testing.measurement import (
     with_description,
 )
 from flexura.units import parse_unit
-
-Array = NDArray[np.float64]
 
 UNEVEN = 1e-3
 """Largest difference of steps of time, of their mean, in an evenly sampled record: times may be rounded."""

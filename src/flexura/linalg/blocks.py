@@ -11,14 +11,12 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, pivoted
 from flexura.linalg.inertia import stable_count
 from flexura.linalg.scaling import scaled
 from flexura.linalg.search import Eigenpairs
-
-Array = NDArray[np.float64]
 
 STEPS = 8
 """Blocks after which the search is given up."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.factor import DENSE_LIMIT, Matrix, factorise, is_definite
 from flexura.linalg.inertia import count_below
 from flexura.linalg.scaling import scaled, unit_scale
 from flexura.linalg.search import toarray
-
-Array = NDArray[np.float64]
 
 DENSE = 1200
 """Up to this order several buckling loads come from a dense solver, which misses no copies."""

@@ -6,14 +6,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.inertia import count_below
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.residual_bounds import residual_intervals
-
-Array = NDArray[np.float64]
 
 APART = 1e-5
 """Relative gap between intervals in which eigenvalues are counted."""

@@ -7,15 +7,13 @@ search finds. Eigenvalues of a `Pencil` are Rayleigh quotients of energies.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.factor import SINGULAR_PIVOT, Matrix, SuperLU, pivoted
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.residual_bounds import solution
 from flexura.linalg.search import Eigenpairs, next_to
-
-Array = NDArray[np.float64]
 
 COARSE = 1e-9
 """First shift of something that floats, over the largest ratio of stiffness to mass."""

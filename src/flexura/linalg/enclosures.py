@@ -13,14 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.inertia import bracket
 from flexura.linalg.pencil import MASS_LOST, Pencil
 from flexura.linalg.scaling import scaled, unit_scale
-
-Array = NDArray[np.float64]
 
 DOT = 1e-13
 """Relative error of inner products of long vectors and of small eigenproblems."""

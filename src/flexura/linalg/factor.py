@@ -10,13 +10,12 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.pencil import EPS
 from flexura.linalg.scaling import scaled, unit_scale
 
-Array = NDArray[np.float64]
 Matrix = Any
 """A dense array or a SciPy sparse matrix."""
 

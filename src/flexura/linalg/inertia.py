@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg.factor import ROUND_OFF, SingularError, SuperLU
 from flexura.linalg.pencil import EPS, Pencil
 from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
-
-Array = NDArray[np.float64]
 
 DENSE_BRACKET = 60
 """Up to this order eigenvalues are as quick as factorisations."""

@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.factor import Factor, SingularError, SuperLU
 from flexura.linalg.scaling import scaled, unit_scale
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Called with what is being done and the fraction of it that is done; what it raises ends the work."""
 

@@ -15,13 +15,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
-
-Array = NDArray[np.float64]
 
 EPS = float(np.finfo(float).eps)
 

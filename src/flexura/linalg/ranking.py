@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Index = NDArray[np.intp]
+from flexura.arrays import Index
 
 TIE = 1e-6
 """Relative difference up to which sizes are equal: symmetry makes them so but for round-off."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.factor import Factor, factorise
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.search import Eigenpairs
-
-Array = NDArray[np.float64]
 
 POLISH = 2
 """Corrections of a solution by its residual in energies."""

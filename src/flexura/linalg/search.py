@@ -14,8 +14,8 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg.factor import DENSE_LIMIT, Factor, Matrix, SuperLU
@@ -23,7 +23,6 @@ from flexura.linalg.inertia import bracket, count_below, stable_count
 from flexura.linalg.pencil import Pencil
 from flexura.linalg.scaling import scaled, unit_scale
 
-Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 """Called with what is being done and the fraction of it that is done; what it raises ends the work."""
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg.eigen import lowest
 from flexura.linalg.scaling import scaled, unit_scale
 from flexura.linalg.search import Eigenpairs
-
-Array = NDArray[np.float64]
 
 GUARD = 4
 """Iteration vectors beyond the wanted ones (Bathe 1996, sec. 11.6)."""

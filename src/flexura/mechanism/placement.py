@@ -9,14 +9,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.duals import plain, real
 from flexura.mechanism.base import Direction, Vector
 from flexura.mechanism.quantity import Scalar
 from flexura.mechanism.substructure import CircularPattern, Instance, LinearPattern, MirrorPattern, Pattern
-
-Array = NDArray[np.float64]
 
 
 class Turn(NamedTuple):

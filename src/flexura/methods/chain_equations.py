@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.methods.dense import refuse_large
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import ExactChains
 from flexura.structure import FullOrderModel, Scatter
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 LARGE = 400
 """Unknowns of chains beyond which they are eliminated."""

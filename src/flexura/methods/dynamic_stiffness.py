@@ -15,6 +15,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
@@ -28,7 +29,6 @@ from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel
 from flexura.tables import in_hz
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 Floats = NDArray[np.float64]
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import (
     SMALL,
     BeamSeries,
@@ -34,7 +35,6 @@ from flexura.reduction import PartReducer
 from flexura.structure import Cut, ElementSlice, FullOrderModel
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 FINEST = 2**20
 """Most pieces of one element."""

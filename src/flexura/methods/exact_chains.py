@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import DynamicBeam, Joint, UniformBeam, at_pole, dynamic_beam, join, rigid_arm, rooted, turned
 from flexura.reduction import ChainGroup, kinematics
 from flexura.structure import Cut, Geometry, Part
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

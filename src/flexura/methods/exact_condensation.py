@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
@@ -27,7 +28,6 @@ from flexura.reduction import LowOrderAssembler, low_order, with_modes
 from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 BATCH = 4_000_000
 """About how many numbers matrices hold at once."""

@@ -5,18 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import scaled, unit_scale
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.structure import FullOrderModel, full_order
 from flexura.systems import DampingLaw, InputPort, OutputPort, uniform_loss
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
 
 
 class ExactResponse:

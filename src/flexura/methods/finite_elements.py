@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import lowest_modes
 from flexura.methods.solution import Solution
 from flexura.reduction import chained
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 NOISE = 1e-9
 """Relative differences of frequencies below this may be round-off: no order is observed from them."""

@@ -14,16 +14,13 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, lowest
 from flexura.methods.solution import Solution
 from flexura.reduction import reduce
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 GAP = 100.0
 """Constraints are so many times stiffer than freedoms, at least; an order of magnitude in frequency."""

@@ -7,13 +7,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array
 from flexura.beam import DynamicBeam, UniformBeam, at_pole, dynamic_beam, join, rigid_arm
 from flexura.errors import OptionError
 from flexura.methods.exact_chains import in_series, twists_inside
 from flexura.methods.solution import Solution
 from flexura.structure import ElementSlice, FullOrderModel
-
-Array = NDArray[np.float64]
 
 
 class _Placed(NamedTuple):

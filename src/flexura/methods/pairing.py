@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.methods.solution import Solution
 from flexura.modal import REPEATED, close_groups, in_order, mac_with_spaces, pair_by_mac
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 SAME_FREQUENCY = 1e-3
 """Frequencies that all agree so well, relative, need no shapes to be paired."""

@@ -10,15 +10,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.methods.solution import Solution
 from flexura.reduction import ChainGroup, SegmentChains, segment_chains
 from flexura.structure import FullOrderModel, Part, Triplets, block_diagonal, full_order, node_dofs
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 RANK = 1e-9
 """Motions that supports hold less than this, relative, are free."""

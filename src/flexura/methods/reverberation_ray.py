@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import DynamicBeam, UniformBeam, reversed_waves, rigid_arm, waves
 from flexura.methods.chain_equations import ChainEquations
 from flexura.methods.exact_chains import ExactChains, in_series
@@ -25,7 +26,6 @@ from flexura.reduction import full_order_modes
 from flexura.structure import FullOrderModel
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 MEMBER = 7
 """At least so many equal pieces in line are a member that carries rays: more than one element of a stepped flexure."""

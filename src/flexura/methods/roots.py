@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.linalg import real_eigenvalues
 from flexura.reduction import full_order_modes
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 MARGIN = 4
 """Modes of the finite element model beyond those wanted, to see the gaps between which contours run."""

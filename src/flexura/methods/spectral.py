@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import scaled, unit_scale
@@ -23,7 +24,6 @@ from flexura.methods.solution import Solution
 from flexura.structure import FullOrderModel
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 DECAY = 1e-6
 """To this part of its size a motion decays within the period, by exp(-sigma t)."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.beam import rigid_arm, transfer_at_pole, transfer_rooted, transfer_turned
 from flexura.beam import transfer_matrix as beam_transfer
 from flexura.methods.chain_equations import ChainEquations
@@ -21,7 +22,6 @@ from flexura.methods.solution import Solution
 from flexura.structure import FullOrderModel
 
 Array = NDArray[Any]
-Index = NDArray[np.intp]
 
 
 class TransferMatrices(ChainEquations):

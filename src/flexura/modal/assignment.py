@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Index = NDArray[np.intp]
+from flexura.arrays import Index
 
 
 def assignment(cost: NDArray[Any]) -> tuple[Index, Index]:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from flexura.arrays import Array, Index
 
 
 def close_groups(frequency: Array, gap: float) -> tuple[Index, ...]:

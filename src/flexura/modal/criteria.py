@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.linalg import inverse_roots, scaled
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 IMPROVES = 0.02
 """A channel without which the mean MAC of the pairs is higher by more than this is not trusted."""

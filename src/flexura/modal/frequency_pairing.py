@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
 
 SKIP = 0.02
 """Price of a reference mode without a partner, as a logarithm of frequency."""

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.modal.assignment import best_pairs
 from flexura.modal.close_modes import close_groups
 from flexura.modal.criteria import mac, space_mac
 from flexura.modal.frequency_pairing import in_order
 from flexura.results import Tabular
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SAME_MODE = 0.5
 """Least modal assurance criterion of a pair of two models of one mechanism, whose shapes are known throughout."""

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array, Index
 from flexura.modal.assignment import assignment
 from flexura.modal.close_modes import close_groups
 from flexura.modal.criteria import space_mac
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 REPEATED_EIGENVALUES = 1e-6
 """Eigenvalues closer than this, relative, are taken as repeated."""

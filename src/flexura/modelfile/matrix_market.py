@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from io import BytesIO
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
 
 _COUNT = re.compile(rb"\d{1,15}")
 

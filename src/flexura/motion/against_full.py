@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
@@ -15,8 +15,6 @@ from flexura.motion.expansion import SOFTEST
 from flexura.motion.path import displacement
 from flexura.motion.substructures import Condensed, Substructure
 from flexura.motion.turning import TurningModel
-
-Array = NDArray[np.float64]
 
 
 class Comparison(NamedTuple):

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import count_below, leading
 from flexura.motion.elements import Frames
@@ -20,8 +20,6 @@ from flexura.motion.equilibrium import CONVERGED, ITERATIONS, Equations, Equilib
 from flexura.motion.path import QUICK, SMALLEST, Point, displacement
 from flexura.motion.pose import Pose
 from flexura.motion.se3 import LARGEST
-
-Array = NDArray[np.float64]
 
 FURTHEST = 0.1
 """Longest step: displacement over the size of the mechanism, or rad."""

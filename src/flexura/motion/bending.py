@@ -6,16 +6,14 @@ from collections import Counter
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames, Group, PoseElements
 from flexura.motion.linear_inside import softer_as_beams
 from flexura.motion.model import MovingModel
-
-Array = NDArray[np.float64]
 
 LIMIT = 0.5
 """Largest angle, rad, between sections of an element of a member. Beyond it strains are not quadratic: see the table of

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import Matrix, critical_factors, critical_shapes, scaled, unit_scale
 from flexura.motion.clusters import Superelements
 from flexura.motion.pose import Pose
-
-Array = NDArray[np.float64]
 
 MOST = 1e6
 """Factors beyond this are round-off: nothing buckles."""

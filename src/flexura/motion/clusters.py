@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import plain
 from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response
 from flexura.motion.inertia import accelerating
 from flexura.motion.polynomial import Polynomial
 from flexura.motion.se3 import Logarithm
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 RIGID = 1e-6
 """Force of rigid motions over that of single displacements, from which a superelement is held by the ground."""

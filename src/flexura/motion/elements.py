@@ -16,14 +16,12 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import zeros
 from flexura.motion.inertia import accelerating
 from flexura.motion.se3 import Logarithm, rotation
 from flexura.motion.strain import Strain
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 HALVES = np.array([0.5, 0.5])
 

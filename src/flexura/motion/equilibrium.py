@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import plain
 from flexura.errors import OptionError, SolverError
@@ -18,8 +19,6 @@ from flexura.motion.elements import Frames
 from flexura.motion.loads import NO_LOADS, Loads
 from flexura.motion.model import Forces, MovingModel
 from flexura.motion.se3 import LARGEST, Logarithm
-
-Array = NDArray[np.float64]
 
 HALF_TURN = 3.1
 """Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""

@@ -6,13 +6,11 @@ from collections.abc import Iterable
 from itertools import combinations, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.motion.polynomial import Polynomial
 from flexura.motion.substructures import Substructure
-
-Array = NDArray[np.float64]
 
 LARGEST = {2: 60, 3: 30}
 """Deformations of a substructure up to which terms of forces of an order are worked out."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import skew
-
-Array = NDArray[np.float64]
 
 YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
 

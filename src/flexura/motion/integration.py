@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames, Rates
@@ -19,8 +19,6 @@ from flexura.motion.equilibrium import Equations
 from flexura.motion.loads import Loads
 from flexura.motion.se3 import LARGEST
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
 
 CONVERGED = 1e-6, 1e-10
 """What is left of a step by Newton's method: over what accelerations change in it, and over itself."""

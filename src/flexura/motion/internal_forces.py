@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.motion.elements import PoseElements
 from flexura.motion.equilibrium import Equilibrium
 from flexura.motion.layout import MIRRORED
 from flexura.motion.model import MovingModel
 
-Array = NDArray[np.float64]
 Ends = tuple[Array, Array]
 
 

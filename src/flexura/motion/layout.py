@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Sagging, Superelements
@@ -16,9 +16,6 @@ from flexura.motion.elements import Ends, Frames, Group, PoseElements
 from flexura.motion.pushes import Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.structure import Copies, Design, Part, SpringElement, Torsion
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 Named = tuple[Group, tuple[str, ...]]
 """Elements with the name of each."""

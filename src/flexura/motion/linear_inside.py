@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import member_frame
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames
 from flexura.motion.layout import PLAIN
 from flexura.motion.strain import beam_strain
-
-Array = NDArray[np.float64]
 
 STEPS = 4
 """Steps of Newton's method for the beam under the same forces."""

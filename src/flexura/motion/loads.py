@@ -7,14 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.motion.elements import Frames, turned
 from flexura.motion.model import MovingModel
 from flexura.structure import Design
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars
@@ -18,9 +18,6 @@ from flexura.motion.inertia import accelerating
 from flexura.motion.layout import Laid, laid_out
 from flexura.motion.pushes import Push
 from flexura.structure import Design, Scatter
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 NO_COMMANDS: Mapping[str, float] = {}
 

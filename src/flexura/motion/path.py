@@ -7,15 +7,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.loads import Loads
 from flexura.motion.se3 import rotation_vector
-
-Array = NDArray[np.float64]
 
 SMALLEST = 1.0 / 4096
 """Least part of a step to the next point that is tried."""

@@ -8,16 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, Factor, Matrix, factorise, is_definite, next_to
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.se3 import rotation_vector
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SHIFTS = 60
 """Doublings of the shift below the lowest eigenvalue of a state that is unstable."""

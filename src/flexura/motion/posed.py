@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
@@ -25,9 +25,6 @@ from flexura.motion.pose import Pose
 from flexura.records import Latest
 from flexura.structure import Design, OfDesign, Scatter
 from flexura.systems import Ports
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

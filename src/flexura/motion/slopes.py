@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
 from flexura.linalg import factorise
@@ -25,8 +25,6 @@ from flexura.motion.model import MovingModel
 from flexura.motion.pose import Holding, Pose, lowest_of_any
 from flexura.sensitivity import clusters
 from flexura.structure import Design
-
-Array = NDArray[np.float64]
 
 GUARD = 3
 """Eigenvalues worked out beyond those wanted, to see whether the last one is repeated."""

@@ -18,11 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import Dual, plain, zeros
 from flexura.motion.se3 import Logarithm
 from flexura.structure import Torsion
-
-Array = NDArray[np.float64]
 
 ITERATIONS = 6
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise, next_to
 from flexura.motion.clusters import Sagging, Superelements
@@ -18,8 +19,6 @@ from flexura.motion.elements import Frames
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import Logarithm, exponential
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 
 SETTLED = 1e-9

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Group
@@ -16,10 +16,6 @@ from flexura.motion.layout import add_weight
 from flexura.motion.model import MovingModel
 from flexura.motion.polynomial import Polynomial
 from flexura.motion.substructures import Flags, Substructure, middle, partition, sixes, taken
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 ALIKE = 1.001
 """Modes of frequencies this near are kept together."""

@@ -10,14 +10,12 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, scaled
 from flexura.modal import REPEATED_EIGENVALUES, close_groups
 from flexura.sensitivity.variation import Change
-
-Array = NDArray[np.float64]
 
 GUARD = 3
 """Eigenvalues computed beyond those wanted, to see whether the last one is repeated."""

@@ -9,14 +9,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, zeros
 from flexura.structure import Design, DiscreteElement, PartMatrices
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Pairs(NamedTuple):

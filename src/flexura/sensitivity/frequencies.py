@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.expressions import Expression
 from flexura.mechanism import HELD, Mechanism
@@ -19,8 +19,6 @@ from flexura.sensitivity.low_order import Family, LowOrderFamily, ModelOrder
 from flexura.sensitivity.variation import FullOrderFamily, Rows
 from flexura.structure import Plan, one_design, plan_of
 from flexura.tables import Facts, Table, in_hz, percent
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

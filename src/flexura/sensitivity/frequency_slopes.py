@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import slope_of
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, lowest_groups
@@ -15,8 +15,6 @@ from flexura.sensitivity.eigenpairs import GUARD, clusters, whole_clusters
 from flexura.sensitivity.energies import Pairs, energy_slopes
 from flexura.sensitivity.variation import FullOrderFamily
 from flexura.structure import Design, stiffness_and_mass
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,17 +10,14 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import factorise, inverse_roots, scaled
 from flexura.modal import REPEATED_EIGENVALUES, close_groups
 from flexura.reduction import LowOrderModel, reduce
 from flexura.sensitivity.variation import Change, FullOrderFamily, Loads, Rows
 from flexura.structure import FullOrderModel, Plan, unloaded
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

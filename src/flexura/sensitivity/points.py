@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.sensitivity.variation import Rows
 from flexura.structure import Design
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism import Mechanism
@@ -22,9 +23,6 @@ from flexura.sensitivity.points import Reading, displacement_rows
 from flexura.sensitivity.variation import Change
 from flexura.structure import FullOrderModel, Plan, one_design, plan_of
 from flexura.tables import Facts, Table, ends, percent
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, repr=False)

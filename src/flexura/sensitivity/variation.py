@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, slope_of, zeros
 from flexura.linalg import factorise
@@ -29,8 +29,6 @@ from flexura.structure import (
     geometric_forces,
 )
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Rows = Callable[[Design], Any]
 """Rows (o, n) over the DOFs of the full-order model that read something off it, for the sizes of a design."""
 

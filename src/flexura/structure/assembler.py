@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
 from flexura.duals import zeros
 from flexura.errors import OptionError
@@ -15,8 +15,6 @@ from flexura.structure.part import DiscreteElement
 from flexura.structure.plan import Plan
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 class FullOrderAssembler:

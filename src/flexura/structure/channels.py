@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.mechanism import Actuator, MotionSensor, PiezoStack, Sensor, Substructure
 from flexura.structure.discrete_elements import PiezoElement, rigid_mass
 from flexura.structure.value_table import Index, ValueTable
-
-Array = NDArray[np.float64]
 
 
 class PartChannels:

@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Bools
 from flexura.beam import SectionProperties, rectangle, strip, wedge
 from flexura.duals import with_slopes_of
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
 from flexura.structure.stacking import common
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-"""Truth values."""
 
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""

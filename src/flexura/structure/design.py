@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, zeros
 from flexura.records import Latest, Record
@@ -20,8 +21,6 @@ from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Plan
 from flexura.structure.pose import Posed
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

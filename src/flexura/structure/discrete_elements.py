@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import (
     SectionProperties,
     UniformBeam,
@@ -34,8 +34,6 @@ from flexura.mechanism import (
 )
 from flexura.structure.sections import family_properties
 from flexura.structure.value_table import Index, ValueTable
-
-Array = NDArray[np.float64]
 
 
 def _entries(table: ValueTable, values: object) -> Index:

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import (
     SectionProperties,
     UniformBeam,
@@ -23,7 +23,6 @@ from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
 from flexura.structure.value_table import Index
 
-Array = NDArray[np.float64]
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""
 

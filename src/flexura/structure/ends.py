@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.mechanism import TOP, Layout, matching
 from flexura.structure.part import Part, PartGeometry
-
-Array = NDArray[np.float64]
 
 ARM = 0.5
 """Length of a rigid arm over the member's least thickness from which it holds the end flat altogether."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
@@ -19,8 +18,6 @@ from flexura.structure.model import FullOrderModel
 from flexura.structure.plan import Plan, one_design, plan_of
 from flexura.structure.prestress import Prestress, prestress, refuse_buckled
 from flexura.structure.representable import refuse_unrepresentable
-
-Array = NDArray[np.float64]
 
 
 @verb

@@ -7,16 +7,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.records import Record
 from flexura.structure.part import Part, PartGeometry
 from flexura.structure.stacking import joined_along
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

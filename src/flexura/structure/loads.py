@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.mechanism import TOP, Layout, matching
 from flexura.structure.value_table import ValueTable
-
-Array = NDArray[np.float64]
 
 
 class DeadLoads:

@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.duals import real
 from flexura.errors import OptionError
 from flexura.records import Kept
@@ -18,8 +19,6 @@ from flexura.structure.assembler import full_order
 from flexura.structure.design import Design, OfDesign
 from flexura.structure.part import PartMatrices
 from flexura.tables import Facts, Table
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import TOP, Flexure, Layout, Link, matching
@@ -27,8 +28,6 @@ from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
 from flexura.structure.stacking import picked
 from flexura.structure.value_table import Index, ValueTable
-
-Array = NDArray[np.float64]
 
 AXES = (2, 3, 2, 2)
 """Axes, beside that of designs, of positions of own nodes, offsets, references and positions of foreign nodes."""

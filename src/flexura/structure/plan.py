@@ -8,8 +8,9 @@ from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.duals import Dual, moves, plain, with_slopes_of, zeros
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
@@ -45,8 +46,6 @@ from flexura.structure.stacking import common, joined_along, picked
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index, ValueTable
 from flexura.tables import Facts, Table
-
-Array = NDArray[np.float64]
 
 
 class _ChildPlacement:

@@ -7,12 +7,10 @@ from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.mechanism import COMMANDS, Layout, Motion, matching
 from flexura.structure.value_table import Index, ValueTable
-
-Array = NDArray[np.float64]
 
 
 class DescribedPose:

@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array
 from flexura.beam import arm_stiffness
 from flexura.duals import Dual, plain, zeros
 from flexura.errors import OptionError, SolverError
@@ -20,8 +21,6 @@ from flexura.structure.part import Part, PartMatrices
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.topology import Copies
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

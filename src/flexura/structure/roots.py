@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Bools
 from flexura.beam import FAR, root_flexibility
 from flexura.duals import plain
 from flexura.mechanism import origin_of
@@ -23,10 +23,6 @@ from flexura.structure.part import Part
 from flexura.structure.stacking import joined_along
 from flexura.structure.topology import Topology
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
-"""Truth values."""
 
 SAME = 1e-6
 """Relative difference of blocks below which copies of a member end in equal ones."""

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.sizes import within
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 class Scatter:

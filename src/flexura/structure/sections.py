@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import SectionProperties, contour, section
 from flexura.mechanism import Flexure, Link
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
 from flexura.structure.value_table import Index, ValueTable
 
-Array = NDArray[np.float64]
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 

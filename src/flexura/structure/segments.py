@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import UniformBeam
 from flexura.errors import OptionError
 from flexura.structure.assembler import full_order
@@ -15,8 +16,6 @@ from flexura.structure.elements import TAPERED_PIECES, Cut, ElementSlice
 from flexura.structure.model import FullOrderModel
 from flexura.structure.scatter import Scatter, block_diagonal
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 FADED = 1e-8
 """Flexibility of a root, beside that of its element, up to which it is rigid: that of a member which slides off its

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.convex import Index, boxes
 from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
-
-Array = NDArray[np.float64]
 
 GROUND = -1
 """The cluster of all nodes that are clamped."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import moves, plain
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 def picked(values: Array, entries: Index) -> Array:

@@ -11,17 +11,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexura.arrays import Bools
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import DOF_NAMES, TOP, Layout, matching
 from flexura.records import Kept
 from flexura.structure.part import Part
 from flexura.structure.value_table import Index
-
-Bools = NDArray[np.bool_]
-"""Truth values."""
 
 PLACES = 64
 """Sets of nodes whose places are remembered."""

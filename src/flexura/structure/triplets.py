@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.structure.value_table import Index
-
-Array = NDArray[np.float64]
 
 
 class Triplets:

@@ -7,15 +7,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.duals import with_slopes_of
 from flexura.expressions import Expression
 from flexura.mechanism import Scalar
 from flexura.records import Record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class ValueTable(Record):

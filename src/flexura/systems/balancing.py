@@ -7,14 +7,11 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.systems.neglected import rounded_up
 from flexura.systems.state_space import DEPENDENT, StateSpace
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ROUNDING = 1e-13
 """Round-off of Hankel singular values beside the largest, for eigenvectors of condition one."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import Exceeded, FlexuraError, SolverError
 from flexura.reduction import LowOrderModel, certify
 from flexura.systems.bounds import channel_scale, neglected_bound
@@ -13,9 +13,6 @@ from flexura.systems.neglected import WORTH, rounded_up
 from flexura.systems.second_order import SecondOrder
 from flexura.systems.state_space import StateSpace
 from flexura.tables import in_hz
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 NEAR = 1e-3
 """Relative distance to an undamped resonance within which a response is mostly its error: frequencies are proven to

@@ -6,17 +6,15 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError, SolverError
 from flexura.systems.modal import ModalSystem, coupled_response
 from flexura.systems.neglected import FAINT, Neglected
 from flexura.systems.remainder import Remainder
 from flexura.systems.state_space import StateSpace
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 SLACK = 1e-9
 """Relative round-off allowed for in static sums."""

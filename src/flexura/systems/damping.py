@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from flexura.arrays import Array
 from flexura.duals import Dual, moves, plain
 from flexura.errors import ExpressionError, OptionError
 from flexura.mechanism import Damping, evaluated, problems_of, validated
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
@@ -18,9 +19,6 @@ from flexura.systems.complex_modes import ComplexModes, complex_modes
 from flexura.systems.remainder import Remainder, remainder_of, stiffening
 from flexura.systems.second_order import SecondOrder
 from flexura.tables import Facts, Table, in_hz, percent
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 COUPLED = 1e-7
 """Relative size of a damping coefficient between two modes from which damping is not proportional."""

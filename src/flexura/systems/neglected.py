@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.results import Result
@@ -18,7 +18,6 @@ from flexura.tables import Facts, Table, ends, in_hz, percent
 if TYPE_CHECKING:
     pass
 
-Array = NDArray[np.float64]
 
 WORTH = 0.01
 """Share of a channel's largest response that may be neglected without a warning."""

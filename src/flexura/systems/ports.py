@@ -9,8 +9,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, real
 from flexura.errors import ModelError, OptionError, Problem
@@ -31,9 +31,6 @@ from flexura.records import Record
 from flexura.structure import Design, Geometry, Plan
 from flexura.systems.action import Action, signs_of
 from flexura.systems.channel import Channel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 DERIVATIVE = {
     "displacement": 0,

@@ -11,14 +11,12 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.records import Record
 from flexura.systems.second_order import SecondOrder
 
 if TYPE_CHECKING:
     pass
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, repr=False)

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.linalg import Eigenpairs
 from flexura.systems.modal import ModalSystem, in_modes
 from flexura.systems.remainder import dashpot_columns
-
-Array = NDArray[np.float64]
 
 CARRIED = 1e-10
 """Share of the static energy of an input that modes left out must carry for it to have a residual mode."""

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, least_pivot, lowest, lowest_modes
 from flexura.reduction import WELL, Flexibility, LowOrderModel, chained, flexibility, stored_flexibility
@@ -20,7 +21,6 @@ from flexura.systems.damping import DampingLaw
 from flexura.systems.ports import InputPort, OutputPort
 from flexura.tables import Facts, Table
 
-Array = NDArray[np.float64]
 Model = FullOrderModel | LowOrderModel
 
 MOST_MODES = 3000

@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array, Complex
 from flexura.errors import Exceeded, OptionError
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
@@ -19,8 +20,6 @@ from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.neglected import Neglected
 from flexura.tables import Facts, Table, number, quantity
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Hold = Literal["zoh", "foh"]
 
 DEPENDENT = 1e5

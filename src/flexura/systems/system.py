@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import (
@@ -29,7 +30,6 @@ from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
 from flexura.systems.second_order import Model, SecondOrder, full_order_of
 
-Array = NDArray[np.float64]
 Order = Literal["low", "full"]
 
 MODES = 6

@@ -11,6 +11,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.tables import in_hz
@@ -27,8 +28,6 @@ from flexura.view.palette import INK
 from flexura.view.raster import Painting
 from flexura.view.solids import solids
 from flexura.view.viewpoint import good_camera
-
-Array = NDArray[np.float64]
 
 AREAS: tuple[Box, Box] = ((0.02, 0.04, 0.42, 0.74), (0.475, 0.04, 0.42, 0.74))
 """Where test and model are drawn."""

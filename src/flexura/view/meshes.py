@@ -9,10 +9,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from flexura.arrays import Array, Index
 
 
 class Mesh(NamedTuple):

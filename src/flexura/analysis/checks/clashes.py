@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.checks.doubts import Doubt
+from flexura.arrays import Array, Index
 from flexura.convex import crossed, overlapping_bounds, separations, shared
 from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FLUSH = 1e-6
 """Gap over the smaller part's least size below which two parts touch."""

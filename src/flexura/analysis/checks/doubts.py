@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.elastic_bodies import drawn_solids, node_of, place_of
 from flexura.analysis.model_error.model_error import ModelError, interval_text
+from flexura.arrays import Array
 from flexura.mechanism import CORRECTIONS, Link
 from flexura.structure import FullOrderModel
 from flexura.tables import in_hz, quantity
-
-Array = NDArray[np.float64]
 
 SLENDER = 500.0
 """Length over depth above which a member buckles or vibrates by itself long before it guides anything."""

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.checks.doubts import Doubt
+from flexura.arrays import Array
 from flexura.linalg import lowest
 from flexura.mechanism import TOP, Mechanism, origin_of
 from flexura.structure import Bars, FullOrderModel, assemble
-
-Array = NDArray[np.float64]
 
 FLAT = 3.0
 """Width over least thickness from which a member is a leaf, with a thin and a wide direction."""

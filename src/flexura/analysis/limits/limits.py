@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from flexura.analysis.strain.internal_forces import element_motions, end_forces
 from flexura.analysis.strain.stress import ratios_to_yield, yield_ratios
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel, Posed
 from flexura.systems import InputPort, Ports
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
 
 ROTATION = 0.1
 """Rotation, rad, from which sin and cos of it are no longer it and one: they are off by 0.2 % and 0.5 %."""

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, motion_limits
 from flexura.analysis.strain.numbers import finite_numbers
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import critical_factors, critical_shapes, is_definite
 from flexura.mechanism import Mechanism
@@ -22,8 +23,6 @@ from flexura.results import Tabular, plain
 from flexura.structure import Drive, FullOrderModel, Plan, Pushes, prestress, solve_definite, unloaded
 from flexura.systems import InputPort, Ports
 from flexura.tables import Facts, Table, number
-
-Array = NDArray[np.float64]
 
 MOST_MEMBERS = 6
 """Members that carry most, in a notebook."""

@@ -7,16 +7,15 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, largest, member_rows, times
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
 
 DIFFERENT = 0.02
 """Share of the motion by which large displacements make a difference that is told."""

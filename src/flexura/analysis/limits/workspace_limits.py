@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.limits.limits import States, motion_limits, stress_limits
 from flexura.analysis.limits.stiffening import bent_most, stiffening_limits
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
-
-Array = NDArray[np.float64]
 
 MOST_COMMANDS = 12
 """Commands of which all combinations of least and largest are looked at."""

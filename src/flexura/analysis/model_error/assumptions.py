@@ -12,17 +12,16 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.model_error.measured_members import MemberErrors, ratios_of, stiffness_errors
 from flexura.analysis.model_error.measured_roots import root_shares, unlike
+from flexura.arrays import Array
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
 from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
 from flexura.structure import FullOrderModel
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 ROOT_DRAWN = (-0.2, 0.2)

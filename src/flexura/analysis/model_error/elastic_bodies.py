@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.elastic_solids import ElasticSolid, Patch
+from flexura.arrays import Array
 from flexura.mechanism import TOP, Box, Cylinder, Mechanism, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.structure import FullOrderModel
 
-Array = NDArray[np.float64]
 Wrenches = Mapping[str, tuple[Array, Array]]
 """By prototype: forces and moments (i, e, 6, k) of all copies at the first and the second end of their elements,
 element axes."""

@@ -12,9 +12,8 @@ import scipy.linalg as la
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
-
-Array = NDArray[np.float64]
 
 ORDER = 8
 """Largest order of the products of Legendre polynomials: 165 functions for each displacement."""

@@ -15,8 +15,8 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.mechanism import (
     Circle,
@@ -41,8 +41,6 @@ from flexura.mechanism import (
     VShapedContour,
 )
 from flexura.structure import assemble
-
-Array = NDArray[np.float64]
 
 ERRORS = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
 """Stiffnesses that are measured: those of bending about local y and z by moments and between parallel ends."""

@@ -11,11 +11,10 @@ from functools import cache
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import RATIOS, THINNEST, WIDTHS
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 NEAREST = 3

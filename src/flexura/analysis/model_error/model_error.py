@@ -12,17 +12,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.assumptions import Assumption, Assumptions, Interval
 from flexura.analysis.strain.internal_forces import force_changes
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import count_below
 from flexura.modal import assignment
 from flexura.reduction import chained, lowest_pairs
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 MIXED = 0.15
 """Part of a shape in another one from which the modes are mixed."""

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.records import Record
 from flexura.structure import FullOrderModel, Part, PartGeometry, PartMatrices, node_dofs, rigid_mass
 from flexura.tables import in_hz, quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.natural_modes.proven_modes import Mode, Modes, certified_mode, unproven, with_mesh_errors
 from flexura.analysis.natural_modes.split_modes import split_modes
 from flexura.analysis.strain.motion import motions
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.deadline import stage
 from flexura.errors import Exceeded, OptionError
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
@@ -36,9 +36,6 @@ from flexura.reduction import (
 )
 from flexura.registry import registered
 from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LARGEST = 30_000
 """Up to this full order its own modes are worked out beside those of the low order."""

@@ -8,20 +8,18 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence
 from flexura.analysis.strain.mesh_errors import LIMIT, frequency_errors, mesh_warning
 from flexura.analysis.strain.motion import Motion
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.records import Record
 from flexura.reduction import HERTZ, RESOLVED, TOLERANCE, Certificate, proven_text
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, in_hz, quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -11,12 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.responses.recurrences import CRITICAL, Hold, step_weights
+from flexura.arrays import Array
 from flexura.systems import ModalSystem
-
-Array = NDArray[np.float64]
 
 SHORTEST, LONGEST = 64, 256
 """Steps of a block."""

@@ -9,13 +9,14 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 import scipy.sparse.linalg as spla
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error.assumptions import Interval
 from flexura.analysis.model_error.model_error import model_errors_near
 from flexura.analysis.responses.meshes import response_meshes
 from flexura.analysis.strain.motion import motions
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, scaled
 from flexura.mechanism import Damping, Mechanism
@@ -44,8 +45,6 @@ from flexura.systems import (
 )
 from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 ResponseOrder = Literal["low", "full", "exact"]
 Method = Literal["modal", "direct"]
 Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]

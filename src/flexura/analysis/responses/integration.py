@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import scaled, unit_scale
-
-Array = NDArray[np.float64]
 
 
 def generalised_alpha(

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.limits.limits import command_limits
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import Exceeded, OptionError
 from flexura.linalg import factorise
@@ -34,8 +34,6 @@ from flexura.motion import (
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel, OutputPort, System
 from flexura.tables import in_hz, quantity
-
-Array = NDArray[np.float64]
 
 MODES = 6
 """Frequencies at rest by which the low order is judged, and to which damping ratios are fitted."""

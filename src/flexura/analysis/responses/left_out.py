@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.responses.recurrences import Hold, motion
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.linalg import leading
 from flexura.reduction import stored_flexibility
@@ -17,8 +18,6 @@ from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems import FAINT, WORTH, Channel, ModalSystem, input_loads, rounded_up
 from flexura.tables import Facts, Table, in_hz, percent
-
-Array = NDArray[np.float64]
 
 FREQUENCIES = 48
 """Frequencies of a shock spectrum, from the first mode left out on."""

@@ -6,18 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.limits.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
 from flexura.analysis.responses.meshes import response_meshes
 from flexura.analysis.responses.recurrences import Hold, motion
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import UNDAMPED, ModalSystem, Ports, SecondOrder, input_loads
 from flexura.tables import in_hz, quantity
-
-Array = NDArray[np.float64]
 
 BLOCK = 10_000_000
 """Modal coordinates that are held at a time."""

@@ -10,12 +10,10 @@ from collections.abc import Collection
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.systems import ModalSystem, held_exponentials
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Hold = Literal["zoh", "foh"]
 
 CRITICAL = 1e-5

@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.files import read_text
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, quantity
 
-Array = NDArray[np.float64]
 Signal = Callable[[Array], Array]
 
 UNEVEN = 1e-6

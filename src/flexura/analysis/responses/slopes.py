@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, inverse_roots
@@ -21,9 +21,6 @@ from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
 from flexura.tables import in_hz
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 BEYOND = 4.0
 """Modes up to so many times the highest frequency have the modal damping ratios that are described."""

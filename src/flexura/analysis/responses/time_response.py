@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error.model_error import interval_text, model_errors_near
 from flexura.analysis.responses.blocks import block_response, suits_blocks
@@ -21,6 +21,7 @@ from flexura.analysis.responses.recurrences import Hold
 from flexura.analysis.responses.recurrences import motion as modal_motion
 from flexura.analysis.strain.stress import Stresses, member_stresses
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
@@ -29,7 +30,6 @@ from flexura.structure import FullOrderModel, Plan, plan_of
 from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
 from flexura.tables import ROUND_OFF, Facts, Table, counted, in_hz, quantity
 
-Array = NDArray[np.float64]
 Method = Literal["exact", "generalised_alpha"]
 Motion = Literal["small", "large"]
 Samples = ArrayLike | Callable[[Array], ArrayLike]

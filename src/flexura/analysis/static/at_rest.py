@@ -8,12 +8,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.limits.preload import preload
 from flexura.analysis.strain.internal_forces import end_forces
 from flexura.analysis.strain.settled import Missing
 from flexura.analysis.strain.stress import LargestStresses, largest_stresses
+from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.linalg import critical_shapes
 from flexura.motion import Repeated
@@ -22,8 +22,6 @@ from flexura.reduction import Flexibility, flexibility
 from flexura.sensitivity import FullOrderFamily, clusters
 from flexura.structure import Design, FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports
-
-Array = NDArray[np.float64]
 
 FACTORS = 4
 """Buckling factors that are looked at, to see whether the lowest is repeated."""

@@ -9,17 +9,15 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexura.analysis.strain.drift import ScrewAxis, screw_axis
+from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
 from flexura.linalg import is_definite
 from flexura.records import Record
 from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, counted, in_mm, number, quantity
-
-Array = NDArray[np.float64]
 
 GAP = 10.0
 """Least ratio of compliances between freedoms and constraints where there are no actuators."""

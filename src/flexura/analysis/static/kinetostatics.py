@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, motion_limits
 from flexura.analysis.limits.stiffening import not_looked_at
@@ -30,6 +30,7 @@ from flexura.analysis.strain.mesh_errors import motion_meshes
 from flexura.analysis.strain.numbers import finite_numbers
 from flexura.analysis.strain.tangent import tangent_stiffness
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
@@ -38,8 +39,6 @@ from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
 from flexura.systems import Channel, Ports
 from flexura.tables import ROUND_OFF, Facts, Table, in_mm, number, percent, quantity, scale_for
-
-Array = NDArray[np.float64]
 
 OWNED = 0.5
 """Share of a compliance that locking the actuators takes away, from which it is a freedom."""

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, command_limits, force_limits, motion_limits, stress_limits
 from flexura.analysis.limits.preload import preload
@@ -21,6 +21,7 @@ from flexura.analysis.strain.numbers import finite_numbers
 from flexura.analysis.strain.stress import Stresses, StressProfile, member_stresses, stress_profiles
 from flexura.analysis.strokes.pose_limits import pose_limits
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
@@ -28,9 +29,6 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports, matched
 from flexura.tables import ROUND_OFF, Facts, Table, quantity
-
-Array = NDArray[np.float64]
-
 
 NOTCH_FACTOR = 0.05
 """How far off, relative, the stress factors of notches may be."""

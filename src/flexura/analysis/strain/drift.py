@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from flexura.analysis.strain.numbers import finite_numbers
 from flexura.analysis.strain.tangent import tangent_stiffness
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
@@ -20,7 +21,6 @@ from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, in_mm, quantity
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 FAR = 1e6

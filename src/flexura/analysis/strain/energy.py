@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
 from flexura.structure import FullOrderModel, Part, PartMatrices, Posed
-
-Array = NDArray[np.float64]
 
 KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "spring")
 """Kinds of deformation: thickness bending is about local y, width bending about local z, and bending that of round

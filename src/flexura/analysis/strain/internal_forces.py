@@ -6,16 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import plain, zeros
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:

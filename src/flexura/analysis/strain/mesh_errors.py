@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
 from flexura.analysis.strain.energy import placed_motions, quadratic
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.mechanism import TOP, Superelement
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 LIMIT = 0.02
 """Relative error of a frequency or deflection by its meshes above which a result says so."""

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.strain.energy import KINDS, PartEnergy, energies
+from flexura.arrays import Array
 from flexura.linalg import leading, ranked, turned
 from flexura.mechanism import origin_of
 from flexura.records import Record
 from flexura.structure import FullOrderModel, Part
-
-Array = NDArray[np.float64]
 
 STILL = 0.05
 """A body, mass or part with a smaller share of the kinetic energy is said to stand still, unless all shares are small:

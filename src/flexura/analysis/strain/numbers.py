@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
-
-Array = NDArray[np.float64]
 
 
 def finite_numbers(what: str, value: ArrayLike, n: int) -> Array:

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of
-
-Array = NDArray[np.float64]
 
 SHARES = (1e-3, 1e-2, 1e-1, 1.0)
 """Shares of what is missing of equilibrium in which slopes of forces are told apart, the finest one first."""

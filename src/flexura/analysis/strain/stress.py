@@ -16,6 +16,7 @@ from flexura.analysis.strain.internal_forces import end_forces, find_member, int
 from flexura.analysis.strain.numbers import finite_numbers
 from flexura.analysis.strain.settled import Missing, told_apart
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.duals import plain
 from flexura.errors import OptionError
@@ -24,8 +25,6 @@ from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Part, SectionGroup
 from flexura.tables import ROWS, Facts, Table, number
-
-Array = NDArray[np.float64]
 
 Model = FullOrderModel | Design
 

@@ -7,17 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from flexura.analysis.strain.numbers import finite_numbers
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.beam import arm_stiffness, geometric_stiffness, rigid_arm, skew
 from flexura.errors import OptionError
 from flexura.structure import FullOrderModel, Scatter, Segments, segments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _MEAN = np.vstack([-np.eye(6) / 2, np.eye(6) / 2])
 """End motions (12, 6) of an element from its deformation, about a frame that turns with the mean of both ends."""

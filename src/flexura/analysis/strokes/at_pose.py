@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.strain.settled import Missing
 from flexura.analysis.strain.stress import LargestStresses, largest_stresses
 from flexura.analysis.strokes.ways import Given, course
+from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import is_definite
@@ -35,8 +35,6 @@ from flexura.motion import (
 from flexura.records import Record
 from flexura.structure import Design
 from flexura.systems import InputPort, Ports
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,14 +7,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.convex import overlapping_bounds, separations
 from flexura.motion import Frames
 from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FLUSH = 1e-6
 """Gap at rest over the smaller part's least size up to which two parts touch there."""

@@ -7,16 +7,14 @@ from math import isfinite, isnan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.model_error.model_error import ModelError
 from flexura.analysis.strokes.pose import StrokePose
 from flexura.analysis.strokes.ways import FORCES
+from flexura.arrays import Array
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, ForceSensor, is_rotation
 from flexura.structure import Plan
 from flexura.tables import number
-
-Array = NDArray[np.float64]
 
 
 def stroke_columns(

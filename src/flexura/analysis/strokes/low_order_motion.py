@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded, SolverError
 from flexura.motion import (
     Comparison,
@@ -20,8 +20,6 @@ from flexura.motion import (
     kept_frames,
 )
 from flexura.records import Record
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 """Error of motions and forces above which substructures are made finer, and of which results warn."""

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.strokes.pose import Asked, Measured, measured
 from flexura.analysis.strokes.ways import Course
@@ -27,8 +26,6 @@ from flexura.motion import (
     unstable,
     why_it_ends,
 )
-
-Array = NDArray[np.float64]
 
 INTERRUPTED = "interrupted"
 

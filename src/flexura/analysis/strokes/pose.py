@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis.strain.drift import ScrewAxis, screw_axis
 from flexura.analysis.strain.stress import YieldRatios
 from flexura.analysis.strokes.ways import Varied
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import Exceeded
 from flexura.linalg import Eigenpairs, Matrix, counted_intervals, inverse_roots, leading, scaled
@@ -19,8 +19,6 @@ from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
 from flexura.records import Record
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 GOOD_SHARE = 0.2
 """Share of the most that any member has in an error, from which on this is also that of the member."""

@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.checks.doubts import corrected
 from flexura.analysis.model_error.assumptions import Assumptions
@@ -30,6 +30,7 @@ from flexura.analysis.strokes.paths import INTERRUPTED, Followed, follow
 from flexura.analysis.strokes.pose import Asked, StrokePose, coarse, stroke_poses
 from flexura.analysis.strokes.ways import Course, FromTo, Given, course, described, words
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
 from flexura.linalg import leading
@@ -47,8 +48,6 @@ from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 from flexura.tables import Facts, Table, counted
-
-Array = NDArray[np.float64]
 
 STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is asked for."""

@@ -7,16 +7,15 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import command_limits
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import Drive, Loads, MovingModel, Point, commanded
 from flexura.structure import Design
 from flexura.systems import Ports
-
-Array = NDArray[np.float64]
 
 AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 

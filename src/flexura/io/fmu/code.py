@@ -14,12 +14,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.errors import OptionError
 from flexura.files import scratch_folder
 from flexura.io.linear import Array, Blocks, balance, blocks_of, nominals
 from flexura.systems import StateSpace
-
-Index = NDArray[np.intp]
 
 SOURCES = ("fmi2.c", "step.c", "model.c")
 HEADERS = ("fmi2.h", "step.h", "model.h")

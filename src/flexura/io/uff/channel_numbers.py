@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.systems import Channel
 
-Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 
 _STRAIGHT = 1e-9

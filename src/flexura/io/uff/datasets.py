@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import ExpressionError, OptionError
 from flexura.extras import need
 from flexura.files import read_bytes
@@ -26,8 +27,6 @@ from flexura.testing.measurement import (
     split_response,
 )
 from flexura.units import parse_unit
-
-Array = NDArray[np.float64]
 
 MOTIONS = {8: "displacement", 11: "velocity", 12: "acceleration"}
 FORCES = (9, 13)

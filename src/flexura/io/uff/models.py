@@ -10,10 +10,11 @@ import numpy as np
 
 from flexura._version import __version__
 from flexura.analysis import Modes
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import write_file
-from flexura.io.contents import Array, Response
+from flexura.io.contents import Response
 from flexura.io.lines import lines_of
 from flexura.io.uff.channel_numbers import ChannelNumbers, entity
 from flexura.structure import FullOrderModel

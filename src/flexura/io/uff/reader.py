@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.io.uff.datasets import (
     AXIS_NAMES,
@@ -43,9 +43,6 @@ from flexura.testing.measurement import (
     merged,
     said_of,
 )
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
 

@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura._version import __version__
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.io.uff.channel_numbers import axes_along
 from flexura.io.uff.datasets import FORCES, MOTIONS, TURNING
 from flexura.testing.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
-
-Array = NDArray[np.float64]
 
 _LINE = 80
 _AXIS = "{:10d}{:5d}{:5d}{:5d} {:<20} {:<20}"

@@ -21,6 +21,7 @@ from flexura.analysis import (
     motions,
     statics,
 )
+from flexura.arrays import Array
 from flexura.errors import Exceeded, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.pages.live.described import Described, scene_message
@@ -32,8 +33,6 @@ from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
 from flexura.systems import Ports
 from flexura.tables import ends, quantity
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """Relative width of intervals that is aimed at: the five digits shown hold."""

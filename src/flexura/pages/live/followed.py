@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise
 from flexura.modal import track_modes
 from flexura.reduction import full_order_modes
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 SPARE = 4
 """Modes beyond those shown that are followed, so that one that rises out of them is known when it comes back."""

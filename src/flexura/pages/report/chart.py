@@ -7,12 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.results import plain
 from flexura.tables import suited
-
-Array = NDArray[np.float64]
 
 DIGITS = 7
 """Significant digits of the values in a page."""

@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.pages.report.chart import Chart, Curve, Mark, Panel
 from flexura.pages.report.scale import Scale, ends, ticks
-
-Array = NDArray[np.float64]
 
 COLOURS = ("#1f5fa8", "#c8460f", "#217a3f", "#7a4aa0", "#8a6a00", "#0a7577", "#a23b57", "#5b6770")
 INK, SOFT, LINE = "#22262b", "#5a626c", "#d5d9de"

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import Stroke, stroke
+from flexura.arrays import Array
 from flexura.errors import foremost
 from flexura.mechanism import FORCE_UNITS, is_rotation
 from flexura.pages.report.chart import Chart, Curve, Panel
@@ -16,7 +16,6 @@ from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, 
 from flexura.pages.report.subject import Subject
 from flexura.tables import counted, number, quantity, scale_for
 
-Array = NDArray[np.float64]
 MOST = 41
 """Poses that the command prints."""
 MODES, MOST_MODES = 6, 9

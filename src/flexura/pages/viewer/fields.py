@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import Stresses, element_strains, energies
+from flexura.arrays import Array
 from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.geometry import Drawing
 from flexura.pages.viewer.scene import ByPart, Colouring
 from flexura.structure import FullOrderModel
 from flexura.tables import number, quantity
 from flexura.view import Grid, Kind
-
-Array = NDArray[np.float64]
 
 DISPLACEMENT = Colouring("displacement", "displacement", "m", None, None)
 

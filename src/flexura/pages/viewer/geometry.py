@@ -9,12 +9,10 @@ from typing import NamedTuple, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array, Index
 from flexura.pages.viewer.buffers import Buffer
 from flexura.structure import FullOrderModel
 from flexura.view import Look, Solids, mode_scale, solids
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 PAGE = Look(faces=8_000, most_faces=16_000, most=1_000, plain=True, channels=True)
 """How finely pages draw a mechanism: with some sixteen thousand triangles, and twice as many where members are many."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import ActuatorState, Mode, Modes, Preload, ScrewAxis, Statics
+from flexura.arrays import Array
 from flexura.pages.viewer.fields import (
     DISPLACEMENT,
     HEAVY,
@@ -24,8 +24,6 @@ from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
 from flexura.systems import Ports
 from flexura.tables import ends, in_hz, number, quantity
 from flexura.view import Solids, mode_scale, stresses_along
-
-Array = NDArray[np.float64]
 
 SHAPES = 3
 """Buckling shapes that are shown."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import Stroke, StrokePose
 from flexura.errors import foremost
@@ -14,8 +13,6 @@ from flexura.pages.viewer.motions import shown_axis
 from flexura.pages.viewer.scene import Fact, Poses, ShownMotion
 from flexura.tables import number, quantity, scale_for
 from flexura.view import moved_solids
-
-Array = NDArray[np.float64]
 
 MOST_POSES = 11
 """Poses of a stroke that a page moves through."""

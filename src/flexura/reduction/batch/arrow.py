@@ -9,11 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.linalg import inverse_roots
 from flexura.reduction.batch.chain_moments import EPS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FIXED = 4
 """Axes of the maps of a block whose geometry is the same in all designs."""

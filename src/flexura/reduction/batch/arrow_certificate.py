@@ -12,13 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.linalg import factors, small_pencils
 from flexura.reduction.batch.arrow import FIXED, ROUNDING, Arrow, Block, placed
 from flexura.reduction.batch.chain_certificate import REACH, ChainBounds, attempts, enclosed
 from flexura.reduction.batch.chain_moments import EPS
 from flexura.reduction.batch.ritz_bounds import CORRECTED, lost, settled, upper_bounds
-
-Array = NDArray[np.float64]
 
 RESPONSES = 4
 """How often the response of the branches to their own inertia is added to a Ritz vector."""

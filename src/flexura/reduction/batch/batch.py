@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.deadline import Listener, Progress
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import Mechanism
@@ -35,8 +36,6 @@ from flexura.reduction.proven.certificate import HERTZ, certificate, lowest_pair
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent
-
-Array = NDArray[np.float64]
 
 LARGEST_ORDER = 160
 """Coordinates beyond which a design by itself, of full order and sparse, is quicker than dense matrices of a stack."""

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.structure import Design, Plan
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Copy = tuple[str, int]
 """A prototype, and the number among its copies."""
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Latest
 from flexura.reduction.batch.arrow import Arrow, Block, Order
@@ -22,9 +23,6 @@ from flexura.reduction.chains.stacks import refuse_impossible
 from flexura.reduction.single.assembler import low_order
 from flexura.reduction.single.parts import PartReducer
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 STIFFER = 0.2
 """Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, its interface held, at

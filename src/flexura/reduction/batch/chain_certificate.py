@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
+from flexura.arrays import Array
 from flexura.linalg import GUARD, Eigenpairs, lowest_pairs, small_pencils
 from flexura.reduction.batch.arrow import Order
 from flexura.reduction.batch.chain_moments import EPS
 from flexura.reduction.batch.ritz_bounds import CORRECTED, ZERO, lost, settled, upper_bounds
-
-Array = NDArray[np.float64]
 
 RITZ = 1e-9
 """Relative error at which the search for Ritz vectors ends: it goes into the upper bounds alone."""

@@ -18,12 +18,10 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import PLANE_BASIS
 from flexura.linalg import Eigenpairs, inverse_roots, lowest
 from flexura.structure import Elements
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 EPS = float(np.finfo(float).eps)
 

@@ -6,17 +6,15 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import lowest_pairs
 from flexura.reduction.batch.batch import kept_chains
 from flexura.reduction.chains.stacks import independent_stacks
 from flexura.reduction.proven.certificate import HERTZ
 from flexura.structure import Design, Plan
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SEARCHED = 1e-6
 """Relative error of an eigenvalue at which the search for modes ends."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.reduction.batch.arrow import ROUNDING
 from flexura.structure import DiscreteElement
-
-Array = NDArray[np.float64]
 
 
 def joined(A: Array) -> Array:

@@ -10,10 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.linalg import small_pencils
 from flexura.reduction.batch.chain_moments import EPS
-
-Array = NDArray[np.float64]
 
 CORRECTED = 0.45
 """Part of the lowest squared frequency left out up to which the response to their own inertia is added to Ritz

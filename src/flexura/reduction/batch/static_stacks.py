@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import lapack
 
+from flexura.arrays import Array, Index
 from flexura.linalg import scaled, unit_scale
 from flexura.reduction.chains.flexibility import WELL
 from flexura.reduction.chains.stacks import independent_stacks
 from flexura.reduction.single.assembler import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Rows = Callable[[Design, Array], Array]
 
 LARGEST_ORDER = 300

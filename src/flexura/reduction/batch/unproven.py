@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import lowest_values
 from flexura.mechanism import Mechanism
@@ -16,8 +17,6 @@ from flexura.reduction.batch.chain_assembler import ChainAssembler, chain_assemb
 from flexura.reduction.chains.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
 from flexura.reduction.single.assembler import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan, plan_of
-
-Array = NDArray[np.float64]
 
 
 @verb

@@ -16,11 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import cross, rigid_arm
 from flexura.structure import Elements, ElementSlice, Part, PartGeometry, common
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class ChainGroup(NamedTuple):

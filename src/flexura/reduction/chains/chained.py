@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.linalg import Pencil
 from flexura.records import Record
@@ -30,9 +30,6 @@ from flexura.structure import (
     block_diagonal,
     described_prestress,
 )
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CHUNK = 2000
 """Coordinates whose shapes are worked out together."""

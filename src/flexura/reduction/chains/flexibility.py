@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import factorise, is_definite, least_pivot, scaled, static_response, unit_scale
 from flexura.reduction.chains.chained import ChainedModel, chained
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 WELL = 1e-8
 """A pivot of the diagonally scaled stiffness above this costs no digit that matters."""

@@ -14,13 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import PLANE_BASIS, block_rotation, element_mass, flexibility, in_planes, rigid_arm, root_mass
 from flexura.errors import OptionError, SolverError
 from flexura.reduction.chains.chain import ChainGroup, kinematics
 from flexura.structure import TAPERED_PIECES, Cut, ElementSlice, FullOrderModel, block_diagonal
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _SWAP = np.r_[6:12, 0:6]
 """The DOFs of the two ends of a segment the other way round."""

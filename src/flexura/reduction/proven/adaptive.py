@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint, stage
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, lowest
@@ -19,8 +19,6 @@ from flexura.reduction.single.condensation import condense
 from flexura.reduction.single.model import LowOrderModel
 from flexura.reduction.single.substructures import substructures
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 START = 1.5
 """Fixed-interface modes below so many times the highest frequency asked for are kept from the start."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import (
     Eigenpairs,
@@ -23,8 +24,6 @@ from flexura.reduction.chains.chained import ChainedModel, chained
 from flexura.reduction.single.intervals import HERTZ, Certificate
 from flexura.reduction.single.model import LowOrderModel
 from flexura.structure import FullOrderModel, full_order_model
-
-Array = NDArray[np.float64]
 
 CLUSTER = 1e-4
 """Relative distance of two eigenvalues below which no shift is set between them: so close to both it loses digits."""

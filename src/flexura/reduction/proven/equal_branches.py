@@ -16,15 +16,12 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.records import Kept, Record
 from flexura.reduction.proven.certificate import Certificate
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LEAST = 5000
 """Smaller models are not worth it."""

@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import bracket, lowest_modes
 from flexura.reduction.chains.chained import ChainedModel
 from flexura.reduction.proven.certificate import HERTZ, Certificate
 from flexura.tables import counted, in_hz
 
-Array = NDArray[np.float64]
 Coordinates = Literal["modal", "physical", "substructures"]
 
 

@@ -6,16 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Kept, Latest
 from flexura.reduction.chains.stacks import refuse_impossible
 from flexura.reduction.single.parts import PartReducer
 from flexura.structure import Design, PartMatrices, Plan, Scatter, block_diagonal
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class LowOrderAssembler:

@@ -10,16 +10,14 @@ from typing import Literal, get_args
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
 from flexura.reduction.single.model import LowOrderModel, SubstructureBasis
 from flexura.sizes import within
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Condensation = Literal["guyan", "irs", "iterated_irs", "serep", "modal"]
 
 DEPENDENT = 1e-7

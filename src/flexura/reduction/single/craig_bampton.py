@@ -10,15 +10,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import DENSE_LIMIT, Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
 from flexura.records import Record
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 REPEATED = 1e-6
 """Squared frequencies closer than this, relative, are repeated ones."""

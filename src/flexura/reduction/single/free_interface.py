@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.linalg import count_below, lowest, scaled, unit_scale
 from flexura.reduction.single.craig_bampton import CraigBampton, ReducedPart
-
-Array = NDArray[np.float64]
 
 DEPENDENT = 1e-10
 """Relative size below which what a vector adds to the basis counts as round-off."""

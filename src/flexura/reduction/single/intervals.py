@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, counted, in_hz
-
-Array = NDArray[np.float64]
 
 HERTZ = 2 * np.pi
 

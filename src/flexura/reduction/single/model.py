@@ -10,8 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite, scaled, unit_scale
 from flexura.mechanism import DOF_NAMES, TOP
@@ -23,9 +23,6 @@ from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import Design, OfDesign, Plan, described_prestress, solve_definite, stiffness_and_mass
 from flexura.tables import Facts, Table
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
 from flexura.linalg import lowest, scaled, unit_scale
@@ -19,9 +19,6 @@ from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 PART = "reduced"
 """Name of the superelement in the substructure that is made of a reduced mechanism."""

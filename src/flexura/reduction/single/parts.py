@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
 from flexura.records import Latest
@@ -24,10 +24,6 @@ from flexura.reduction.chains.chain import (
 from flexura.reduction.single.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
 
 SPARSE_FROM = 3000
 """Order beyond which what chains leave is condensed with sparse factors, one design at a time."""

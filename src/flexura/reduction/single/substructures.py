@@ -6,16 +6,13 @@ from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.mechanism import DOF_NAMES
 from flexura.reduction.single.assembler import LowOrderAssembler
 from flexura.reduction.single.craig_bampton import CraigBampton
 from flexura.reduction.single.model import FullBasis, LowOrderModel, ProjectedBasis, assembled, kept_modes, state_of
 from flexura.structure import Design, Posed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Substructures(Protocol):

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
 from flexura.errors import OptionError
 from flexura.mechanism import Faces
@@ -21,7 +22,6 @@ from flexura.solid.fem.reduced import EndTie, Piece, ReducedPiece, Section
 from flexura.solid.geometry import ENDS, MemberSolid, closed, joints, normalised, solids
 from flexura.structure import FullOrderModel
 
-Array = NDArray[np.float64]
 Path = tuple[str, ...]
 
 LARGEST_NU = 0.499

@@ -8,13 +8,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, Progress, ShiftInvert, factorise_large, turned
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 COLUMNS = 64
 """Right sides that are solved at a time."""

@@ -10,14 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.mechanism import Faces
 from flexura.solid.mesh import SolidMesh, face_rule, faces_of, rigid_motions, shape_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 KINDS = ("rigid", "averaged", "flexible")
 

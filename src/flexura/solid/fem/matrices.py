@@ -12,13 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.solid.mesh import CELLS, SolidMesh, quadrature, shape_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CHUNK = 4_000_000
 """Numbers of element stiffnesses worked out at a time, which bounds the memory."""

@@ -7,13 +7,11 @@ from functools import partial
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import SolverError
 from flexura.solid.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
-
-Array = NDArray[np.float64]
 
 ORDERS = (1.4, 1.0)
 """Orders with the length of cells to which the stiffness of members by themselves, and of fused ones, is taken to

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import lowest
 from flexura.methods import Solution
@@ -16,9 +16,6 @@ from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.fem.reduced import LEAST_MODES, Announce, Matrices, ReducedPiece, reduced_piece
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import FullOrderModel, full_order
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 REACH = 6.0
 """Fixed-interface modes are kept up to so many times the highest beam frequency asked for."""

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.mechanism import Faces
 from flexura.records import Kept
@@ -21,8 +21,6 @@ from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
 from flexura.solid.geometry import ENDS, MemberSolid
 from flexura.solid.mesh import SolidMesh, Surface, group_mesh, outer_sides, rigid_motions
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Announce = Callable[[str], None]
 Matrices = Callable[[SolidMesh], tuple[Any, Any]]
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from flexura.arrays import Array
 from flexura.structure import SectionGroup
 
-Array = NDArray[np.float64]
 Values = tuple[float, ...]
 
 STATIONS = 33

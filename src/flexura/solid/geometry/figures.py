@@ -7,13 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from flexura.arrays import Array
 from flexura.solid.geometry.contours import Outline
 from flexura.solid.geometry.members import MemberSolid
-
-Array = NDArray[np.float64]
 
 GROWTH = 0.4
 """How fast cells grow away from a thin member."""

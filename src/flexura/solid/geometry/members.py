@@ -14,12 +14,10 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.solid.geometry.contours import DIGITS, MemberShape, Outline
 from flexura.structure import FullOrderModel, SectionGroup
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 ENDS = ("start", "end")
 

@@ -12,15 +12,14 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import ModelError, Problem, SolverError
 from flexura.extras import need
 from flexura.solid.geometry.contours import MODELLED, Outline
 from flexura.solid.geometry.members import MemberSolid
 from flexura.tables import quantity
 
-Array = NDArray[np.float64]
 Entity = tuple[int, int]
 
 MILLIMETRE = 1e-3

@@ -9,17 +9,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.files import read_text
 from flexura.sizes import within
 from flexura.solid.fem import mesh_mass
 from flexura.solid.geometry import SolidMaterial
 from flexura.solid.mesh import SolidMesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CELLS = {"C3D10": "tetra10", "C3D20": "hexahedron20", "C3D20R": "hexahedron20"}
 """Elements that are read as cells; their points come in the same order."""

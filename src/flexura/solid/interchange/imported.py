@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.mechanism import Faces, Matrix, Substructure, Superelement
@@ -20,9 +21,6 @@ from flexura.solid.fem import KINDS, Face, balanced, constraint_modes, face_ties
 from flexura.solid.interchange.stored import MatrixEvidence, StoredMatrices
 from flexura.solid.mesh import SolidMesh
 from flexura.tables import Facts, Table, in_mm, quantity
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 PART = "part"
 """Name of the superelement in the substructure that is made of an imported solid."""

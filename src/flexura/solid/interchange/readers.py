@@ -8,17 +8,15 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Index
 from flexura.errors import OptionError
 from flexura.extras import need
 from flexura.files import read_bytes, read_text
 from flexura.modelfile import unit_factors
 from flexura.solid.interchange.deck import read_deck
 from flexura.solid.interchange.stored import SYMMETRIC, StoredMatrices
-
-Index = NDArray[np.intp]
 
 STORED = (".sti", ".mas", ".dof")
 

@@ -9,16 +9,14 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.files import complete_file
 from flexura.mechanism import Box, Cylinder, Plate, evaluated, rotation_matrix
 from flexura.solid.geometry import MILLIMETRE, joints, occ, solids
 from flexura.structure import FullOrderModel
-
-Array = NDArray[np.float64]
 
 
 @verb

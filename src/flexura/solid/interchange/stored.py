@@ -8,15 +8,12 @@ from itertools import islice
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.results import Result
 from flexura.solid.mesh import rigid_motions
 from flexura.tables import Facts, Table, quantity
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 STRAINLESS = 2e-5
 """Largest |K r| over |K| |r| of a rigid motion r: coordinates of six digits make some 1e-6, a wrong row 1e-3."""

@@ -9,13 +9,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.solid.geometry import MemberShape
 from flexura.solid.mesh.shape_functions import shape_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 KIND = "hexahedron27"
 SAMPLES = 4000

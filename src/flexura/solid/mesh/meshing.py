@@ -7,8 +7,8 @@ from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
 from flexura.solid.geometry import ENDS, GROWTH, MILLIMETRE, MemberSolid, Outline, normalised, occ, swept
 from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
@@ -16,9 +16,6 @@ from flexura.solid.mesh.shape_functions import quadrature, shape_of
 from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
 from flexura.solid.mesh.sweep import EDGES, swept_cells, turned
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LIMIT = 200_000
 """Most points of a mesh, unless told otherwise."""

@@ -11,10 +11,9 @@ import numpy as np
 import scipy.special
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.solid.mesh.solid_mesh import CELLS
-
-Array = NDArray[np.float64]
 
 TETRA_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
 HEXA_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.solid.geometry import SolidMaterial
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""

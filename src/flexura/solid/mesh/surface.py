@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.solid.mesh.solid_mesh import SolidMesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SIDES: dict[str, tuple[tuple[int, int, int, int], ...]] = {
     "tetra": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.solid.geometry import ASPECT, MILLIMETRE, Profile, Swept, count_of, occ
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 NEAR = (0.3, 1.0, 3.0)
 """Distances from corners and ends at which figures are cut, over the thickness that ends there."""

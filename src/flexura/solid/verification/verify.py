@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.deadline import Listener, told
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism
@@ -26,7 +27,6 @@ from flexura.solid.verification.whole import whole as whole_part
 from flexura.structure import FullOrderModel, one_design
 from flexura.tables import Facts, Table, in_hz, percent, quantity
 
-Array = NDArray[np.float64]
 Solver = Literal["flexura", "calculix"]
 
 FINE = 0.7

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Say
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, with_rigid_roots
@@ -21,8 +22,6 @@ from flexura.solid.verification.beam_models import full_order
 from flexura.solid.whole import ORDER, WholeModes, WholePart
 from flexura.structure import FullOrderModel, assemble, one_design
 from flexura.tables import Facts, Table, percent
-
-Array = NDArray[np.float64]
 
 STIFFER = 1e4
 """How many times as stiff bodies and ground are made to see what their giving does."""

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.extras import need
@@ -19,9 +20,6 @@ from flexura.linalg import available_memory
 from flexura.solid.geometry import MILLIMETRE, MemberSolid
 from flexura.solid.whole.pieces import Block, Piece, beyond, thickness
 from flexura.solid.whole.shapes import Part
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 SAME = 1e-4
 """Distance over the thickness up to which an edge lies in an end face."""

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import ModelError, Problem
 from flexura.mechanism import DOF_NAMES
@@ -14,8 +15,6 @@ from flexura.solid.whole.pieces import Block, Pieces, beyond, clamped_nodes, is_
 from flexura.solid.whole.shapes import Part
 from flexura.structure import FullOrderModel
 from flexura.tables import quantity
-
-Array = NDArray[np.float64]
 
 STIFF = 1e3
 """Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""

@@ -12,6 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import SingularError, factorise_large
@@ -21,7 +22,6 @@ from flexura.solid.whole.pieces import Block, beyond, is_ground, pieces_of, thic
 from flexura.solid.whole.shapes import Part, part_of
 from flexura.structure import FullOrderModel
 
-Array = NDArray[np.float64]
 Say = Callable[[str], None]
 
 ORDER = 3

@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import ModelError, Problem
 from flexura.mechanism import RigidBody, evaluated, matching
 from flexura.solid.geometry import MemberSolid, SolidMaterial, solids
 from flexura.structure import FullOrderModel, solids_of
-
-Array = NDArray[np.float64]
 
 DEPTHS = (6.0, 3.0, 1.5)
 """Depths of a block of ground, and how far it reaches beyond the faces of its member, in thicknesses of this: the first

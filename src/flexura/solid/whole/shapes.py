@@ -10,14 +10,12 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.extras import need
 from flexura.solid.geometry import MILLIMETRE, MemberSolid, runs
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended, thickness
-
-Array = NDArray[np.float64]
 
 STEEP = 60.0
 """Slope of a contour, degrees, up to which it belongs to what a notch ends in: its tips would be meshed badly alone."""

@@ -13,10 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.study.questions import Answers, Questions
 from flexura.study.space import Designs, Space
-
-Array = NDArray[np.float64]
 
 MOST = 2000
 """Designs over one parameter of which each is set beside the next."""

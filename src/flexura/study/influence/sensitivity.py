@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
@@ -17,8 +18,6 @@ from flexura.sensitivity import free_names
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.questions import Margins, OfThePart, Slopes, questions
 from flexura.tables import Facts, Table, percent, quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

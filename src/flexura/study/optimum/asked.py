@@ -6,15 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.errors import SolverError
 from flexura.structure import Plan
 from flexura.study.optimum.rows import NEIGHBOURS, VERSIONS, Frequency, Point, Row, Worst
 from flexura.study.questions import Formula, Quantity, Questions, by_members, questions
-
-Array = NDArray[np.float64]
 
 PARTS = 32
 """Parts of a row at most; what would have more of them stands for itself."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
 
 DECADE = 10.0
 """A range whose ends are of one sign and so many times apart is scaled by its logarithm."""

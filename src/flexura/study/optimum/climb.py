@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
 from flexura.study.optimum.stationarity import stationarity
 
-Array = NDArray[np.float64]
 Method = Literal["slsqp", "trust-constr"]
 
 FEASIBLE = 1e-7

@@ -10,6 +10,7 @@ from math import prod
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.climb import FEASIBLE, Method, is_better
@@ -17,7 +18,6 @@ from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
 from flexura.study.optimum.solve import Solved, best_of
 
-Array = NDArray[np.float64]
 Levels = tuple[int, ...]
 
 FEW, FEW_ALONE = 24, 20_000

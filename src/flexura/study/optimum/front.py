@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Listener, Progress, unheard
 from flexura.extras import need
 from flexura.study.optimum.climb import FEASIBLE, Method, climb
@@ -16,8 +17,6 @@ from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import Landscape
 from flexura.study.optimum.rows import Row
 from flexura.study.optimum.stationarity import stationarity
-
-Array = NDArray[np.float64]
 
 GENERATIONS = 60
 """Generations of the search for a front; each has twice as many designs as are asked for."""

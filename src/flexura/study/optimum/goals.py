@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.study.optimum.task import Task
-
-Array = NDArray[np.float64]
 
 DESIGNS = 4
 """Designs at which a goal is looked at, at least."""

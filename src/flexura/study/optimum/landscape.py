@@ -10,13 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import FlexuraError
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.rows import Designs, Point, Row
-
-Array = NDArray[np.float64]
-
 
 Judged = tuple[Array, Array]
 """Goals (N,) and violations (N,) of designs, over their scales, NaN where one failed."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, unheard
@@ -22,8 +22,6 @@ from flexura.study.optimum.results import Optimum, Pareto
 from flexura.study.optimum.solve import best_of
 from flexura.study.optimum.task import task_of
 from flexura.study.space import Varied
-
-Array = NDArray[np.float64]
 
 STARTS = 8
 """Designs that searches may start from, the first the design as it is."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded, FlexuraError
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method
 from flexura.study.optimum.discrete import Chosen, Mixed
@@ -27,8 +27,6 @@ from flexura.study.optimum.stationarity import ACTIVE
 from flexura.study.optimum.task import Task
 from flexura.study.questions import Margins, Relation
 from flexura.tables import counted, quantity
-
-Array = NDArray[np.float64]
 
 DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
 from flexura.records import Record
@@ -19,8 +19,6 @@ from flexura.results import Tabular
 from flexura.study.optimum.saved import save_design
 from flexura.study.questions import Margins, OfThePart
 from flexura.tables import Facts, Table, counted, percent, quantity, scale_for
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -10,7 +10,8 @@ from typing import NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
+
 Places = NDArray[np.intp]
 
 NEIGHBOURS = 2

@@ -6,16 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.structure import Plan, plan_of
 from flexura.study.optimum.between import Fit, Way
 from flexura.study.optimum.box import Box
 from flexura.study.optimum.results import Optimum, OptimumVariable
 from flexura.study.questions import Formula, Quantity, Questions, Relation, formula, relation
 from flexura.tables import counted
-
-Array = NDArray[np.float64]
 
 ALONG = {1: 81, 2: 24}
 """Values of a variable, of one and of two of them."""

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from math import exp, lgamma, log, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method, climb, is_better
 from flexura.study.optimum.landscape import Judged, Landscape, Sample
 from flexura.study.optimum.stationarity import Stationarity, stationarity, upward
-
-Array = NDArray[np.float64]
 
 SAME = 1e-4
 """Goals, over their scale, and positions that are no further apart are of one optimum; positions by their root."""

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from flexura.arrays import Array
 from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Point, Row
-
-Array = NDArray[np.float64]
 
 ACTIVE = 1e-4
 """Margin of a limit, over its scale, and distance from a bound, of its range, up to which they may hold a design."""

@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import bounds
 from flexura.structure import Plan
@@ -20,8 +20,6 @@ from flexura.study.optimum.landscape import Judged, Landscape
 from flexura.study.optimum.rows import Row
 from flexura.study.questions import Formula, Relation, formula, relation
 from flexura.study.space import Space, Variable, Varied, variables
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

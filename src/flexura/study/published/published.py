@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from flexura.analysis import interval_text
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.questions import Formula, Margins, Questions, formula
 from flexura.tables import Facts, Table, percent, quantity
-
-Array = NDArray[np.float64]
 
 LONGEST_SOURCE = 400
 """Characters of a source as a reader sees it."""

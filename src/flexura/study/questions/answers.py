@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.records import Record
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 """Relative error within which frequencies are to be proven."""

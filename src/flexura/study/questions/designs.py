@@ -6,13 +6,11 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array, Index
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.structure import Plan
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 FAILURES = (FlexuraError, ArithmeticError, np.linalg.LinAlgError, ValueError)
 """What a design that cannot be worked out may end in."""

@@ -10,12 +10,10 @@ have crossed.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.modal import REPEATED, close_groups
-
-Array = NDArray[np.float64]
 
 MODES = 12
 """So many of the lowest modes are looked at."""

@@ -13,9 +13,10 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.errors import ExpressionError, OptionError
 from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree, parts_of
@@ -28,8 +29,6 @@ from flexura.study.questions.grammar import Place, names_in, trailing_pose
 from flexura.study.questions.questions import Questions
 from flexura.study.questions.reading import Reader
 from flexura.units import format_quantity, parse_quantity
-
-Array = NDArray[np.float64]
 
 _RELATION = re.compile(r"<=|>=|=<|=>|==|!=|<|>|≤|≥")
 _SENSES = {"<=": 1, ">=": -1, "≤": 1, "≥": -1}

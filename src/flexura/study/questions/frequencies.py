@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Index
 from flexura.reduction import independent_frequencies, independent_motions
 from flexura.study.questions.answers import TOLERANCE, Answers
 from flexura.study.questions.catalogue import Quantity
@@ -14,8 +14,6 @@ from flexura.study.questions.designs import FAILURES, Block, reason_of
 from flexura.study.questions.followed import MODES, clear_mode
 from flexura.study.questions.reading import Freedom
 from flexura.study.questions.single import OneDesign
-
-Index = NDArray[np.intp]
 
 
 class Frequencies:

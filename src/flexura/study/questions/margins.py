@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import ModelError, interval_text, model_errors_of_modes
+from flexura.arrays import Array
 from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.catalogue import FREQUENCY, Quantity
@@ -19,7 +19,6 @@ from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import AtPose
 from flexura.study.questions.statics import STATIC, ends_of
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float]
 Pose = tuple[tuple[str, float], ...]
 Worker = Callable[[OneDesign, Sequence[Quantity]], "dict[str, Moved]"]

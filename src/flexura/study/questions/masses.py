@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.structure import Design, DiscreteElement, Part
-
-Array = NDArray[np.float64]
 
 
 def total_mass(design: Design) -> Array:

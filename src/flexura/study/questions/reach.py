@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from flexura.analysis import AtPose, Way, ratios_to_yield, settled
+from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.motion import (
@@ -26,8 +26,6 @@ from flexura.motion import (
 )
 from flexura.structure import Design, Plan, at_rest
 from flexura.study.questions.reading import Freedom
-
-Array = NDArray[np.float64]
 
 SMALL = 1e-4
 """First step, over the size of the mechanism or in rad, from which the stroke at yield is estimated."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis import AtRest, at_pose
+from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.errors import SolverError
 from flexura.motion import Repeated
@@ -27,8 +28,6 @@ from flexura.study.questions.reading import Freedom, Port, pose_text
 from flexura.study.questions.responses import sloped_magnitude
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.worst import parting, worst
-
-Array = NDArray[np.float64]
 
 LINEAR = ("stress", "margin", "buckling", "coupling", "amplification")
 """What is read at rest of `flexura.analysis.AtRest`."""

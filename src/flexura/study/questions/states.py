@@ -8,9 +8,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import ModelError, Statics, Stresses, errors_of, preload, statics, worst_stresses
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
@@ -22,8 +22,6 @@ from flexura.study.questions.reading import Freedom, Members, Port, pose_text
 from flexura.study.questions.statics import without_round_off
 from flexura.study.questions.worst import UNKNOWN
 from flexura.systems import InputPort, Ports
-
-Array = NDArray[np.float64]
 
 HELD = 1e-9
 """Part of the compliance of something free that is left of it where a pose holds it, by round-off."""

@@ -7,17 +7,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Index
 from flexura.reduction import independent_flexibility
 from flexura.structure import Design, Plan
 from flexura.study.questions.catalogue import Quantity
 from flexura.study.questions.designs import Block
 from flexura.study.questions.reading import Freedom, Port
 from flexura.systems import Action, Ports
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 STATIC = ("compliance", "stiffness", "coupling", "amplification")
 """What is asked here."""

@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import settled
 from flexura.duals import Dual, plain
@@ -15,8 +14,6 @@ from flexura.errors import SolverError
 from flexura.structure import Plan
 from flexura.study.questions.catalogue import Quantity
 from flexura.study.questions.reading import Members, Reader
-
-Array = NDArray[np.float64]
 
 UNKNOWN = "no stress is known of sections that are given by constants"
 

@@ -10,12 +10,11 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.records import Record
 from flexura.study.space.sequences import BITS, MOST_DIMENSIONS, Sobol, latin_hypercube
 from flexura.study.space.variables import Variable
-
-Array = NDArray[np.float64]
 
 Sampling = Literal["grid", "list", "latin hypercube", "sobol"]
 SAMPLINGS: tuple[Sampling, ...] = get_args(Sampling)

@@ -11,7 +11,8 @@ from math import isqrt
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
+
 Whole = NDArray[np.uint64]
 
 BITS = 32

@@ -10,10 +10,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.records import Record
 
-Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
 
 Kind = Literal["continuous", "integer", "choice"]

@@ -8,12 +8,10 @@ from math import inf, sqrt
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
-
-Array = NDArray[np.float64]
 
 SPREAD = 3.0
 """Standard deviations of a normal distribution that is not truncated which a worst case reaches, either way."""

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-Array = NDArray[np.float64]
-
+from flexura.arrays import Array
 
 ROUND_OFF = 1e-12
 """Spread, relative to the value, that is none."""

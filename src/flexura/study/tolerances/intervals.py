@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.stats import beta, binom
 from scipy.stats import t as student
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
+
 Method = Literal["scramblings", "Clopper-Pearson", "order statistics"]
 
 FEWEST = 5

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from flexura.arrays import Array
 
 ROUNDS = 32
 """Steps from vertex to vertex at most."""

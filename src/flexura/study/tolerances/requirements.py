@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.study.questions import Relation
 from flexura.study.tolerances.intervals import share_interval
 from flexura.study.tolerances.linear import Box, extreme
 from flexura.study.tolerances.result import Yield
 from flexura.study.tolerances.slopes import SlopesOf
-
-Array = NDArray[np.float64]
 
 ALL = "all of them"
 """What the yield of all requirements together is called."""

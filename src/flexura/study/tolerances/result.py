@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
@@ -16,8 +17,6 @@ from flexura.study.tolerances.indices import SobolIndices
 from flexura.study.tolerances.intervals import Estimate, share_interval
 from flexura.study.tolerances.linear import Extreme
 from flexura.tables import Facts, Table, percent, quantity
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,11 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.records import Record
 from flexura.study.space import Sobol, Variable
-
-Array = NDArray[np.float64]
 
 LEAST = 12
 """Scramblings at least; below 24 unless the nets would exceed `LARGEST`."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, Parameter, Spread, parameter_values, with_own_copies
 from flexura.study.space import Variable, variables
@@ -16,7 +16,6 @@ from flexura.study.tolerances.linear import Box
 from flexura.study.tolerances.result import ToleratedSize
 from flexura.study.tolerances.spreads import FORMS, distribution_of
 
-Array = NDArray[np.float64]
 Given = str | Spread
 Vary = Mapping[str, Given] | Sequence[str] | str
 """Tolerances by parameter, or texts NAME=TOLERANCE."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.study.questions import Questions, Relation, Slopes
-
-Array = NDArray[np.float64]
 
 ALIKE = 1e-6
 """Relative difference of the slopes of frequencies that coincide up to which they stay together."""

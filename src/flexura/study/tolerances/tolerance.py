@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
@@ -27,8 +27,6 @@ from flexura.study.tolerances.sizes import Sizes, Vary, sizes_of
 from flexura.study.tolerances.slopes import SlopesOf
 from flexura.study.tolerances.spreads import FORMS
 from flexura.tables import counted
-
-Array = NDArray[np.float64]
 
 PERCENTILES = (1, 5, 50, 95, 99)
 

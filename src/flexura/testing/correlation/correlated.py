@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, percent
 from flexura.testing.correlation.expansion import Expansion
 from flexura.testing.correlation.overlay import FRFOverlay
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

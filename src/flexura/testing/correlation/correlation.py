@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import count_below, lowest
 from flexura.mechanism import Mechanism
@@ -34,9 +35,6 @@ from flexura.testing.rig import (
     sensors_note,
     with_sensors,
 )
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 BEYOND = 1.5
 """Modes of the model up to so many times the highest test frequency are compared."""

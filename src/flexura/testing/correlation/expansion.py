@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite, scaled, unit_scale
 from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
 
-Array = NDArray[np.float64]
 ReducedMass = Literal["serep", "guyan"]
 
 DEPENDENT = 1e-8

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.modal import ModePairing, channel_gain, comac, in_space, pair_modes, trusted_channels
 from flexura.testing.rig import ChannelMatch
 
-Array = NDArray[np.float64]
 Shapes = NDArray[np.inexact[Any]]
 """Shapes of modes, real or complex."""
 

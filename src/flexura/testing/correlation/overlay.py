@@ -7,17 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex, Index
 from flexura.modal import ModePairing, frac
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Channel, System, system
 from flexura.testing.measurement import IdentifiedModes, MeasuredFRF
 from flexura.testing.rig import ChannelPairing, pair_channels
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-Complex = NDArray[np.complex128]
 
 BAND = 1.25
 """Responses are compared up to so many times the highest identified frequency."""

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.testing.identification import frfs_of, identify
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 def identified_modes(test: IdentifiedModes | Measurement, **how: Any) -> IdentifiedModes:

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.linalg import leading, turned
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, Poles
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 ALONG = 0.999
 """Cosine between the directions of an input and an output at one node that are a driving point."""

@@ -8,11 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Complex
 from flexura.tables import in_hz
 from flexura.testing.identification.residues import Fit
 from flexura.testing.measurement import ResponseMatrix, responses
-
-Complex = NDArray[np.complex128]
 
 CARRIED, CARRIED_EACH = 30.0, 5.0
 """What a mode adds near its frequency, squared, is so many times the variance of a line of the misfit, and so many

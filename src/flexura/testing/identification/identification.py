@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
@@ -42,8 +43,6 @@ from flexura.testing.measurement import (
     response_matrices,
 )
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Data = Measurement | MeasuredFRF | FrequencyResponse | Sequence[MeasuredFRF]
 Setups = Literal["each", "together"]
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.testing.measurement import ResponseMatrix
-
-Array = NDArray[np.float64]
 
 
 def mode_indicators(matrix: ResponseMatrix) -> Array:

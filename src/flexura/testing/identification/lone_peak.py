@@ -6,13 +6,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Complex
 from flexura.tables import in_hz
 from flexura.testing.identification.complexity import confidence_of
 from flexura.testing.measurement import ModeEvidence, ResponseMatrix
-
-Complex = NDArray[np.complex128]
 
 ABOVE = 1e3
 """Square of a peak over the median of all lines from which it is no noise: 30 dB; the largest of 100 000 lines of noise

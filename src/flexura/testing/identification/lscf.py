@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_solve, cholesky, eig, solve_triangular, toeplitz
 
+from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
 from flexura.testing.measurement import ResponseMatrix
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.tables import in_hz
@@ -21,10 +21,6 @@ from flexura.testing.measurement import (
     key_of,
     responses,
 )
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.intp]
 
 SHIFT = 0.1
 """Frequencies of one mode differ by less between setups, relative."""

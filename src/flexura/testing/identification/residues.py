@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
 from flexura.testing.measurement import ResponseMatrix, responses
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_STEPS = 30
 """Steps of the non-linear fit."""

@@ -8,13 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.testing.identification.lscf import OrderPoles
 from flexura.testing.measurement import Poles
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FREQUENCY, DAMPING, SHAPE = 1, 2, 4
 """Bits of a pole that is stable in this."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.tables import in_hz
 from flexura.testing.measurement.channels import MeasuredChannel
@@ -17,8 +18,6 @@ from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Re
 from flexura.testing.measurement.quality import LEAKAGE, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.spectra import Spectra, coherence, transfer, unrelated
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Estimator = Literal["H1", "H2", "Hv"]
 
 EXCITED = 1e-4

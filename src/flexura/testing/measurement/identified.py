@@ -9,12 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement.channels import MeasuredChannel
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

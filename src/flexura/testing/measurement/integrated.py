@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from flexura.arrays import Array, Complex
 
 NEAR_ZERO = 0.02
 """A band begins near 0 Hz when it does so below this share of its end."""

@@ -7,16 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.results import Result, Tabular
 from flexura.systems import response_columns, unit_of_response
 from flexura.tables import Facts, Table, counted, ends, in_hz, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.identified import IdentifiedModes
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, repr=False)

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.tables import quantity
 from flexura.testing.measurement.measurement import Recording
 
-Array = NDArray[np.float64]
 Kind = Literal["not finite", "silent", "overload", "clipped", "double hit", "not at rest", "leakage", "incoherent"]
 KINDS: tuple[str, ...] = get_args(Kind)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.systems import UNITS
 from flexura.tables import ends, in_hz
@@ -16,8 +17,6 @@ from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.integrated import grows_towards_zero, noisy_until
 from flexura.testing.measurement.measurement import MeasuredFRF
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float, float] | None]
 
 POWER = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_acceleration": 2}

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 LEVEL = 0.05
 """Share of lines above its 95 % quantile that unrelated signals have."""

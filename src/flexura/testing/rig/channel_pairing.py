@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
@@ -18,9 +19,6 @@ from flexura.systems import DERIVATIVE, Ports
 from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 WITHIN = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""

@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.duals import zeros
 from flexura.records import Latest
 from flexura.sensitivity import Change, Family, Matrices
 from flexura.structure import Design, FullOrderModel
 from flexura.testing.rig.test_points import TestPoints
-
-Array = NDArray[np.float64]
 
 
 class MassLoadedFamily:

@@ -9,15 +9,13 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.duals import real
 from flexura.errors import OptionError
 from flexura.mechanism import Accelerometer, HammerPoint, ModalTest, evaluated
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.testing.measurement import MeasuredChannel
-
-Array = NDArray[np.float64]
 
 SHIFT = 0.1
 """Frequencies of one mode differ by less between setups, relative."""

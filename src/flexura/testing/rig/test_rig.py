@@ -9,16 +9,15 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below
 from flexura.mechanism import Damping, Mechanism, ModalTest
 from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.systems import InputPort, ModalSystem, OutputPort, System, system
 from flexura.testing.rig.test_points import TestPoint, TestPoints
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

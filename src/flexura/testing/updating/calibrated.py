@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import Mechanism
@@ -19,7 +17,6 @@ from flexura.testing.updating.misfit import Misfit
 from flexura.testing.updating.posterior import LEAST_REDUCTION, Direction, Sample, draw
 from flexura.testing.updating.residuals import CalibrationProblem
 
-Array = NDArray[np.float64]
 Method = Literal["map", "least_squares"]
 
 

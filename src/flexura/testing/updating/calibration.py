@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError
 from flexura.mechanism import Mechanism
 from flexura.sensitivity import ModelOrder
@@ -22,7 +23,6 @@ from flexura.testing.updating.residuals import CalibrationProblem
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
 
-Array = NDArray[np.float64]
 Pairing = Literal["tracked", "in_order"]
 
 ROUNDS = 4

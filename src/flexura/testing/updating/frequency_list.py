@@ -14,14 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import MeasuredChannel
-
-Array = NDArray[np.float64]
 
 UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * np.pi), "rpm": 1 / 60}
 """Hz in units of frequency."""

@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Listener, Progress
 
-Array = NDArray[np.float64]
 Cost = Callable[[Array], float]
 
 CHAINS = 4

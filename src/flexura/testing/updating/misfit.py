@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaincc, stdtrit
 
+from flexura.arrays import Array
 from flexura.testing.updating.targets import ModalTarget, Target
-
-Array = NDArray[np.float64]
 
 LEAST_SPARE = 0.5
 """Data to spare, beyond what the parameters take up, from which on they can say something of the model."""

@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.linalg import ranked, turned
 from flexura.results import Tabular
 from flexura.tables import Facts, Table
 from flexura.testing.updating.markov_chain import Cost, effective_draws, metropolis, split_r_hat
-
-Array = NDArray[np.float64]
 
 QUANTILE = 1.959963984540054
 """95 % of a normal distribution lie within so many standard deviations."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import FlexuraError
 from flexura.records import Latest
 from flexura.sensitivity import ModelOrder
@@ -15,8 +15,6 @@ from flexura.testing.updating.configuration import Configuration
 from flexura.testing.updating.targets import ModalTarget, State, Target
 from flexura.testing.updating.tracked_model import TrackedModel
 from flexura.testing.updating.unknowns import Unknowns
-
-Array = NDArray[np.float64]
 
 REFUSED = 1e4
 """Residual of a design that cannot be evaluated."""

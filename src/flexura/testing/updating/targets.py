@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs
 from flexura.modal import pair_modes
@@ -16,9 +17,6 @@ from flexura.sensitivity import Change, Cluster, Reader, clusters, modal_respons
 from flexura.systems import DERIVATIVE
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of
 from flexura.testing.updating.frequency_list import MeasuredFrequencies
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 COHERENT = 0.5
 """Points of a frequency response with less coherence are left out."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.modal import track_modes
@@ -24,8 +25,6 @@ from flexura.sensitivity import (
 from flexura.structure import Design, Plan, full_order_model
 from flexura.testing.rig import AnyFamily, MassLoadedFamily, readings_of
 from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target
-
-Array = NDArray[np.float64]
 
 EXTRA = 4
 """Modes computed beyond those compared, so that a mode that moves up in the order is still found."""

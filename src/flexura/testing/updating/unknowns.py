@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import bounds
 from flexura.structure import Plan
 from flexura.testing.updating.configuration import Configuration
 
-Array = NDArray[np.float64]
 Prior = float | tuple[float, float]
 """A relative standard deviation, or mean and standard deviation in SI."""
 

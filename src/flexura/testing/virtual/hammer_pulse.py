@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from flexura.arrays import Array, Complex
 from flexura.systems import ModalSystem
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
 """Coefficients and exponents, in 2 pi i over the length, of the exponentials that make up a pulse (theory eq. H13)."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
@@ -23,9 +24,6 @@ from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 DEPENDENT = 1e-8
 """Singular values below this, relative to the largest, are taken as zero."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.deadline import Listener, told
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Damping, Mechanism, ModalTest
@@ -22,8 +23,6 @@ from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
 from flexura.testing.virtual.hammer_pulse import hammer_pulse, response_to_pulse
-
-Array = NDArray[np.float64]
 
 QUIET_SAMPLES = 40
 """Samples before a pulse, beside as many as it has itself, from which offset and noise are told."""
