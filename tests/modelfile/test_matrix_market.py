@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.io import mmread, mmwrite
 
-from flexura.modelfile.matrix_market import read_entries, read_header
+from flexura.modelfile.superelements import read_entries, read_header
 
 
 @pytest.mark.parametrize("symmetry", ["general", "symmetric"])

@@ -16,7 +16,7 @@ import flexura as fx
 from flexura.cli import main
 from flexura.errors import LimitError, ModelError, OptionError
 from flexura.solid.fem import reduced
-from flexura.solid.fem.mesh_error import stiffness_error
+from flexura.solid.fem.parts import stiffness_error
 from flexura.solid.fem.reduced import EndTie, Piece, reduced_piece
 from flexura.solid.geometry.contours import MemberShape
 from flexura.solid.geometry.members import MemberSolid, SolidMaterial

@@ -7,7 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.study.optimum import slice_of
-from flexura.study.optimum.between import Fit, Way
+from flexura.study.optimum.slices import Fit, Way
 from helpers.shell import GUIDE
 
 SAID = re.compile(r"(.*) is interpolated between \d+ designs, ([\d.e-]+) % off")

@@ -10,7 +10,7 @@ from scipy.integrate import quad, solve_ivp
 
 import flexura as fx
 from flexura.testing.rig.test_rig import ModalTestRig
-from flexura.testing.virtual.hammer_pulse import convolved, hammer_pulse, response_to_pulse
+from flexura.testing.virtual.virtual_test import convolved, hammer_pulse, response_to_pulse
 from helpers.tested_stage import STAGE, TEST
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "rpr" / "rpr_test.yaml"

@@ -1,4 +1,7 @@
-"""Natural frequencies and mode shapes, low-order and full-order side by side, with evidence."""
+"""Natural frequencies and mode shapes, low-order and full-order side by side, with evidence.
+
+Modes of the full order where many branches are equal, from the small problems that it splits into.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,6 @@ import numpy as np
 
 from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.natural_modes.proven_modes import Mode, Modes, certified_mode, unproven, with_mesh_errors
-from flexura.analysis.natural_modes.split_modes import split_modes
 from flexura.analysis.strain.motion import motions
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
@@ -25,6 +27,7 @@ from flexura.reduction import (
     ChainedModel,
     LowOrderModel,
     Reduction,
+    SplitModel,
     certificate,
     chained,
     lowest_pairs,
@@ -36,6 +39,38 @@ from flexura.reduction import (
 )
 from flexura.registry import registered
 from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
+
+
+def split_modes(split: SplitModel, n: int, parameters: dict[str, float]) -> Modes:
+    """The `n` lowest modes of a full-order model that is split by its equal branches."""
+    full = split.model
+    proof, pairs = split.certificate(n), split.lowest(n)
+    u = full.node_displacements(pairs.vectors)
+    found = tuple(  # a model is split only where its stiffness is definite: nothing is rigid
+        certified_mode(k, (proof, 0, TOLERANCE), (float(proof.frequency_hz[k]), 0.0, 1.0), motion)
+        for k, motion in enumerate(motions(full, u))
+    )
+    evidence = Evidence(
+        **mass_evidence(full),
+        rigid_body_modes=0,
+        full_residual=split.residual(n),
+        low_residual=None,
+        sturm_below_hz=proof.below_hz,
+        sturm_count=proof.count,
+        reported_below=proof.found,
+        missed=(),
+        more_missed=proof.missing,
+        is_counted=proof.is_counted,
+    )
+    names = tuple(full.plan.topology.node_names)
+    name = full.plan.mechanism.name
+    steps = (split.summary, *state_of(full.design))
+    told, meshes = with_mesh_errors(full, found, u)
+    said = (*unproven(told, proof, TOLERANCE), *meshes)
+    return Modes(
+        name, full.order, full.order, told, evidence, u, names, parameters, full, proof, steps, TOLERANCE, said
+    )  # fmt: skip
+
 
 LARGEST = 30_000
 """Up to this full order its own modes are worked out beside those of the low order."""

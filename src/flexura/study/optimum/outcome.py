@@ -1,4 +1,7 @@
-"""From what a search found to results in the user's words."""
+"""From what a search found to results in the user's words.
+
+Goals that ask for nothing that could be reached.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,6 @@ from flexura.errors import Exceeded, FlexuraError
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method
 from flexura.study.optimum.discrete import Chosen, Mixed
 from flexura.study.optimum.front import Front
-from flexura.study.optimum.goals import goal_doubts
 from flexura.study.optimum.landscape import Landscape
 from flexura.study.optimum.proof import proof
 from flexura.study.optimum.results import (
@@ -27,6 +29,32 @@ from flexura.study.optimum.stationarity import ACTIVE
 from flexura.study.optimum.task import Task
 from flexura.study.questions import Margins, Relation
 from flexura.tables import counted, quantity
+
+DESIGNS = 4
+"""Designs at which a goal is looked at, at least."""
+
+SAME = 1e-12
+"""Relative difference of goals that are the same."""
+
+
+def goal_doubts(task: Task, known: Array) -> Iterator[Exceeded]:
+    """Goals that contradict each other, and such as are the same whatever varies; quantities (N, q) of some designs are
+    `known`."""
+    for k, aim in enumerate(task.aims):
+        if any(own.formula.text == aim.formula.text and own.sign != aim.sign for own in task.aims[:k]):
+            text = (
+                f"{aim.formula.text} is to be both large and small: of these goals every design is as good as another"
+            )
+            yield Exceeded("goal", aim.formula.text, float("nan"), 0.0, "1", text)
+    quantities = known if len(known) >= DESIGNS else task.designs.values(task.starts(DESIGNS, seed=0))[0]
+    for aim in task.aims:
+        values = np.asarray(task.wording.combined(aim.formula).value(quantities))
+        known = values[np.isfinite(values)]
+        if len(known) > 1 and np.ptp(known) <= SAME * np.abs(known).max():
+            varied = ", ".join(task.names)
+            text = f"{aim.text}: the same in all {len(known)} designs looked at, whatever {varied} may be"
+            yield Exceeded("goal", aim.text, float(np.ptp(known)), SAME, "1", text)
+
 
 DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""

@@ -1,4 +1,7 @@
-"""Optima and Pareto fronts as results."""
+"""Optima and Pareto fronts as results.
+
+A design as a model file on top of the one that was varied.
+"""
 
 from __future__ import annotations
 
@@ -13,12 +16,32 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
-from flexura.mechanism import Mechanism
+from flexura.expressions import NUMBER, Expression
+from flexura.files import write_file
+from flexura.mechanism import Mechanism, parameter_dimensions
+from flexura.modelfile import Changed, variant_text
 from flexura.records import Record
 from flexura.results import Tabular
-from flexura.study.optimum.saved import save_design
 from flexura.study.questions import Margins, OfThePart
 from flexura.tables import Facts, Table, counted, percent, quantity, scale_for
+from flexura.units import format_quantity
+
+
+def save_design(
+    mechanism: Mechanism, design: Mapping[str, float], fixed: Mapping[str, float], said: str, path: Path, base: Path
+) -> Path:
+    """Write a model file `path` that extends `base` with SI values of parameters, those of a `design` and `fixed` ones;
+    the source of each says where it comes from, what was `said` of the design, the value in `base`, and its source."""
+    dimensions = parameter_dimensions(mechanism.parameters)
+    changed = {}
+    for name, value in {**fixed, **design}.items():
+        own = mechanism.parameters[name]
+        exponents = dimensions[name] or NUMBER
+        was = str(own.value) if isinstance(own.value, Expression) else format_quantity(own.value, exponents)
+        known = f" ({own.source})" if own.source else ""
+        changed[name] = Changed(value, f"{said if name in design else 'given'}; was {was}{known}")
+    text = variant_text(mechanism, f"{mechanism.name}, optimised", base, path, changed)
+    return write_file(path, lambda file: file.write_text(text, encoding="utf-8", newline="\n"))
 
 
 @dataclass(frozen=True, repr=False)
