@@ -21,8 +21,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 import flexura as fx
-from flexura.io.fmu.description import BASE_UNITS
-from flexura.io.fmu.package import write_fmu
+from flexura.io.fmu.package import BASE_UNITS, write_fmu
 from flexura.io.linear import blocks_of
 from flexura.systems import state_space, system
 from flexura.systems.channel import Channel

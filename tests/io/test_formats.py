@@ -13,7 +13,7 @@ import pytest
 import flexura as fx
 from flexura import files
 from flexura.io import FORMATS, export, format_of
-from flexura.io.fmu.description import BASE_UNITS
+from flexura.io.fmu.package import BASE_UNITS
 from flexura.systems.channel import UNITS
 from helpers.export_models import EXAMPLES, example_modes, modal_model
 

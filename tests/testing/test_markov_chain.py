@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats as st
 
-from flexura.testing.updating.markov_chain import effective_draws, metropolis, split_r_hat
+from flexura.testing.updating.posterior import effective_draws, metropolis, split_r_hat
 
 FREE = (np.full(2, -np.inf), np.full(2, np.inf))
 

@@ -1,11 +1,14 @@
 """Reading a model file into a Mechanism, with everything that is wrong with it at once.
 
 Which keys a place in a model file may have.
+
+Values of parameters that stand elsewhere in a model file: each is read with the dimension of its parameter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+import re
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
 from types import UnionType
@@ -14,14 +17,16 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import ValidationError
 
 from flexura.arguments import verb
-from flexura.errors import ModelError, OptionError, Path, Problem
-from flexura.expressions import Expression
+from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
+from flexura.expressions import Call, Dimension, Expression, Name
 from flexura.mechanism import (
     CONTEXT_KEY,
     UNKNOWN_KEY,
     Mechanism,
     Parameter,
     Part,
+    Quantity,
+    Scalar,
     Superelement,
     entry_of,
     key_of,
@@ -30,13 +35,125 @@ from flexura.mechanism import (
     validated,
 )
 from flexura.mechanism import problems as problems_of_whole
-from flexura.modelfile.bound_values import prepare_bound_values
 from flexura.modelfile.document import Node, parse
 from flexura.modelfile.extension import text_of, with_bases
-from flexura.modelfile.parameters import prepare_parameters
+from flexura.modelfile.parameters import measure, prepare_parameters
 from flexura.modelfile.pruning import Pruned, entry_of_place
 from flexura.modelfile.quantities import QuantityReader
 from flexura.modelfile.superelements import prepare_superelement
+from flexura.units import format_quantity
+
+_SYMMETRIC = re.compile(r"\s*(?:±|\+\s*/?\s*-)\s*(\S.*)", re.DOTALL)
+_SIDE = re.compile(r"([+-]?)\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+_PERCENT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
+_DEVIATIONS = ("uniform", "triangular", "normal")
+_VARIED = ("from", "to", "measured", *_DEVIATIONS)
+
+
+def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:
+    """Replace values of parameters in studies and instances by numbers in SI and expressions, in place, and short
+    forms of spreads by long ones. Returns what cannot be read."""
+    reader = _Values(dimensions)
+    for path, values in _of_instances(data):
+        for name in values:
+            values[name] = reader.read((*path, name), values[name], name)
+    for path, vary in _varied(data):
+        for name, entry in vary.items():
+            if isinstance(entry, str) and path[2] == "tolerance":
+                vary[name] = reader.spread((*path, name), entry, name)
+                continue
+            holders = [(entry, key) for key in _VARIED if key in entry] if isinstance(entry, dict) else [(vary, name)]
+            for holder, key in holders:
+                at = (*path, name) if holder is vary else (*path, name, key)
+                holder[key] = reader.read(at, holder[key], name, key in _DEVIATIONS and holder is entry)
+    return reader.problems
+
+
+def _of_instances(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """The values that instances have of their own."""
+    holders: list[tuple[Path, Any]] = [((), data)]
+    holders += [(("substructures", name), holder) for name, holder in _entries(data, "substructures")]
+    for path, holder in holders:
+        for key, instance in _entries(holder, "instances"):
+            above: Path = (*path, "instances", key)
+            groups: dict[Path, Any] = {(*above, "copies", copy): own for copy, own in _entries(instance, "copies")}
+            inside: Path = (*above, "with")
+            groups[inside] = instance.get("with") if isinstance(instance, dict) else None
+            yield from ((place, own) for place, own in groups.items() if isinstance(own, dict))
+
+
+def _entries(holder: Any, key: str) -> list[tuple[str, Any]]:
+    """The entries of a mapping below a key, as far as these are mappings."""
+    own = holder.get(key) if isinstance(holder, dict) else None
+    return list(own.items()) if isinstance(own, dict) else []
+
+
+def _varied(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """What varies in studies."""
+    for name, study in _entries(data, "studies"):
+        for kind, own in study.items() if isinstance(study, dict) else ():
+            if isinstance(own, dict) and isinstance(own.get("vary"), dict):
+                yield ("studies", name, kind, "vary"), own["vary"]
+
+
+class _Values:
+    """Reads values of parameters, and notes what cannot be read."""
+
+    def __init__(self, dimensions: Mapping[str, Dimension | None]) -> None:
+        self.reader, self.dimensions = QuantityReader(dimensions), dimensions
+        self.problems: list[Problem] = []
+
+    def read(self, path: Path, raw: Any, name: str, is_deviation: bool = False) -> Any:
+        """A value of the parameter, or a deviation from it, or several; what is no number stays as it is."""
+        if isinstance(raw, list):
+            return [self.read((*path, i), entry, name, is_deviation) for i, entry in enumerate(raw)]
+        if raw is None or isinstance(raw, dict | bool | Expression):
+            return raw
+        try:
+            return self.deviation(raw, name) if is_deviation and isinstance(raw, str) else self.value(raw, name)
+        except ExpressionError as error:
+            self.problems.append(Problem(path, repr(raw), error.rule, error.hint))
+            return raw
+
+    def value(self, raw: Any, name: str) -> Scalar:
+        """One value of the parameter, SI; raises ExpressionError."""
+        dimension = self.dimensions.get(name)
+        if dimension is None:
+            return measure(self.reader, raw)[0]
+        return self.reader(raw, Quantity(f"value of {name}", dimension, format_quantity(1e-3, dimension)))
+
+    def spread(self, path: Path, text: str, name: str) -> Any:
+        """The long form of `± 0.02 mm`, `± 5 %` or `+0.01/-0.03 mm`; other text stays as it is."""
+        try:
+            return {"uniform": self.deviations(text, name)}
+        except ExpressionError as error:
+            self.problems.append(Problem(path, repr(text), error.rule, error.hint))
+            return text
+
+    def deviations(self, text: str, name: str) -> list[Scalar]:
+        """The lower and the upper deviation that a text gives; raises ExpressionError."""
+        symmetric = _SYMMETRIC.fullmatch(text)
+        if symmetric is not None:
+            high = self.deviation(symmetric[1], name)
+            return [-high, high]
+        sides = [_SIDE.fullmatch(own.strip()) for own in text.split("/")]
+        if len(sides) != 2 or sides[0] is None or sides[1] is None:
+            raise ExpressionError(
+                "this is no spread, which is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}"
+            )
+        both = sorted((float(sign + number), unit) for sign, number, unit in (own.groups() for own in sides if own))
+        if any(own and not own[1] and float(own[2]) for own in sides):
+            raise ExpressionError("a sign is missing: each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
+        shared = next((unit for _, unit in both if unit), "")
+        return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
+
+    def deviation(self, text: str, name: str) -> Scalar:
+        """A deviation of the parameter; in % it is a share of the parameter's value, whatever its dimension."""
+        percent = _PERCENT.fullmatch(text.strip())
+        if percent is not None:
+            return float(percent[1]) / 100 * Expression(Call("abs", (Name(name),)))
+        return self.value(text, name)
+
 
 _KINDS = ("type", "shape")
 FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}

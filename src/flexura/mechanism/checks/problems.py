@@ -5,12 +5,16 @@ Checks of values that instances have of their own, and of the parts with these v
 Checks of studies: the parameters that vary exist, their ranges hold something, and their bounds are kept.
 
 Checks of inertia tensors, spring matrices and of joints that lie apart.
+
+Check that all parts hang together, prototype by prototype, so that thousands of copies cost little.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +22,149 @@ from numpy.typing import NDArray
 from flexura.errors import Path, Problem
 from flexura.expressions import Expression
 from flexura.mechanism.checks.assembly import check_assembly
-from flexura.mechanism.checks.connection import check_connection
 from flexura.mechanism.checks.members import check_members
 from flexura.mechanism.checks.references import check_not_empty, check_references
 from flexura.mechanism.checks.survey import Survey, prefix, shown, suggestion
 from flexura.mechanism.checks.values import Known, check_values, defaults, invalid_at, outside_bounds
 from flexura.mechanism.evaluation import evaluated
-from flexura.mechanism.layout import Layout
+from flexura.mechanism.layout import TOP, Layout
 from flexura.mechanism.parameters import Parameter
 from flexura.mechanism.placement import copies
 from flexura.mechanism.positions import Point, node_positions
 from flexura.mechanism.studies import Range, Spread
 from flexura.mechanism.substructure import Instance, Mechanism, Substructure
+
+
+@dataclass(eq=False)
+class _Island:
+    """Nodes of a prototype that hang together: how many in all, and those exposed in it, in order."""
+
+    prototype: str
+    nodes: list[str]
+    size: int
+    used: bool
+    copies: int = 1
+
+
+class _Groups:
+    """Disjoint sets of names."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        self.parent = {name: name for name in names}
+
+    def root(self, name: str) -> str:
+        parent = self.parent
+        while parent[name] != name:
+            parent[name] = parent[parent[name]]
+            name = parent[name]
+        return name
+
+    def join(self, names: Iterable[str]) -> None:
+        for a, b in pairwise(names):
+            self.parent[self.root(a)] = self.root(b)
+
+
+def check_connection(survey: Survey) -> None:
+    """Report nodes that nothing uses, and parts that are not connected to the largest one."""
+    sealed: list[_Island] = []
+    open_: dict[str, list[_Island]] = {}
+    placed = _times_placed(survey)
+    for name in survey.layout.prototypes:
+        if name not in placed:
+            continue
+        islands = _islands(survey, name, open_)
+        interface = set(survey.layout.interface(name)) if name != TOP else set()
+        open_[name] = [island for island in islands if interface.intersection(island.nodes)]
+        for island in islands:
+            if not interface.intersection(island.nodes):
+                island.copies = placed[name]
+                sealed.append(island)
+    _report_unused(survey, [island for island in sealed if not island.used])
+    _report_disconnected(survey, [island for island in sealed if island.used])
+
+
+def _times_placed(survey: Survey) -> dict[str, int]:
+    placed = {TOP: 1}
+    for name in reversed(list(survey.layout.prototypes)):
+        for child in survey.layout.children[name] if name in placed else ():
+            placed[child.prototype] = placed.get(child.prototype, 0) + placed[name]
+    return placed
+
+
+def _islands(survey: Survey, name: str, open_: dict[str, list[_Island]]) -> list[_Island]:
+    layout = survey.layout
+    own = layout.own_nodes(name)
+    groups = _Groups(dict.fromkeys([*own, *layout.exposed(name)]))
+    size = dict.fromkeys(own, 1)
+    used = dict.fromkeys(layout.prototypes[name].bodies, True)
+    for child in layout.children[name]:
+        for island in open_[child.prototype]:
+            inside = set(island.nodes)
+            nodes = [f"{child.name}.{n}" for n in layout.interface(child.prototype) if n in inside]
+            groups.join(nodes)
+            size[nodes[0]] = size.get(nodes[0], 0) + island.size
+            if island.used:
+                used[nodes[0]] = True
+    for use in survey.uses[name]:
+        used.update(dict.fromkeys(use.nodes, True))
+        if use.joins:
+            groups.join(use.nodes)
+    gathered: dict[str, list[str]] = {}
+    for node in groups.parent:
+        gathered.setdefault(groups.root(node), []).append(node)
+    return [
+        _Island(name, nodes, sum(size.get(n, 0) for n in nodes), any(n in used for n in nodes))
+        for nodes in gathered.values()
+    ]
+
+
+def _by_place(survey: Survey, islands: list[_Island]) -> dict[Path, list[_Island]]:
+    """Islands by where they come from: the copies of one instance share a place."""
+    places: dict[Path, list[_Island]] = {}
+    for island in islands:
+        places.setdefault(_path(survey, island, island.nodes[0]), []).append(island)
+    return places
+
+
+def _report_unused(survey: Survey, islands: list[_Island]) -> None:
+    for path, alike in _by_place(survey, islands).items():
+        node, count = alike[0].nodes[0], len(alike)
+        rule = f"the node {node} is used by nothing" + (f", and {count - 1} more like it" if count > 1 else "")
+        survey.report(path, "", rule, "remove it, or tie it to a member, a body or a joint")
+
+
+def _report_disconnected(survey: Survey, islands: list[_Island]) -> None:
+    if not islands:
+        return
+    largest = max(islands, key=lambda island: island.size)
+    others = [island for island in islands if island is not largest or island.copies > 1]
+    for path, alike in _by_place(survey, others).items():
+        island = alike[0]
+        copies = sum(each.copies for each in alike)
+        times = f", and {copies - 1} more like them" if copies > 1 else ""
+        rule = f"disconnected parts: these nodes are not connected to {largest.nodes[0]}{times}"
+        if largest in alike:
+            rule = f"disconnected parts: {copies} copies of these nodes are not connected to each other"
+        prototype = survey.layout.prototypes[island.prototype]
+        hint = "add the joint, member or body that is missing"
+        if island.prototype != TOP and not prototype.interface:
+            hint = "give the substructure an interface, and join it to the others"
+        shown = ", ".join(island.nodes[:4]) + (", ..." if len(island.nodes) > 4 else "")
+        survey.report(path, shown, rule, hint)
+
+
+def _path(survey: Survey, island: _Island, node: str) -> Path:
+    """Where a node comes from: its own entry, its body's, or that of the instance it belongs to."""
+    prototype = survey.layout.prototypes[island.prototype]
+    here = prefix(island.prototype)
+    for kind, entries in (("nodes", prototype.nodes), ("bodies", prototype.bodies)):
+        if node in entries:
+            return (*here, kind, node)
+    head = node.partition(".")[0]
+    while head and head not in prototype.instances:
+        head = head[:-1]
+    return (*here, "instances", head) if head else here
+
 
 RELATIVE = 1e-9
 SINGULAR = 1e-12

@@ -1,4 +1,7 @@
-"""What data say of parameters: the Gaussian approximation at the optimum, its directions, and draws that check it."""
+"""What data say of parameters: the Gaussian approximation at the optimum, its directions, and draws that check it.
+
+Draws of a posterior by random walks with the model itself, and how far they can be trusted.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,147 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.deadline import Listener
+from flexura.deadline import Listener, Progress
 from flexura.linalg import ranked, turned
 from flexura.results import Tabular
 from flexura.tables import Facts, Table
-from flexura.testing.updating.markov_chain import Cost, effective_draws, metropolis, split_r_hat
+
+Cost = Callable[[Array], float]
+
+CHAINS = 4
+"""Chains, from starts spread wider than the posterior."""
+
+SPREAD = 1.5
+"""Standard deviation of the starts over that of the Gaussian approximation."""
+
+TUNING = 0.5
+"""Steps that tune the proposals and are thrown away, over those that are kept."""
+
+LEAST_TUNING = 30
+"""Such steps of every chain for each unknown at least."""
+
+
+@dataclass(frozen=True)
+class Chains:
+    """Draws `z` (chains, d, P) of a posterior and the share of proposals that was accepted.
+
+    `is_whole` is false when drawing was interrupted.
+    """
+
+    z: Array
+    acceptance: float
+    is_whole: bool
+
+
+def metropolis(
+    centre: Array,
+    cov: Array,
+    bounds: tuple[Array, Array],
+    cost: Cost,
+    count: int,
+    seed: int,
+    progress: Listener | None = None,
+) -> Chains:
+    """Draw from exp(-cost(z)) within bounds by random walks (Metropolis et al. 1953; theory eq. K19).
+
+    Steps are normal with 2.38^2/P times the covariance `cov`, which is tuned, with the length of the step, before the
+    first draw is kept (Gelman, Roberts and Gilks 1996; Haario et al. 2001). An interrupt ends the walk with the draws
+    that there are, and is passed on before there are two of every chain.
+    """
+    rng, P = np.random.default_rng(seed), len(centre)
+    keep = max(-(-count // CHAINS), 4)
+    tune = max(int(TUNING * keep), LEAST_TUNING * P)
+    walk = _Walk(rng, _starts(rng, centre, cov, bounds), bounds, cost, cov)
+    kept = np.empty((keep, CHAINS, P))
+    done, total = 0, tune + keep
+    try:
+        for k in range(total):
+            walk.step(tuning=k < tune)
+            if k + 1 in (tune // 3, 2 * tune // 3, tune):
+                walk.tune(cov)
+            if k >= tune:
+                kept[k - tune] = walk.z
+                done += 1
+            if progress is not None:
+                progress(Progress("draws", k + 1, total))
+    except KeyboardInterrupt:
+        if done < 4:
+            raise
+    return Chains(np.swapaxes(kept[:done], 0, 1), walk.accepted / max(walk.steps, 1), done == keep)
+
+
+def _starts(rng: np.random.Generator, centre: Array, cov: Array, bounds: tuple[Array, Array]) -> Array:
+    spread = SPREAD * rng.standard_normal((CHAINS, len(centre))) @ _root(cov).T
+    return np.clip(centre + spread, *bounds)
+
+
+def _root(cov: Array) -> Array:
+    return np.linalg.cholesky(cov + 1e-12 * np.trace(cov) * np.eye(len(cov)))
+
+
+class _Walk:
+    """All chains at one step; `accepted` of `steps` after tuning."""
+
+    def __init__(self, rng: np.random.Generator, z: Array, bounds: tuple[Array, Array], cost: Cost, cov: Array) -> None:
+        self._rng, self.z, self._bounds, self._cost = rng, z, bounds, cost
+        self._at = np.array([cost(own) for own in z])
+        self._root, self._scale = _root(cov), 2.38 / np.sqrt(z.shape[1])
+        self._seen: list[Array] = []
+        self.accepted = self.steps = 0
+
+    def step(self, tuning: bool) -> None:
+        """Propose a step to every chain."""
+        proposed = self.z + self._scale * self._rng.standard_normal(self.z.shape) @ self._root.T
+        inside = ((proposed >= self._bounds[0]) & (proposed <= self._bounds[1])).all(axis=1)
+        costs = np.array([self._cost(own) if ok else np.inf for own, ok in zip(proposed, inside, strict=True)])
+        taken = -self._rng.exponential(size=len(costs)) < self._at - costs
+        self.z = np.where(taken[:, None], proposed, self.z)
+        self._at = np.where(taken, costs, self._at)
+        if tuning:
+            self._seen.append(self.z)
+            wanted = 0.44 if self.z.shape[1] == 1 else 0.25
+            self._scale *= float(np.exp((taken.mean() - wanted) / np.sqrt(1 + len(self._seen))))
+        else:
+            self.accepted, self.steps = self.accepted + int(taken.sum()), self.steps + len(taken)
+
+    def tune(self, cov: Array) -> None:
+        """Take the covariance of what was seen since the last time, as far as it is enough."""
+        seen = np.concatenate(self._seen) if self._seen else self.z
+        few = 10 * seen.shape[1]
+        own = np.atleast_2d(np.cov(seen.T)) if len(seen) > few else cov
+        self._root = _root((len(seen) * own + few * cov) / (len(seen) + few))
+        self._seen = []
+
+
+def split_r_hat(z: Array) -> Array:
+    """Potential scale reduction (P,) of draws (chains, d, P), each chain cut in halves (Gelman et al. 2013, sec. 11.4).
+
+    One where all chains tell the same.
+    """
+    half = z.shape[1] // 2
+    parts = np.concatenate([z[:, :half], z[:, half : 2 * half]])
+    within = parts.var(axis=1, ddof=1).mean(axis=0)
+    between = parts.mean(axis=1).var(axis=0, ddof=1)
+    total = (half - 1) / half * within + between
+    return np.sqrt(np.where(within > 0, total / np.where(within > 0, within, 1.0), np.where(between > 0, np.inf, 1.0)))
+
+
+def effective_draws(z: Array) -> Array:
+    """Independent draws (P,) that draws (chains, d, P) are worth (Gelman et al. 2013, eqs. 11.7-11.8).
+
+    The sum of autocorrelations ends with the first pair that is negative (Geyer 1992).
+    """
+    chains, d, P = z.shape
+    own = z - z.mean(axis=1, keepdims=True)
+    spectrum = np.fft.rfft(own, 2 * d, axis=1)
+    auto = np.fft.irfft(np.abs(spectrum) ** 2, 2 * d, axis=1)[:, :d].mean(axis=0) / d
+    within = auto[0] * d / (d - 1)
+    total = auto[0] + z.mean(axis=1).var(axis=0, ddof=1)
+    rho = 1 - (within - auto) / np.where(total > 0, total, 1.0)
+    pairs = rho[: d - d % 2].reshape(-1, 2, P).sum(axis=1)
+    counted = np.minimum.accumulate(np.where(np.cumsum(pairs < 0, axis=0) == 0, pairs, 0.0), axis=0)
+    return chains * d / np.maximum(2 * counted.sum(axis=0) - 1, 1 / np.log10(max(chains * d, 10)))
+
 
 QUANTILE = 1.959963984540054
 """95 % of a normal distribution lie within so many standard deviations."""
