@@ -16,9 +16,9 @@ from ruamel.yaml import YAML
 
 import flexura as fx
 from flexura.view import COLOURS, Kind, Look, solids
-from flexura.view.camera import Camera, outlines
-from flexura.view.meshes import Array, normals
-from flexura.view.scene import Solids
+from flexura.view.drawing.camera import Camera, outlines
+from flexura.view.scene.meshes import Array, normals
+from flexura.view.scene.scene import Solids
 
 INK, KEY, GREY, PAPER, RULE = "#22262b", "#1a5fb4", "#5b6570", "#ffffff", "#c8cdd3"
 CHARACTER, LINE = 7.3, 17.0

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import flexura as fx
 from flexura.analysis.natural_modes.evidence import mass_evidence
 from flexura.linalg import lowest
-from flexura.view.solids import solids
+from flexura.view.scene.solids import solids
 from helpers.random_mechanisms import FEW, mechanisms
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

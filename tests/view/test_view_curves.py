@@ -10,7 +10,7 @@ from matplotlib.transforms import Bbox
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.view import draw_bode, draw_nyquist, draw_response_matrix, draw_time, save_frequency_response
-from flexura.view.charts import plain, shortened
+from flexura.view.drawing.charts import plain, shortened
 from helpers.pictures import guide
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -11,7 +11,7 @@ import flexura as fx
 from flexura.errors import OptionError
 from flexura.motion.se3 import rotation_vector
 from flexura.view import Kind, draw_poses, save_stroke, solids
-from flexura.view.solids import moved_solids
+from flexura.view.scene.solids import moved_solids
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

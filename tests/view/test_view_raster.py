@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from flexura.view.camera import Camera, View, outlines, painted
-from flexura.view.meshes import box, normals
-from flexura.view.raster import Lines, Painting, of_faces, render
+from flexura.view.drawing.camera import Camera, View, outlines, painted
+from flexura.view.drawing.raster import Lines, Painting, of_faces, render
+from flexura.view.scene.meshes import box, normals
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 NOTHING = Painting.of()

@@ -38,10 +38,10 @@ from flexura.mechanism import (
 )
 from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, solids
-from flexura.view.discrete_elements import body_mesh, equivalent_box
-from flexura.view.meshes import box, cylinder, normals, sphere
-from flexura.view.painting import MODE_SIZE, MOST_TURN, mode_scale
-from flexura.view.solids import PICTURE
+from flexura.view.drawing.painting import MODE_SIZE, MOST_TURN, mode_scale
+from flexura.view.scene.discrete_elements import body_mesh, equivalent_box
+from flexura.view.scene.meshes import box, cylinder, normals, sphere
+from flexura.view.scene.solids import PICTURE
 
 AL = "Al-7075-T6"
 L = 0.04

@@ -19,7 +19,7 @@ def texts_of(result, folder, monkeypatch):
         said[len(said)] = "\n".join(t.get_text() for t in figure.texts)
         return b""
 
-    monkeypatch.setattr("flexura.view.files._png", png)
+    monkeypatch.setattr("flexura.view.mechanisms.files._png", png)
     paths = save_modes(result, folder)
     return {path.name: said[k] for k, path in enumerate(paths)}
 

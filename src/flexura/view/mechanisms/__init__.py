@@ -1,0 +1,1 @@
+"""Pictures of mechanisms that are deformed, move or are in doubt."""

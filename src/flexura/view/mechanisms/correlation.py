@@ -1,0 +1,292 @@
+"""Test and model side by side, and sensors on the mechanism."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
+
+from flexura.arguments import verb
+from flexura.arrays import Array
+from flexura.errors import OptionError
+from flexura.linalg import ranked
+from flexura.tables import in_hz
+from flexura.testing.correlation import Correlation, FRFOverlay
+from flexura.testing.virtual import SensorPlacement
+from flexura.view.drawing.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
+from flexura.view.drawing.axes import frame
+from flexura.view.drawing.camera import Camera, View
+from flexura.view.drawing.charts import COLOURS, FAINT, legend_of
+from flexura.view.drawing.figures import new_chart, new_figure
+from flexura.view.drawing.painting import MODE_SIZE, mode_painting, mode_scale, mode_view, paint, rest_painting
+from flexura.view.drawing.palette import INK
+from flexura.view.drawing.raster import Painting
+from flexura.view.drawing.viewpoint import good_camera
+from flexura.view.mechanisms.files import save_figures
+from flexura.view.scene.solids import solids
+
+AREAS: tuple[Box, Box] = ((0.02, 0.04, 0.42, 0.74), (0.475, 0.04, 0.42, 0.74))
+"""Where test and model are drawn."""
+
+MOST_NUMBERS = 14
+"""Matrices with more rows or columns show colours alone."""
+
+MOST_PANELS = 24
+"""Responses in one figure."""
+
+SENSOR = "#c2185b"
+"""Colour of sensors and measured values."""
+
+
+@verb
+def save_correlation(result: Correlation, folder: Path | str) -> list[Path]:
+    """Write `correlation.png`, `pair_01.png` and so on for every pair, and `frf_01.png` and so on, into a folder.
+
+    Files appear complete or not at all. Raises OptionError when the folder cannot be written to.
+    """
+    figures = {"correlation.png": draw_correlation(result)}
+    camera = good_camera(solids(result.model))
+    figures |= {f"pair_{p.test:02d}.png": draw_shape_pair(result, p.test, camera=camera) for p in result.pairs}
+    figures |= {
+        f"frf_{k + 1:02d}.png": draw_frf_overlay(result, k)
+        for k, overlay in enumerate(result.frfs)
+        if len(overlay.measured.frequency_hz)
+    }
+    return save_figures(figures, folder)
+
+
+@verb
+def draw_correlation(result: Correlation) -> Figure:
+    """Draw MAC of test and model with the pairs framed, AutoMAC of the model, cross-orthogonality, and CoMAC.
+
+    Returns a matplotlib Figure.
+    """
+    figure = new_chart((11.0, 9.0))
+    panels = figure.subplots(2, 2)
+    test = [f"{k + 1}  {in_hz(hz, 4)}" for k, hz in enumerate(result.test_hz)]
+    model = [f"{k + 1}\n{hz:.4g}" for k, hz in enumerate(result.model_hz)]
+    framed = [(p.test - 1, p.model - 1) for p in result.pairs]
+    _matrix(panels[0, 0], result.mac, test, model, "MAC: test (rows), model (columns)", framed)
+    rows = [f"{k + 1}  {in_hz(hz, 4)}" for k, hz in enumerate(result.model_hz)]
+    _matrix(panels[0, 1], result.auto_mac_model, rows, model, "AutoMAC of the model at the sensors", [])
+    pairs = [f"{p.test}  {in_hz(p.test_hz, 4)}" for p in result.pairs]
+    partners = [f"{p.model}\n{p.model_hz:.4g}" for p in result.pairs]
+    title = f"cross-orthogonality, reduced mass by {result.reduced_mass}"
+    _matrix(panels[1, 0], result.cross_orthogonality, pairs, partners, title, [])
+    _bars(panels[1, 1], result)
+    figure.suptitle(f"{result.test_name} against {result.name}", size=11, color=INK)
+    foot(figure, (), result.notes)
+    return figure
+
+
+def _matrix(
+    axes: Axes, values: Array, rows: list[str], columns: list[str], title: str, framed: list[tuple[int, int]]
+) -> None:
+    """Numbers between 0 and 1 as colours and text."""
+    axes.set_title(title, size=9, color=INK)
+    if not values.size:
+        axes.text(0.5, 0.5, "no pairs", ha="center", va="center", size=9, color="0.5", transform=axes.transAxes)
+        axes.set_axis_off()
+        return
+    axes.imshow(values, vmin=0, vmax=1, cmap="Blues", aspect="auto")
+    small = max(values.shape) <= MOST_NUMBERS
+    if small:
+        for (i, j), value in np.ndenumerate(values):
+            colour = "white" if value > 0.6 else "0.3"
+            axes.text(j, i, f"{value:.2f}", ha="center", va="center", size=7, color=colour)
+    for i, j in framed:
+        axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, edgecolor=SENSOR, linewidth=1.8))
+    size = 7 if small else 5
+    axes.set_xticks(range(len(columns)), columns, size=size)
+    axes.set_yticks(range(len(rows)), rows, size=size)
+    axes.tick_params(length=0, colors=INK)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def _bars(axes: Axes, result: Correlation) -> None:
+    """CoMAC of every channel, and its gain where that is out of the ordinary."""
+    names = [m.channel.name for m in result.matched]
+    values = np.nan_to_num(result.comac)
+    axes.barh(range(len(names)), values, color=COLOURS[0], height=0.7)
+    for k, gain in enumerate(result.gain):
+        if np.isfinite(gain):
+            axes.text(min(values[k] + 0.01, 1.0), k, f"x {gain:.2f}", size=6.5, va="center", color="0.35")
+    axes.set_yticks(range(len(names)), names, size=7 if len(names) <= MOST_NUMBERS else 5)
+    axes.invert_yaxis()
+    axes.set_xlim(0, 1.12)
+    axes.set_title("CoMAC of the channels over the pairs; x gain of the channel", size=9, color=INK)
+    axes.tick_params(colors=INK, labelsize=7)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+@verb
+def draw_shape_pair(result: Correlation, test: int, *, camera: Camera | None = None) -> Figure:
+    """Draw a test mode, from 1, expanded to the mechanism, with what the sensors read, beside its counterpart.
+
+    Close modes of the model are turned within their space to be nearest to the test's. Both are drawn to the scale of
+    the model's mode. Returns a matplotlib Figure of 1800 x 840 pixels. Raises OptionError for a mode without a
+    counterpart.
+    """
+    pair = next((p for p in result.pairs if p.test == test), None)
+    if pair is None:
+        known = ", ".join(str(p.test) for p in result.pairs) or "none"
+        raise OptionError(f"test mode {test} has no counterpart in the model; those with one: {known}")
+    expanded, own = result.expanded[:, :, test - 1], result.counterparts[:, :, result.pairs.index(pair)]
+    parts = [solids(result.model, u) for u in (expanded, own)]
+    camera = camera or good_camera(solids(result.model))
+    figure = new_figure((12.0, 5.6))
+    factor = min(mode_scale(p) for p in parts if p.largest_motion() > 0)
+    views = [mode_view(figure, p, camera, factor, area) for p, area in zip(parts, AREAS, strict=True)]
+    painted = [mode_painting(p, view, factor) for p, view in zip(parts, views, strict=True)]
+    paint(figure, Painting.joined(painted))
+    _readings(figure, result, test - 1, factor, views[0])
+    space = "" if len(pair.model_space) == 1 else f", {pair.space_mac:.3f} within modes {_listed(pair.model_space)}"
+    damping = f"damping {100 * pair.damping_ratio:.2g} %"
+    text = f"MAC {pair.mac:.3f}{space}; the model is {100 * pair.error:+.2f} % off; {damping}"
+    heading(figure, f"test mode {test}: {in_hz(pair.test_hz)}", text)
+    names = (
+        "test, expanded to the mechanism; readings as arrows",
+        f"model, mode {pair.model}: {in_hz(pair.model_hz)}",
+    )
+    for (left, _, width, _), name in zip(AREAS, names, strict=True):
+        figure.text(left + width / 2, 0.82, name, ha="center", size=10, weight="bold", color=INK, parse_math=False)
+    triad(figure, camera, (0.915, 0.03, 0.065, 0.065 * 12.0 / 5.6))
+    colour_bar(figure, (0.94, 0.30, 0.010, 0.44))
+    return figure
+
+
+def _readings(figure: Figure, result: Correlation, k: int, factor: float, view: View) -> None:
+    """Displacements that sensors have read, as arrows from where they sit, to the scale of the picture."""
+    sensors = result.sensors
+    reading = np.real(result.test_shapes[:, k] * np.exp(-1j * _phase(result.test_shapes[:, k])))
+    expected = result.sensors.rows @ _dof_vector(result, k)
+    expected = np.where(sensors.turns, result.reach, 1.0) * expected
+    used = result.used
+    size = float(reading[used] @ reading[used])
+    reading = reading * (float(reading[used] @ expected[used]) / size if size else 0.0)
+    own = np.isfinite(sensors.positions).all(axis=1) & np.isfinite(sensors.directions).all(axis=1) & ~sensors.turns
+    arrows = factor * reading[own, None] * sensors.directions[own]
+    _arrows(pixel_axes(figure, zorder=8), view, sensors.positions[own], arrows)
+
+
+def _phase(shape: NDArray[np.complex128]) -> float:
+    """The phase that makes a shape as real as it can be."""
+    return float(np.angle(np.sum(shape**2)) / 2)
+
+
+def _dof_vector(result: Correlation, k: int) -> Array:
+    """The expanded test shape over the DOFs of the model."""
+    dof = result.model.plan.topology.dof
+    vector = np.zeros(result.model.order)
+    nodes, components = np.nonzero(dof >= 0)
+    vector[dof[nodes, components]] = result.expanded[nodes, components, k]
+    return vector
+
+
+def _listed(numbers: tuple[int, ...]) -> str:
+    return ", ".join(map(str, numbers))
+
+
+def _arrows(axes: Axes, view: View, points: Array, vectors: Array, names: tuple[str, ...] = ()) -> None:
+    """Arrows (k, 3), m, at points (k, 3), with numbers and a dot at each."""
+    tails, heads = view.pixels(points)[:, :2], view.pixels(points + vectors)[:, :2]
+    for k, (tail, head) in enumerate(zip(tails, heads, strict=True)):
+        if np.linalg.norm(head - tail) > 4:
+            style = {"arrowstyle": "-|>", "color": SENSOR, "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate("", head, tail, arrowprops=style, annotation_clip=False)
+        axes.plot(
+            tail[0], tail[1], marker="o", markersize=4, color=SENSOR, markeredgecolor="white", markeredgewidth=0.6
+        )
+        if names:
+            apart = head - tail if np.linalg.norm(head - tail) > 4 else np.array([10.0, 10.0])
+            at = head + 11 * apart / np.linalg.norm(apart)
+            axes.text(
+                float(at[0]), float(at[1]), names[k], size=9, weight="bold", ha="center", va="center", color=SENSOR
+            )
+
+
+@verb
+def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
+    """Draw the magnitudes of measured responses, of set `number` from 0, over those of the model, with the FRAC.
+
+    Returns a matplotlib Figure with at most 24 panels, those with the largest responses. Raises OptionError when there
+    is no such set.
+    """
+    if not 0 <= number < len(result.frfs):
+        raise OptionError(f"there is no set of responses {number}: the measurement has {len(result.frfs)} in the model")
+    overlay = result.frfs[number]
+    chosen = _largest(overlay)
+    columns = min(3, len(chosen))
+    rows = -(-len(chosen) // columns)
+    figure = new_chart((1.0 + 3.6 * columns, 0.9 + 2.0 * rows))
+    panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
+    measured, hz = overlay.measured, overlay.measured.frequency_hz
+    for axes, (i, j) in zip(panels.flat, chosen, strict=False):
+        for f in result.model_hz[result.model_hz <= hz[-1]]:
+            axes.axvline(f, color=FAINT, linewidth=0.6, zorder=0)
+        axes.semilogy(hz, np.abs(measured.response[:, i, j]), color=SENSOR, linewidth=0.9, label="measured")
+        axes.semilogy(hz, np.abs(overlay.response[:, i, j]), color=COLOURS[0], linewidth=1.0, label="model")
+        title = f"{measured.outputs[i].name} / {measured.inputs[j].name}: FRAC {overlay.frac[i, j]:.2f}"
+        axes.set_title(title, fontsize=7.5, color=INK, parse_math=False)
+        axes.grid(True, color="#e8ebef", linewidth=0.6)
+        axes.tick_params(labelsize=7, colors=INK)
+    for axes in list(panels.flat)[len(chosen) :]:
+        axes.set_axis_off()
+    legend_of(figure, panels[0, 0])
+    figure.supxlabel("frequency, Hz", fontsize=8)
+    setup = f", {measured.setup}" if measured.setup else ""
+    figure.suptitle(f"{result.test_name}{setup}: damping {overlay.damping}", fontsize=10, color=INK)
+    return figure
+
+
+def _largest(overlay: FRFOverlay) -> list[tuple[int, int]]:
+    """Outputs and inputs of the largest responses, in their own order."""
+    size = np.abs(overlay.measured.response).max(axis=0, initial=0.0)
+    order = ranked(size.ravel())[:MOST_PANELS]
+    return [(int(i), int(j)) for i, j in zip(*np.unravel_index(np.sort(order), size.shape), strict=True)]
+
+
+@verb
+def draw_sensors(placement: SensorPlacement) -> Figure:
+    """Draw chosen sensors on the mechanism, numbered by importance, with their directions as arrows.
+
+    Returns a matplotlib Figure of 1800 x 900 pixels. Sensors between two nodes are listed without a position.
+    """
+    model = placement.model
+    parts = solids(model)
+    camera = good_camera(parts)
+    figure = new_figure((12.0, 6.0))
+    view = frame(figure, camera, parts.bounds(), (0.04, 0.16, 0.58, 0.72))
+    paint(figure, rest_painting(parts, view, clear_bodies=True))
+    own = np.isfinite(placement.positions).all(axis=1)
+    reach = MODE_SIZE * parts.size()
+    numbers = tuple(str(k + 1) for k in np.flatnonzero(own))
+    axes = pixel_axes(figure, zorder=8)
+    _arrows(axes, view, placement.positions[own], reach * placement.directions[own], numbers)
+    heading(figure, placement.name, "; ".join((_subtitle(placement), *placement.notes)))
+    legend(figure, parts)
+    lines = [
+        f"{k + 1}  {name}{' (rotation)' if turn else ''}: {value:.2f}"
+        for k, (name, turn, value) in enumerate(
+            zip(placement.sensors, placement.turns, placement.independence, strict=True)
+        )
+    ]
+    figure.text(0.66, 0.84, "sensor: independence", size=10, weight="bold", va="top", color=INK)
+    text = "\n".join(lines[:28])
+    figure.text(0.66, 0.79, text, size=9, va="top", color=INK, linespacing=1.5, parse_math=False)
+    return figure
+
+
+def _subtitle(placement: SensorPlacement) -> str:
+    """How well the sensors do."""
+    count = len(placement.frequency_hz)
+    return (
+        f"{len(placement.sensors)} of {len(placement.candidates)} candidates for the first {count} modes;"
+        f" largest MAC of two modes {placement.worst_mac:.2f}, condition {placement.condition:.3g}"
+    )

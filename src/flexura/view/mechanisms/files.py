@@ -1,0 +1,219 @@
+"""Pictures as PNG files, each written whole or not at all."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import PlaceHolderLayoutEngine
+from numpy.typing import ArrayLike
+
+from flexura.analysis import Mode, Modes
+from flexura.arguments import verb
+from flexura.deadline import stage
+from flexura.errors import OptionError
+from flexura.files import complete_files
+from flexura.structure import FullOrderModel
+from flexura.view.drawing.figures import DPI, Canvas
+from flexura.view.drawing.painting import mode_scale
+from flexura.view.drawing.viewpoint import good_camera
+from flexura.view.mechanisms.animation import Format, animate_mode, encoded, writable
+from flexura.view.mechanisms.pictures import draw_mechanism, draw_mode, draw_sheet
+from flexura.view.scene.meshes import Array
+from flexura.view.scene.solids import solids
+
+
+@verb
+def save_pictures(
+    model: FullOrderModel,
+    folder: Path | str,
+    *,
+    shapes: ArrayLike | None = None,
+    titles: Sequence[str] = (),
+    subtitles: Sequence[str] = (),
+    flags: Sequence[str] = (),
+    warnings: Sequence[Sequence[object]] = (),
+    common: Sequence[object] = (),
+    names: bool | Sequence[str] = False,
+    magnify: float = 1.0,
+    dpi: float = DPI,
+) -> list[Path]:
+    """Write `mechanism.png`, `mode_01.png` and so on, and `modes.png` with the first six modes on one sheet.
+
+    shapes: (n_nodes, 6, k), displacements of all nodes in k modes, global frame, in any scale; titles and subtitles: k
+    each; or None and no titles for the mechanism alone. `warnings` of each mode and those `common` to all stand in its
+    picture; `flags`, which say the same of each in a few words, and `common` on the sheet. `names` of parts stand in
+    the picture of the mechanism, as in `draw_mechanism`. Displacements are drawn `magnify` times as large as is usual,
+    with `dpi` dots per inch. The folder is made when it is missing. All pictures are drawn before any is written, and
+    every file appears complete or not at all; files of the same names are replaced. Returns the paths in the order
+    above; there is no sheet without modes. Raises OptionError when the folder cannot be written to, or when shapes,
+    titles and the rest do not fit together.
+    """
+    nodes = model.plan.topology.n_nodes
+    u = np.empty((nodes, 6, 0)) if shapes is None else np.asarray(shapes, dtype=float)
+    flags, warnings = flags or [""] * len(titles), warnings or [()] * len(titles)
+    if u.ndim != 3 or {len(titles), len(subtitles), len(flags), len(warnings)} != {u.shape[2]}:
+        raise OptionError(
+            "shapes have shape (nodes, 6, modes), with a title and a subtitle for each mode, and flags and warnings of"
+            f" each where there are any; found {u.shape}, {len(titles)} titles, {len(subtitles)} subtitles,"
+            f" {len(flags)} flags and {len(warnings)} lists of warnings"
+        )
+    positive(magnify)
+    target = make_folder(Path(folder))
+    pictures = _pictures(model, u, titles, subtitles, flags, warnings, common, names, magnify, dpi)
+    return write_files(pictures, target)
+
+
+def _pictures(
+    model: FullOrderModel,
+    u: Array,
+    titles: Sequence[str],
+    subtitles: Sequence[str],
+    flags: Sequence[str],
+    warnings: Sequence[Sequence[object]],
+    common: Sequence[object],
+    names: bool | Sequence[str],
+    magnify: float,
+    dpi: float,
+) -> dict[str, bytes]:
+    """The pictures of `save_pictures` by name."""
+    camera = good_camera(solids(model))
+    view: dict[str, Any] = {"elev": camera.elev, "azim": camera.azim, "dpi": dpi}
+    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, elev=camera.elev, azim=camera.azim, dpi=dpi))}
+    for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
+        stage(f"drawing mode {k + 1} of {len(titles)}")
+        how: dict[str, Any] = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
+        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=[*own, *common], **how)
+        pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
+    if titles:
+        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
+        pictures["modes.png"] = _png(sheet)
+    return pictures
+
+
+@verb
+def save_modes(
+    result: Modes,
+    folder: Path | str,
+    *,
+    animate: Format | None = None,
+    names: bool | Sequence[str] = False,
+    magnify: float = 1.0,
+    dpi: float = DPI,
+) -> list[Path]:
+    """Write the pictures of `save_pictures` for modes: every frequency with how far it is proven and how far the part
+    may be from it, and all warnings; and with
+    `animate`, `gif`, `webp` or `mp4`, each mode in motion, such as `mode_01.gif`.
+
+    `names`, `magnify` and `dpi` as in `save_pictures`. Raises OptionError when the folder cannot be written to, and as
+    `save_animation` does.
+    """
+    form = None if animate is None else writable(animate)
+    positive(magnify)
+    own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
+    target = make_folder(Path(folder))
+    titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
+    subtitles = margins(result)
+    warnings = [[w for w in result.warnings if w.place == place] for place in own]
+    films: dict[str, bytes] = {}
+    if form is not None:
+        camera = good_camera(solids(result.model))
+        for k, title in enumerate(titles):
+            stage(f"drawing mode {k + 1} of {len(titles)} in motion")
+            u, said = result.shapes[:, :, k], [*warnings[k], *common]
+            how: dict[str, Any] = {
+                "scale": magnify * mode_scale(solids(result.model, u)),
+                "elev": camera.elev,
+                "azim": camera.azim,
+            }
+            film = animate_mode(result.model, u, title=title, subtitle=subtitles[k], warnings=said, **how)
+            films[f"mode_{k + 1:02d}.{form}"] = encoded(film, form)
+    pictures = _pictures(
+        result.model,
+        result.shapes,
+        titles,
+        subtitles,
+        [mode.flag for mode in result.modes],
+        warnings,
+        common,
+        names,
+        magnify,
+        dpi,
+    )
+    return write_files(pictures | films, target)
+
+
+def margins(result: Modes) -> list[str]:
+    """Of every mode how far the frequency is proven, how far the part may be from it, and what moves."""
+    return [
+        f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}"
+        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
+    ]
+
+
+def positive(magnify: float) -> None:
+    """Raises OptionError for what displacements cannot be magnified by."""
+    if not (isinstance(magnify, int | float | np.number) and np.isfinite(magnify) and magnify > 0):
+        raise OptionError(f"`magnify` is a positive number, not {magnify!r}")
+
+
+def _frequency(mode: Mode) -> str:
+    """The frequency of a mode as a title says it."""
+    if mode.is_rigid:
+        return "0 Hz, rigid motion"
+    return "frequency unknown" if mode.frequency_text == "unknown" else mode.frequency_text
+
+
+@verb
+def save_figures(figures: Mapping[str, Figure], folder: Path | str) -> list[Path]:
+    """Write figures by file name, such as `bode.png`, into a folder, which is made when it is missing.
+
+    All are drawn before any is written, and every file appears complete or not at all. Raises OptionError when the
+    folder cannot be written to, and for anything but figures.
+    """
+    if any(not hasattr(figure, "savefig") for figure in figures.values()):
+        raise OptionError("save_figures: `figures` holds figures of Matplotlib by file name")
+    return write_files(figure_files(figures), make_folder(Path(folder)))
+
+
+def figure_files(figures: Mapping[str, Figure]) -> dict[str, bytes]:
+    """Contents of figures as files, by name."""
+    return {name: _png(figure) for name, figure in figures.items()}
+
+
+def write_files(contents: dict[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder, each of which appears complete or not at all.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    with complete_files(folder) as scratch:
+        for name, content in contents.items():
+            (scratch / name).write_bytes(content)
+    return [folder / name for name in contents]
+
+
+def make_folder(folder: Path) -> Path:
+    """The folder, made when it is missing."""
+    if folder.exists() and not folder.is_dir():
+        raise OptionError(f"pictures go to a folder, but {folder} is a file")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OptionError(f"cannot make the folder {folder}: {error.strerror or error}") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OptionError(f"cannot write pictures to {folder}: permission denied")
+    return folder
+
+
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    if isinstance(figure.canvas, Canvas) and isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine):
+        figure.canvas.print_png(buffer)  # it is laid out: `savefig` would draw it twice to do so
+    else:
+        figure.savefig(buffer, format="png", dpi=figure.dpi)
+    return buffer.getvalue()

@@ -1,0 +1,217 @@
+"""Static states in pictures: deformed, stress or axial force as colour, loads as arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from flexura.analysis import Preload, Statics
+from flexura.arguments import verb
+from flexura.structure import FullOrderModel
+from flexura.systems import Ports
+from flexura.tables import quantity
+from flexura.view.drawing.annotations import colour_scale, heading, triad
+from flexura.view.drawing.camera import Camera, View
+from flexura.view.drawing.figures import DPI, new_figure
+from flexura.view.drawing.painting import (
+    HIDDEN,
+    camera_for,
+    mode_scale,
+    mode_view,
+    over_ghost,
+    paint,
+    rest_colours,
+    scale_of,
+)
+from flexura.view.drawing.palette import force_colours
+from flexura.view.drawing.pointers import Arrow, draw_arrows
+from flexura.view.drawing.viewpoint import visible_flexures
+from flexura.view.mechanisms.files import save_figures
+from flexura.view.mechanisms.pictures import SIZE
+from flexura.view.mechanisms.poses import pose_colours, stress_bar
+from flexura.view.scene.meshes import Array
+from flexura.view.scene.scene import Solids
+from flexura.view.scene.solids import solids, stresses_along
+
+AREA = (0.08, 0.07, 0.76)
+"""Left, bottom and width of what is drawn; arrows reach beyond it."""
+
+NOTHING = 1e-12
+"""Forces below so much of the largest are none."""
+
+MOST_ARROWS = 24
+"""Loads that are drawn."""
+
+
+@verb
+def save_statics(result: Statics, folder: Path | str, *, scale: float | None = None, dpi: float = DPI) -> list[Path]:
+    """Write the picture of `draw_statics` as `statics.png`. Raises OptionError when the folder cannot be written to."""
+    return save_figures({"statics.png": draw_statics(result, scale=scale, dpi=dpi)}, folder)
+
+
+@verb
+def draw_statics(
+    result: Statics,
+    *,
+    scale: float | None = None,
+    elev: float | None = None,
+    azim: float | None = None,
+    dpi: float = DPI,
+) -> Figure:
+    """Draw a static response over a ghost of the mechanism at rest: deformed, coloured by the largest von Mises stress
+    in the section, loads and commands as arrows.
+
+    scale: factor on the displacements, which the picture says; by default a round number that makes them visible.
+    Sections whose stress is not known have the colour of their kind. elev, azim, dpi as in `draw_mechanism`. Returns a
+    Figure. Raises OptionError for a scale that is not finite.
+    """
+    model = result.model
+    u = model.node_displacements(result.displacement_vector[:, None])[:, :, 0]
+    parts = solids(model, u)
+    values = stresses_along(parts, result.stress_profiles())
+    factor = _round(mode_scale(parts)) if scale is None else scale_of(parts, scale)
+    largest = float(np.nanmax(values, initial=0.0))
+    loads = _sum(model.plan.loads.wrenches(model.values) if not model.plan.is_posed else {}, result.loads)
+    commands = {state.name: state.command for state in result.actuators}
+    words = ["static response", _times(factor), f"the largest is {quantity(parts.largest_motion(), 'm')}"]
+    if any(result.gravity):
+        words.append(f"gravity ({', '.join(f'{c:g}' for c in result.gravity)}) m/s²")
+    figure = new_figure(SIZE, dpi)
+    view = _view(figure, model, parts, camera_for(parts, elev, azim), factor, words, result.warnings)
+    colours = pose_colours(replace(parts, values=values), largest)
+    axes, _ = paint(figure, over_ghost(parts, view, factor, *colours, visible_flexures(parts, view.camera) < HIDDEN))
+    draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
+    triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
+    if largest > 0:
+        stress_bar(figure, largest, (0.895, 0.27, 0.017, 0.34))
+    return figure
+
+
+@verb
+def save_preload(result: Preload, folder: Path | str, *, dpi: float = DPI) -> list[Path]:
+    """Write the picture of `draw_buckling` as `buckling.png`. Raises OptionError when the folder cannot be written
+    to."""
+    return save_figures({"buckling.png": draw_buckling(result, dpi=dpi)}, folder)
+
+
+@verb
+def draw_buckling(result: Preload, *, elev: float | None = None, azim: float | None = None, dpi: float = DPI) -> Figure:
+    """Draw the shape in which a mechanism buckles first under multiples of its loads, members coloured by their axial
+    force under the loads as they are, loads as arrows.
+
+    Where no load of this direction buckles it, the linear response is drawn, enlarged as is said. elev, azim, dpi as in
+    `draw_mechanism`. Returns a Figure.
+    """
+    model, shape = result.model, result.buckling_shape
+    u = model.node_displacements((result.displacement_vector if shape is None else shape)[:, None])[:, :, 0]
+    parts = solids(model, u)
+    factor = mode_scale(parts)
+    if shape is None:
+        factor = _round(factor)
+        told = f"no load of this direction buckles it; {_times(factor)}" if parts.largest_motion() > 0 else "no loads"
+    else:
+        told = f"buckles at {result.buckling_factor:.4g} times these loads, in this shape, drawn in any size"
+    figure = new_figure(SIZE, dpi)
+    view = _view(figure, model, parts, camera_for(parts, elev, azim), factor, [told], result.warnings)
+    colours, largest = _axial(parts, result.axial_force)
+    axes, _ = paint(figure, over_ghost(parts, view, factor, *colours, visible_flexures(parts, view.camera) < HIDDEN))
+    loads, commands = result.loads, result.actuators
+    draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
+    triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
+    if largest > 0:
+        scale = force_colours(np.linspace(-1, 1, 256))
+        ends = [f"{-largest:.3g}", "0", f"{largest:.3g}"]
+        colour_scale(figure, (0.895, 0.27, 0.017, 0.34), scale, [0, 0.5, 1], ends, "axial force, N\ntension +")
+    return figure
+
+
+def _view(
+    figure: Figure,
+    model: FullOrderModel,
+    parts: Solids,
+    camera: Camera,
+    factor: float,
+    words: Sequence[str],
+    warnings: Sequence[object],
+) -> View:
+    """Write the heading of a figure; the view in which a mechanism fills what is left, with room for arrows."""
+    top = min(heading(figure, model.plan.mechanism.name, "; ".join([*words, *parts.notes]), warnings) - 0.01, 0.86)
+    return mode_view(figure, parts, camera, factor, (AREA[0], AREA[1], AREA[2], top - AREA[1] - 0.06))
+
+
+def _times(factor: float) -> str:
+    """How large displacements are drawn."""
+    return "displacements to scale" if factor == 1 else f"displacements drawn {factor:g} times as large as they are"
+
+
+def _round(factor: float) -> float:
+    """The next smaller of 1, 2 and 5 times a power of ten."""
+    if not factor > 0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(f"{max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)) * power:.3g}")
+
+
+def _sum(one: Mapping[str, Array], other: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """Loads (6,) by node, those of both together."""
+    total = {node: np.asarray(load, dtype=float) for node, load in one.items()}
+    for node, load in other.items():
+        total[node] = total.get(node, np.zeros(6)) + np.asarray(load, dtype=float)
+    return total
+
+
+def _arrows(
+    model: FullOrderModel, u: Array, factor: float, loads: Mapping[str, Array], commands: Mapping[str, float]
+) -> Iterator[Arrow]:
+    """Loads by node, and commands of actuators, where the nodes have moved to."""
+    x = model.geometry.positions + factor * u[:, :3]
+    for node, load in loads.items():
+        at = x[int(model.plan.topology.numbers([node])[0])]
+        yield from _pair(at, np.asarray(load, dtype=float), "")
+    ports = Ports(model.design)
+    for name, command in commands.items():
+        own = ports.inputs([name])[0]
+        if not command or own.base is not None:
+            continue
+        written = f"{name}: {quantity(command, own.channel.unit)}"
+        if own.stiffness is not None and len(own.nodes) == 2:
+            a, b = x[list(own.nodes)]
+            if np.linalg.norm(b - a) > 0:
+                yield Arrow(b, np.sign(own.stroke * command) * (b - a), written)
+            continue
+        topology = model.plan.topology
+        for node in own.nodes:
+            dof = topology.dof[topology.root[node]]
+            force = np.where(dof >= 0, np.append(own.load, 0.0)[dof], 0.0) * command
+            named = force if np.abs(force[:3]).max() > 0 and own.channel.unit == "N" else force * ([0] * 3 + [1] * 3)
+            for arrow in _pair(x[node], named * ([1] * 3 + [0] * 3) if own.channel.unit == "N" else named, ""):
+                yield arrow._replace(text=written)
+
+
+def _pair(at: Array, load: Array, name: str) -> Iterator[Arrow]:
+    """The arrows of a force and a moment."""
+    for own, unit, turns in ((load[:3], "N", False), (load[3:], "N m", True)):
+        size = float(np.linalg.norm(own))
+        if size > NOTHING * np.abs(load).max() and size > 0:
+            yield Arrow(at, own, f"{name}{quantity(size, unit)}", turns)
+
+
+def _axial(parts: Solids, forces: Mapping[str, tuple[float, float]]) -> tuple[tuple[Array, Array], float]:
+    """Colours of faces (f, 4, 3) and lines (l, 3) by the axial force of members, and the largest, N; those of the kinds
+    where there is none."""
+    extreme = {name: max(own, key=abs) for name, own in forces.items()}
+    largest = max(map(abs, extreme.values()), default=0.0)
+    faces, lines = rest_colours(parts)
+    if not largest > 0:
+        return (faces, lines), 0.0
+    own = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
+    for colours, numbers in ((faces, parts.face_parts), (lines, parts.line_parts)):
+        known = np.isfinite(own[numbers])
+        tinted = force_colours(own[numbers][known])
+        colours[known] = tinted[:, None] if colours.ndim == 3 else tinted
+    return (faces, lines), largest

@@ -1,0 +1,1 @@
+"""Charts of results: responses, tests, studies."""

@@ -1,0 +1,1 @@
+"""What there is to draw of a mechanism: solids, members, marks, as meshes."""
