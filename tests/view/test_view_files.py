@@ -10,8 +10,8 @@ import pytest
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Circle, Link, Mechanism
 from flexura.structure import assemble
-from flexura.view.mechanisms import files as view_files
 from flexura.view import save_pictures
+from flexura.view.mechanisms import files as view_files
 
 
 @pytest.fixture(scope="module")

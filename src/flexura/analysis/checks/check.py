@@ -15,9 +15,9 @@ from flexura.analysis.checks.free_motions import free_motions
 from flexura.analysis.checks.material_doubts import material_doubts
 from flexura.analysis.checks.references import reference_doubts
 from flexura.analysis.checks.sizes import size_doubts
-from flexura.analysis.model_error.model_error import model_errors_of_modes
-from flexura.analysis.natural_modes.evidence import MassProperties, mass_evidence, rigid_mass_of
-from flexura.analysis.strain.mesh_errors import PartMesh, frequency_errors, mesh_warning, part_meshes
+from flexura.analysis.model_error import model_errors_of_modes
+from flexura.analysis.natural_modes import MassProperties, mass_evidence, rigid_mass_of
+from flexura.analysis.strain import PartMesh, frequency_errors, mesh_warning, part_meshes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import SolverError

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis.model_error.elastic_bodies import drawn_solids, node_of, place_of
-from flexura.analysis.model_error.model_error import ModelError, interval_text
+from flexura.analysis.model_error import ModelError, drawn_solids, interval_text, node_of, place_of
 from flexura.arrays import Array
 from flexura.mechanism import CORRECTIONS, Link
 from flexura.structure import FullOrderModel

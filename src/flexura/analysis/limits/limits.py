@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.strain.internal_forces import element_motions, end_forces
-from flexura.analysis.strain.stress import ratios_to_yield, yield_ratios
+from flexura.analysis.strain import element_motions, end_forces, ratios_to_yield, yield_ratios
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Exceeded

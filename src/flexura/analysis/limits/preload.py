@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, motion_limits
-from flexura.analysis.strain.numbers import finite_numbers
+from flexura.analysis.strain import finite_numbers
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError

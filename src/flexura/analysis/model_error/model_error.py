@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from flexura.analysis.model_error.assumptions import Assumption, Assumptions, Interval
-from flexura.analysis.strain.internal_forces import force_changes
+from flexura.analysis.strain import force_changes
 from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import count_below

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.natural_modes.proven_modes import Mode, Modes, certified_mode, unproven, with_mesh_errors
-from flexura.analysis.strain.motion import motions
+from flexura.analysis.strain import motions
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.deadline import stage

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis.model_error.model_error import ModelError, model_errors_of_modes
+from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence
-from flexura.analysis.strain.mesh_errors import LIMIT, frequency_errors, mesh_warning
-from flexura.analysis.strain.motion import Motion
+from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning
 from flexura.arrays import Array
 from flexura.errors import Exceeded
 from flexura.records import Record

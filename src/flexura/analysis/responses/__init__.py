@@ -1,1 +1,5 @@
 """Responses over frequency and time."""
+
+from flexura.lazy import face
+
+face(__name__)

@@ -11,10 +11,9 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
-from flexura.analysis.model_error.assumptions import Interval
-from flexura.analysis.model_error.model_error import model_errors_near
+from flexura.analysis.model_error import Interval, model_errors_near
 from flexura.analysis.responses.meshes import response_meshes
-from flexura.analysis.strain.motion import motions
+from flexura.analysis.strain import motions
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Exceeded, OptionError, SolverError

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.analysis.limits.limits import command_limits
-from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
+from flexura.analysis.limits import command_limits
+from flexura.analysis.strokes import LowOrderMotion, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import Exceeded, OptionError

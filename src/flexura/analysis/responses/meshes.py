@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexura.analysis.strain.mesh_errors import frequency_errors, mesh_warning, motion_meshes, part_meshes
-from flexura.analysis.strokes.pose_limits import pose_limits
+from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, part_meshes
+from flexura.analysis.strokes import pose_limits
 from flexura.errors import Exceeded
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, SecondOrder, input_loads

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexura.analysis.limits.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
+from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
 from flexura.analysis.responses.meshes import response_meshes
 from flexura.analysis.responses.recurrences import Hold, motion
 from flexura.arrays import Array

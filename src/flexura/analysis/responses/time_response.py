@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.model_error.model_error import interval_text, model_errors_near
+from flexura.analysis.model_error import interval_text, model_errors_near
 from flexura.analysis.responses.blocks import block_response, suits_blocks
 from flexura.analysis.responses.frequency_response import proven
 from flexura.analysis.responses.integration import generalised_alpha
@@ -19,7 +19,7 @@ from flexura.analysis.responses.left_out import LeftOut, left_out, references
 from flexura.analysis.responses.peaks import Run, integrated_warnings
 from flexura.analysis.responses.recurrences import Hold
 from flexura.analysis.responses.recurrences import motion as modal_motion
-from flexura.analysis.strain.stress import Stresses, member_stresses
+from flexura.analysis.strain import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError

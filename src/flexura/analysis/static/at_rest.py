@@ -9,10 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis.limits.preload import preload
-from flexura.analysis.strain.internal_forces import end_forces
-from flexura.analysis.strain.settled import Missing
-from flexura.analysis.strain.stress import LargestStresses, largest_stresses
+from flexura.analysis.limits import preload
+from flexura.analysis.strain import LargestStresses, Missing, end_forces, largest_stresses
 from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.linalg import critical_shapes

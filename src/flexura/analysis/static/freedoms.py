@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from flexura.analysis.strain.drift import ScrewAxis, screw_axis
+from flexura.analysis.strain import ScrewAxis, screw_axis
 from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
 from flexura.linalg import is_definite

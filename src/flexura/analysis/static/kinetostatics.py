@@ -10,10 +10,8 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike
 
-from flexura.analysis.limits.limits import States, motion_limits
-from flexura.analysis.limits.stiffening import not_looked_at
-from flexura.analysis.limits.workspace_limits import workspace_limits
-from flexura.analysis.model_error.model_error import NO_ERRORS, ModelError, errors_of
+from flexura.analysis.limits import States, motion_limits, not_looked_at, workspace_limits
+from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of
 from flexura.analysis.static.freedoms import (
     GAP,
     NOISE,
@@ -25,10 +23,7 @@ from flexura.analysis.static.freedoms import (
     stiffness_without_springs,
 )
 from flexura.analysis.static.statics import Statics, response_to
-from flexura.analysis.strain.drift import screw_axis
-from flexura.analysis.strain.mesh_errors import motion_meshes
-from flexura.analysis.strain.numbers import finite_numbers
-from flexura.analysis.strain.tangent import tangent_stiffness
+from flexura.analysis.strain import finite_numbers, motion_meshes, screw_axis, tangent_stiffness
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm

@@ -10,16 +10,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.limits.limits import States, command_limits, force_limits, motion_limits, stress_limits
-from flexura.analysis.limits.preload import preload
-from flexura.analysis.limits.stiffening import bent_most, not_looked_at, stiffening_limits
-from flexura.analysis.model_error.model_error import Interval, ModelError, errors_of, interval_text
-from flexura.analysis.strain.energy import KINDS, energies
-from flexura.analysis.strain.internal_forces import end_forces
-from flexura.analysis.strain.mesh_errors import motion_meshes
-from flexura.analysis.strain.numbers import finite_numbers
-from flexura.analysis.strain.stress import Stresses, StressProfile, member_stresses, stress_profiles
-from flexura.analysis.strokes.pose_limits import pose_limits
+from flexura.analysis.limits import (
+    States,
+    bent_most,
+    command_limits,
+    force_limits,
+    motion_limits,
+    not_looked_at,
+    preload,
+    stiffening_limits,
+    stress_limits,
+)
+from flexura.analysis.model_error import Interval, ModelError, errors_of, interval_text
+from flexura.analysis.strain import (
+    KINDS,
+    Stresses,
+    StressProfile,
+    end_forces,
+    energies,
+    finite_numbers,
+    member_stresses,
+    motion_meshes,
+    stress_profiles,
+)
+from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError, SolverError

@@ -1,1 +1,5 @@
 """Strain energy, forces, stress and motions of a state."""
+
+from flexura.lazy import face
+
+face(__name__)

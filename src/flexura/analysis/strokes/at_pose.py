@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis.strain.settled import Missing
-from flexura.analysis.strain.stress import LargestStresses, largest_stresses
+from flexura.analysis.strain import LargestStresses, Missing, largest_stresses
 from flexura.analysis.strokes.ways import Given, course
 from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis.model_error.model_error import ModelError
+from flexura.analysis.model_error import ModelError
 from flexura.analysis.strokes.pose import StrokePose
 from flexura.analysis.strokes.ways import FORCES
 from flexura.arrays import Array

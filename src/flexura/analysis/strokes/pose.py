@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis.strain.drift import ScrewAxis, screw_axis
-from flexura.analysis.strain.stress import YieldRatios
+from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
 from flexura.analysis.strokes.ways import Varied
 from flexura.arrays import Array
 from flexura.deadline import checkpoint

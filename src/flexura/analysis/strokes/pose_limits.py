@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flexura.analysis.limits.limits import EXACT, command_limits, times
-from flexura.analysis.strain.stress import yield_ratios
+from flexura.analysis.limits import EXACT, command_limits, times
+from flexura.analysis.strain import yield_ratios
 from flexura.analysis.strokes.clashes import solids_that_meet
 from flexura.analysis.strokes.pose import coarse, mesh_errors_of
 from flexura.errors import Exceeded

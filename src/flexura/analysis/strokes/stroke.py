@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.checks.doubts import corrected
-from flexura.analysis.model_error.assumptions import Assumptions
-from flexura.analysis.model_error.model_error import ModelError, frequency_errors
-from flexura.analysis.strain.stress import (
+from flexura.analysis.checks import corrected
+from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors
+from flexura.analysis.strain import (
     EndForces,
     Stresses,
     StressProfile,

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.limits.limits import command_limits
+from flexura.analysis.limits import command_limits
 from flexura.arrays import Array
 from flexura.errors import Exceeded, OptionError
 from flexura.mechanism import DOF_NAMES

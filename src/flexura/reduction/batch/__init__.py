@@ -1,1 +1,5 @@
 """Many designs at once, with intervals."""
+
+from flexura.lazy import face
+
+face(__name__)

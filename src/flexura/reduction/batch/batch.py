@@ -22,9 +22,9 @@ from flexura.reduction.batch.arrow_certificate import arrow_bounds
 from flexura.reduction.batch.chain_assembler import ChainAssembler, Kind, chain_assembler
 from flexura.reduction.batch.chain_certificate import ChainBounds, chain_bounds
 from flexura.reduction.batch.ritz_bounds import ZERO
-from flexura.reduction.chains.chained import chained
-from flexura.reduction.chains.stacks import (
+from flexura.reduction.chains import (
     ImpossibleDesignError,
+    chained,
     independent_stacks,
     named,
     one_of,
@@ -32,7 +32,7 @@ from flexura.reduction.chains.stacks import (
     some_of,
     stacks,
 )
-from flexura.reduction.proven.certificate import HERTZ, certificate, lowest_pairs
+from flexura.reduction.proven import HERTZ, certificate, lowest_pairs
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent

@@ -19,9 +19,8 @@ from flexura.reduction.batch.arrow import Arrow, Block, Order
 from flexura.reduction.batch.branches import Branches, Copy, find_branches, interface_maps, part_transforms
 from flexura.reduction.batch.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
 from flexura.reduction.batch.placing import bordered, joined, placing_error, stacked
-from flexura.reduction.chains.stacks import refuse_impossible
-from flexura.reduction.single.assembler import low_order
-from flexura.reduction.single.parts import PartReducer
+from flexura.reduction.chains import refuse_impossible
+from flexura.reduction.single import PartReducer, low_order
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
 STIFFER = 0.2

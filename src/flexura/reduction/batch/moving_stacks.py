@@ -12,8 +12,8 @@ from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import lowest_pairs
 from flexura.reduction.batch.batch import kept_chains
-from flexura.reduction.chains.stacks import independent_stacks
-from flexura.reduction.proven.certificate import HERTZ
+from flexura.reduction.chains import independent_stacks
+from flexura.reduction.proven import HERTZ
 from flexura.structure import Design, Plan
 
 SEARCHED = 1e-6

@@ -14,9 +14,8 @@ from scipy.linalg import lapack
 
 from flexura.arrays import Array, Index
 from flexura.linalg import scaled, unit_scale
-from flexura.reduction.chains.flexibility import WELL
-from flexura.reduction.chains.stacks import independent_stacks
-from flexura.reduction.single.assembler import LowOrderAssembler, low_order
+from flexura.reduction.chains import WELL, independent_stacks
+from flexura.reduction.single import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan
 
 Rows = Callable[[Design, Array], Array]

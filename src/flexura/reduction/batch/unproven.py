@@ -14,8 +14,8 @@ from flexura.linalg import lowest_values
 from flexura.mechanism import Mechanism
 from flexura.reduction.batch.arrow_certificate import arrow_values
 from flexura.reduction.batch.chain_assembler import ChainAssembler, chain_assembler
-from flexura.reduction.chains.stacks import ImpossibleDesignError, named, refuse_turned, some_of, stacks
-from flexura.reduction.single.assembler import LowOrderAssembler, low_order
+from flexura.reduction.chains import ImpossibleDesignError, named, refuse_turned, some_of, stacks
+from flexura.reduction.single import LowOrderAssembler, low_order
 from flexura.structure import Design, Plan, plan_of
 
 

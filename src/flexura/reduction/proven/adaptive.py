@@ -18,7 +18,7 @@ from flexura.arrays import Array
 from flexura.deadline import checkpoint, stage
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, bracket, lowest
-from flexura.reduction.chains.chained import ChainedModel, chained
+from flexura.reduction.chains import ChainedModel, chained
 from flexura.reduction.proven.certificate import (
     HERTZ,
     SPARE,
@@ -30,10 +30,7 @@ from flexura.reduction.proven.certificate import (
     proof,
 )
 from flexura.reduction.proven.goal import Coordinates, Goal, proven, smallest
-from flexura.reduction.single.assembler import LowOrderAssembler
-from flexura.reduction.single.condensation import condense
-from flexura.reduction.single.model import FullBasis, LowOrderModel, state_of
-from flexura.reduction.single.substructures import substructures
+from flexura.reduction.single import FullBasis, LowOrderAssembler, LowOrderModel, condense, state_of, substructures
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
 

@@ -20,9 +20,8 @@ from flexura.linalg import (
     residual_intervals,
     ritz_pairs,
 )
-from flexura.reduction.chains.chained import ChainedModel, chained
-from flexura.reduction.single.intervals import HERTZ, Certificate
-from flexura.reduction.single.model import LowOrderModel
+from flexura.reduction.chains import ChainedModel, chained
+from flexura.reduction.single import HERTZ, Certificate, LowOrderModel
 from flexura.structure import FullOrderModel, full_order_model
 
 CLUSTER = 1e-4

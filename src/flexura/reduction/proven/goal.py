@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.linalg import bracket, lowest_modes
-from flexura.reduction.chains.chained import ChainedModel
+from flexura.reduction.chains import ChainedModel
 from flexura.reduction.proven.certificate import HERTZ, Certificate
 from flexura.tables import counted, in_hz
 

@@ -14,10 +14,15 @@ from flexura.errors import OptionError
 from flexura.mechanism import Mechanism, origin_of
 from flexura.reduction.proven.adaptive import reduce_to_tolerance
 from flexura.reduction.proven.goal import Coordinates, Goal
-from flexura.reduction.single.assembler import LowOrderAssembler, low_order
-from flexura.reduction.single.free_interface import free_interface
-from flexura.reduction.single.model import LowOrderModel, assembled, static_nodes
-from flexura.reduction.single.substructures import substructures
+from flexura.reduction.single import (
+    LowOrderAssembler,
+    LowOrderModel,
+    assembled,
+    free_interface,
+    low_order,
+    static_nodes,
+    substructures,
+)
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
 
 Reduction = Literal["craig_bampton", "rubin"]

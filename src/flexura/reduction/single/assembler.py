@@ -10,7 +10,7 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.records import Kept, Latest
-from flexura.reduction.chains.stacks import refuse_impossible
+from flexura.reduction.chains import refuse_impossible
 from flexura.reduction.single.parts import PartReducer
 from flexura.structure import Design, PartMatrices, Plan, Scatter, block_diagonal
 

@@ -13,14 +13,7 @@ from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import factorise, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.chains.chain import (
-    ChainGroup,
-    ChainKinematics,
-    chain_stiffness,
-    condense,
-    find_chains,
-    kinematics,
-)
+from flexura.reduction.chains import ChainGroup, ChainKinematics, chain_stiffness, condense, find_chains, kinematics
 from flexura.reduction.single.craig_bampton import CraigBampton
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs

@@ -15,8 +15,7 @@ from flexura.view.drawing.camera import Camera
 from flexura.view.drawing.figures import DPI
 from flexura.view.drawing.lettering import wrapped
 from flexura.view.drawing.palette import COLOURS, INK, NAMES, WARNING, displacement_colours
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Kind, Solids
+from flexura.view.scene import Array, Kind, Solids
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height, in fractions of the figure."""

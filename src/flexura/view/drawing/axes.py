@@ -15,7 +15,7 @@ from flexura.view.drawing.camera import Camera, View
 from flexura.view.drawing.figures import DPI
 from flexura.view.drawing.painting import view_of
 from flexura.view.drawing.palette import INK
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
 _CLOSEST = 46.0
 """Least distance between ticks, pixels."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.view.drawing.raster import Lines, Triangles, of_faces
-from flexura.view.scene.meshes import Array, Index, normals
+from flexura.view.scene import Array, Index, normals
 
 _SHARP = np.cos(np.deg2rad(40))
 _LIFT = 3.0

@@ -9,9 +9,9 @@ from matplotlib.ticker import EngFormatter, FixedLocator, FuncFormatter, LogLoca
 
 from flexura.view.drawing.annotations import EM, line_height
 from flexura.view.drawing.palette import INK
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
-COLOURS = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")
+SERIES = ("#1f5fa8", "#d9541e", "#2c8a4b", "#7a4aa0", "#b8860b", "#0f8b8d", "#a23b57", "#5b6770")
 FAINT = "#c9ced6"
 CENTRED = {"ha": "center", "va": "center"}
 

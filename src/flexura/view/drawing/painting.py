@@ -13,8 +13,7 @@ from flexura.view.drawing.figures import DPI, lay_image
 from flexura.view.drawing.palette import COLOURS, GHOST, WIDTHS, displacement_colours
 from flexura.view.drawing.raster import Lines, Painting, render
 from flexura.view.drawing.viewpoint import good_camera
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Kind, Solids
+from flexura.view.scene import Array, Kind, Solids
 
 MODE_SIZE = 0.12
 """Largest drawn displacement of a mode, relative to the longest side of the mechanism."""

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from numpy.typing import ArrayLike
 
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Kind
+from flexura.view.scene import Array, Kind
 
 COLOURS: dict[Kind, tuple[float, float, float]] = {
     Kind.FLEXURE: (0.93, 0.42, 0.10),

@@ -15,7 +15,7 @@ from flexura.view.drawing.figures import new_chart
 from flexura.view.drawing.lettering import wrapped
 from flexura.view.drawing.palette import INK
 from flexura.view.drawing.scales import colour_axis, limits_of
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
 MOST_AXES = 12
 

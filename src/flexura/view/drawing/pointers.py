@@ -15,8 +15,7 @@ from flexura.view.drawing.camera import View
 from flexura.view.drawing.charts import shortened
 from flexura.view.drawing.figures import DPI
 from flexura.view.drawing.palette import INK
-from flexura.view.scene.meshes import Array, Index
-from flexura.view.scene.scene import Kind, Solids
+from flexura.view.scene import Array, Index, Kind, Solids
 
 LABEL_AREA: Box = (0.235, 0.175, 0.445, 0.725)
 """Where a mechanism is drawn with names on both sides of it."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.view.scene.meshes import Array, Index
+from flexura.view.scene import Array, Index
 
 _CHUNK = 1 << 16
 """Samples that are worked on at once, few enough to stay in the cache of a processor."""

@@ -9,8 +9,7 @@ import numpy as np
 from flexura.errors import OptionError
 from flexura.view.drawing.camera import Camera, View
 from flexura.view.drawing.raster import Triangles, nearest_triangles, of_faces
-from flexura.view.scene.meshes import Array, normals
-from flexura.view.scene.scene import Kind, Solids
+from flexura.view.scene import Array, Kind, Solids, normals
 
 _GOOD = 0.8
 _SKETCH = (160, 120)

@@ -1,1 +1,5 @@
 """Pictures of mechanisms that are deformed, move or are in doubt."""
+
+from flexura.lazy import face
+
+face(__name__)

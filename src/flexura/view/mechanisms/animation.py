@@ -22,24 +22,28 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.files import complete_file, scratch_folder
 from flexura.structure import FullOrderModel
-from flexura.view.drawing.annotations import colour_bar, heading, triad
-from flexura.view.drawing.figures import DPI, new_figure
-from flexura.view.drawing.painting import (
+from flexura.view.drawing import (
+    DPI,
     HIDDEN,
+    INK,
+    Painting,
     camera_for,
+    colour_bar,
     ghost,
+    heading,
     mode_colours,
     mode_view,
     moved_painting,
+    new_figure,
     paint,
+    render,
     scale_of,
+    triad,
     view_of,
+    visible_flexures,
 )
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.raster import Painting, render
-from flexura.view.drawing.viewpoint import visible_flexures
 from flexura.view.mechanisms.poses import numbered, pose_colours, pose_title, stress_bar
-from flexura.view.scene.solids import moved_solids, solids
+from flexura.view.scene import moved_solids, solids
 
 SIZE = (8.0, 6.0)
 """Width and height of an animation, inches."""

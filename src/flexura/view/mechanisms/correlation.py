@@ -17,17 +17,34 @@ from flexura.linalg import ranked
 from flexura.tables import in_hz
 from flexura.testing.correlation import Correlation, FRFOverlay
 from flexura.testing.virtual import SensorPlacement
-from flexura.view.drawing.annotations import Box, colour_bar, foot, heading, legend, pixel_axes, triad
-from flexura.view.drawing.axes import frame
-from flexura.view.drawing.camera import Camera, View
-from flexura.view.drawing.charts import COLOURS, FAINT, legend_of
-from flexura.view.drawing.figures import new_chart, new_figure
-from flexura.view.drawing.painting import MODE_SIZE, mode_painting, mode_scale, mode_view, paint, rest_painting
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.raster import Painting
-from flexura.view.drawing.viewpoint import good_camera
+from flexura.view.drawing import (
+    FAINT,
+    INK,
+    MODE_SIZE,
+    SERIES,
+    Box,
+    Camera,
+    Painting,
+    View,
+    colour_bar,
+    foot,
+    frame,
+    good_camera,
+    heading,
+    legend,
+    legend_of,
+    mode_painting,
+    mode_scale,
+    mode_view,
+    new_chart,
+    new_figure,
+    paint,
+    pixel_axes,
+    rest_painting,
+    triad,
+)
 from flexura.view.mechanisms.files import save_figures
-from flexura.view.scene.solids import solids
+from flexura.view.scene import solids
 
 AREAS: tuple[Box, Box] = ((0.02, 0.04, 0.42, 0.74), (0.475, 0.04, 0.42, 0.74))
 """Where test and model are drawn."""
@@ -112,7 +129,7 @@ def _bars(axes: Axes, result: Correlation) -> None:
     """CoMAC of every channel, and its gain where that is out of the ordinary."""
     names = [m.channel.name for m in result.matched]
     values = np.nan_to_num(result.comac)
-    axes.barh(range(len(names)), values, color=COLOURS[0], height=0.7)
+    axes.barh(range(len(names)), values, color=SERIES[0], height=0.7)
     for k, gain in enumerate(result.gain):
         if np.isfinite(gain):
             axes.text(min(values[k] + 0.01, 1.0), k, f"x {gain:.2f}", size=6.5, va="center", color="0.35")
@@ -231,7 +248,7 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
         for f in result.model_hz[result.model_hz <= hz[-1]]:
             axes.axvline(f, color=FAINT, linewidth=0.6, zorder=0)
         axes.semilogy(hz, np.abs(measured.response[:, i, j]), color=SENSOR, linewidth=0.9, label="measured")
-        axes.semilogy(hz, np.abs(overlay.response[:, i, j]), color=COLOURS[0], linewidth=1.0, label="model")
+        axes.semilogy(hz, np.abs(overlay.response[:, i, j]), color=SERIES[0], linewidth=1.0, label="model")
         title = f"{measured.outputs[i].name} / {measured.inputs[j].name}: FRAC {overlay.frac[i, j]:.2f}"
         axes.set_title(title, fontsize=7.5, color=INK, parse_math=False)
         axes.grid(True, color="#e8ebef", linewidth=0.6)

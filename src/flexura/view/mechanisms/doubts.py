@@ -13,17 +13,22 @@ from flexura.analysis import CheckReport
 from flexura.arguments import verb
 from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
 from flexura.tables import counted, quantity
-from flexura.view.drawing.annotations import heading, legend
-from flexura.view.drawing.axes import frame
-from flexura.view.drawing.camera import View
-from flexura.view.drawing.figures import new_figure
-from flexura.view.drawing.painting import add_dots, camera_for, paint, rest_painting
-from flexura.view.drawing.palette import COLOURS, INK
+from flexura.view.drawing import (
+    COLOURS,
+    INK,
+    View,
+    add_dots,
+    camera_for,
+    frame,
+    heading,
+    legend,
+    new_figure,
+    paint,
+    rest_painting,
+)
 from flexura.view.mechanisms.files import save_figures
 from flexura.view.mechanisms.pictures import SIZE
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Kind
-from flexura.view.scene.solids import solids
+from flexura.view.scene import Array, Kind, solids
 
 MOST_LABELS = 6
 """Doubts that are written into a picture."""

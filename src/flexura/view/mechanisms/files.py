@@ -19,13 +19,10 @@ from flexura.deadline import stage
 from flexura.errors import OptionError
 from flexura.files import complete_files
 from flexura.structure import FullOrderModel
-from flexura.view.drawing.figures import DPI, Canvas
-from flexura.view.drawing.painting import mode_scale
-from flexura.view.drawing.viewpoint import good_camera
+from flexura.view.drawing import DPI, Canvas, good_camera, mode_scale
 from flexura.view.mechanisms.animation import Format, animate_mode, encoded, writable
 from flexura.view.mechanisms.pictures import draw_mechanism, draw_mode, draw_sheet
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.solids import solids
+from flexura.view.scene import Array, solids
 
 
 @verb

@@ -14,18 +14,30 @@ from flexura.arguments import verb
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.tables import quantity
-from flexura.view.drawing.annotations import foot, heading, legend
-from flexura.view.drawing.axes import frame
-from flexura.view.drawing.camera import View
-from flexura.view.drawing.charts import COLOURS, headline, plain, shortened, style
-from flexura.view.drawing.figures import DPI, new_chart, new_figure
-from flexura.view.drawing.painting import camera_for, paint, rest_painting
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.pointers import Arrow, draw_arrows
+from flexura.view.drawing import (
+    DPI,
+    INK,
+    SERIES,
+    Arrow,
+    View,
+    camera_for,
+    draw_arrows,
+    foot,
+    frame,
+    heading,
+    headline,
+    legend,
+    new_chart,
+    new_figure,
+    paint,
+    plain,
+    rest_painting,
+    shortened,
+    style,
+)
 from flexura.view.mechanisms.files import save_figures
 from flexura.view.mechanisms.pictures import SIZE
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.solids import solids
+from flexura.view.scene import Array, solids
 
 MOST_INPUTS = 16
 """Actuators whose coupling is drawn."""
@@ -89,7 +101,7 @@ def _said(k: int, one: Freedom) -> str:
 
 def _draw_freedom(axes: Axes, view: View, k: int, one: Freedom, node: Array, size: float) -> None:
     """A screw axis as a dash-dotted line with an arrow of two heads, or the arrow of a translation."""
-    way, colour = np.array(one.axis.direction, dtype=float), COLOURS[k % len(COLOURS)]
+    way, colour = np.array(one.axis.direction, dtype=float), SERIES[k % len(SERIES)]
     name = f"{k + 1}  {one.kind}"
     if one.kind != "R":
         draw_arrows(axes, view, [Arrow(node + 0.3 * size * way, way, name)], colour)
@@ -162,7 +174,7 @@ def _reach(axes: Axes, span: Array, names, unit: str) -> None:  # type: ignore[n
     axes.axvline(0, color="0.6", linewidth=0.8)
     for k, (low, high) in enumerate(span):
         if np.isfinite([low, high]).all():
-            axes.barh(k, high - low, left=low, height=0.5, color=COLOURS[0], alpha=0.8)
+            axes.barh(k, high - low, left=low, height=0.5, color=SERIES[0], alpha=0.8)
             axes.text(high, k, f"  {low:.3g} to {high:.3g}", va="center", size=7, color=INK)
         else:
             axes.text(0, k, "  no limits", va="center", size=7, color="0.4")

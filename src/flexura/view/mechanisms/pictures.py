@@ -9,28 +9,35 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.structure import FullOrderModel
-from flexura.view.drawing.annotations import colour_bar, heading, legend, line_height, remark_lines, triad
-from flexura.view.drawing.axes import frame
-from flexura.view.drawing.figures import DPI, new_figure
-from flexura.view.drawing.lettering import wrapped
-from flexura.view.drawing.painting import (
+from flexura.view.drawing import (
+    DPI,
     HIDDEN,
+    INK,
+    LABEL_AREA,
+    WARNING,
+    Painting,
     add_dots,
     camera_for,
+    colour_bar,
+    frame,
+    heading,
+    legend,
+    line_height,
     mode_painting,
     mode_scale,
     mode_view,
+    new_figure,
     paint,
+    part_labels,
+    remark_lines,
     rest_painting,
     scale_of,
+    triad,
+    visible_flexures,
+    wrapped,
+    write_labels,
 )
-from flexura.view.drawing.palette import INK, WARNING
-from flexura.view.drawing.pointers import LABEL_AREA, part_labels, write_labels
-from flexura.view.drawing.raster import Painting
-from flexura.view.drawing.viewpoint import visible_flexures
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Look
-from flexura.view.scene.solids import solids
+from flexura.view.scene import Array, Look, solids
 
 SIZE = (8.0, 6.0)
 """Width and height of a picture, inches."""

@@ -16,16 +16,28 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.mechanism import FORCE_UNITS, is_rotation
 from flexura.tables import number, quantity
-from flexura.view.drawing.annotations import Box, colour_scale, line_height, remark_lines, triad
-from flexura.view.drawing.camera import Camera, View
-from flexura.view.drawing.figures import DPI, new_figure
-from flexura.view.drawing.painting import HIDDEN, camera_for, over_ghost, paint, rest_colours
-from flexura.view.drawing.palette import INK, WARNING, stress_colours
-from flexura.view.drawing.raster import Painting
-from flexura.view.drawing.viewpoint import visible_flexures
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Solids
-from flexura.view.scene.solids import moved_solids
+from flexura.view.drawing import (
+    DPI,
+    HIDDEN,
+    INK,
+    WARNING,
+    Box,
+    Camera,
+    Painting,
+    View,
+    camera_for,
+    colour_scale,
+    line_height,
+    new_figure,
+    over_ghost,
+    paint,
+    remark_lines,
+    rest_colours,
+    stress_colours,
+    triad,
+    visible_flexures,
+)
+from flexura.view.scene import Array, Solids, moved_solids
 
 MOST_POSES = 6
 """Poses in one picture."""

@@ -15,28 +15,31 @@ from flexura.arguments import verb
 from flexura.structure import FullOrderModel
 from flexura.systems import Ports
 from flexura.tables import quantity
-from flexura.view.drawing.annotations import colour_scale, heading, triad
-from flexura.view.drawing.camera import Camera, View
-from flexura.view.drawing.figures import DPI, new_figure
-from flexura.view.drawing.painting import (
+from flexura.view.drawing import (
+    DPI,
     HIDDEN,
+    Arrow,
+    Camera,
+    View,
     camera_for,
+    colour_scale,
+    draw_arrows,
+    force_colours,
+    heading,
     mode_scale,
     mode_view,
+    new_figure,
     over_ghost,
     paint,
     rest_colours,
     scale_of,
+    triad,
+    visible_flexures,
 )
-from flexura.view.drawing.palette import force_colours
-from flexura.view.drawing.pointers import Arrow, draw_arrows
-from flexura.view.drawing.viewpoint import visible_flexures
 from flexura.view.mechanisms.files import save_figures
 from flexura.view.mechanisms.pictures import SIZE
 from flexura.view.mechanisms.poses import pose_colours, stress_bar
-from flexura.view.scene.meshes import Array
-from flexura.view.scene.scene import Solids
-from flexura.view.scene.solids import solids, stresses_along
+from flexura.view.scene import Array, Solids, solids, stresses_along
 
 AREA = (0.08, 0.07, 0.76)
 """Left, bottom and width of what is drawn; arrows reach beyond it."""

@@ -13,11 +13,19 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.mechanism import FORCE_UNITS, is_rotation
 from flexura.tables import counted, scale_for, suited
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.charts import COLOURS, headline, legend_above, plain_axes, style, value_axis
-from flexura.view.drawing.figures import DPI, new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.scales import WIDE
+from flexura.view.drawing import (
+    DPI,
+    INK,
+    SERIES,
+    WIDE,
+    foot,
+    headline,
+    legend_above,
+    new_chart,
+    plain_axes,
+    style,
+    value_axis,
+)
 from flexura.view.mechanisms.animation import Format, animate_stroke, encoded, writable
 from flexura.view.mechanisms.files import figure_files, make_folder, write_files
 from flexura.view.mechanisms.poses import draw_poses
@@ -83,7 +91,7 @@ def _forces(axes: Axes, result: Stroke, x: np.ndarray) -> None:
         else:
             unit, values = "m", np.array([np.linalg.norm(p.displacement[name][:3]) for p in result.poses])
         scale = scale_for(values, unit)
-        axes.plot(x, values / scale.size, color=COLOURS[k % len(COLOURS)], lw=1.4, label=scale.label(name))
+        axes.plot(x, values / scale.size, color=SERIES[k % len(SERIES)], lw=1.4, label=scale.label(name))
     axes.set_ylabel("force or moment of the drive" if first.move else "displacement", fontsize=8)
     legend_above(axes)
 
@@ -108,7 +116,7 @@ def _modes(axes: Axes, result: Stroke, x: np.ndarray, values: np.ndarray) -> Non
         alone = np.flatnonzero(gap[:-2] & gap[2:])
         dots = {"marker": "o", "markersize": 3, "markevery": list(alone)} if len(alone) else {}
         label = f"mode {k + 1}" if k < first else "another mode"
-        axes.plot(x, values[:, k], color=COLOURS[k % len(COLOURS)], lw=1.4, label=label, **dots)
+        axes.plot(x, values[:, k], color=SERIES[k % len(SERIES)], lw=1.4, label=label, **dots)
 
 
 def _changes(axes: Axes, result: Stroke, x: np.ndarray) -> None:
@@ -122,7 +130,7 @@ def _shifts(axes: Axes, result: Stroke, x: np.ndarray) -> None:
     shifts = result.parasitic_shifts
     scale = suited([own.tolist() for own in shifts.values()], "m")
     for k, (node, own) in enumerate(shifts.items()):
-        axes.plot(x, own / scale.size, color=COLOURS[k % len(COLOURS)], lw=1.4, label=node)
+        axes.plot(x, own / scale.size, color=SERIES[k % len(SERIES)], lw=1.4, label=node)
     axes.set_ylabel(scale.label("parasitic shift, not driven"), fontsize=8)
     axes.set_visible(bool(shifts))
     legend_above(axes)
@@ -133,7 +141,7 @@ def _stiffness(axes: Axes, result: Stroke, x: np.ndarray, own: slice, unit: str)
     scale = suited(stiffness.T.tolist(), unit)
     for k, name in enumerate(DOFS[own]):
         if np.isfinite(stiffness[:, k]).any():
-            axes.plot(x, stiffness[:, k] / scale.size, color=COLOURS[k], lw=1.4, label=name)
+            axes.plot(x, stiffness[:, k] / scale.size, color=SERIES[k], lw=1.4, label=name)
     _spread(axes)
     axes.set_ylabel(scale.label("support stiffness"), fontsize=8)
     legend_above(axes)

@@ -12,14 +12,24 @@ from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.solid.verification import ShapePairs, Verification, VerificationRow
 from flexura.tables import in_hz
-from flexura.view.drawing.annotations import Box, colour_bar, heading, remark_lines, triad
-from flexura.view.drawing.figures import new_figure
-from flexura.view.drawing.painting import camera_for, mode_painting, mode_scale, mode_view, paint
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.raster import Painting
-from flexura.view.drawing.viewpoint import good_camera
+from flexura.view.drawing import (
+    INK,
+    Box,
+    Painting,
+    camera_for,
+    colour_bar,
+    good_camera,
+    heading,
+    mode_painting,
+    mode_scale,
+    mode_view,
+    new_figure,
+    paint,
+    remark_lines,
+    triad,
+)
 from flexura.view.mechanisms.files import save_figures
-from flexura.view.scene.solids import meshed_solids, solids
+from flexura.view.scene import meshed_solids, solids
 
 SIZE = (12.0, 5.6)
 """Width and height of a pair of pictures, inches."""

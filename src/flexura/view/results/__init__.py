@@ -1,1 +1,5 @@
 """Charts of results: responses, tests, studies."""
+
+from flexura.lazy import face
+
+face(__name__)

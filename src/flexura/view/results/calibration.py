@@ -9,10 +9,8 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.testing.updating import Calibration
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.figures import new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import INK, foot, new_chart
+from flexura.view.mechanisms import save_figures
 
 BEFORE, AFTER = "#c9ced6", "#1f5fa8"
 

@@ -24,21 +24,22 @@ from flexura.analysis import (
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.tables import in_hz
-from flexura.view.drawing.annotations import foot, remark_lines
-from flexura.view.drawing.charts import (
-    COLOURS,
+from flexura.view.drawing import (
     FAINT,
+    SERIES,
+    foot,
     frequency_axis,
     headline,
     legend_above,
+    new_chart,
     plain_axes,
+    remark_lines,
     shortened,
     style,
     value_axis,
     written_below,
 )
-from flexura.view.drawing.figures import new_chart
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.mechanisms import save_figures
 from flexura.view.results.response_matrix import MOST_PANELS, draw_response_matrix
 
 MOST_RESONANCES = 14
@@ -101,7 +102,7 @@ def draw_bode(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *,
     size, angle = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
     hz = result.frequency_hz
     for k, curve in enumerate(group.curves):
-        colour = COLOURS[k % len(COLOURS)]
+        colour = SERIES[k % len(SERIES)]
         size.plot(hz, np.abs(curve.H), color=colour, linewidth=1.2, label=curve.label)
         angle.plot(hz, phase_in_degrees(curve.H), color=colour, linewidth=1.2)
     for axes in (size, angle):
@@ -151,7 +152,7 @@ def draw_nyquist(result: FrequencyResponse, pairs: Sequence[Pair] | None = None,
     figure = new_chart((5.6, 6.0))
     axes = figure.subplots()
     for k, curve in enumerate(group.curves):
-        axes.plot(curve.H.real, curve.H.imag, color=COLOURS[k % len(COLOURS)], linewidth=1.2, label=curve.label)
+        axes.plot(curve.H.real, curve.H.imag, color=SERIES[k % len(SERIES)], linewidth=1.2, label=curve.label)
     axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
     axes.axvline(0, color=FAINT, linewidth=0.8, zorder=0)
     style(axes)
@@ -182,11 +183,11 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
     for panel, own in zip(panels, driven, strict=False):
         channels = [(c, u) for c, u in zip(result.inputs, result.signals, strict=True) if c.unit == own]
         for k, (channel, u) in enumerate(channels):
-            panel.plot(result.time, u, color=COLOURS[k % len(COLOURS)], linewidth=1.0, label=channel.name)
+            panel.plot(result.time, u, color=SERIES[k % len(SERIES)], linewidth=1.0, label=channel.name)
         panel.set_ylabel(f"input, {own}", fontsize=8, parse_math=False)
     for panel, own in zip(panels[len(driven) :], units, strict=True):
         for k, name in enumerate(n for n in names if unit[n] == own):
-            panel.plot(result.time, curves[name], color=COLOURS[k % len(COLOURS)], linewidth=1.0, label=name)
+            panel.plot(result.time, curves[name], color=SERIES[k % len(SERIES)], linewidth=1.0, label=name)
         panel.set_ylabel(own, fontsize=8, parse_math=False)
     for panel in panels:
         style(panel)

@@ -15,11 +15,9 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
 from flexura.tables import Scale, scale_for
-from flexura.view.drawing.charts import plain
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.scales import colour_axis, limits_of, named, ticks_within
+from flexura.view.drawing import INK, colour_axis, limits_of, named, plain, ticks_within
 from flexura.view.results.designs_shown import DesignsShown
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
 LEVELS = 8
 

@@ -13,13 +13,11 @@ from matplotlib.patches import Patch
 
 from flexura.study.optimum import ActiveLimit, DesignSlice, Optimum
 from flexura.tables import Scale, quantity, scale_for
-from flexura.view.drawing.charts import COLOURS, shortened, style
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.scales import ticks_within
+from flexura.view.drawing import INK, SERIES, shortened, style, ticks_within
 from flexura.view.results.design_maps import HATCHED, draw_levels
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
-EDGES = (*COLOURS[1:], COLOURS[0])
+EDGES = (*SERIES[1:], SERIES[0])
 """Colours of the edges of limits, one after another."""
 
 FOUND, WAY = "#c2182b", "#5b6770"

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.study.engine import StudyTable, jumps_of
-from flexura.view.drawing.scales import named
-from flexura.view.scene.meshes import Array
+from flexura.view.drawing import named
+from flexura.view.scene import Array
 
 ALONG = 200
 """Values of a variable that a map or a curve has room for."""

@@ -16,11 +16,8 @@ from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.testing.identification import Data, frfs_of, mode_indicators, modes_of_setup
 from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, response_matrices
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.charts import COLOURS, FAINT, headline, legend_above, legend_of, style
-from flexura.view.drawing.figures import new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import FAINT, INK, SERIES, foot, headline, legend_above, legend_of, new_chart, style
+from flexura.view.mechanisms import save_figures
 
 Bits = NDArray[np.integer[Any]]
 """Which marks a pole has, as the bits of a number."""
@@ -71,7 +68,7 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
         dots = {"linestyle": "", "marker": marker, "color": colour, "markersize": 4 if marker != "." else 3}
         axes.plot(poles.frequency_hz[at], poles.order[at], label=label, markerfacecolor="none", **dots)
     for hz, evidence in zip(result.frequency_hz, result.evidence, strict=True):
-        axes.axvline(hz, color=COLOURS[1], linewidth=0.4 + 0.8 * evidence.confidence, zorder=1)
+        axes.axvline(hz, color=SERIES[1], linewidth=0.4 + 0.8 * evidence.confidence, zorder=1)
     axes.set_xlabel("frequency, Hz", fontsize=9)
     axes.set_ylabel("model order", fontsize=9)
     axes.set_ylim(0, poles.order.max(initial=1) * 1.12)
@@ -85,9 +82,9 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
 def _indicators(axes: Axes, matrix: ResponseMatrix) -> None:
     behind = axes.twinx()
     for k, values in enumerate(mode_indicators(matrix).T):
-        colour = COLOURS[0] if k == 0 else "#8fb0d6"
+        colour = SERIES[0] if k == 0 else "#8fb0d6"
         behind.semilogy(matrix.frequency_hz, values, color=colour, linewidth=0.9, alpha=0.8, zorder=0)
-    behind.set_ylabel("mode indicator functions", fontsize=8, color=COLOURS[0])
+    behind.set_ylabel("mode indicator functions", fontsize=8, color=SERIES[0])
     behind.tick_params(labelsize=7, colors=INK)
     behind.spines["top"].set_visible(False)
     axes.set_zorder(behind.get_zorder() + 1)
@@ -115,10 +112,8 @@ def draw_synthesis(
     for panel in panels.flat[len(chosen) :]:
         panel.set_visible(False)
     for panel, (i, j) in zip(panels.flat, chosen, strict=False):
-        panel.semilogy(
-            matrix.frequency_hz, np.abs(matrix.response[:, i, j]), color=COLOURS[0], lw=0.9, label="measured"
-        )
-        panel.semilogy(matrix.frequency_hz, np.abs(given[:, i, j]), color=COLOURS[1], lw=0.9, ls="--", label="modes")
+        panel.semilogy(matrix.frequency_hz, np.abs(matrix.response[:, i, j]), color=SERIES[0], lw=0.9, label="measured")
+        panel.semilogy(matrix.frequency_hz, np.abs(given[:, i, j]), color=SERIES[1], lw=0.9, ls="--", label="modes")
         for hz in result.frequency_hz:
             panel.axvline(hz, color=FAINT, linewidth=0.6, zorder=0)
         title = f"{matrix.outputs[i].name} / {matrix.inputs[j].name}"

@@ -11,12 +11,8 @@ from matplotlib.figure import Figure
 from flexura.arguments import verb
 from flexura.study.influence import Sensitivity
 from flexura.tables import quantity
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.bars import Bar, bar, draw_bars, ranked
-from flexura.view.drawing.charts import headline, shortened
-from flexura.view.drawing.figures import DPI, new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import DPI, INK, Bar, bar, draw_bars, foot, headline, new_chart, ranked, shortened
+from flexura.view.mechanisms import save_figures
 
 MOST_PANELS = 6
 """Quantities of a picture."""

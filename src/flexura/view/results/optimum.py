@@ -12,17 +12,27 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.study.optimum import ActiveLimit, Optimum, Pareto, slice_of
 from flexura.tables import counted, quantity, scale_for
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.bars import Bar, draw_bars, ranked
-from flexura.view.drawing.charts import FAINT, headline, legend_above, shortened, style
-from flexura.view.drawing.figures import DPI, new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.parallel import Coordinate, draw_parallel
-from flexura.view.drawing.scales import ticks_within
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import (
+    DPI,
+    FAINT,
+    INK,
+    Bar,
+    Coordinate,
+    draw_bars,
+    draw_parallel,
+    foot,
+    headline,
+    legend_above,
+    new_chart,
+    ranked,
+    shortened,
+    style,
+    ticks_within,
+)
+from flexura.view.mechanisms import save_figures
 from flexura.view.results.design_maps import legible
 from flexura.view.results.design_slices import draw_slice
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
 FOUND, OTHER, MISSED = "#1f5fa8", "#b8860b", "#c2182b"
 

@@ -9,10 +9,18 @@ from matplotlib.ticker import LogLocator
 from flexura.analysis import FrequencyResponse, heard
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.charts import CENTRED, COLOURS, FAINT, frequency_axis, headline, shortened, style
-from flexura.view.drawing.figures import new_chart
-from flexura.view.drawing.palette import INK
+from flexura.view.drawing import (
+    CENTRED,
+    FAINT,
+    INK,
+    SERIES,
+    foot,
+    frequency_axis,
+    headline,
+    new_chart,
+    shortened,
+    style,
+)
 
 MOST_PANELS = 12
 """Inputs, and outputs, in a matrix of responses."""
@@ -37,7 +45,7 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
             for f in result.resonances_hz:
                 axes.axvline(f, color=FAINT, linewidth=0.6, zorder=0)
             if sounds[i, j]:
-                axes.plot(hz, own, color=COLOURS[0], linewidth=0.9)
+                axes.plot(hz, own, color=SERIES[0], linewidth=0.9)
                 drawn.append(own)
             else:
                 axes.text(0.5, 0.5, "0", color="#8a93a0", fontsize=9, transform=axes.transAxes, **CENTRED)

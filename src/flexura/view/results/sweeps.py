@@ -13,15 +13,25 @@ from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.study.engine import StudyTable
 from flexura.tables import Scale, counted, scale_for
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.charts import COLOURS, headline, legend_above, style, value_axis
-from flexura.view.drawing.figures import DPI, new_chart
-from flexura.view.drawing.parallel import Coordinate, draw_parallel
-from flexura.view.drawing.scales import WIDE, named, ticks_within
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import (
+    DPI,
+    SERIES,
+    WIDE,
+    Coordinate,
+    draw_parallel,
+    foot,
+    headline,
+    legend_above,
+    named,
+    new_chart,
+    style,
+    ticks_within,
+    value_axis,
+)
+from flexura.view.mechanisms import save_figures
 from flexura.view.results.design_maps import draw_map, legible
 from flexura.view.results.designs_shown import DesignsShown, designs_shown
-from flexura.view.scene.meshes import Array
+from flexura.view.scene import Array
 
 FAILED, DOUBTED = "#c2182b", "#8a5a00"
 """Colours of designs without a value, and of those that are not proven."""
@@ -108,7 +118,7 @@ def _panel(axes: Axes, shown: DesignsShown, headings: list[str], unit: str, x: A
     values = np.array([shown.asked[heading] for heading in headings])
     scale = scale_for(values, unit)
     followed = [heading for heading in headings if heading.startswith("f(")]
-    colours = iter(np.resize(np.array(COLOURS), len(headings)).tolist())
+    colours = iter(np.resize(np.array(SERIES), len(headings)).tolist())
     first, has_leapt = True, False
     for heading in sorted(headings, key=lambda own: own in followed):
         own = shown.asked[heading][order] / scale.size

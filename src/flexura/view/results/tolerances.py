@@ -13,13 +13,8 @@ from flexura.arguments import verb
 from flexura.errors import foremost
 from flexura.study.tolerances import Tolerance, Yield
 from flexura.tables import Scale, number, scale_for
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.bars import MOST_BARS
-from flexura.view.drawing.charts import FAINT, headline, shortened, style
-from flexura.view.drawing.figures import DPI, new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.drawing.scales import ticks_within
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import DPI, FAINT, INK, MOST_BARS, foot, headline, new_chart, shortened, style, ticks_within
+from flexura.view.mechanisms import save_figures
 
 TOTAL, FIRST, LIMIT = "#9db9dc", "#1f5fa8", "#c2182b"
 

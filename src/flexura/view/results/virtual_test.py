@@ -14,11 +14,8 @@ from flexura.linalg import leading
 from flexura.tables import counted
 from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
-from flexura.view.drawing.annotations import foot
-from flexura.view.drawing.charts import COLOURS, legend_above, style
-from flexura.view.drawing.figures import new_chart
-from flexura.view.drawing.palette import INK
-from flexura.view.mechanisms.files import save_figures
+from flexura.view.drawing import INK, SERIES, foot, legend_above, new_chart, style
+from flexura.view.mechanisms import save_figures
 from flexura.view.results.identification import save_identification
 
 
@@ -52,7 +49,7 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
         size = np.abs(frf.response).max(axis=0)
         i, j = np.unravel_index(int(leading(size.ravel())), size.shape)
         label = f"{frf.outputs[i].name} / {frf.inputs[j].name}" + (f", {frf.setup}" if frf.setup else "")
-        colour = COLOURS[k % len(COLOURS)]
+        colour = SERIES[k % len(SERIES)]
         magnitude.semilogy(frf.frequency_hz, np.abs(frf.response[:, i, j]), color=colour, lw=1.0, label=label)
         if frf.coherence is not None:
             coherence.plot(frf.frequency_hz, frf.coherence[:, i, j], color=colour, lw=0.9)
@@ -88,7 +85,7 @@ def _shifts(axes: Axes, result: VirtualTest) -> None:
     """Shift of every mode by the mass of the sensors of each placement, lines true and marks identified."""
     numbers = np.array([m.number for m in result.modes])
     for k, placement in enumerate(result.test.placed()):
-        colour, at = COLOURS[k % len(COLOURS)], numbers + 0.12 * (k - len(result.mass_loaded) / 2)
+        colour, at = SERIES[k % len(SERIES)], numbers + 0.12 * (k - len(result.mass_loaded) / 2)
         pairs = [m.placement_hz[placement] for m in result.modes]
         true = [100 * (t / m.bare_hz - 1) for (t, _), m in zip(pairs, result.modes, strict=True)]
         found = [

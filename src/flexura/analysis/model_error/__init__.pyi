@@ -1,0 +1,13 @@
+from flexura.analysis.model_error.assumptions import Assumptions as Assumptions
+from flexura.analysis.model_error.assumptions import Interval as Interval
+from flexura.analysis.model_error.elastic_bodies import drawn_solids as drawn_solids
+from flexura.analysis.model_error.elastic_bodies import node_of as node_of
+from flexura.analysis.model_error.elastic_bodies import place_of as place_of
+from flexura.analysis.model_error.model_error import NO_ERRORS as NO_ERRORS
+from flexura.analysis.model_error.model_error import Effect as Effect
+from flexura.analysis.model_error.model_error import ModelError as ModelError
+from flexura.analysis.model_error.model_error import errors_of as errors_of
+from flexura.analysis.model_error.model_error import frequency_errors as frequency_errors
+from flexura.analysis.model_error.model_error import interval_text as interval_text
+from flexura.analysis.model_error.model_error import model_errors_near as model_errors_near
+from flexura.analysis.model_error.model_error import model_errors_of_modes as model_errors_of_modes

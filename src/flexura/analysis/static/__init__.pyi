@@ -1,0 +1,10 @@
+from flexura.analysis.static.at_rest import AtRest as AtRest
+from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
+from flexura.analysis.static.freedoms import Freedom as Freedom
+from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics
+from flexura.analysis.static.kinetostatics import kinetostatics as kinetostatics
+from flexura.analysis.static.statics import ActuatorState as ActuatorState
+from flexura.analysis.static.statics import Statics as Statics
+from flexura.analysis.static.statics import compliance as compliance
+from flexura.analysis.static.statics import response_to as response_to
+from flexura.analysis.static.statics import statics as statics

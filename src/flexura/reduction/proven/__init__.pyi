@@ -1,0 +1,14 @@
+from flexura.reduction.proven.certificate import HERTZ as HERTZ
+from flexura.reduction.proven.certificate import Certificate as Certificate
+from flexura.reduction.proven.certificate import certificate as certificate
+from flexura.reduction.proven.certificate import certify as certify
+from flexura.reduction.proven.certificate import full_order_modes as full_order_modes
+from flexura.reduction.proven.certificate import low_order_modes as low_order_modes
+from flexura.reduction.proven.certificate import lowest_pairs as lowest_pairs
+from flexura.reduction.proven.certificate import model_pairs as model_pairs
+from flexura.reduction.proven.equal_branches import SplitModel as SplitModel
+from flexura.reduction.proven.equal_branches import split as split
+from flexura.reduction.proven.low_order import TOLERANCE as TOLERANCE
+from flexura.reduction.proven.low_order import Reduction as Reduction
+from flexura.reduction.proven.low_order import reduce as reduce
+from flexura.reduction.proven.low_order import reduction_of as reduction_of
