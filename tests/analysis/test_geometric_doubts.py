@@ -95,7 +95,7 @@ def test_leaves_that_cross_in_one_plane_share_a_rod() -> None:
     assert clash.volume == pytest.approx(0.4e-3**2 * 12e-3)
     np.testing.assert_allclose(clash.at, 0, atol=1e-9)
     (doubt,) = (d for d in report.doubts if d.kind in GEOMETRIC)
-    assert doubt.kind == "clash" and "1.92 mm^3" in doubt.text
+    assert doubt.kind == "clash" and "1.92 mm³" in doubt.text
 
 
 @pytest.mark.parametrize(("y", "kinds"), [(5.9e-3, ["clash"]), (6e-3, ["touch"]), (6.001e-3, [])])
@@ -310,7 +310,7 @@ def test_the_command_tells_and_draws(tmp_path) -> None:
     save(pivot(y=0.0, size=12e-3), path)
     assert load(path).flexures.keys() == {"rising", "falling"}
     text = CliRunner().invoke(app, ["check", str(path), "--plot", str(tmp_path / "p")]).output
-    assert "rising: shares 1.92 mm^3 with falling at (0, 0, 0) mm" in " ".join(text.split())
+    assert "rising: shares 1.92 mm³ with falling at (0, 0, 0) mm" in " ".join(text.split())
     assert (tmp_path / "p" / "doubts.png").stat().st_size > 10_000
     data = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).output)
     assert data["clashes"][0]["volume"] == pytest.approx(1.92e-9)

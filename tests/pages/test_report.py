@@ -305,7 +305,7 @@ def test_what_moves_no_frequency_by_a_percent_is_folded():
 
 
 def test_doubts_that_say_the_same_are_one_line():
-    doubts = [fx.analysis.doubts.Doubt("slenderness", f"leaf{k}", "is short") for k in range(6)]
+    doubts = [fx.analysis.Doubt("slenderness", f"leaf{k}", "is short") for k in range(6)]
     assert grouped(doubts[:2]) == ["leaf0, leaf1: is short"]
     assert grouped(doubts) == ["leaf0, leaf1, leaf2, leaf3 and 2 more: is short"]
     assert grouped([*doubts[:1], replace(doubts[1], text="is thick")]) == ["leaf0: is short", "leaf1: is thick"]

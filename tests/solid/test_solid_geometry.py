@@ -431,7 +431,7 @@ def test_meshes_that_are_not_their_solid_are_refused(tmp_path, monkeypatch):
         monkeypatch.setattr(meshing, "shape_cells", lambda *_: (points, cells))
 
     change(points * [1, 1, 1.02])
-    with pytest.raises(SolverError, match=r"hinge has 0 folded cells .* m\^3 where its solid has"):
+    with pytest.raises(SolverError, match=r"hinge has 0 folded cells .* m³ where its solid has"):
         solid_mesh(parts)
     change(points * [1, 1, -1])
     with pytest.raises(SolverError, match=r"hinge has \d+ folded cells"):

@@ -315,7 +315,7 @@ def edited(old, new):
     [
         (
             edited("\n2.0;", "\n2.3;"),
-            r"x\.csv:\d+: sampling is not even: a step of 0\.000\d+ s among steps of 0\.0005 s",
+            r"x\.csv:\d+: sampling is not even: a step of 0\.\d+ ms among steps of 0\.5 ms",
         ),
         (edited("\n2.0;1;", "\n2.0;nan;"), r"x\.csv:6: hammer \[N\]: 'nan' is no finite number"),
         (edited("\n2.0;1;", "\n2.0;;"), r"x\.csv:6: hammer \[N\]: 'nothing' is no finite number"),
