@@ -460,7 +460,7 @@ def test_interrupted_it_ends(copy):
     with served(copy) as own, talk(own) as (page, _):
         page.ask({})
         status, said = own.interrupt()
-        assert status == 130 and "interrupted" in said and "Traceback" not in said
+        assert status == 130 and "interrupted" in said and "Traceback" not in said, said
 
 
 def test_it_ends_when_the_page_is_closed_unless_it_is_kept(copy):

@@ -70,6 +70,10 @@ class Site:
         own.router.redirect_slashes = False
         return own
 
+    def close(self) -> None:
+        """End what is worked on: a thread that works while Python ends aborts the process."""
+        self._worker.close()
+
     @asynccontextmanager
     async def _running(self, _: Any) -> AsyncIterator[None]:
         task = asyncio.create_task(self._watch())

@@ -80,6 +80,7 @@ def _serve(opened: Opened, own: socket.socket, token: str, keep: bool) -> None:
     finally:
         server.should_exit = True
         thread.join()
+        site.close()
 
 
 @contextmanager
