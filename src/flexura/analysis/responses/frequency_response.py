@@ -452,11 +452,17 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
     return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)), modes=modes)
 
 
+def lost_digits(built: System) -> float:
+    """The most that round-off in the stiffness, which a direct solution takes as it is stored, changes static
+    responses, relative."""
+    return min(lost_work(built.K, built.flexibility(built.B), built.B), 1.0)
+
+
 def _lost_digits(built: System) -> tuple[Exceeded, ...]:
-    """That round-off in the stiffness, which a direct solution takes as it is stored, may be seen."""
+    """That round-off in the stiffness may be seen."""
     if built.flexibility.shift:
         return ()
-    lost = min(lost_work(built.K, built.flexibility(built.B), built.B), 1.0)
+    lost = lost_digits(built)
     if lost < SEEN:
         return ()
     text = f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"

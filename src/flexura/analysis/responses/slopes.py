@@ -11,12 +11,12 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
+from flexura.analysis.responses.frequency_response import SEEN, lost_digits
 from flexura.arrays import Array, Complex
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, inverse_roots
 from flexura.records import Record
-from flexura.reduction import lost_work
 from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
@@ -24,9 +24,6 @@ from flexura.tables import in_hz
 
 BEYOND = 4.0
 """Modes up to so many times the highest frequency have the modal damping ratios that are described."""
-
-SEEN = 1e-4
-"""Part of a static response from which the round-off of a direct solution is seen."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -50,8 +47,7 @@ class SlopedResponse(Record):
     @property
     def is_known(self) -> bool:
         """Whether its digits are more than round-off."""
-        own = self._system
-        return not own.flexibility.shift and lost_work(own.K, own.flexibility(own.B), own.B) < SEEN
+        return not self._system.flexibility.shift and lost_digits(self._system) < SEEN
 
     @cached_property
     def _modes(self) -> Eigenpairs:
