@@ -53,6 +53,15 @@ def test_a_name_that_a_face_lacks_is_an_attribute_error():
         import_module("flexura.analysis").mode  # noqa: B018
 
 
+@pytest.mark.parametrize(
+    ("package", "former", "now"),
+    [("flexura", "Exceeded", "Diagnostic"), ("flexura.view", "draw_doubts", "draw_warnings")],
+)
+def test_an_older_name_warns_and_gives_what_has_the_name_now(package, former, now):
+    with pytest.warns(DeprecationWarning, match=f"{former} is called {now}"):
+        assert getattr(import_module(package), former) is getattr(import_module(package), now)
+
+
 def test_a_public_name_is_in_one_namespace_alone():
     names = Counter(place.rpartition(".")[2] for place in public_names())
     assert [name for name, count in names.items() if count > 1] == []

@@ -43,7 +43,7 @@ from flexura.analysis import stress_rows as stress_rows
 from flexura.analysis import stroke as stroke
 from flexura.analysis import tangent_stiffness as tangent_stiffness
 from flexura.analysis import time_response as time_response
-from flexura.errors import Exceeded as Exceeded
+from flexura.errors import Diagnostic as Diagnostic
 from flexura.errors import ExpressionError as ExpressionError
 from flexura.errors import FlexuraError as FlexuraError
 from flexura.errors import LimitError as LimitError

@@ -106,7 +106,7 @@ class SolverError(FlexuraError):
 
 
 @dataclass(frozen=True)
-class Exceeded:
+class Diagnostic:
     """A limit beyond which a result no longer holds: of the theory, of a part, or of what is proven.
 
     `kind` is rotation, displacement, stiffness, equilibrium, contact, command, force, stress, buckling, resonance,
@@ -131,10 +131,10 @@ class Exceeded:
         return {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in own.items()}
 
 
-def foremost(warnings: Iterable[Exceeded], most: int) -> list[str]:
+def foremost(warnings: Iterable[Diagnostic], most: int) -> list[str]:
     """The texts of the warnings of each kind that are furthest beyond their limit, `most` of them at most, and how many
     more there are."""
-    kinds: dict[str, list[Exceeded]] = {}
+    kinds: dict[str, list[Diagnostic]] = {}
     for warning in warnings:
         kinds.setdefault(warning.kind, []).append(warning)
     found: list[str] = []
@@ -146,7 +146,7 @@ def foremost(warnings: Iterable[Exceeded], most: int) -> list[str]:
     return found
 
 
-def _within(warning: Exceeded) -> float:
+def _within(warning: Diagnostic) -> float:
     """Minus how far a warning is beyond its limit, relative; zero where no number says so."""
     beyond = abs(warning.value - warning.limit) / (abs(warning.limit) or 1.0)
     return -beyond if isfinite(beyond) else 0.0
@@ -155,7 +155,7 @@ def _within(warning: Exceeded) -> float:
 class LimitError(FlexuraError):
     """A result that goes beyond its limits, where warnings were asked to be errors; `warnings` lists all."""
 
-    def __init__(self, warnings: Iterable[Exceeded]) -> None:
-        self.warnings: tuple[Exceeded, ...] = tuple(warnings)
+    def __init__(self, warnings: Iterable[Diagnostic]) -> None:
+        self.warnings: tuple[Diagnostic, ...] = tuple(warnings)
         count = len(self.warnings)
         super().__init__("\n".join([f"{count} warning{'s' if count != 1 else ''}", *map(str, self.warnings)]))

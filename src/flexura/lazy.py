@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 import sys
+import warnings
+from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -19,8 +21,14 @@ class _Face(ModuleType):
     """A package with names of its modules; a module of the same name as one of them stays hidden behind it."""
 
     _module_of: dict[str, str]
+    _former: Mapping[str, str]
 
     def __getattr__(self, name: str) -> Any:
+        if name in self.__dict__["_former"]:
+            now = self.__dict__["_former"][name]
+            text = f"{self.__name__}.{name} is called {now} and goes with the next release"
+            warnings.warn(text, DeprecationWarning, stacklevel=2)
+            return getattr(self, now)
         module = self.__dict__["_module_of"].get(name)
         if module is None:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
@@ -48,10 +56,12 @@ def listed(stub: str) -> dict[str, str]:
     return {name: module for module, name in _LINE.findall(stub)}
 
 
-def face(package: str, *others: str) -> None:
-    """Let a package, while it is imported, give the names that its stub lists; `others` are its own."""
+def face(package: str, *others: str, former: Mapping[str, str] | None = None) -> None:
+    """Let a package, while it is imported, give the names that its stub lists; `others` are its own, and `former`
+    leads from older public names, which warn, to those that they have now."""
     module = sys.modules[package]
     stub = Path(str(module.__file__)).with_suffix(".pyi").read_text(encoding="utf-8")
     vars(module)["_module_of"] = listed(stub)
+    vars(module)["_former"] = former or {}
     vars(module)["__all__"] = [*others, *vars(module)["_module_of"]]
     module.__class__ = _Face

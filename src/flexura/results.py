@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from flexura.errors import Exceeded, LimitError, foremost
+from flexura.errors import Diagnostic, LimitError, foremost
 from flexura.extras import need
 from flexura.records import Record
 from flexura.tables import Facts, Table, counted, html_of
@@ -75,7 +75,7 @@ def _folded(notes: Sequence[str]) -> Iterator[str]:
 class Result(Record, Displayed):
     """What a verb returns: `warnings` say where it stops holding, `notes` how it was found and what to beware of."""
 
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
 
     _told: ClassVar[tuple[str, ...]] = ()

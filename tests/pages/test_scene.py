@@ -115,7 +115,7 @@ def test_frequencies_are_those_of_the_result():
 def test_what_is_not_proven_is_flagged():
     modes = fx.modes(example("guide"), n=3)
     first = replace(modes.modes[0], missed=True, interval_hz=(None, None), is_indexed=False)
-    said = [fx.Exceeded("proof", place, 1.0, 0.0, "1", f"of {place or 'all'}") for place in ("mode 1", "mode 3", "")]
+    said = [fx.Diagnostic("proof", place, 1.0, 0.0, "1", f"of {place or 'all'}") for place in ("mode 1", "mode 3", "")]
     scene = scene_of(replace(modes, modes=(first, *modes.modes[1:]), warnings=tuple(said)))
     assert [motion.flag for motion in scene.motions] == ["not proven", "", ""]
     assert scene.motions[0].warnings == ("of mode 1", "of all") and scene.motions[1].warnings == ("of all",)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from flexura.analysis import modes
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.view import save_modes
 from helpers.pictures import assert_no_overlap, guide
 
@@ -30,9 +30,9 @@ def test_pictures_of_modes_say_what_is_not_proven(tmp_path, monkeypatch):
     far = replace(blind.modes[0], missed=True, interval_hz=(0.5 * hz, hz))
     lost = replace(blind.modes[1], frequency_hz=0.0, interval_hz=(0.0, 1e-7))
     warnings = (
-        Exceeded("tolerance", "mode 1", 1.0, 1e-3, "1", "mode 1 is only within 100 % proven, " + "and so on " * 20),
-        Exceeded("proof", "mode 2", 1e-7, 0.0, "Hz", "mode 2 is indistinguishable from zero, " + "and so on " * 20),
-        Exceeded("proof", "", 9.0, 2.0, "1", "the model lacks 7 of the 9 modes"),
+        Diagnostic("tolerance", "mode 1", 1.0, 1e-3, "1", "mode 1 is only within 100 % proven, " + "and so on " * 20),
+        Diagnostic("proof", "mode 2", 1e-7, 0.0, "Hz", "mode 2 is indistinguishable from zero, " + "and so on " * 20),
+        Diagnostic("proof", "", 9.0, 2.0, "1", "the model lacks 7 of the 9 modes"),
     )
     own = replace(blind, modes=(far, lost), warnings=warnings)
     said = texts_of(own, tmp_path, monkeypatch)

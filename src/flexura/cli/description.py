@@ -34,9 +34,9 @@ def check_command(
     pictures: list[Path] = []
     if plot is not None:
         from flexura.structure import assemble
-        from flexura.view import save_doubts
+        from flexura.view import save_warnings
 
-        pictures = save_doubts(report, plot, model=assemble(mechanism, parameters))
+        pictures = save_warnings(report, plot, model=assemble(mechanism, parameters))
     if as_json:
         print_result(report.to_dict(), pictures)
     else:

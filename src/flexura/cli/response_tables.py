@@ -11,7 +11,7 @@ from rich.console import Console
 
 from flexura.analysis import interval_text
 from flexura.cli.tables import columns_table, console_of_width, print_warnings, write_table
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.tables import counted, ends, number, quantity, scale_for
 
@@ -117,7 +117,7 @@ def print_time_response(result: TimeResponse, written: list[Path]) -> None:
     _end(console, (*result.notes, *lost, *result.model_error_notes), result.warnings, written)
 
 
-def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Exceeded, ...], written: list[Path]) -> None:
+def _end(console: Console, notes: tuple[str, ...], warnings: tuple[Diagnostic, ...], written: list[Path]) -> None:
     for note in notes:
         console.print(note, markup=False)
     print_warnings(console, warnings)

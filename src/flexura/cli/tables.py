@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.extras import need
 from flexura.files import write_file
 from flexura.tables import text_columns
@@ -39,7 +39,7 @@ def columns_table(columns: Mapping[str, Sequence[Any] | np.ndarray], left: int =
     return table
 
 
-def print_warnings(console: Console, warnings: Iterable[Exceeded | str]) -> None:
+def print_warnings(console: Console, warnings: Iterable[Diagnostic | str]) -> None:
     """Print one line for each warning."""
     for warning in warnings:
         console.print("warning:", style="yellow", end=" ")

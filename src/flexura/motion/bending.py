@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.beam import member_frame
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.motion.bars import Bars
 from flexura.motion.clusters import Superelements
 from flexura.motion.elements import Frames, Group, PoseElements
@@ -104,19 +104,19 @@ class Bend(NamedTuple):
         return self.angle / self.limit
 
     @property
-    def exceeded(self) -> Exceeded:
+    def exceeded(self) -> Diagnostic:
         """It as a warning."""
         if not self.elements:
             text = (
                 f"superelement {self.name}: it turns by {self.angle:.3g} rad within itself, more than {self.limit} rad;"
                 " it is linear inside"
             )
-            return Exceeded("rotation", self.name, self.angle, self.limit, "rad", text)
+            return Diagnostic("rotation", self.name, self.angle, self.limit, "rad", text)
         text = (
             f"member {self.name}: one of its elements, {self.elements} in all, bends by {self.angle:.3g} rad, more than"
             f" the {self.limit} rad up to which strains are known: refine it"
         )
-        return Exceeded("mesh", self.name, self.angle, self.limit, "rad", text)
+        return Diagnostic("mesh", self.name, self.angle, self.limit, "rad", text)
 
 
 def bends(model: MovingModel, frames: Frames) -> list[Bend]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.motion.bending import bends, edge_strains
 from flexura.motion.elements import Frames
 from flexura.motion.model import MovingModel
@@ -19,13 +19,13 @@ HELD_TURN = 1e-3
 """Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the way."""
 
 
-def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Exceeded, ...]:
+def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ...]:
     """What is beyond its limit in some states, each place at its worst: elements that bend further than strains are
     known, superelements that turn within themselves, members whose edges twist stretches by what stresses should
     contain, and nodes of which the ground holds one rotation alone."""
-    found: list[Exceeded] = []
+    found: list[Diagnostic] = []
     for limits in (_bent, _stretched, _partly_held):
-        worst: dict[str, Exceeded] = {}
+        worst: dict[str, Diagnostic] = {}
         for frames in states:
             for own in limits(model, frames):
                 if own.place not in worst or own.value / own.limit > worst[own.place].value / worst[own.place].limit:
@@ -34,20 +34,20 @@ def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Exceeded, ...]
     return tuple(found)
 
 
-def _bent(model: MovingModel, frames: Frames) -> Iterator[Exceeded]:
+def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members and superelements that bend further within an element than is accurate."""
     return (bend.exceeded for bend in bends(model, frames))
 
 
-def _stretched(model: MovingModel, frames: Frames) -> Iterator[Exceeded]:
+def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members whose edges twist stretches by what stresses should contain."""
     for name, strain in edge_strains(model, frames).items():
         if strain > STRETCH:
             text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
-            yield Exceeded("twist", name, strain, STRETCH, "1", text)
+            yield Diagnostic("twist", name, strain, STRETCH, "1", text)
 
 
-def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Exceeded]:
+def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Nodes of which the ground holds one rotation alone and which turn about both other axes.
 
     How far they then turn about its axis depends on the way: by half the product of the other two between the straight
@@ -65,4 +65,4 @@ def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Exceeded]:
                 f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
                 f" both other axes, {turned:.3g} rad of its rotation vector there depend on the path"
             )
-            yield Exceeded("rotation", name, turned, HELD_TURN, "rad", text)
+            yield Diagnostic("rotation", name, turned, HELD_TURN, "rad", text)

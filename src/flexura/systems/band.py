@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexura.arrays import Array, Complex
-from flexura.errors import Exceeded, FlexuraError, SolverError
+from flexura.errors import Diagnostic, FlexuraError, SolverError
 from flexura.reduction import LowOrderModel, certify
 from flexura.systems.bounds import channel_scale, neglected_bound
 from flexura.systems.modal import ModalSystem
@@ -27,7 +27,7 @@ PROVEN = 0.01
 ADVICE = "reduce with a tolerance up to the highest frequency, or keep more modes"
 
 
-def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Exceeded, ...]:
+def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Diagnostic, ...]:
     """Undamped resonances that frequencies hz (f,) come within reach of."""
     bare = resonances[ratios < UNDAMPED]
     if not len(bare) or not len(hz):
@@ -44,10 +44,10 @@ def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Excee
         f"nothing damps the resonance{'s' if len(near) > 1 else ''} at {listed} Hz: the response is infinite there, and"
         f" its peak says how near to it a frequency lies"
     )
-    return (Exceeded("resonance", "", float(distance.min()), NEAR, "1", text),)
+    return (Diagnostic("resonance", "", float(distance.min()), NEAR, "1", text),)
 
 
-def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
+def proof_limits(system: SecondOrder, top: float) -> tuple[Diagnostic, ...]:
     """What a low-order model is not proven to contain up to the frequency `top`, Hz."""
     model = system.model
     if not isinstance(model, LowOrderModel):
@@ -58,7 +58,7 @@ def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
             proof = certify(model, system.full_order, up_to=top)
         except FlexuraError as reason:
             text = f"the model of order {model.order} is not proven up to {in_hz(top)}: {reason}"
-            return (Exceeded("proof", "", top, 0.0, "Hz", text),)
+            return (Diagnostic("proof", "", top, 0.0, "Hz", text),)
     if proof.missing:
         known = proof.frequency_hz[proof.is_indexed & (proof.error_bound < PROVEN)]
         limit = float(known.max(initial=0.0))
@@ -66,7 +66,7 @@ def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
             f"{proof.missing} of the {proof.count} modes below {in_hz(proof.below_hz)} are missing from the model of"
             f" order {model.order}: {ADVICE}"
         )
-        return (Exceeded("proof", "", top, limit, "Hz", text),)
+        return (Diagnostic("proof", "", top, limit, "Hz", text),)
     off = np.flatnonzero((proof.error_bound > PROVEN) & (proof.frequency_hz <= top))
     if not len(off):
         return ()
@@ -76,19 +76,19 @@ def proof_limits(system: SecondOrder, top: float) -> tuple[Exceeded, ...]:
         f"resonances of the model of order {model.order} are proven to no better than {bound} from {in_hz(first)} on:"
         f" {ADVICE}"
     )
-    return (Exceeded("proof", "", top, first, "Hz", text),)
+    return (Diagnostic("proof", "", top, first, "Hz", text),)
 
 
-def truncation_limits(modes: ModalSystem, top: float) -> tuple[Exceeded, ...]:
+def truncation_limits(modes: ModalSystem, top: float) -> tuple[Diagnostic, ...]:
     """Modes left out of a system below the frequency `top`, Hz."""
     first = modes.next_omega / (2 * np.pi)
     if not first < top:
         return ()
     text = f"modes from {in_hz(first)} on are left out, and frequencies up to {in_hz(top)} are asked for"
-    return (Exceeded("proof", "", top, first, "Hz", text),)
+    return (Diagnostic("proof", "", top, first, "Hz", text),)
 
 
-def band_limits(model: StateSpace, top: float) -> tuple[Exceeded, ...]:
+def band_limits(model: StateSpace, top: float) -> tuple[Diagnostic, ...]:
     """What a state space lacks, and the frequency `top`, Hz, where it lies beyond the band that the model is for."""
     lost = model.neglected
     if lost is None or top <= lost.band[1] * (1 + NEAR):
@@ -98,10 +98,10 @@ def band_limits(model: StateSpace, top: float) -> tuple[Exceeded, ...]:
         f"what the state space leaves out is known up to {in_hz(first)}, and frequencies up to {in_hz(top)} are asked"
         " for: state its band"
     )
-    return (*model.warnings, Exceeded("proof", "", top, first, "Hz", text))
+    return (*model.warnings, Diagnostic("proof", "", top, first, "Hz", text))
 
 
-def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[list[str], tuple[Exceeded, ...]]:
+def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[list[str], tuple[Diagnostic, ...]]:
     """What the modes left out can add to responses H (f, p, m) at frequencies hz (f,), and a warning if it is much."""
     below = 2 * np.pi * hz < modes.next_omega
     if not np.isfinite(modes.next_omega) or not H.size or not below.any():
@@ -122,4 +122,4 @@ def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[li
         )
     if share <= WORTH:
         return [text], ()
-    return [text], (Exceeded("tolerance", "", share, WORTH, "1", f"{text}: keep more modes, or take method direct"),)
+    return [text], (Diagnostic("tolerance", "", share, WORTH, "1", f"{text}: keep more modes, or take method direct"),)

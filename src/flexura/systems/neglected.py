@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.results import Result
 from flexura.systems.channel import Channel
@@ -88,12 +88,12 @@ class Neglected(Result):
         return f"{said}; no more than {WORTH:g} {limit}"
 
     @property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """One, when more than 1 % of a channel is left out."""
         if self.share <= WORTH:
             return ()
         advice = "keep more modes, add residual modes, or state the band that it is for"
-        return (Exceeded("tolerance", self.worst, self.share, WORTH, "1", f"{self.text}: {advice}"),)
+        return (Diagnostic("tolerance", self.worst, self.share, WORTH, "1", f"{self.text}: {advice}"),)
 
     def selected(self, inputs: list[int], outputs: list[int]) -> Neglected:
         """With some of the inputs and outputs, by position."""

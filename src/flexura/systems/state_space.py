@@ -12,7 +12,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from flexura.arrays import Array, Complex
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
 from flexura.structure import FullOrderModel
@@ -50,7 +50,7 @@ class StateSpace(Result):
     delay: float = 0.0
     name: str = "mechanism"
     notes: tuple[str, ...] = field(default=())
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     neglected: Neglected | None = None
     model: FullOrderModel | LowOrderModel | None = field(default=None, repr=False, compare=False)
 

@@ -2,4 +2,4 @@
 
 from flexura.lazy import face
 
-face(__name__)
+face(__name__, former={"draw_doubts": "draw_warnings", "save_doubts": "save_warnings"})

@@ -13,8 +13,8 @@ from flexura.view.mechanisms.correlation import draw_frf_overlay as draw_frf_ove
 from flexura.view.mechanisms.correlation import draw_sensors as draw_sensors
 from flexura.view.mechanisms.correlation import draw_shape_pair as draw_shape_pair
 from flexura.view.mechanisms.correlation import save_correlation as save_correlation
-from flexura.view.mechanisms.doubts import draw_doubts as draw_doubts
-from flexura.view.mechanisms.doubts import save_doubts as save_doubts
+from flexura.view.mechanisms.doubts import draw_warnings as draw_warnings
+from flexura.view.mechanisms.doubts import save_warnings as save_warnings
 from flexura.view.mechanisms.files import save_figures as save_figures
 from flexura.view.mechanisms.files import save_modes as save_modes
 from flexura.view.mechanisms.files import save_pictures as save_pictures

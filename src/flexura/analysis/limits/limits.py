@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis.strain import element_motions, end_forces, ratios_to_yield, yield_ratios
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.structure import FullOrderModel, Posed
 from flexura.systems import InputPort, Ports
 from flexura.tables import quantity
@@ -83,7 +83,7 @@ class _Worst(NamedTuple):
     value: float
 
 
-def motion_limits(states: States) -> tuple[Exceeded, ...]:
+def motion_limits(states: States) -> tuple[Diagnostic, ...]:
     """Rotations above 0.1 rad, and members whose ends move against each other by a tenth of their length.
 
     The motion of a member's end is read in a frame that moves and turns with the other end, so that rigid motions do
@@ -94,7 +94,7 @@ def motion_limits(states: States) -> tuple[Exceeded, ...]:
     return (*_rotation(states), *_deflection(states))
 
 
-def _rotation(states: States) -> Iterator[Exceeded]:
+def _rotation(states: States) -> Iterator[Diagnostic]:
     topology = states.model.plan.topology
     own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
     rows = states.model.node_displacements(states.columns)[own, 3:]
@@ -104,10 +104,10 @@ def _rotation(states: States) -> Iterator[Exceeded]:
         angle = worst.value * ROTATION
         most = "up to " if inside else ""
         text = f"{name} turns by {most}{angle:.3g} rad{states.when(worst.state)}, above {ROTATION:g} rad: {HINT}"
-        yield Exceeded("rotation", name, angle, ROTATION, "rad", text)
+        yield Diagnostic("rotation", name, angle, ROTATION, "rad", text)
 
 
-def _deflection(states: States) -> Iterator[Exceeded]:
+def _deflection(states: States) -> Iterator[Diagnostic]:
     names, length, rows = member_rows(states.model, states.columns)
     worst = largest(rows, BENT * length, states)
     if worst is not None:
@@ -117,7 +117,7 @@ def _deflection(states: States) -> Iterator[Exceeded]:
             f"{name} is deflected by {quantity(shift, 'm', 4)}{states.when(worst.state)}, {worst.value * BENT:.3g}"
             f" times its length of {quantity(L, 'm', 4)}, above {BENT:g}: {HINT}"
         )
-        yield Exceeded("displacement", name, shift, BENT * L, "m", text)
+        yield Diagnostic("displacement", name, shift, BENT * L, "m", text)
 
 
 def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
@@ -206,7 +206,7 @@ def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
     return worst
 
 
-def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tuple[Exceeded, ...]:
+def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tuple[Diagnostic, ...]:
     """Members stressed beyond the yield stress of their material, notch factors included (see `member_stresses`).
 
     The stress of a sum of states is at most the sum of their stresses, which rules out most members and states; those
@@ -231,12 +231,12 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
         left = f"the stresses of {rest} other states, which may be worse, were not worked out"
     if worst is None:
         text = f"whether anything yields is not known: {left}"
-        return (Exceeded("stress", "", float(rest), 0.0, "1", text),) if left else ()
+        return (Diagnostic("stress", "", float(rest), 0.0, "1", text),) if left else ()
     name = names[worst.row]
     others = f", and {beyond - 1} other member{'s' if beyond > 2 else ''} beyond it" if beyond > 1 else ""
     text = f"{name} is stressed to {times(least)} times its yield stress{states.when(worst.state)}{others}"
     text += f"; {left}" if left else ""
-    return (Exceeded("stress", name, least, 1.0, "1", text),)
+    return (Diagnostic("stress", name, least, 1.0, "1", text),)
 
 
 def _candidates(states: States, gravity: Sequence[float] | None) -> tuple[NDArray[np.intp], Array]:
@@ -285,9 +285,9 @@ def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) 
     return np.where(np.isfinite(each), each, 0.0).sum(axis=1)
 
 
-def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:
+def merged(found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """The worst of each kind, of commands and forces for each place and side."""
-    worst: dict[tuple[str, str, bool], Exceeded] = {}
+    worst: dict[tuple[str, str, bool], Diagnostic] = {}
     for own in found:
         each = own.kind in ("command", "force")
         key = (own.kind, own.place if each else "", each and own.value < 0)
@@ -298,7 +298,7 @@ def merged(found: Iterable[Exceeded]) -> tuple[Exceeded, ...]:
 
 def command_limits(
     inputs: Sequence[InputPort], commands: Array, when: Callable[[int], str] = lambda _: ""
-) -> tuple[Exceeded, ...]:
+) -> tuple[Diagnostic, ...]:
     """Commands (m, N) to inputs beyond their range, above and below: a stack's free stroke or blocked force, or the
     limit of a force or moment."""
     found = []
@@ -317,11 +317,11 @@ def command_limits(
                 text = f"{head}, {times(value / high)} times what gives its free stroke, {quantity(high, unit, 4)}"
             else:
                 text = f"{head}, below its range from 0 to {quantity(high, unit, 4)}: a stack is driven to one side"
-            found.append(Exceeded("command", name, value, limit, unit, text))
+            found.append(Diagnostic("command", name, value, limit, unit, text))
     return tuple(found)
 
 
-def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tuple[Exceeded, ...]:
+def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tuple[Diagnostic, ...]:
     """Forces in piezo stacks, driven or not, beyond their blocked force: stiffness times free stroke."""
     found = []
     for own in ports.inputs(ports.actuators):
@@ -339,7 +339,7 @@ def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tu
                 f"{name} {pushes} with {quantity(abs(value), 'N', 4)}{states.when(state)}, {times(value / most)}"
                 f" times its blocked force of {quantity(most, 'N', 4)}"
             )
-            found.append(Exceeded("force", name, value, most if value > 0 else -most, "N", text))
+            found.append(Diagnostic("force", name, value, most if value > 0 else -most, "N", text))
     return tuple(found)
 
 

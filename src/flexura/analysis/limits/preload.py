@@ -15,7 +15,7 @@ from flexura.analysis.limits.limits import States, motion_limits
 from flexura.analysis.strain import finite_numbers
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import critical_factors, critical_shapes, is_definite
 from flexura.mechanism import Mechanism
 from flexura.reduction import Certificate, certificate, chained, lowest_pairs
@@ -49,18 +49,18 @@ class Preload(Tabular):
     actuators: dict[str, float] = field(default_factory=dict)
 
     @property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Where this state stops holding: large motion, and loads beyond buckling."""
         return (*motion_limits(States(self.model, self.displacement_vector[:, None])), *self.buckled)
 
     @cached_property
-    def buckled(self) -> tuple[Exceeded, ...]:
+    def buckled(self) -> tuple[Diagnostic, ...]:
         """That the loads are beyond buckling, when they are."""
         if not is_definite(self.model.K) or is_definite(self.stiffness()):
             return ()
         factor = self.buckling_factor
         text = f"buckled: the loads are {1 / factor:.3g} times those at which the mechanism buckles"
-        return (Exceeded("buckling", "", 1 / factor, 1.0, "1", text),)
+        return (Diagnostic("buckling", "", 1 / factor, 1.0, "1", text),)
 
     def to_dict(self, n: int = 6) -> dict[str, Any]:
         """Plain data for JSON, with up to `n` buckling factors and frequencies; under loads beyond buckling there are

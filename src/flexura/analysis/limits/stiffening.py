@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, largest, member_rows, times
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
@@ -70,7 +70,7 @@ def not_looked_at(model: FullOrderModel) -> tuple[str, ...]:
 
 def stiffening_limits(
     model: FullOrderModel, bent: Bent | None, inputs: Sequence[InputPort] = (), commands: ArrayLike = ()
-) -> tuple[Exceeded, ...]:
+) -> tuple[Diagnostic, ...]:
     """Warnings where large displacements are another size than the linear ones of the state that bends most, and where
     they lead to a state that is unstable, as of leaves that buckle sideways.
 
@@ -88,18 +88,18 @@ def stiffening_limits(
         state = next(Path(equations, equations.at_rest(), Point(np.empty(0), NO_LOADS)).through([there]))
     except (OptionError, SolverError) as reason:
         text = f"whether it moves as far with large displacements is not known{bent.when}: {reason}"
-        return (Exceeded("stiffness", "", np.nan, 1.0, "1", text),)
+        return (Diagnostic("stiffness", "", np.nan, 1.0, "1", text),)
     if isinstance(state, Stopped):
         text = f"with large displacements no equilibrium is found beyond {state.share:.3g} times this state{bent.when}"
-        return (Exceeded("stiffness", "", state.share, 1.0, "1", text),)
+        return (Diagnostic("stiffness", "", state.share, 1.0, "1", text),)
     told = _told(model, bent, _moved(equations.model, state.frames), equations.size)
     if ways := unstable(equations, state):
         text = f"the state under large displacements is unstable{bent.when}"
-        return (*told, Exceeded("stiffness", "", float(ways), 0.0, "1", text))
+        return (*told, Diagnostic("stiffness", "", float(ways), 0.0, "1", text))
     return told
 
 
-def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple[Exceeded, ...]:
+def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple[Diagnostic, ...]:
     """The warning, if large displacements (n_nodes, 3) are of another size than the linear ones: by the multiple of
     these that is nearest to them, and at the node that differs most. What turns about an axis through all nodes,
     beside the size of the mechanism, m, moves none of them."""
@@ -119,7 +119,7 @@ def _told(model: FullOrderModel, bent: Bent, large: Array, size: float) -> tuple
         f"with large displacements all nodes together move {times(share)} times as far{bent.when}; {name}, which"
         f" differs most, moves {alone}{there} in place of {here}: flexura stroke follows them"
     )
-    return (Exceeded("stiffness", name, share, 1.0, "1", text),)
+    return (Diagnostic("stiffness", name, share, 1.0, "1", text),)
 
 
 def _thickness(model: FullOrderModel) -> dict[str, float]:

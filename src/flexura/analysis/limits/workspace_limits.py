@@ -9,7 +9,7 @@ import numpy as np
 from flexura.analysis.limits.limits import States, motion_limits, stress_limits
 from flexura.analysis.limits.stiffening import bent_most, stiffening_limits
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.structure import FullOrderModel
 from flexura.systems import InputPort
 
@@ -17,7 +17,7 @@ MOST_COMMANDS = 12
 """Commands of which all combinations of least and largest are looked at."""
 
 
-def workspace_limits(model: FullOrderModel, columns: Array, inputs: Sequence[InputPort]) -> tuple[Exceeded, ...]:
+def workspace_limits(model: FullOrderModel, columns: Array, inputs: Sequence[InputPort]) -> tuple[Diagnostic, ...]:
     """Motion and stress at the corners of the range of inputs, `columns` (n, a) being displacements per command.
 
     These are largest at corners, as they are convex. Nothing is said without limits, nor for more than twelve inputs.

@@ -16,7 +16,7 @@ from flexura.analysis.strain import motions
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.deadline import stage
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism import Mechanism
 from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
@@ -234,6 +234,6 @@ def _result(
     return Modes(name, order, model.order, found, evidence, u, names, parameters, model, certified, steps, limit, said)
 
 
-def _pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
+def _pose_limits(model: FullOrderModel) -> tuple[Diagnostic, ...]:
     """What is doubtful of a pose that is described; large motion is imported for that alone."""
     return registered("pose_limits")(model) if model.plan.is_posed else ()

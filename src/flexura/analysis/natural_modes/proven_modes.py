@@ -13,7 +13,7 @@ from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence
 from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.records import Record
 from flexura.reduction import HERTZ, RESOLVED, TOLERANCE, Certificate, proven_text
 from flexura.results import Tabular, plain
@@ -112,7 +112,7 @@ class Modes(Tabular):
     """What the reduction kept and why."""
     tolerance: float = TOLERANCE
     """Relative error that every frequency is held against."""
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     """What is missing, not proven, or beyond the tolerance."""
 
     @cached_property
@@ -217,7 +217,7 @@ def certified_mode(
     )
 
 
-def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Exceeded, ...]:
+def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) -> tuple[Diagnostic, ...]:
     """What is beyond the tolerance, missing or not proven."""
     found = []
     for mode in modes:
@@ -228,20 +228,20 @@ def unproven(modes: tuple[Mode, ...], certified: Certificate, tolerance: float) 
                 f"mode {mode.number}: {mode.frequency_text} is {how} proven, not within the {tolerance:g} asked for;"
                 " reduce to a tolerance, or keep more modes"
             )
-            found.append(Exceeded("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
+            found.append(Diagnostic("tolerance", f"mode {mode.number}", bound, tolerance, "1", text))
         if mode.frequency_hz == 0 and not mode.is_rigid:
             text = (
                 f"mode {mode.number}: {mode.frequency_text} is indistinguishable from zero, and is no rigid motion"
                 " of the mechanism; look for a spring or a member softer than round-off of what is beside it"
             )
-            found.append(Exceeded("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
+            found.append(Diagnostic("proof", f"mode {mode.number}", mode.interval_hz[1] or np.inf, 0.0, "Hz", text))
     below, count = certified.below_hz, float(certified.count)
     if not certified.is_counted:
         text = f"round-off hides how many modes lie below {in_hz(below)}: {certified.count} at most"
-        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+        found.append(Diagnostic("proof", "", count, float(certified.found), "1", text))
     elif certified.missing > 0:
         text = f"the model lacks {certified.missing} of the {certified.count} modes below {in_hz(below)}"
-        found.append(Exceeded("proof", "", count, float(certified.found), "1", text))
+        found.append(Diagnostic("proof", "", count, float(certified.found), "1", text))
     return tuple(found)
 
 
@@ -251,7 +251,7 @@ def _percent(share: float) -> str:
 
 def with_mesh_errors(
     model: FullOrderModel, found: tuple[Mode, ...], u: Array
-) -> tuple[tuple[Mode, ...], tuple[Exceeded, ...]]:
+) -> tuple[tuple[Mode, ...], tuple[Diagnostic, ...]]:
     """The modes of shapes u (n_nodes, 6, n) with what the meshes of solid parts leave uncertain, and warnings of it."""
     errors = frequency_errors(model, u, np.array([mode.frequency_hz for mode in found]))
     if errors is None:

@@ -16,7 +16,7 @@ from flexura.analysis.responses.meshes import response_meshes
 from flexura.analysis.strain import motions
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import count_below, inverse_roots, scaled
 from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
@@ -91,12 +91,12 @@ class FrequencyResponse(Tabular):
     ratios: Array
     order: int
     notes: tuple[str, ...] = ()
-    known: tuple[Exceeded, ...] = ()
+    known: tuple[Diagnostic, ...] = ()
     unproven: SecondOrder | None = None
     modes: ModalSystem | None = field(default=None, repr=False)
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Where this response stops holding: undamped resonances, coarse meshes, frequencies beyond what is proven."""
         if self.unproven is None:
             return self.known
@@ -345,7 +345,7 @@ def _unproven(model: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrde
     return None if isinstance(model, Plan) and not how else built
 
 
-def _known(modes: ModalSystem, hz: Array) -> tuple[Exceeded, ...]:
+def _known(modes: ModalSystem, hz: Array) -> tuple[Diagnostic, ...]:
     """Undamped resonances in the range, and meshes that leave the response uncertain."""
     undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
     return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
@@ -458,7 +458,7 @@ def lost_digits(built: System) -> float:
     return min(lost_work(built.K, built.flexibility(built.B), built.B), 1.0)
 
 
-def _lost_digits(built: System) -> tuple[Exceeded, ...]:
+def _lost_digits(built: System) -> tuple[Diagnostic, ...]:
     """That round-off in the stiffness may be seen."""
     if built.flexibility.shift:
         return ()
@@ -466,7 +466,9 @@ def _lost_digits(built: System) -> tuple[Exceeded, ...]:
     if lost < SEEN:
         return ()
     text = f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"
-    return (Exceeded("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),)
+    return (
+        Diagnostic("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),
+    )
 
 
 def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:

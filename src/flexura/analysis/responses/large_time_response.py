@@ -11,7 +11,7 @@ from flexura.analysis.limits import command_limits
 from flexura.analysis.strokes import LowOrderMotion, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
@@ -61,7 +61,7 @@ class Answer(NamedTuple):
 
     response: Array
     notes: tuple[str, ...]
-    warnings: tuple[Exceeded, ...]
+    warnings: tuple[Diagnostic, ...]
 
 
 def large_time_response(built: System, asked: Asked, order: str) -> Answer:
@@ -100,7 +100,7 @@ def large_time_response(built: System, asked: Asked, order: str) -> Answer:
     warnings = list(command_limits(built.input_ports, asked.u, lambda k: f" at {quantity(k * asked.dt, 's', 6)}"))
     if own.per_period < COARSE:
         text = f"the motion has {own.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
-        warnings.append(Exceeded("step", "", own.per_period, COARSE, "1", text))
+        warnings.append(Diagnostic("step", "", own.per_period, COARSE, "1", text))
     return Answer(own.response, tuple(notes), (*warnings, *(() if said is None else said.warnings)))
 
 

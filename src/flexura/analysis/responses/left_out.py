@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.responses.recurrences import Hold, motion
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.reduction import stored_flexibility
 from flexura.results import Result
@@ -86,13 +86,13 @@ class LeftOut(Result):
         return f"{head}, which may change, of its largest value, {', '.join(listed[:MOST])}{more}"
 
     @property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """One, when an output may be off by more than 1 %."""
         if self.share <= WORTH:
             return ()
         name = self.outputs[int(leading(self.shares))].name
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
-        return (Exceeded("tolerance", name, self.share, WORTH, "1", text),)
+        return (Diagnostic("tolerance", name, self.share, WORTH, "1", text),)
 
     def _view(self) -> Iterator[Facts | Table]:
         yield Facts({"at most": self.text})

@@ -6,7 +6,7 @@ import numpy as np
 
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, part_meshes
 from flexura.analysis.strokes import pose_limits
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.structure import FullOrderModel
 from flexura.systems import ModalSystem, SecondOrder, input_loads
 from flexura.tables import in_hz
@@ -14,7 +14,7 @@ from flexura.tables import in_hz
 
 def response_meshes(
     system: SecondOrder, modes: ModalSystem | None = None, up_to_hz: float = np.inf
-) -> tuple[Exceeded, ...]:
+) -> tuple[Diagnostic, ...]:
     """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
     the worst of each; and of the pose, where one is described."""
     full = system.full_order

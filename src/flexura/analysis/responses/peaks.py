@@ -11,7 +11,7 @@ from flexura.analysis.limits import States, command_limits, force_limits, merged
 from flexura.analysis.responses.meshes import response_meshes
 from flexura.analysis.responses.recurrences import Hold, motion
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.reduction import stored_flexibility
 from flexura.structure import FullOrderModel
 from flexura.systems import UNDAMPED, ModalSystem, Ports, SecondOrder, input_loads
@@ -49,7 +49,7 @@ class Run:
     impulses: Array
     start: Array
 
-    def warnings(self, time: Array, u: Array) -> tuple[Exceeded, ...]:
+    def warnings(self, time: Array, u: Array) -> tuple[Diagnostic, ...]:
         """Limits that are exceeded at some time (N,) under inputs u (m, N).
 
         The motion of everything is that of the modes, and what stiffer ones follow statically.
@@ -76,7 +76,7 @@ class Run:
                 eta, rate = q[:, -1], v[:, -1]
 
 
-def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, ...]:
+def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Diagnostic, ...]:
     """Resonances that nothing damps, and that inputs u (m, N) drive to more than 100 times their static amplitude.
 
     The amplitude of an undamped mode is that of the integral of u e^(-i omega t); it is off by the error of omega times
@@ -97,10 +97,10 @@ def driven_limits(modes: ModalSystem, time: Array, u: Array) -> tuple[Exceeded, 
         f"{name} drives the resonance at {in_hz(hz)}, which nothing damps, to {gain:.3g} times its static amplitude: it"
         " grows as long as it is driven; give some damping"
     )
-    return (Exceeded("resonance", name, gain, DRIVEN, "1", text),)
+    return (Diagnostic("resonance", name, gain, DRIVEN, "1", text),)
 
 
-def integrated_warnings(system: SecondOrder, q: Array, time: Array, u: Array) -> tuple[Exceeded, ...]:
+def integrated_warnings(system: SecondOrder, q: Array, time: Array, u: Array) -> tuple[Diagnostic, ...]:
     """Limits that coordinates q (n, N) of a system exceed at some time (N,) under inputs u (m, N)."""
     if not isinstance(system.model, FullOrderModel):
         shapes = system.model.recover(np.eye(system.order))
@@ -119,7 +119,9 @@ def _left_out(system: SecondOrder, shapes: Array, gain: Array) -> Array:
     return system.full_flexibility(input_loads(system)) - shapes @ gain
 
 
-def _merged(system: SecondOrder, columns: Array | None, blocks: object, time: Array, u: Array) -> tuple[Exceeded, ...]:
+def _merged(
+    system: SecondOrder, columns: Array | None, blocks: object, time: Array, u: Array
+) -> tuple[Diagnostic, ...]:
     full, names = system.full_order, [c.name for c in system.inputs]
     ports = Ports(full.design)
     at_rest = np.zeros((full.order, 1 if columns is None else 0))

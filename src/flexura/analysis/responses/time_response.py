@@ -22,7 +22,7 @@ from flexura.analysis.responses.recurrences import motion as modal_motion
 from flexura.analysis.strain import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
@@ -67,7 +67,7 @@ class TimeResponse(Tabular):
     modes: ModalSystem | None = None
     modal: Array | None = None
     run: Run | None = None
-    known: tuple[Exceeded, ...] = ()
+    known: tuple[Diagnostic, ...] = ()
 
     def of(self, output: str) -> Array:
         """One output (N,) by name. Raises OptionError for others."""
@@ -77,7 +77,7 @@ class TimeResponse(Tabular):
         return self.response[names.index(output)]
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Where this response stops holding: largest motion, stress and force, and inputs beyond their range."""
         if self.run is None:
             return self.known

@@ -27,7 +27,7 @@ from flexura.analysis.strain import finite_numbers, motion_meshes, screw_axis, t
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
@@ -79,7 +79,7 @@ class Kinetostatics(Result):
     spectrum: ComplianceSpectrum
     is_clear: bool
     notes: tuple[str, ...] = field(default=())
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     model_errors: ModelError = NO_ERRORS
     """How far the part may be from the model: of `compliance` along the six coordinates, of `input_stiffness`, and of
     `coupling`, row by row."""

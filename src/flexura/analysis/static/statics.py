@@ -36,7 +36,7 @@ from flexura.analysis.strain import (
 from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
@@ -109,7 +109,7 @@ class Statics(Tabular):
         return self.gravity if any(self.gravity) else None
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Where this response stops holding: large motion, ranges of actuators, yield, buckling, coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
         ports = Ports(self.model.design)
@@ -169,7 +169,7 @@ class Statics(Tabular):
         return None if most is None else (-most, most)
 
     @cached_property
-    def _buckling(self) -> tuple[tuple[Exceeded, ...], tuple[str, ...]]:
+    def _buckling(self) -> tuple[tuple[Diagnostic, ...], tuple[str, ...]]:
         """Whether the loads are beyond buckling, and why that is not known where it is not."""
         if self.model.plan.is_posed:
             return (), ("whether these loads buckle it at the pose is not known: use a stroke with them",)

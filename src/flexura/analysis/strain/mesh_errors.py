@@ -10,7 +10,7 @@ import scipy.linalg as la
 
 from flexura.analysis.strain.energy import placed_motions, quadratic
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.mechanism import TOP, Superelement
 from flexura.structure import FullOrderModel
 
@@ -90,7 +90,7 @@ def frequency_errors(model: FullOrderModel, shapes: Array, frequency_hz: Array) 
     return mesh_errors(model, shapes, (2 * np.pi * frequency_hz) ** 2 / 2)
 
 
-def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -> tuple[Exceeded, ...]:
+def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -> tuple[Diagnostic, ...]:
     """A warning for that of some motions, DOF vectors (n, k) with names, which meshes leave most uncertain."""
     if not columns.size:
         return ()
@@ -103,7 +103,7 @@ def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -
     return () if warning is None else (warning,)
 
 
-def mesh_warning(place: str, what: str, error: float, part: str) -> Exceeded | None:
+def mesh_warning(place: str, what: str, error: float, part: str) -> Diagnostic | None:
     """A warning that the meshes leave `what` uncertain, where they do by more than 2 %."""
     if not error > LIMIT:
         return None
@@ -111,7 +111,7 @@ def mesh_warning(place: str, what: str, error: float, part: str) -> Exceeded | N
         f"{what} may be off by {100 * error:.2g} %, more than {100 * LIMIT:g} %, for the mesh of {part};"
         " a smaller mesh_size makes it less"
     )
-    return Exceeded("mesh", place, error, LIMIT, "1", text)
+    return Diagnostic("mesh", place, error, LIMIT, "1", text)
 
 
 def _worst(own: Superelement, E: Array) -> float:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import Exceeded, SolverError
+from flexura.errors import Diagnostic, SolverError
 from flexura.motion import (
     Comparison,
     Equations,
@@ -70,7 +70,7 @@ class LowOrderMotion(Record):
         )
 
     @property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Where it is not as close to the full order as it should be."""
         found = []
         for value, limit, what in (
@@ -79,7 +79,7 @@ class LowOrderMotion(Record):
         ):
             if not value <= limit:
                 text = f"the low order is off by {value:.2g} in {what}: take the full order"
-                found.append(Exceeded("reduction", "", value, limit, "1", text))
+                found.append(Diagnostic("reduction", "", value, limit, "1", text))
         return tuple(found)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from flexura.analysis.strokes.pose import Asked, Measured, measured
 from flexura.analysis.strokes.ways import Course
 from flexura.deadline import Listener, OutOfTime, Progress
-from flexura.errors import Exceeded, SolverError
+from flexura.errors import Diagnostic, SolverError
 from flexura.motion import (
     NO_LOADS,
     Along,
@@ -57,7 +57,7 @@ class Followed:
     after: list[Found] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
     ended: list[Equilibrium] = field(default_factory=list)
-    critical: list[Exceeded] = field(default_factory=list)
+    critical: list[Diagnostic] = field(default_factory=list)
     broken: BaseException | None = None
 
     @property
@@ -174,7 +174,7 @@ class _Follower:
         followed = "the buckled path is followed"
         rest = followed if self.branch else "branch = 1 or -1 follows the buckled path to either side"
         text = f"bifurcation {where}: another path of equilibria branches off, as in buckling; {rest}"
-        self.out.critical.append(Exceeded("bifurcation", "", np.nan, np.nan, "1", text))
+        self.out.critical.append(Diagnostic("bifurcation", "", np.nan, np.nan, "1", text))
 
     def _along(self, own: list[Found], first: Equilibrium, shares: list[float]) -> None:
         """States by arc length wherever the way comes by one of the shares, and where the share turns back."""
@@ -221,7 +221,7 @@ class _Follower:
     def _turn(self, at: Along) -> None:
         where = self.planned.words(at.share)
         text = f"limit point at {where}: the path parameter turns back, beyond it the mechanism snaps"
-        self.out.critical.append(Exceeded("limit point", "", at.share, np.nan, "1", text))
+        self.out.critical.append(Diagnostic("limit point", "", at.share, np.nan, "1", text))
 
     def _end(self, last: Equilibrium, at: str, aim: str) -> None:
         """Tell where a way ends, and why as far as that is known."""

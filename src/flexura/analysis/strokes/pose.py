@@ -12,7 +12,7 @@ from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
 from flexura.analysis.strokes.ways import Varied
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.linalg import Eigenpairs, Matrix, counted_intervals, inverse_roots, leading, scaled
 from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
@@ -214,7 +214,7 @@ def _mesh_errors(pose: Pose, asked: Asked, free: Eigenpairs, support: Sequence[f
     return mesh_errors_of(pose, motions, energies)
 
 
-def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Exceeded | None:
+def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Diagnostic | None:
     """The warning of an error of stiffnesses that is owed to a member with few elements, or to a superelement that
     bends; None where it is small."""
     if not error > ACCURATE:
@@ -230,7 +230,7 @@ def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Exceed
         text = f"superelement {name}: {off}, as far as it is a beam: it is linear inside, and bending softens beams"
     else:
         text = f"member {name}: {off}, the error of its mesh: refine it"
-    return Exceeded("mesh", name, error, ACCURATE, "1", text)
+    return Diagnostic("mesh", name, error, ACCURATE, "1", text)
 
 
 def mesh_errors_of(pose: Pose, motions: Array, energies: Array) -> dict[str, float]:

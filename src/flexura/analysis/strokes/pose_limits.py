@@ -10,7 +10,7 @@ from flexura.analysis.limits import EXACT, command_limits, times
 from flexura.analysis.strain import yield_ratios
 from flexura.analysis.strokes.clashes import solids_that_meet
 from flexura.analysis.strokes.pose import coarse, mesh_errors_of
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.motion import PosedDesign, beyond, pose_of
 from flexura.structure import FullOrderModel
@@ -20,7 +20,7 @@ LOWEST = 6
 """Modes whose stiffness is looked at for want of elements."""
 
 
-def pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
+def pose_limits(model: FullOrderModel) -> tuple[Diagnostic, ...]:
     """Where the pose itself is doubtful: members that bend too far for their elements or have too few of them,
     superelements that turn within themselves, edges that twist stretches, nodes of which one rotation is held, solids
     that meet, members beyond yield. Nothing at rest."""
@@ -30,7 +30,7 @@ def pose_limits(model: FullOrderModel) -> tuple[Exceeded, ...]:
     return model.prepared.once("pose limits", lambda: tuple(_limits(model, posed)))
 
 
-def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
+def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Diagnostic]:
     commands = model.plan.pose.commands(model.values)
     yield from command_limits(
         Ports(model.design).inputs(list(commands)), np.array([[own] for own in commands.values()])
@@ -38,7 +38,7 @@ def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
     yield from beyond(posed.model, [posed.pose.state.frames])
     for meeting in solids_that_meet(model, [posed.pose.state.frames])[0]:
         text = f"{meeting.first} and {meeting.second} meet at the pose, and go through each other"
-        yield Exceeded("contact", meeting.first, np.nan, np.nan, "m", text)
+        yield Diagnostic("contact", meeting.first, np.nan, np.nan, "m", text)
     modes = posed.pose.modes(min(LOWEST, model.order))
     for name, error in mesh_errors_of(posed.pose, modes.vectors, modes.values).items():
         if (found := coarse(model, name, error, "at the pose")) is not None:
@@ -48,4 +48,4 @@ def _limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Exceeded]:
         worst = int(leading(yields.ratio[:, 0]))
         name, ratio = yields.names[worst], float(yields.ratio[worst, 0])
         text = f"{name} is stressed beyond its yield stress at the pose, {times(ratio)} times"
-        yield Exceeded("stress", name, ratio, 1.0, "1", text)
+        yield Diagnostic("stress", name, ratio, 1.0, "1", text)

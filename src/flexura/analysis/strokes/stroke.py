@@ -31,7 +31,7 @@ from flexura.analysis.strokes.ways import Course, FromTo, Given, course, describ
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import leading
 from flexura.mechanism import Mechanism
 from flexura.motion import (
@@ -95,8 +95,8 @@ class Stroke(Tabular):
     model: FullOrderModel
     poses: tuple[StrokePose, ...]
     stopped: tuple[str, ...]
-    critical: tuple[Exceeded, ...]
-    doubts: tuple[Exceeded, ...]
+    critical: tuple[Diagnostic, ...]
+    doubts: tuple[Diagnostic, ...]
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
     frames: tuple[Frames, ...]
@@ -140,17 +140,17 @@ class Stroke(Tabular):
         return any(text.startswith(INTERRUPTED) for text in self.stopped)
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Poses that are not there, unstable or not proven, members that bend too far for their elements or are
         stressed beyond yield, and solids that meet."""
-        found = [Exceeded("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
+        found = [Diagnostic("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
         found += self.critical
         for run in self._runs(lambda pose: bool(pose.frequency_hz_held) and pose.frequency_hz_held[0] < 0):
             text = f"{self._where(run)} the mechanism {UNSTABLE}"
-            found.append(Exceeded("buckling", "", min(pose.frequency_hz_held[0] for pose in run), 0.0, "Hz", text))
+            found.append(Diagnostic("buckling", "", min(pose.frequency_hz_held[0] for pose in run), 0.0, "Hz", text))
         for run in self._runs(lambda pose: not pose.proven):
             text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
-            found.append(Exceeded("proof", "", np.nan, np.nan, "Hz", text))
+            found.append(Diagnostic("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
         return (*found, *low, *self.doubts, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
 
@@ -180,7 +180,7 @@ class Stroke(Tabular):
             " at 0.16 (corrections: none: 7, 35, 53 %)",
         )
 
-    def _too_coarse(self) -> Iterator[Exceeded]:
+    def _too_coarse(self) -> Iterator[Diagnostic]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
         told = {own.place for own in self.doubts if own.kind == "mesh"}
         for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
@@ -189,7 +189,7 @@ class Stroke(Tabular):
             if (found := coarse(self.model, name, worst.mesh_error[name], at)) is not None:
                 yield found
 
-    def _beyond_yield(self) -> Iterator[Exceeded]:
+    def _beyond_yield(self) -> Iterator[Diagnostic]:
         """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
         if not self.poses:
             return
@@ -202,9 +202,9 @@ class Stroke(Tabular):
                 most = float(ratio.max())
                 where = f"first at {first} and most at {worst}, {most:.3g} times"
                 text = f"{name} is stressed beyond its yield stress, {where}"
-                yield Exceeded("stress", name, most, 1.0, "1", text)
+                yield Diagnostic("stress", name, most, 1.0, "1", text)
 
-    def _meetings(self) -> Iterator[Exceeded]:
+    def _meetings(self) -> Iterator[Diagnostic]:
         """A warning for every pair of solids that are apart at rest and meet, with the pose nearest to rest."""
         away = self._away()
         found, all_seen = solids_that_meet(self.model, self.frames)
@@ -212,10 +212,10 @@ class Stroke(Tabular):
             pose = self.poses[min(meeting.poses, key=away.__getitem__)]
             where = words(pose.varied, self.units)
             text = f"{meeting.first} and {meeting.second} meet, first at {where}, and go through each other from there"
-            yield Exceeded("contact", meeting.first, np.nan, np.nan, "m", text)
+            yield Diagnostic("contact", meeting.first, np.nan, np.nan, "m", text)
         if not all_seen:
             text = "so many parts lie side by side that not all were looked at for whether they meet"
-            yield Exceeded("contact", "", np.nan, np.nan, "m", text)
+            yield Diagnostic("contact", "", np.nan, np.nan, "m", text)
 
     def _away(self) -> Array:
         """How far poses are from rest, of what is prescribed, each over its largest value."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import command_limits
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import Drive, Loads, MovingModel, Point, commanded
 from flexura.structure import Design
@@ -85,7 +85,7 @@ class Course(NamedTuple):
     loads: dict[str, tuple[float, float]]
     commands: dict[str, tuple[float, float]]
     units: dict[str, str]
-    overdriven: tuple[Exceeded, ...]
+    overdriven: tuple[Diagnostic, ...]
 
     def at(self, share: float) -> Varied:
         """What is prescribed at a share of the way."""
@@ -137,7 +137,7 @@ class _Courses:
         """Loads at rest, at the first and at the last point."""
         self.loads: dict[str, tuple[float, float]] = {}
         self.commands: dict[str, tuple[float, float]] = {}
-        self.overdriven: list[Exceeded] = []
+        self.overdriven: list[Diagnostic] = []
         self.units: dict[str, str] = {}
 
     def course(self, steps: int) -> Course:

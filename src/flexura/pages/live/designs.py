@@ -22,7 +22,7 @@ from flexura.analysis import (
     statics,
 )
 from flexura.arrays import Array
-from flexura.errors import Exceeded, FlexuraError, OptionError, SolverError, foremost
+from flexura.errors import Diagnostic, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.pages.live.described import Described, scene_message
 from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
@@ -254,7 +254,7 @@ def _frequency(hz: float, lower: float, upper: float, indexed: bool, rigid: bool
 
 def _stresses(model: FullOrderModel, load: Load) -> dict[str, Any]:
     """The members nearest to yield, what the loads are in words, and warnings."""
-    said: tuple[Exceeded, ...] = ()
+    said: tuple[Diagnostic, ...] = ()
     if load.kind == "actuators":
         limits = [
             (i.channel.name, max(i.limits, key=abs))

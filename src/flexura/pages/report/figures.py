@@ -16,7 +16,7 @@ from flexura.pages.report.subject import Subject
 from flexura.pages.viewer import Shown, scene_of, to_json
 from flexura.structure import assemble
 from flexura.tables import counted
-from flexura.view import draw_doubts, draw_mechanism, draw_sheet
+from flexura.view import draw_mechanism, draw_sheet, draw_warnings
 
 PICTURE_DPI = 96
 COLOURS = 96
@@ -31,7 +31,7 @@ def doubts_figure(subject: Subject, check: CheckReport) -> list[Block]:
         return []
     model = assemble(subject.plan.at_rest(), subject.parameters)
     try:
-        scene, picture = scene_of(model, check), png_of(draw_doubts(model, check))
+        scene, picture = scene_of(model, check), png_of(draw_warnings(model, check))
     except FlexuraError as error:
         return [Paragraph(f"The warnings cannot be shown in three dimensions: {error}", "bad")]
     return [ViewerFigure("doubts", to_json(scene), picture, f"{scene.name}, with its warnings where they are")]

@@ -13,7 +13,7 @@ from pathlib import Path
 from flexura._version import __version__
 from flexura.arguments import verb
 from flexura.deadline import Listener, told
-from flexura.errors import Exceeded, FlexuraError, OptionError
+from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
@@ -64,7 +64,7 @@ class Report(Result):
     html: str
     states: dict[str, str]
     seconds: dict[str, float] = field(compare=False)
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
 
     def _view(self) -> Iterator[ShownFacts]:
         by_state = {

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from flexura.errors import Exceeded, FlexuraError, foremost
+from flexura.errors import Diagnostic, FlexuraError, foremost
 from flexura.mechanism import DescribedStudy, OptimumStudy, Range, SweepStudy, ToleranceStudy
 from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table
 from flexura.pages.report.figures import png_of
@@ -44,7 +44,7 @@ class Worked(NamedTuple):
     said: Sequence[str]
     figure: Figure
     facts: Sequence[Fact]
-    warnings: Sequence[Exceeded]
+    warnings: Sequence[Diagnostic]
 
 
 def studies(subject: Subject) -> Content:
@@ -60,7 +60,7 @@ def studies(subject: Subject) -> Content:
     if subject.commands.pose:
         text = "Studies are of the mechanism as its file describes it; this report is about a pose that was asked for."
         return Content([Paragraph(text, "soft")], "absent")
-    blocks, facts, warnings, state = list[Block](), list[Fact](), list[Exceeded](), "shown"
+    blocks, facts, warnings, state = list[Block](), list[Fact](), list[Diagnostic](), "shown"
     for name, own in described.items():
         blocks.append(Paragraph(f"{name}: {own.words}"))
         command = subject.commands(own.kind, ["--study", name], f"study={name!r}", posed=False)

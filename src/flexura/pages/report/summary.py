@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.pages.report.document import Block, Bullets, Fact, Paragraph, Section
 from flexura.tables import counted
 
@@ -48,7 +48,7 @@ def grouped(warnings: Sequence[Any]) -> list[str]:
     """Texts of warnings, those of doubts that say the same of several places as one."""
     places: dict[str, list[str]] = {}
     for own in warnings:
-        places.setdefault(own.text, []).extend([] if isinstance(own, Exceeded) else [own.place])
+        places.setdefault(own.text, []).extend([] if isinstance(own, Diagnostic) else [own.place])
     return [f"{_listed(own)}: {text}" if own else text for text, own in places.items()]
 
 

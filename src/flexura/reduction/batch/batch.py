@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener, Progress
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import Mechanism
 from flexura.reduction.batch.arrow import Arrow
 from flexura.reduction.batch.arrow_certificate import arrow_bounds
@@ -85,7 +85,7 @@ class NaturalFrequencies(Tabular):
         return _error_bound(self.frequency_hz, self.lower_hz, self.upper_hz)
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """One, when designs miss the tolerance or may lack a mode."""
         missed = self.missed
         if not len(missed):
@@ -95,7 +95,7 @@ class NaturalFrequencies(Tabular):
         text = (
             f"{len(missed)} of {len(bounds)} designs are not proven within {self.tolerance:g}: resolved() solves them"
         )
-        return (Exceeded("tolerance", f"design {worst}", float(bounds[worst].max()), self.tolerance, "1", text),)
+        return (Diagnostic("tolerance", f"design {worst}", float(bounds[worst].max()), self.tolerance, "1", text),)
 
     def _data(self) -> dict[str, Any]:
         return {"name": self.plan.name, **super()._data(), "parameters": self.parameters, "missed": self.missed}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexura.arguments import verb
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.extras import need
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
@@ -98,22 +98,22 @@ class StudyTable(OfThePart, Tabular):
         return self.summary.reasons
 
     @cached_property
-    def warnings(self) -> tuple[Exceeded, ...]:
+    def warnings(self) -> tuple[Diagnostic, ...]:
         """Designs that are missing, failed or not proven."""
         found, of = [], counted(self.designs, "design")
         if not self.is_complete:
             text = f"{self.designs - self.done} of {of} are still to be worked out: run the study again to go on"
-            found.append(Exceeded("study", "", self.done, self.designs, "1", text))
+            found.append(Diagnostic("study", "", self.done, self.designs, "1", text))
         for own in self.reasons:
             text = f"{own.count} of {of} could not be worked out, design {own.design} first: {own.text or 'no reason'}"
-            found.append(Exceeded("study", f"design {own.design}", own.count, 0.0, "1", text))
+            found.append(Diagnostic("study", f"design {own.design}", own.count, 0.0, "1", text))
         found += [own for heading in self.asked if jumps_of(heading) in self.columns for own in self._leaps(heading)]
         if self.unproven:
             text = f"{self.unproven} of {of} are not proven within 0.1 %: tables show their frequencies as intervals"
-            found.append(Exceeded("proof", "", self.unproven, 0.0, "1", text))
+            found.append(Diagnostic("proof", "", self.unproven, 0.0, "1", text))
         return tuple(found)
 
-    def _leaps(self, heading: str) -> Iterator[Exceeded]:
+    def _leaps(self, heading: str) -> Iterator[Diagnostic]:
         """Where a frequency that is followed goes over to another mode, the first of these places in words."""
         [over], text = self.parameters, heading.rpartition(" [")[0]
         table = self.to_columns([over, heading, jumps_of(heading)])
@@ -125,7 +125,7 @@ class StudyTable(OfThePart, Tabular):
             between = " and ".join(quantity(float(own), unit.removesuffix("]")) for own in x[k : k + 2])
             more = f", the first of {len(places)} such places" if len(places) > 1 else ""
             said = f"{text} goes over to another mode, from {ends((hertz[k], hertz[k + 1]), 'Hz', 5)}, between"
-            yield Exceeded("mode", text, len(places), 0.0, "1", f"{said} {name} = {between}{more}")
+            yield Diagnostic("mode", text, len(places), 0.0, "1", f"{said} {name} = {between}{more}")
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded
+from flexura.errors import Diagnostic
 from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.sensitivity import free_names
@@ -50,7 +50,7 @@ class Sensitivity(OfThePart, Tabular):
     highest: Array
     is_exact: NDArray[np.bool_]
     repeated: tuple[tuple[int, ...], ...] = ()
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
 
@@ -136,7 +136,7 @@ def _held(mechanism: Mechanism) -> Iterator[str]:
         yield f"{', '.join(held)} left out: {HELD}"
 
 
-def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Exceeded]:
+def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Diagnostic]:
     """What has no value, or slopes that are missing; what lacks them for one reason is one warning."""
     reasons = dict[str, dict[str, int]]()
     for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
@@ -145,7 +145,7 @@ def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Exceeded]:
             reasons.setdefault(why.removeprefix(f"{text}: ") or "it is not finite", {})[text] = missing
     for why, own in reasons.items():
         place = ", ".join(own)
-        yield Exceeded("study", place, max(own.values()), 0.0, "1", f"{place}: {why}")
+        yield Diagnostic("study", place, max(own.values()), 0.0, "1", f"{place}: {why}")
 
 
 def _ranges(found: Slopes) -> tuple[Array, Array, Array]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import Exceeded, FlexuraError
+from flexura.errors import Diagnostic, FlexuraError
 from flexura.study.optimum.climb import FEASIBLE, Climb, Method
 from flexura.study.optimum.discrete import Chosen, Mixed
 from flexura.study.optimum.front import Front
@@ -37,7 +37,7 @@ SAME = 1e-12
 """Relative difference of goals that are the same."""
 
 
-def goal_doubts(task: Task, known: Array) -> Iterator[Exceeded]:
+def goal_doubts(task: Task, known: Array) -> Iterator[Diagnostic]:
     """Goals that contradict each other, and such as are the same whatever varies; quantities (N, q) of some designs are
     `known`."""
     for k, aim in enumerate(task.aims):
@@ -45,7 +45,7 @@ def goal_doubts(task: Task, known: Array) -> Iterator[Exceeded]:
             text = (
                 f"{aim.formula.text} is to be both large and small: of these goals every design is as good as another"
             )
-            yield Exceeded("goal", aim.formula.text, float("nan"), 0.0, "1", text)
+            yield Diagnostic("goal", aim.formula.text, float("nan"), 0.0, "1", text)
     quantities = known if len(known) >= DESIGNS else task.designs.values(task.starts(DESIGNS, seed=0))[0]
     for aim in task.aims:
         values = np.asarray(task.wording.combined(aim.formula).value(quantities))
@@ -53,7 +53,7 @@ def goal_doubts(task: Task, known: Array) -> Iterator[Exceeded]:
         if len(known) > 1 and np.ptp(known) <= SAME * np.abs(known).max():
             varied = ", ".join(task.names)
             text = f"{aim.text}: the same in all {len(known)} designs looked at, whatever {varied} may be"
-            yield Exceeded("goal", aim.text, float(np.ptp(known)), SAME, "1", text)
+            yield Diagnostic("goal", aim.text, float(np.ptp(known)), SAME, "1", text)
 
 
 DIGITS = 9
@@ -213,10 +213,10 @@ def _starts(task: Task, chosen: Chosen) -> Iterator[OptimumStart]:
         )
 
 
-def _doubts(solved: Solved | None, missed: tuple[Violation, ...]) -> Iterator[Exceeded]:
+def _doubts(solved: Solved | None, missed: tuple[Violation, ...]) -> Iterator[Diagnostic]:
     if missed:
         text = f"no design was found that meets the limits; in the nearest one {'; '.join(map(str, missed))}"
-        yield Exceeded("limit", missed[0].text, missed[0].by, 0.0, missed[0].unit, text)
+        yield Diagnostic("limit", missed[0].text, missed[0].by, 0.0, missed[0].unit, text)
         return
     if solved is None:
         return
@@ -225,10 +225,10 @@ def _doubts(solved: Solved | None, missed: tuple[Violation, ...]) -> Iterator[Ex
         text = f"the conditions of an optimum are missed by {residual:.2g} of the gradient: the search stopped short"
         beside = [own for own in solved.climbs if own.best is solved.best and own.said.startswith("designs")]
         text += f"; {beside[0].said}" if beside else ""
-        yield Exceeded("convergence", "", residual, STATIONARY, "1", text)
+        yield Diagnostic("convergence", "", residual, STATIONARY, "1", text)
     if solved.curvature > RISE:
         text = "the design is stationary, but the goal curves upwards along what limits leave free: it is no optimum"
-        yield Exceeded("convergence", "", solved.curvature, RISE, "1", text)
+        yield Diagnostic("convergence", "", solved.curvature, RISE, "1", text)
 
 
 def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterator[str]:
@@ -295,7 +295,7 @@ def pareto_of(task: Task, mixed: Mixed, found: Front, seed: int) -> Pareto:
     warnings = list(goal_doubts(task, mixed.known))
     if not len(designs):
         text = "no design was found that meets the limits: there is no front"
-        warnings.append(Exceeded("limit", "", float("nan"), 0.0, "1", text))
+        warnings.append(Diagnostic("limit", "", float("nan"), 0.0, "1", text))
     margins = None
     if len(designs):
         k = len(designs) // 2

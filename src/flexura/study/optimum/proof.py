@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from flexura.analysis import Modes, Stroke, modes, stroke
-from flexura.errors import Exceeded, FlexuraError
+from flexura.errors import Diagnostic, FlexuraError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, plan_of
 from flexura.study.optimum.asked import numbered
@@ -24,7 +24,7 @@ class Anew:
 
     mechanism: Mechanism
     quantities: Sequence[Quantity]
-    warnings: list[Exceeded] = field(default_factory=list)
+    warnings: list[Diagnostic] = field(default_factory=list)
     _strokes: dict[tuple[tuple[str, float], ...], Stroke] = field(default_factory=dict)
 
     @cached_property
@@ -75,7 +75,7 @@ class Anew:
 
 def proof(
     mechanism: Mechanism, values: Mapping[str, float], quantities: Sequence[Quantity], found: Mapping[str, float]
-) -> tuple[tuple[Proof, ...], list[Exceeded]]:
+) -> tuple[tuple[Proof, ...], list[Diagnostic]]:
     """Every quantity of a design anew beside the value that was `found`, and warnings: those of the verbs, what differs
     by more than `DIFFERS` and is not within its interval, and what could not be worked out."""
     parameters = dict(mechanism.parameters)
@@ -88,7 +88,7 @@ def proof(
             proofs.append(anew.checked(own, found[own.text]))
         except FlexuraError as error:
             text = f"{own.text} could not be worked out anew at the optimum: {error}"
-            missing.append(Exceeded("proof", own.text, float("nan"), DIFFERS, "1", text))
+            missing.append(Diagnostic("proof", own.text, float("nan"), DIFFERS, "1", text))
     for own in proofs:
         low, high = own.interval or (own.checked, own.checked)
         if own.difference > DIFFERS and not low <= own.value <= high:
@@ -96,5 +96,5 @@ def proof(
                 f"{own.text} is {own.checked:.6g} {own.unit} by {own.by} and was {own.value:.6g} in the search:"
                 " the optimum is that of the search, which differs"
             )
-            missing.append(Exceeded("proof", own.text, own.difference, DIFFERS, "1", text))
+            missing.append(Diagnostic("proof", own.text, own.difference, DIFFERS, "1", text))
     return tuple(proofs), [*missing, *anew.warnings]

@@ -15,7 +15,7 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.expressions import NUMBER, Expression
 from flexura.files import write_file
 from flexura.mechanism import Mechanism, parameter_dimensions
@@ -185,7 +185,7 @@ class Optimum(OfThePart, Tabular):
     mechanism: Mechanism
     parameters: Mapping[str, float]
     notes: tuple[str, ...] = ()
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
 
     @property
@@ -294,7 +294,7 @@ class Pareto(OfThePart, Tabular):
     mechanism: Mechanism
     parameters: Mapping[str, float]
     notes: tuple[str, ...] = ()
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
 
     def __len__(self) -> int:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.analysis import interval_text
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design, plan_of
@@ -47,7 +47,7 @@ class Published(Tabular):
     within: Array
     source: tuple[str, ...]
     margins: tuple[Margins, ...]
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -170,12 +170,12 @@ def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formul
 
 def _missed(
     texts: Sequence[str], differences: Array, within: Array, sources: Sequence[str], reasons: Sequence[str]
-) -> Iterator[Exceeded]:
+) -> Iterator[Diagnostic]:
     """What differs by more than it may, and what has no number."""
     rows = zip(texts, differences.tolist(), within.tolist(), sources, reasons, strict=True)
     for text, difference, most, source, reason in rows:
         if not np.isfinite(difference):
-            yield Exceeded("misfit", text, difference, most, "1", reason or f"{text} has no number")
+            yield Diagnostic("misfit", text, difference, most, "1", reason or f"{text} has no number")
         elif abs(difference) > most:
             words = f"{text} differs by {percent(difference)}, more than {percent(most)}, from {source}"
-            yield Exceeded("misfit", text, abs(difference), most, "1", words)
+            yield Diagnostic("misfit", text, abs(difference), most, "1", words)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
 from flexura.study.tolerances.indices import SobolIndices
@@ -109,7 +109,7 @@ class Tolerance(OfThePart, Tabular):
     reasons: Mapping[str, int]
     values: Array = field(repr=False)
     drawn: Array = field(repr=False)
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
 

@@ -18,7 +18,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.duals import Dual
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.engine import StudyTable, run
@@ -317,13 +317,13 @@ def _failures(table: StudyTable, values: Array) -> dict[str, int]:
     return dict(Counter(str(own) or "no reason" for own in reason[failed]).most_common())
 
 
-def _warnings(table: StudyTable, samples: int, reasons: Mapping[str, int]) -> Iterator[Exceeded]:
+def _warnings(table: StudyTable, samples: int, reasons: Mapping[str, int]) -> Iterator[Diagnostic]:
     failed = sum(reasons.values())
     if failed:
         first, count = next(iter(reasons.items()))
         text = f"{failed} of {samples} samples could not be worked out, {count} of them: {first}"
         text += "; percentiles are those of the others, and yields count them as failing"
-        yield Exceeded("study", "", failed, 0.0, "1", text)
+        yield Diagnostic("study", "", failed, 0.0, "1", text)
     yield from (own for own in table.warnings if own.kind == "proof")
 
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 from flexura.arrays import Array
 from flexura.deadline import Listener
-from flexura.errors import Exceeded, OptionError
+from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Mechanism
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, ends, percent, quantity
@@ -96,7 +96,7 @@ class Calibration(Tabular):
     also: tuple[Mechanism, ...] = ()
     misfits: tuple[Misfit, ...] = ()
     notes: tuple[str, ...] = ()
-    warnings: tuple[Exceeded, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
 
     _shown = ("name", "method", "parameters", "chi_square")
 

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.errors import Exceeded, OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import Mechanism
 from flexura.sensitivity import ModelOrder
 from flexura.structure import Plan, one_design
@@ -302,12 +302,12 @@ def _modes(
     return tuple(found)
 
 
-def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Exceeded]:
+def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Diagnostic]:
     """What the data contradict, and that the search `stopped` after so many steps where it did not converge."""
     found = []
     if stopped is not None:
         text = "the search stopped before it converged: allow more steps, or start nearer"
-        found.append(Exceeded("convergence", "", float(stopped), float(stopped), "1", text))
+        found.append(Diagnostic("convergence", "", float(stopped), float(stopped), "1", text))
     for own in missed:
         if own.is_unlikely:
             text = (
@@ -316,7 +316,7 @@ def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Exceeded]:
                 " parameters cannot make up, or sigma is too small; intervals are widened for an error of that size,"
                 " not for one that the parameters have taken up"
             )
-            found.append(Exceeded("misfit", own.kind, own.probability, UNLIKELY, "1", text))
+            found.append(Diagnostic("misfit", own.kind, own.probability, UNLIKELY, "1", text))
     return found
 
 

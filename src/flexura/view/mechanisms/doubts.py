@@ -45,7 +45,7 @@ class _Label(NamedTuple):
 
 
 @verb
-def draw_doubts(
+def draw_warnings(
     model: FullOrderModel, report: CheckReport, *, elev: float | None = None, azim: float | None = None
 ) -> Figure:
     """Draw a mechanism with the parts that a check of it warns about in red, and a few words where they clash.
@@ -69,9 +69,9 @@ def draw_doubts(
 
 
 @verb
-def save_doubts(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
-    """Write the picture of `draw_doubts` as `doubts.png`. Raises OptionError when the folder cannot be written to."""
-    return save_figures({"doubts.png": draw_doubts(model, report)}, folder)
+def save_warnings(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
+    """Write the picture of `draw_warnings` as `doubts.png`. Raises OptionError when the folder cannot be written to."""
+    return save_figures({"doubts.png": draw_warnings(model, report)}, folder)
 
 
 def _marked(report: CheckReport, bars: Bars, bodies: Bodies) -> tuple[set[str], list[_Label], list[str]]:
