@@ -13,8 +13,8 @@ from flexura.deadline import checkpoint
 from flexura.linalg import lowest
 from flexura.mechanism import with_rigid_roots
 from flexura.methods import Comparison, Solution, compare
-from flexura.methods.finite_elements import finite_elements
-from flexura.methods.pairing import pair
+from flexura.methods.discrete_models import finite_elements
+from flexura.methods.solution import pair
 from flexura.modal.frequency_pairing import in_order
 from flexura.structure import Plan, assemble
 

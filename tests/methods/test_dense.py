@@ -3,10 +3,9 @@
 import pytest
 
 import flexura as fx
-from flexura.methods import compare, dense
+from flexura.methods import compare, exact_condensation
+from flexura.methods.chain_equations import spectral_element, transfer_matrix
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
-from flexura.methods.spectral import spectral_element
-from flexura.methods.transfer_matrix import transfer_matrix
 from flexura.structure import assemble
 
 
@@ -40,13 +39,13 @@ def test_too_many_are_refused_before_they_are_written(method, monkeypatch) -> No
 def test_modes_and_chains_count(limit, monkeypatch) -> None:
     """Ten nodes: 60 equations, and more for the chains between them."""
     model = assemble(comb(5))
-    monkeypatch.setattr(dense, "LARGEST", limit)
+    monkeypatch.setattr(exact_condensation, "LARGEST", limit)
     with pytest.raises(fx.SolverError, match="equations over"):
         transfer_matrix(model, 3)
 
 
 def test_finite_elements_take_their_place(monkeypatch) -> None:
-    monkeypatch.setattr(dense, "LARGEST", 50)
+    monkeypatch.setattr(exact_condensation, "LARGEST", 50)
     result = compare(comb(5), n=2, methods=["finite_elements"], budget=None)
     assert result.reference == "finite elements 4x"
     assert "60 equations" in result.rows[0].failure

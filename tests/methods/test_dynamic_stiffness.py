@@ -15,10 +15,10 @@ from flexura.beam.dynamic import dynamic_beam
 from flexura.beam.dynamic_series import BeamSeries
 from flexura.beam.uniform import UniformBeam
 from flexura.linalg import lowest
+from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
 from flexura.methods.exact_condensation import ExactCondensation
-from flexura.methods.finite_elements import finite_elements
-from flexura.methods.member_shapes import inside_member
+from flexura.methods.exact_response import inside_member
 from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.nodal_stiffness import NodalStiffness, end_stiffness

@@ -11,11 +11,14 @@ from scipy.optimize import brentq
 
 import flexura as fx
 from flexura.linalg import lowest
+from flexura.methods.chain_equations import (
+    reverberation_ray,
+    spectral_element,
+    spectral_response,
+    transfer_matrix,
+)
+from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import DynamicStiffness, dynamic_stiffness
-from flexura.methods.finite_elements import finite_elements
-from flexura.methods.reverberation_ray import reverberation_ray
-from flexura.methods.spectral import spectral_element, spectral_response
-from flexura.methods.transfer_matrix import transfer_matrix
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STEEL = fx.describe.Material(E=200e9, nu=0.3, rho=7800.0)

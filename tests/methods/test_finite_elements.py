@@ -10,7 +10,7 @@ import flexura as fx
 from flexura.beam import element_mass, element_stiffness
 from flexura.linalg import lowest
 from flexura.mechanism import Flexure, Link, Material, Mechanism, Rectangle, RoundNotch, SectionConstants
-from flexura.methods.finite_elements import chained, convergence, finite_elements
+from flexura.methods.discrete_models import chained, convergence, finite_elements
 from flexura.structure import assemble
 from flexura.structure.segments import segments
 

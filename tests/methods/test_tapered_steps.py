@@ -5,8 +5,8 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import lowest
+from flexura.methods.discrete_models import chained
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
-from flexura.methods.finite_elements import chained
 from flexura.structure import assemble
 from flexura.structure.elements import ElementSlice
 

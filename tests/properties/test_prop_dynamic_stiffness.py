@@ -6,8 +6,8 @@ from hypothesis import given
 from scipy.sparse.linalg import splu
 
 from flexura.linalg import scaled
+from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
-from flexura.methods.finite_elements import finite_elements
 from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.nodal_stiffness import NodalStiffness

@@ -6,8 +6,7 @@ from hypothesis import assume, given
 
 from flexura.beam import element_mass, element_stiffness, rigid_arm
 from flexura.linalg import lowest
-from flexura.methods.finite_elements import chained
-from flexura.methods.pseudo_rigid_body import pseudo_rigid_body_model
+from flexura.methods.discrete_models import chained, pseudo_rigid_body_model
 from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.random_mechanisms import FEW, mechanisms

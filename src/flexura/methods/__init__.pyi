@@ -5,5 +5,5 @@ from flexura.methods.compare import compare as compare
 from flexura.methods.compare import progressively as progressively
 from flexura.methods.dynamic_stiffness import dynamic_stiffness as dynamic_stiffness
 from flexura.methods.exact_response import ExactResponse as ExactResponse
-from flexura.methods.pairing import mac_matrix as mac_matrix
 from flexura.methods.solution import Solution as Solution
+from flexura.methods.solution import mac_matrix as mac_matrix

@@ -1,4 +1,7 @@
-"""All methods side by side on one mechanism: order, frequencies, error against the exact ones, time."""
+"""All methods side by side on one mechanism: order, frequencies, error against the exact ones, time.
+
+Every method is a function of one task (`Method`); how it works is in its own module, and nothing of it here.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +18,88 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Mechanism
-from flexura.methods.catalogue import EXACT, FINEST, MESHES, METHODS, Method, Task
-from flexura.methods.finite_elements import convergence, finite_elements
-from flexura.methods.pairing import agree, pair
-from flexura.methods.solution import Solution
+from flexura.methods.chain_equations import reverberation_ray, spectral_element, transfer_matrix
+from flexura.methods.discrete_models import convergence, finite_elements, lumped_parameter, pseudo_rigid_body
+from flexura.methods.dynamic_stiffness import dynamic_stiffness
+from flexura.methods.solution import Solution, agree, pair
 from flexura.modal import in_order
 from flexura.records import Record
+from flexura.reduction import LowOrderModel, low_order_modes, reduce
 from flexura.results import Tabular
-from flexura.structure import Plan, assemble, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.tables import Facts, Table, percent
+
+TOLERANCE = 1e-3
+"""Relative error that the certified reduction is asked for."""
+
+MARGIN = 1.01
+"""The certified reduction reaches so many times the highest frequency compared."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is asked of every method; `model` serves to make shapes, and is not what a method solves."""
+
+    plan: Plan
+    parameters: dict[str, float]
+    n: int
+    model: FullOrderModel
+    top_hz: float = 0.0
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method under its key, with its name in words."""
+
+    key: str
+    label: str
+    solve: Callable[[Task], Solution]
+
+
+def _of(method: Callable[..., Solution], *options: int) -> Callable[[Task], Solution]:
+    """A method of a full-order model, which is assembled anew, and a number of modes."""
+    return lambda task: method(assemble(task.plan, task.parameters), task.n, *options)
+
+
+def _constraint_modes(task: Task) -> Solution:
+    """The RPR paper's model."""
+    return _of_low_order(task, reduce(task.plan, task.parameters))
+
+
+def _certified(task: Task) -> Solution:
+    """The smallest model that is proven to be within the tolerance of the full-order one."""
+    low = reduce(task.plan, task.parameters, tolerance=TOLERANCE, up_to=MARGIN * task.top_hz)
+    solution = _of_low_order(task, low)
+    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else TOLERANCE
+    return replace(solution, note=f"proven within {worst:.1g} of the full-order model; {low.steps[0]}")
+
+
+def _of_low_order(task: Task, low: LowOrderModel) -> Solution:
+    if low.order == 0:
+        raise OptionError("every node that the low-order model keeps is held")
+    pairs = low_order_modes(low, task.model, task.n)
+    hz = np.sqrt(pairs.values) / (2 * np.pi)
+    shapes = task.model.node_displacements(pairs.vectors)
+    return Solution("low order", low.order, hz, shapes)
+
+
+EXACT = Method("dynamic_stiffness", "dynamic stiffness", _of(dynamic_stiffness))
+MESHES = tuple(
+    Method("finite_elements", f"finite elements {pieces}x", _of(finite_elements, pieces)) for pieces in (1, 2, 4)
+)
+FINEST = MESHES[-1]
+METHODS = (
+    EXACT,
+    Method("transfer_matrix", "transfer matrix", _of(transfer_matrix)),
+    Method("spectral_element", "spectral element", _of(spectral_element)),
+    Method("reverberation_ray", "reverberation-ray", _of(reverberation_ray)),
+    *MESHES,
+    Method("constraint_modes", "constraint modes alone", _constraint_modes),
+    Method("certified_reduction", "certified reduction", _certified),
+    Method("pseudo_rigid_body", "pseudo-rigid-body", _of(pseudo_rigid_body)),
+    Method("lumped_parameter", "lumped parameter", _of(lumped_parameter)),
+)
+"""All methods, in the order of the rows."""
 
 REPEATS = 5
 """Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
@@ -87,8 +163,8 @@ class Comparison(Tabular):
         rows = self.rows
         columns: dict[str, Any] = {"method": [r.method for r in rows], "order": [r.order for r in rows]}
         for k in range(min(self.n, MOST_SHOWN)):
-            own = [dict(zip(r.counterpart, r.frequency_hz, strict=True)).get(k + 1) for r in rows]
-            columns[f"f{k + 1} [Hz]"] = own
+            modes = [dict(zip(r.counterpart, r.frequency_hz, strict=True)) for r in rows]
+            columns[f"f{k + 1} [Hz]"] = [hz_of.get(k + 1) for hz_of in modes]
         columns["worst error"] = [percent(r.worst_error) for r in rows]
         columns["missed"] = [", ".join(map(str, r.missed)) for r in rows]
         columns["said"] = [r.failure or r.note for r in rows]
@@ -96,21 +172,18 @@ class Comparison(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each method."""
-        found = [
-            (row, *own) for row in self.rows for own in zip(row.frequency_hz, row.counterpart, row.error, strict=True)
-        ]
         return {
-            "method": [row.method for row, *_ in found],
-            "mode": [number for _, _, number, _ in found],
-            "frequency [Hz]": [hz for _, hz, _, _ in found],
-            "relative error": [error for *_, error in found],
+            "method": [row.method for row in self.rows for _ in row.frequency_hz],
+            "mode": [number for row in self.rows for number in row.counterpart],
+            "frequency [Hz]": [hz for row in self.rows for hz in row.frequency_hz],
+            "relative error": [error for row in self.rows for error in row.error],
         }
 
     def ended(self, methods: Sequence[str] | None, reason: str) -> Comparison:
         """The same with a row for every method chosen that has none yet, which fails for this reason."""
-        have = {row.method for row in self.rows}
-        left = [method.label for method in _chosen(methods) if method.label not in have]
-        return replace(self, rows=(*self.rows, *(ComparisonRow(label, failure=reason) for label in left)))
+        answered = {row.method for row in self.rows}
+        labels = [method.label for method in _chosen(methods) if method.label not in answered]
+        return replace(self, rows=(*self.rows, *(ComparisonRow(label, failure=reason) for label in labels)))
 
 
 @verb
@@ -188,21 +261,21 @@ class _Clock:
     progress: Listener
     of: int
     done: int = 0
-    words: str = ""
+    stage: str = ""
     spent: dict[str, float] = field(default_factory=dict)
 
-    def run(self, row: str, words: str, work: Callable[[], Any]) -> Any:
-        """Do a piece of work within what is left of a row's budget; without words it belongs to what was announced
+    def run(self, row: str, stage: str, work: Callable[[], Any]) -> Any:
+        """Do a piece of work within what is left of a row's budget; without a `stage` it belongs to that announced
         last. Raises OutOfTime, at once when nothing is left."""
-        if words:
-            self.words = words
-            self.progress(Progress(words, self.done, self.of))
+        if stage:
+            self.stage = stage
+            self.progress(Progress(stage, self.done, self.of))
         used, begin = self.spent.get(row, 0.0), time.monotonic()
         left = None if self.budget is None else self.budget - used
         if self.budget is not None and used >= self.budget:
             raise OutOfTime(self.budget)
         try:
-            with time_limit(left, lambda share: self.progress(Progress(self.words, self.done, self.of, share))):
+            with time_limit(left, lambda share: self.progress(Progress(self.stage, self.done, self.of, share))):
                 return work()
         except OutOfTime as error:
             if self.budget is None or error.seconds != left:
@@ -220,7 +293,7 @@ class _Run:
         self.solved: dict[str, tuple[Solution, float]] = {}
         self.failed: dict[str, str] = {}
         self.reference: Solution | None = None
-        self.method, self.label = EXACT, ""
+        self.method, self.label = EXACT, ""  # those of the reference
         self.compared = task.n
         self.is_extended = False
 
@@ -246,48 +319,42 @@ class _Run:
         if method.label in self.failed:
             return ComparisonRow(method.label, failure=self.failed[method.label])
         solution, seconds = self.solved[method.label]
-        if method is FINEST and len(meshes := self._meshes()) == len(MESHES):
+        meshes = [self.solved[mesh.label][0] for mesh in MESHES if mesh.label in self.solved]
+        if method is FINEST and len(meshes) == len(MESHES):
             solution = replace(solution, note=_observed(meshes, self.task.n))
         if method is self.method or self.reference is None:
             return self._against(method, solution, list(range(len(solution.frequency_hz))), seconds)
         try:
             return self._paired(method, solution, seconds)
         except FAILURES as error:
-            return ComparisonRow(method.label, failure=f"has an answer, but its modes were not paired: {_said(error)}")
+            return ComparisonRow(
+                method.label, failure=f"has an answer, but its modes were not paired: {_reason(error)}"
+            )
 
     def _solve(self, method: Method) -> None:
         """Solve by a method, or note why there is no answer."""
         if method.label in self.failed:
             return
         try:
-            work = self.clock.run(self._row_of(method), method.label, lambda: _timed(method, self.task))
-            self.solved[method.label] = work
+            solved = self.clock.run(self._row_of(method), method.label, lambda: _timed(method, self.task))
+            self.solved[method.label] = solved
         except FAILURES as error:
-            self.failed[method.label] = _said(error)
+            self.failed[method.label] = _reason(error)
 
     def _row_of(self, method: Method) -> str:
         """The row whose time a method takes; meshes without one, in place of the exact method, share theirs."""
         return method.label if method in self.chosen else ""
 
-    def _meshes(self) -> list[Solution]:
-        return [self.solved[mesh.label][0] for mesh in MESHES if mesh.label in self.solved]
-
     def _paired(self, method: Method, solution: Solution, seconds: float) -> ComparisonRow:
         """The row of a solution, with more modes where some have no counterpart."""
         assert self.reference is not None
         partner = pair(self.task.model, self.reference, solution)
-        if self._in_doubt(solution, partner):
+        has_shapes = self.reference.shapes is not None and solution.shapes is not None
+        # frequencies alone may have paired modes that are not the same
+        if -1 in partner or not (has_shapes or agree(self.reference, solution, partner)):
             solution = self._more_of(method, solution)
             partner = pair(self.task.model, self.reference, solution)
         return self._against(method, solution, partner, seconds)
-
-    def _in_doubt(self, solution: Solution, partner: list[int]) -> bool:
-        """Whether a mode has no counterpart, or frequencies alone decided between modes that are not the same."""
-        assert self.reference is not None
-        if -1 in partner:
-            return True
-        has_shapes = self.reference.shapes is not None and solution.shapes is not None
-        return not has_shapes and not agree(self.reference, solution, partner)
 
     def _more_of(self, method: Method, solution: Solution) -> Solution:
         """Solve for more reference modes, and more of the method where it has them, to find those that come late."""
@@ -295,15 +362,15 @@ class _Run:
         try:
             if not self.is_extended:
                 self.is_extended = True
-                words = f"{self.label}, more modes to compare with"
-                extended = self.clock.run(method.label, words, lambda: self.method.solve(more))
+                stage = f"{self.label}, more modes to compare with"
+                extended = self.clock.run(method.label, stage, lambda: self.method.solve(more))
                 self.reference = self._with_shapes_of_a_mesh(method, extended, more)
             if len(solution.frequency_hz) == self.task.n:
-                found = self.clock.run(method.label, f"{method.label}, more modes", lambda: method.solve(more))
-                return replace(found, note=solution.note, order=solution.order)
+                extended = self.clock.run(method.label, f"{method.label}, more modes", lambda: method.solve(more))
+                return replace(extended, note=solution.note, order=solution.order)
         except FAILURES as error:
-            words = f"later modes could not be looked for: {_said(error)}"
-            return replace(solution, note=f"{solution.note}; {words}" if solution.note else words)
+            note = f"later modes could not be looked for: {_reason(error)}"
+            return replace(solution, note=f"{solution.note}; {note}" if solution.note else note)
         return solution
 
     def _against(self, method: Method, solution: Solution, partner: list[int], seconds: float) -> ComparisonRow:
@@ -346,7 +413,7 @@ class _Run:
         return replace(reference, shapes=mesh.shapes[..., partner])
 
 
-def _said(error: BaseException) -> str:
+def _reason(error: BaseException) -> str:
     """Why there is no answer, in words."""
     if isinstance(error, OutOfTime):
         return f"{error}: option --budget gives a method more time"

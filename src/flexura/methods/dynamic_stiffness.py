@@ -20,12 +20,11 @@ from flexura.beam import radians
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import scaled, unit_scale
-from flexura.methods.dense import refuse_large_parts
-from flexura.methods.exact_chains import ExactChains, exact_chains
-from flexura.methods.exact_condensation import ExactCondensation
+from flexura.methods.exact_chains import ExactChains, exact_chains, remaining_numbers
+from flexura.methods.exact_condensation import ExactCondensation, refuse_large_parts
 from flexura.methods.solution import Solution
 from flexura.reduction import LowOrderAssembler, PartReducer, full_order_modes, low_order
-from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel
+from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel, node_dofs
 from flexura.tables import in_hz
 
 Array = NDArray[Any]
@@ -53,10 +52,10 @@ APART = 1e-8
 """Relative distance on both sides of squared frequencies at which counts confirm their numbers; those not three times
 as far apart count as one."""
 
-NOISE = 1e14
-"""Ratio of squared frequencies of which the higher is round-off."""
+NO_MASS = 1e14
+"""Ratio of squared frequencies beyond which the higher is there by round-off in M alone."""
 
-STEPS = 60
+MOST_STEPS = 60
 
 
 class PartAt(NamedTuple):
@@ -68,42 +67,38 @@ class PartAt(NamedTuple):
 
 
 class ExactPart:
-    """One prototype's own part, its members in exact form."""
+    """One prototype's own part, its members in exact form: `chains` in sets of equal numbers of pieces, with the DOFs
+    (c, 12) of their `ends` among the remaining nodes, and the number of its placed `copies`."""
 
     def __init__(self, model: FullOrderModel, reducer: PartReducer, pieces: int) -> None:
         self.reducer = reducer
+        self.copies: int = len(model.plan.topology.copies[reducer.part.name].paths)
         matrices = model.matrices[reducer.part.name]
         assert isinstance(matrices.elements, ElementSlice)
         self.discrete_elements: list[DiscreteElement] = matrices.discrete_elements
-        self.chains: list[ExactChains] = []
-        self.groups: list[list[int]] = []
-        if len(reducer.part.connectivity):
-            cut = matrices.elements.cut(pieces)
-            for group in reducer.chains:
-                own = exact_chains(reducer.part, group, model.geometry, cut)
-                self.groups.append([len(self.chains) + k for k in range(len(own))])
-                self.chains += own
+        cut = matrices.elements.cut(pieces) if len(reducer.part.connectivity) else None
+        self._groups: list[list[ExactChains]] = [
+            exact_chains(reducer.part, group, model.geometry, cut) for group in reducer.chains if cut is not None
+        ]
+        self.chains: list[ExactChains] = [chains for group in self._groups for chains in group]
+        number = remaining_numbers(reducer)
+        self.ends: list[Index] = [node_dofs(number[chains.nodes[:, [0, -1]]]) for chains in self.chains]
 
     def at(self, lam: float | complex) -> PartAt:
-        """Everything at one squared angular frequency."""
+        """Chains and discrete elements over the remaining nodes at one squared angular frequency, those behind the
+        boundary eliminated."""
         K: list[Array] = []
         slope: list[Array] = []
         J0 = 0
-        for numbers, group in zip(self.groups, self.reducer.chains, strict=True):
-            of_K, of_slope = (np.empty((len(group.nodes), 12, 12), dtype=np.asarray(lam).dtype) for _ in range(2))
-            for number in numbers:
-                chains = self.chains[number]
-                own, _ = chains.joined(lam)
+        for group, of_group in zip(self.reducer.chains, self._groups, strict=False):
+            of_K, of_slope = np.empty((2, len(group.nodes), 12, 12), dtype=np.asarray(lam).dtype)
+            for chains in of_group:
+                joined, _ = chains.joined(lam)
                 Bt = np.swapaxes(chains.B, -1, -2)
-                at = chains.members
-                of_K[at], of_slope[at] = Bt @ own.K @ chains.B, Bt @ own.slope @ chains.B
-                J0 += int(own.J0.sum())
+                of_K[chains.members], of_slope[chains.members] = Bt @ joined.K @ chains.B, Bt @ joined.slope @ chains.B
+                J0 += int(joined.J0.sum())
             K.append(of_K)
             slope.append(of_slope)
-        return self._eliminated(lam, K, slope, J0)
-
-    def _eliminated(self, lam: float | complex, K: list[Array], slope: list[Array], J0: int) -> PartAt:
-        """Assemble chains and discrete elements over the remaining nodes and eliminate those behind the boundary."""
         whole, rate = self.reducer.assembled_chains(K, slope, lam, self.discrete_elements)
         b = len(self.reducer.boundary_dofs)
         if whole.shape[0] == b:
@@ -135,7 +130,12 @@ class DynamicStiffness:
         self.parts: dict[str, ExactPart] = {
             name: ExactPart(model, reducer, pieces) for name, reducer in self.assembler.reducers.items()
         }
-        self.copies: list[int] = [len(model.plan.topology.copies[name].paths) for name in self.parts]
+
+    def over_kept(self, rows: Array) -> Array | None:
+        """Rows (m, all DOFs) over the kept DOFs; None where they reach others."""
+        kept = self.model.plan.topology.dof.ravel()[self.assembler.physical]
+        others = np.delete(rows, kept, axis=1)
+        return None if others.any() else rows[:, kept]
 
     def at(self, omega: float | complex) -> tuple[Array, Array, int]:
         """K (n, n), -dK/d(omega^2) (n, n) and J0 at an angular frequency, rad/s, over the kept nodes' DOFs.
@@ -149,13 +149,13 @@ class DynamicStiffness:
             raise SolverError("a member has an eigenvalue of its own at exactly this frequency") from None
         transforms = self.assembler.transforms(self.model.design)
         K, M = [], []
-        for name, own in parts.items():
+        for name, part in parts.items():
             T = transforms[name]
             Tt = np.swapaxes(T, -1, -2)
-            K.append(Tt @ own.K @ T)
-            M.append(-(Tt @ own.slope @ T))
+            K.append(Tt @ part.K @ T)
+            M.append(-(Tt @ part.slope @ T))
         scatter = self.assembler.scatter((0,) * len(parts))
-        J0 = sum(own.J0 * copies for own, copies in zip(parts.values(), self.copies, strict=True))
+        J0 = sum(part.J0 * self.parts[name].copies for name, part in parts.items())
         return scatter.dense(K), scatter.dense(M), J0
 
     def count_below(self, hz: float) -> int:
@@ -180,19 +180,18 @@ def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
     """
     refuse_large_parts(low_order(model.plan))
     guesses = _guesses(model, count)
-    endless = any(len(own.elements.length) for own in model.matrices.values())
-    if not endless:
-        count = len(guesses)
+    if not any(len(part.elements.length) for part in model.matrices.values()):
+        count = len(guesses)  # without members there are no more frequencies
     if not count:
         raise OptionError("nothing with a mass can move in this mechanism")
     values, shapes = np.empty(count), []
-    for condensed, numbers, own in _windows(model, guesses, count):
-        values[numbers] = own
-        clusters = _clusters(own)
-        _confirm(condensed, numbers[0], own, clusters)
-        lam = np.concatenate([np.full(len(at), own[at[0]]) for at in clusters])
+    for condensed, numbers, squares in _windows(model, guesses, count):
+        values[numbers] = squares
+        clusters = _clusters(squares)
+        _confirm(condensed, numbers[0], squares, clusters)
+        lam = np.concatenate([np.full(len(at), squares[at[0]]) for at in clusters])
         _, vectors = condensed.pencils(lam).solve()
-        shapes.insert(0, condensed.node_displacements(lam, vectors[np.arange(len(own)), :, numbers]))
+        shapes.insert(0, condensed.node_displacements(lam, vectors[np.arange(len(squares)), :, numbers]))
     note = "exact for uniform members; none missed (Wittrick and Williams)"
     return Solution("dynamic stiffness", None, np.sqrt(values) / HERTZ, np.concatenate(shapes, axis=-1), note)
 
@@ -203,7 +202,7 @@ def _guesses(model: FullOrderModel, count: int) -> Floats:
     if model.order == 0:
         return np.empty(0)
     values = full_order_modes(model, min(count, model.order)).values
-    return values[values <= NOISE * np.min(values[values > 0], initial=np.inf)] if values.any() else values
+    return values[values <= NO_MASS * np.min(values[values > 0], initial=np.inf)] if values.any() else values
 
 
 def _windows(model: FullOrderModel, guesses: Floats, count: int) -> Iterator[tuple[ExactCondensation, Index, Floats]]:
@@ -225,7 +224,7 @@ def _search(model: FullOrderModel, guesses: Floats, count: int, zero: int) -> tu
     """The mechanism condensed for a limit beyond the lowest `count` squared frequencies, and these; `zero` of them are
     zero."""
     limit = BEYOND * float(guesses[-1]) if len(guesses) >= count and guesses[-1] > 0 else _short_waves(model)
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         checkpoint()
         condensed = ExactCondensation(model, limit)
         if condensed.count < count:
@@ -249,11 +248,11 @@ def _search(model: FullOrderModel, guesses: Floats, count: int, zero: int) -> tu
 def _short_waves(model: FullOrderModel) -> float:
     """A squared frequency at which the longest uniform element is about one radian long."""
     lam = 1.0
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         waves = max(
-            float(np.max(radians(own.elements.cut(1).beam, lam), initial=0.0))
-            for own in model.matrices.values()
-            if isinstance(own.elements, ElementSlice)
+            float(np.max(radians(part.elements.cut(1).beam, lam), initial=0.0))
+            for part in model.matrices.values()
+            if isinstance(part.elements, ElementSlice)
         )
         if 0.5 < waves < 2:
             break
@@ -266,7 +265,7 @@ def _refined(condensed: ExactCondensation, start: Floats, zero: int) -> Floats:
     of each number, which comes from above after one step (theory eq. D11). Those below the window are rough."""
     values = np.minimum(start, condensed.limit / CLEAR)
     left, floor = np.arange(zero, len(values)), WINDOW * condensed.limit
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         if not len(left):
             return np.maximum.accumulate(values)
         lam, place = np.unique(values[left], return_inverse=True)
@@ -274,7 +273,7 @@ def _refined(condensed: ExactCondensation, start: Floats, zero: int) -> Floats:
         step = delta[place, left]
         values[left] = np.clip(lam[place] + step, 1e-3 * floor, condensed.limit)
         left = left[(np.abs(step) > CONVERGED * values[left]) & (values[left] >= floor)]
-    raise SolverError(f"natural frequency {left[0] + 1} was not found in {STEPS} steps")
+    raise SolverError(f"natural frequency {left[0] + 1} was not found in {MOST_STEPS} steps")
 
 
 def _clusters(values: Floats) -> list[Index]:
@@ -285,14 +284,14 @@ def _clusters(values: Floats) -> list[Index]:
 def _confirm(condensed: ExactCondensation, first: int, values: Floats, clusters: list[Index]) -> None:
     """Raise SolverError unless counts on both sides of every repeated frequency say that it has its number; that of the
     first of all is `first`."""
-    own = [at for at in clusters if values[at[0]] > 0]
-    if not own:
+    elastic = [at for at in clusters if values[at[0]] > 0]
+    if not elastic:
         return
-    edges = np.array([values[at[[0, -1]]] * (1 - APART, 1 + APART) for at in own])
+    edges = np.array([values[at[[0, -1]]] * (1 - APART, 1 + APART) for at in elastic])
     below = condensed.count_below(edges.ravel()).reshape(-1, 2)
-    number = first + np.array([(at[0], at[-1] + 1) for at in own])
+    number = first + np.array([(at[0], at[-1] + 1) for at in elastic])
     wrong = below != number
     wrong[-1, 1] = below[-1, 1] < number[-1, 1]  # of the last one there may be more copies than were asked for
     if wrong.any():
-        hz = np.sqrt(values[own[int(np.argmax(wrong.any(axis=1)))][0]]) / HERTZ
+        hz = np.sqrt(values[elastic[int(np.argmax(wrong.any(axis=1)))][0]]) / HERTZ
         raise SolverError(f"counts do not confirm the number of the natural frequency {in_hz(hz, 9)}")

@@ -22,15 +22,31 @@ from flexura.beam import DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import inverse_roots, scaled, unit_scale
-from flexura.methods.dense import refuse_large, refuse_large_parts
-from flexura.methods.exact_branches import Branches, PartBranches, branches_below
+from flexura.methods.exact_chains import ExactBranches, PartBranches, branches_below, remaining_numbers
 from flexura.reduction import LowOrderAssembler, low_order, with_modes
 from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
 
 Array = NDArray[Any]
 
-BATCH = 4_000_000
+LARGEST = 2000
+"""Largest order of dense equations: beyond it a dozen matrices fill gigabytes and each factorisation takes minutes."""
+
+NUMBERS_AT_ONCE = 4_000_000
 """About how many numbers matrices hold at once."""
+
+
+def refuse_large(order: int, over: str) -> None:
+    """Raise SolverError where there are more dense equations over something than are solved."""
+    if order > LARGEST:
+        hint = "the full-order model and finite elements are sparse and have no such limit"
+        raise SolverError(f"{order} equations over {over} are more than the {LARGEST} that exact methods solve; {hint}")
+
+
+def refuse_large_parts(assembler: LowOrderAssembler) -> None:
+    """Raise SolverError, before any matrix is made, where junctions of a prototype or kept nodes are too many."""
+    refuse_large(len(assembler.physical), "the nodes that substructures keep")
+    for name, reducer in assembler.reducers.items():
+        refuse_large(6 * len(reducer.remaining), f"the junctions of {name or 'the top level'!r}")
 
 
 @dataclass(frozen=True)
@@ -136,7 +152,7 @@ class ExactCondensation:
         self.limit = limit
         self.assembler: LowOrderAssembler = low_order(model.plan)
         refuse_large_parts(self.assembler)
-        self.branches: Branches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
+        self.branches: ExactBranches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
         self._parts = {name: self._part(name, own) for name, own in self.branches.parts.items()}
         both = np.array([limit, 0.0])
         exact = self.branches(both)[0]
@@ -181,8 +197,7 @@ class ExactCondensation:
     def _part(self, name: str, own: PartBranches) -> _Part:
         reducer = own.reducer
         refuse_large(6 * own.n_junctions, f"the junctions and cuts of {name or 'the top level'!r}")
-        number = np.full(reducer.part.n_nodes, -1)
-        number[reducer.remaining] = np.arange(len(reducer.remaining))
+        number = remaining_numbers(reducer)
         pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)
         ends = node_dofs(pairs)
         discrete_elements = self.model.matrices[name].discrete_elements
@@ -232,7 +247,7 @@ class ExactCondensation:
     def _states(self, lam: Array) -> Iterator[_State]:
         lam = np.asarray(lam, dtype=float)
         orders = (self.assembler.scatter(self._modes).n, *(part.scatter.n for part in self._parts.values()))
-        size = max(1, BATCH // (288 * sum(b.size for b in self.branches.all) + sum(n * n for n in orders)))
+        size = max(1, NUMBERS_AT_ONCE // (288 * sum(b.size for b in self.branches.all) + sum(n * n for n in orders)))
         for start in range(0, len(lam), size):
             checkpoint()
             own = lam[start : start + size]

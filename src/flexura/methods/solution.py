@@ -1,10 +1,21 @@
-"""What every method answers: natural frequencies, and where it has them mode shapes."""
+"""What every method answers: natural frequencies, and where it has them mode shapes.
+
+Which mode of one method is which mode of another follows from shapes where both have them, else from frequencies in
+order.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from flexura.arrays import Array
+from flexura.modal import REPEATED, close_groups, in_order, mac_with_spaces, pair_by_mac
+from flexura.structure import FullOrderModel
+
+SAME_FREQUENCY = 1e-3
+"""Frequencies that all agree so well, relative, need no shapes to be paired."""
 
 
 @dataclass(frozen=True)
@@ -21,3 +32,34 @@ class Solution:
     frequency_hz: Array
     shapes: Array | None = None
     note: str = ""
+
+
+def pair(model: FullOrderModel, reference: Solution, solution: Solution) -> list[int]:
+    """For every frequency of a solution the number, from 0, of its counterpart in the reference, or -1.
+
+    By `in_order` when all frequencies then agree within `SAME_FREQUENCY`, or when either has no shapes; else by the
+    mass-weighted modal assurance criterion (theory eq. L11).
+    """
+    ordered = in_order(reference.frequency_hz, solution.frequency_hz)
+    if agree(reference, solution, ordered) or reference.shapes is None or solution.shapes is None:
+        return ordered
+    overlap = mac_matrix(model, reference, solution)
+    partner = pair_by_mac(overlap, reference.frequency_hz, solution.frequency_hz)
+    for at in close_groups(reference.frequency_hz, REPEATED):
+        alike = np.isin(partner, at)
+        partner[alike] = np.sort(partner[alike])
+    return [int(p) for p in partner]
+
+
+def agree(reference: Solution, solution: Solution, partner: list[int]) -> bool:
+    """Whether every frequency has a counterpart that it equals within `SAME_FREQUENCY`."""
+    base = reference.frequency_hz[partner]
+    return -1 not in partner and bool((np.abs(solution.frequency_hz - base) <= SAME_FREQUENCY * base).all())
+
+
+def mac_matrix(model: FullOrderModel, reference: Solution, solution: Solution) -> Array:
+    """MAC (reference, solution), weighted by mass, with every reference mode's space of repeated frequency."""
+    nodes, components = np.nonzero(model.plan.topology.dof >= 0)
+    assert reference.shapes is not None and solution.shapes is not None
+    base, other = reference.shapes[nodes, components], solution.shapes[nodes, components]
+    return mac_with_spaces(base, other, close_groups(reference.frequency_hz, REPEATED), model.M)
