@@ -78,7 +78,7 @@ def assembled() -> Iterator[tuple[str, str, int, float, float, float]]:
     from flexura.solid.fem.matrices import elastic_matrices
     from flexura.solid.geometry import SolidMaterial
     from flexura.solid.mesh import SolidMesh
-    from flexura.solid.mesh.shape_functions import shape_of
+    from flexura.solid.mesh.solid_mesh import shape_of
 
     metal = SolidMaterial("unit", 1.0, 0.25, 1.0)
     lame, shear = 0.4, 0.4  # of E = 1, nu = 0.25

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.results import Result
-from flexura.solid.verification import WholeMode
+from flexura.solid.whole import WholeMode
 from helpers.tested_stage import STAGE, TEST
 
 NAME = "<script>alert('&')</script>"

@@ -5,10 +5,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.solid.fem.constraints import Face, face_ties
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry import occ
-from flexura.solid.geometry.members import ENDS, joints, solids
+from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.solid.geometry import ENDS, joints, solids
+from flexura.solid.mesh import occ
 from flexura.solid.mesh.meshing import group_mesh
 from flexura.solid.mesh.solid_mesh import SolidMesh
 from flexura.structure.assembler import full_order

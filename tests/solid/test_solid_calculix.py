@@ -14,14 +14,13 @@ import scipy.sparse as sp
 
 from flexura.errors import OptionError, SolverError
 from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry.members import SolidMaterial
+from flexura.solid.geometry import SolidMaterial
 from flexura.solid.interchange.calculix import (
     calculix_matrices,
     run_calculix,
     write_calculix,
 )
-from flexura.solid.mesh.shape_functions import quadrature, shape_of
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.solid.mesh.solid_mesh import SolidMesh, quadrature, shape_of
 from helpers.calculix import calculix_frequencies, read_frequencies
 from helpers.direct_solids import lowest_modes
 from helpers.solid_boxes import box, distorted, mesh_of

@@ -12,10 +12,9 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.linalg.large import factorise_large
-from flexura.solid.fem.components import components
-from flexura.solid.fem.constraints import Face, face_ties
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry.members import solids
+from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.solid.fem.modes import components
+from flexura.solid.geometry import solids
 from flexura.structure import assemble
 from helpers.solid_wholes import solid_mesh
 

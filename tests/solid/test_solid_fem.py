@@ -21,12 +21,10 @@ from flexura.linalg import Pencil, large, residuals
 from flexura.linalg.large import available_memory, factorise_large
 from flexura.linalg.search import ShiftInvert
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
-from flexura.solid.fem.condensation import constraint_modes
-from flexura.solid.fem.constraints import averaged_rows, face_products
-from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
-from flexura.solid.geometry.members import SolidMaterial
-from flexura.solid.mesh.shape_functions import face_rule, faces_of, quadrature, shape_of
-from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh, rigid_motions
+from flexura.solid.fem.matrices import averaged_rows, elastic_matrices, face_products, mesh_mass
+from flexura.solid.fem.reduced import constraint_modes
+from flexura.solid.geometry import SolidMaterial
+from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh, face_rule, faces_of, quadrature, rigid_motions, shape_of
 from helpers.direct_solids import lowest_modes, negative_count
 from helpers.solid_boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
 from helpers.solid_wholes import set_ties, with_discrete_elements

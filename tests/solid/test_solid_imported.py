@@ -22,10 +22,8 @@ from scipy.sparse.linalg import eigsh
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.solid.fem.constraints import Face, face_ties
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.interchange.calculix import calculix_matrices
-from flexura.solid.interchange.deck import read_deck
+from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.solid.interchange.calculix import calculix_matrices, read_deck
 from helpers.solid_boxes import ALUMINIUM, box, distorted
 
 needs_ccx = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed (calculix-ccx)")
@@ -504,7 +502,7 @@ def test_matrices_of_ansys_become_the_same_part(tmp_path, monkeypatch):
         (tmp_path / name).touch()
     stored = stored_box(cells=False)
     units = {"length": "mm", "mass": "t"}
-    monkeypatch.setattr("flexura.solid.interchange.readers.need", lambda *_: fake_ansys(stored))
+    monkeypatch.setattr("flexura.solid.interchange.calculix.need", lambda *_: fake_ansys(stored))
     found = fx.solid.imported(
         fx.solid.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS, mass=MASS
     )
@@ -513,7 +511,7 @@ def test_matrices_of_ansys_become_the_same_part(tmp_path, monkeypatch):
         ours, theirs = (abs(getattr(s.superelement, key).array) for s in (expected, found))
         assert abs(ours - theirs).max() < 1e-8 * ours.max()
     held = [(int(stored.node[0]), int(stored.component[0]))]
-    monkeypatch.setattr("flexura.solid.interchange.readers.need", lambda *_: fake_ansys(stored, held))
+    monkeypatch.setattr("flexura.solid.interchange.calculix.need", lambda *_: fake_ansys(stored, held))
     with pytest.raises(OptionError, match=f"node {held[0][0]} has no row for {'xyz'[held[0][1]]}"):
         fx.solid.imported(fx.solid.read_ansys(tmp_path / "file.full", tmp_path / "file.cdb", units=units), ENDS)
 

@@ -18,8 +18,7 @@ from flexura.errors import LimitError, ModelError, OptionError
 from flexura.solid.fem import reduced
 from flexura.solid.fem.parts import stiffness_error
 from flexura.solid.fem.reduced import EndTie, Piece, reduced_piece
-from flexura.solid.geometry.contours import MemberShape
-from flexura.solid.geometry.members import MemberSolid, SolidMaterial
+from flexura.solid.geometry import MemberShape, MemberSolid, SolidMaterial
 
 AL = "Al-7075-T6"
 

@@ -25,8 +25,7 @@ from flexura.mechanism.member import Flexure
 from flexura.mechanism.section import Circle, Rectangle
 from flexura.modelfile import load
 from flexura.solid.fem import modes
-from flexura.solid.fem.components import components
-from flexura.solid.fem.modes import beam_mass, solid_modes
+from flexura.solid.fem.modes import beam_mass, components, solid_modes
 from flexura.structure import assemble
 from helpers.solid_wholes import whole_frequencies
 

@@ -20,14 +20,11 @@ from flexura.errors import ModelError, OptionError
 from flexura.mechanism import with_rigid_roots
 from flexura.solid.fem import reduced
 from flexura.solid.fem.cache import cache_folder
-from flexura.solid.fem.condensation import constraint_modes
-from flexura.solid.fem.constraints import Face, face_ties
-from flexura.solid.fem.matrices import elastic_matrices
+from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
 from flexura.solid.fem.modes import solid_modes
 from flexura.solid.fem.parts import as_beams, with_solid_parts
-from flexura.solid.fem.reduced import EndTie, Piece, Section, reduced_piece
-from flexura.solid.geometry.contours import MemberShape
-from flexura.solid.geometry.members import MemberSolid, SolidMaterial
+from flexura.solid.fem.reduced import EndTie, Piece, Section, constraint_modes, reduced_piece
+from flexura.solid.geometry import MemberShape, MemberSolid, SolidMaterial
 from flexura.solid.mesh.meshing import group_mesh
 from flexura.structure import assemble
 

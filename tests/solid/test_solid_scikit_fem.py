@@ -10,7 +10,7 @@ from skfem.helpers import ddot, dot, sym_grad, trace
 from flexura.solid.fem.matrices import elastic_matrices
 from flexura.solid.geometry import SolidMaterial
 from flexura.solid.mesh import SolidMesh
-from flexura.solid.mesh.shape_functions import shape_of
+from flexura.solid.mesh.solid_mesh import shape_of
 
 METAL = SolidMaterial("metal", 71.7e9, 0.33, 2810.0)
 LAME = METAL.E * METAL.nu / ((1 + METAL.nu) * (1 - 2 * METAL.nu))

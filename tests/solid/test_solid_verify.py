@@ -19,7 +19,7 @@ from flexura.mechanism.profile import CircularContour, Notch
 from flexura.modelfile import load
 from flexura.solid.fem.modes import SURE, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES
-from flexura.solid.verification.verify import progressively, verify
+from flexura.solid.verification import progressively, verify
 from flexura.structure import assemble
 from flexura.view import draw_mode_pair
 

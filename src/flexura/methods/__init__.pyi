@@ -3,7 +3,9 @@ from flexura.methods.compare import ComparisonRow as ComparisonRow
 from flexura.methods.compare import Progress as Progress
 from flexura.methods.compare import compare as compare
 from flexura.methods.compare import progressively as progressively
+from flexura.methods.discrete_models import low_order_solution as low_order_solution
 from flexura.methods.dynamic_stiffness import dynamic_stiffness as dynamic_stiffness
 from flexura.methods.exact_response import ExactResponse as ExactResponse
+from flexura.methods.solution import Counterpart as Counterpart
 from flexura.methods.solution import Solution as Solution
-from flexura.methods.solution import mac_matrix as mac_matrix
+from flexura.methods.solution import counterparts as counterparts

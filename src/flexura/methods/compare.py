@@ -19,12 +19,18 @@ from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Mechanism
 from flexura.methods.chain_equations import reverberation_ray, spectral_element, transfer_matrix
-from flexura.methods.discrete_models import convergence, finite_elements, lumped_parameter, pseudo_rigid_body
+from flexura.methods.discrete_models import (
+    convergence,
+    finite_elements,
+    low_order_solution,
+    lumped_parameter,
+    pseudo_rigid_body,
+)
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
 from flexura.methods.solution import Solution, agree, pair
 from flexura.modal import in_order
 from flexura.records import Record
-from flexura.reduction import LowOrderModel, low_order_modes, reduce
+from flexura.reduction import reduce
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.tables import Facts, Table, percent
@@ -63,24 +69,15 @@ def _of(method: Callable[..., Solution], *options: int) -> Callable[[Task], Solu
 
 def _constraint_modes(task: Task) -> Solution:
     """The RPR paper's model."""
-    return _of_low_order(task, reduce(task.plan, task.parameters))
+    return low_order_solution(reduce(task.plan, task.parameters), task.model, task.n)
 
 
 def _certified(task: Task) -> Solution:
     """The smallest model that is proven to be within the tolerance of the full-order one."""
     low = reduce(task.plan, task.parameters, tolerance=TOLERANCE, up_to=MARGIN * task.top_hz)
-    solution = _of_low_order(task, low)
+    solution = low_order_solution(low, task.model, task.n)
     worst = float(low.certificate.error_bound.max()) if low.certificate is not None else TOLERANCE
     return replace(solution, note=f"proven within {worst:.1g} of the full-order model; {low.steps[0]}")
-
-
-def _of_low_order(task: Task, low: LowOrderModel) -> Solution:
-    if low.order == 0:
-        raise OptionError("every node that the low-order model keeps is held")
-    pairs = low_order_modes(low, task.model, task.n)
-    hz = np.sqrt(pairs.values) / (2 * np.pi)
-    shapes = task.model.node_displacements(pairs.vectors)
-    return Solution("low order", low.order, hz, shapes)
 
 
 EXACT = Method("dynamic_stiffness", "dynamic stiffness", _of(dynamic_stiffness))

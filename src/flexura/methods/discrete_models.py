@@ -24,7 +24,7 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, factorise, is_definite, lowest, lowest_modes
 from flexura.methods.solution import Solution
-from flexura.reduction import ChainGroup, SegmentChains, chained, reduce, segment_chains
+from flexura.reduction import ChainGroup, LowOrderModel, SegmentChains, chained, low_order_modes, reduce, segment_chains
 from flexura.structure import FullOrderModel, Part, Triplets, block_diagonal, full_order, node_dofs
 
 UNOBSERVED = 1e-9
@@ -52,6 +52,15 @@ def _finite_hz(pairs: Eigenpairs) -> tuple[Array, Array]:
     if not finite.any():
         raise OptionError("the mechanism has no mass")
     return np.sqrt(np.maximum(pairs.values[finite], 0.0)) / (2 * np.pi), pairs.vectors[:, finite]
+
+
+def low_order_solution(low: LowOrderModel, model: FullOrderModel, count: int) -> Solution:
+    """The `count` lowest modes of a low-order model. Raises OptionError when nothing in it can move."""
+    if low.order == 0:
+        raise OptionError("every node that the low-order model keeps is held")
+    pairs = low_order_modes(low, model, count)
+    hz = np.sqrt(pairs.values) / (2 * np.pi)
+    return Solution("low order", low.order, hz, model.node_displacements(pairs.vectors))
 
 
 def finite_elements(model: FullOrderModel, count: int, pieces: int = 1) -> Solution:

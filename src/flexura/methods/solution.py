@@ -7,6 +7,7 @@ order.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,3 +64,19 @@ def mac_matrix(model: FullOrderModel, reference: Solution, solution: Solution) -
     assert reference.shapes is not None and solution.shapes is not None
     base, other = reference.shapes[nodes, components], solution.shapes[nodes, components]
     return mac_with_spaces(base, other, close_groups(reference.frequency_hz, REPEATED), model.M)
+
+
+class Counterpart(NamedTuple):
+    """The mode of a solution that stands for a mode of another: its number, from 0, frequency, Hz, and MAC with it."""
+
+    number: int
+    frequency_hz: float
+    mac: float
+
+
+def counterparts(model: FullOrderModel, reference: Solution, solution: Solution, n: int) -> list[Counterpart | None]:
+    """Counterparts of the first `n` reference modes, by shape alone (theory eq. E8); None where there is none."""
+    mac, hz = mac_matrix(model, reference, solution), solution.frequency_hz
+    partner = pair_by_mac(mac, reference.frequency_hz, hz).tolist()
+    number = [partner.index(k) if k in partner else None for k in range(n)]
+    return [None if j is None else Counterpart(j, float(hz[j]), float(mac[k, j])) for k, j in enumerate(number)]

@@ -1,8 +1,7 @@
-from flexura.solid.fem.condensation import constraint_modes as constraint_modes
-from flexura.solid.fem.constraints import KINDS as KINDS
-from flexura.solid.fem.constraints import Face as Face
-from flexura.solid.fem.constraints import face_ties as face_ties
+from flexura.solid.fem.matrices import KINDS as KINDS
+from flexura.solid.fem.matrices import Face as Face
 from flexura.solid.fem.matrices import elastic_matrices as elastic_matrices
+from flexura.solid.fem.matrices import face_ties as face_ties
 from flexura.solid.fem.matrices import mesh_mass as mesh_mass
 from flexura.solid.fem.modes import SURE as SURE
 from flexura.solid.fem.modes import Announce as Announce
@@ -14,3 +13,4 @@ from flexura.solid.fem.parts import with_rigid_faces as with_rigid_faces
 from flexura.solid.fem.parts import with_solid_parts as with_solid_parts
 from flexura.solid.fem.reduced import MOST_MODES as MOST_MODES
 from flexura.solid.fem.reduced import balanced as balanced
+from flexura.solid.fem.reduced import constraint_modes as constraint_modes

@@ -5,9 +5,8 @@ How far the stiffness of a reduced piece may be off for its mesh, from that of a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -40,7 +39,7 @@ from flexura.mechanism import (
     solid_members,
     with_rigid_roots,
 )
-from flexura.solid.fem.components import Component, own_components, turned
+from flexura.solid.fem.modes import Component, own_components, turned
 from flexura.solid.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.solid.geometry import MemberSolid
 from flexura.structure import FullOrderModel, Plan, assemble, one_design
@@ -49,7 +48,7 @@ ORDERS = (1.4, 1.0)
 """Orders with the length of cells to which the stiffness of members by themselves, and of fused ones, is taken to
 converge: stresses at a held edge make it 1.42 (nu = 0.3), in a corner between members 1.09 (Williams, 1952)."""
 
-APART = (2.0, 1.5)
+MESH_RATIOS = (2.0, 1.5)
 """Least ratio of the DOFs of a mesh to those of a coarser one, and of a finer one to its, at which the two tell an
 error: others may differ in nothing that matters."""
 
@@ -66,7 +65,7 @@ def stiffness_error(piece: Piece, own: ReducedPiece, size: float, modes: int, an
     """
     for other, second in _others(piece, size, modes, announce):
         ratio = other.dofs / own.dofs
-        if 1 / APART[0] < ratio < APART[1] or other.amplitudes < own.amplitudes:
+        if 1 / MESH_RATIOS[0] < ratio < MESH_RATIOS[1] or other.amplitudes < own.amplitudes:
             continue
         longer = min(max(ratio, 1 / ratio) ** (1 / 3), max(second / size, size / second))
         longer **= ORDERS[len(piece.members) > 1]
@@ -81,18 +80,16 @@ def _others(piece: Piece, size: float, modes: int, announce: Announce) -> Iterat
     for second in (2 * size, *(size / factor for factor in finer)):
         if not SIZES[0] <= second <= SIZES[1]:
             continue
-        words = f"{'coarser' if second > size else 'finer'} mesh, size {second:g}"
+        label = f"{'coarser' if second > size else 'finer'} mesh, size {second:g}"
         try:
-            own = reduced_piece(piece, second, modes, announce=partial(_told, announce, words))
+            other = reduced_piece(
+                piece, second, modes, announce=lambda stage, label=label: announce(f"{label}: {stage}")
+            )
         except SolverError:
             if second < size:
                 raise
             continue  # a mesh may be too coarse for its solid
-        yield own, second
-
-
-def _told(announce: Announce, words: str, stage: str) -> None:
-    announce(f"{words}: {stage}")
+        yield other, second
 
 
 def _difference(piece: Piece, own: ReducedPiece, other: ReducedPiece) -> Array:
@@ -101,18 +98,18 @@ def _difference(piece: Piece, own: ReducedPiece, other: ReducedPiece) -> Array:
     b = n - m
     places = piece.places
     rigid = np.zeros((b, 6))
-    rigid[: 6 * len(places)] = np.vstack([rigid_arm(place - places[0]) for place in places])
+    rigid[: 6 * len(places)] = rigid_arm(places - places[0]).reshape(-1, 6)
     stiff = np.sqrt(np.maximum(own.K.diagonal()[:b], 0.0))
-    result = np.zeros((n, n))
+    difference = np.zeros((n, n))
     if b > 6:
         scaled, wanted = (A[:b, :b] / np.outer(stiff, stiff) for A in (own.K, other.K))
         Q = la.null_space((stiff[:, None] * rigid).T)
         values, vectors = la.eigh(Q.T @ (wanted - scaled) @ Q, Q.T @ scaled @ Q)
         half = stiff[:, None] * (scaled @ (Q @ vectors))
-        result[:b, :b] = (half * np.abs(values)) @ half.T
+        difference[:b, :b] = (half * np.abs(values)) @ half.T
     at = np.arange(b, n)
-    result[at, at] = np.abs((other.fixed_hz[:m] / own.fixed_hz) ** 2 - 1) * own.K[at, at]
-    return result
+    difference[at, at] = np.abs((other.fixed_hz[:m] / own.fixed_hz) ** 2 - 1) * own.K[at, at]
+    return difference
 
 
 Members = Mapping[str, Link | Flexure]
@@ -146,32 +143,38 @@ def with_solid_parts(
         return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
-    if found := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
-        raise ModelError(found)
+    if impossible := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
+        raise ModelError(impossible)
     plan = Plan(as_beams(model).replaced({"at": {}}))
-    chosen = {name: found for name in plan.layout.prototypes if (found := solid_members(model, origin_of(name)))}
+    chosen = {name: members for name in plan.layout.prototypes if (members := solid_members(model, origin_of(name)))}
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = assemble(plan, one_design(parameters))
     tell = told(progress)
     changed = {}
     for name, members in chosen.items():
-        part = _prototype(model, name)
-        own: dict[str, Superelement] = {}
-        sizes = {key: size * own_size for key, own_size in mesh_sizes(model, name).items()}
+        part: Substructure = model if name == TOP else model.substructures[name]
+        superelements: dict[str, Superelement] = {}
+        sizes = {key: size * relative for key, relative in mesh_sizes(model, name).items()}
         for component in own_components(full, name, list(members), _needed(model, part)):
-            own[_short(component.members[0])] = _superelement(full, name, component, keep, sizes, tell)
-        _refuse_taken(name, part, own)
+            cell_size = min(sizes[_short(member)] for member in component.members)
+            superelements[_short(component.members[0])] = _superelement(full, name, component, keep, cell_size, tell)
+        if taken := superelements.keys() & part.superelements.keys():
+            above = () if name == TOP else ("substructures", name)
+            rule, hint = "a superelement has the name of a solid member", "give it another name"
+            raise ModelError(
+                [Problem((*above, "superelements", key), "", rule, hint) for key in superelements if key in taken]
+            )
         kept = {key: member for key, member in {**part.links, **part.flexures}.items() if key not in members}
         fused = {node for member in members.values() for node in member.nodes} - {
-            node for member in (*kept.values(), *own.values()) for node in member.nodes
+            node for member in (*kept.values(), *superelements.values()) for node in member.nodes
         }
         changed[name] = part.replaced(
             {
                 "nodes": {key: at for key, at in part.nodes.items() if key not in fused},
                 "links": {key: member for key, member in part.links.items() if key in kept},
                 "flexures": {key: member for key, member in part.flexures.items() if key in kept},
-                "superelements": {**part.superelements, **own},
+                "superelements": {**part.superelements, **superelements},
                 "mesh_size": None,
             }
         )
@@ -184,11 +187,11 @@ def with_solid_parts(
 def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None = None) -> Mechanism:
     """The same mechanism with all its members as beams, and with the same corrections for all where they are named."""
     solid: dict[str, Any] = {"fidelity": None, "mesh_size": None}
-    own = solid if corrections is None else {**solid, "corrections": None}
+    update = solid if corrections is None else {**solid, "corrections": None}
 
     def beams(part: Substructure) -> dict[str, Any]:
         members = {
-            kind: {key: m.model_copy(update=own) for key, m in getattr(part, kind).items()}
+            kind: {key: m.model_copy(update=update) for key, m in getattr(part, kind).items()}
             for kind in ("links", "flexures")
         }
         return {**solid, **members}
@@ -204,20 +207,16 @@ def with_rigid_faces(mechanism: Mechanism) -> Mechanism:
     return with_rigid_roots(mechanism, lambda part: _needed(mechanism, part))
 
 
-def _prototype(mechanism: Mechanism, name: str) -> Substructure:
-    return mechanism if name == TOP else mechanism.substructures[name]
-
-
 def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
     """Own nodes of a substructure that something else than its members names."""
-    own = list(part.nodes)
+    nodes = list(part.nodes)
     texts = [*part.interface, *(node for joint in part.joints for node in joint)]
     for kind in ("springs", "superelements", "dashpots", "actuators", "sensors"):
         texts += [node for item in getattr(part, kind).values() for node in getattr(item, "nodes", ())]
     texts += [mass.node for mass in part.masses.values()]
     texts += [text for body in part.bodies.values() for text in body.carries]
     texts += list(mechanism.ground) if part is mechanism else []
-    return {node for text in texts for node in matching(text, own)}
+    return {node for text in texts for node in matching(text, nodes)}
 
 
 def _short(member: MemberSolid) -> str:
@@ -230,11 +229,10 @@ def _superelement(
     prototype: str,
     component: Component,
     modes: int,
-    sizes: Mapping[str, float],
+    size: float,
     announce: Announce,
 ) -> Superelement:
     """A component over its nodes, in the frame of its prototype."""
-    size = min(sizes[_short(member)] for member in component.members)
     label = f"solid of {component.label}, size {size:g}"
 
     def tell(stage: str) -> None:
@@ -242,11 +240,11 @@ def _superelement(
 
     unit = reduced_piece(component.piece, size, modes, announce=tell)
     error = stiffness_error(component.piece, unit, size, modes, tell)
-    own = component.placed(unit)
+    reduced = component.placed(unit)
     placed = model.plan.topology.copies[prototype]
     turn = turned(model.geometry.Q[placed.number[0]])
-    T = la.block_diag(*[turn] * len(component.nodes), np.eye(own.amplitudes))
-    K, M, E = (T.T @ A @ T for A in (own.K, own.M, component.placed(replace(unit, K=error)).K))
+    T = la.block_diag(*[turn] * len(component.nodes), np.eye(reduced.amplitudes))
+    K, M, E = (T.T @ A @ T for A in (reduced.K, reduced.M, component.placed(replace(unit, K=error)).K))
     part = model.plan.parts[prototype]
     losses = set()
     for member in component.members:
@@ -258,12 +256,12 @@ def _superelement(
         raise OptionError(f"{rule}; give them all one loss_factor, or some of them fidelity: beam")
     return Superelement(
         nodes=tuple(part.node_names[number - placed.offset[0]] for number in component.nodes),
-        amplitudes=own.amplitudes,
+        amplitudes=reduced.amplitudes,
         stiffness=Matrix((K + K.T) / 2),
         mass=Matrix((M + M.T) / 2),
         loss_factor=losses.pop(),
         stiffness_error=Matrix((E + E.T) / 2),
-        mesh=Meshed(size=size, dofs=own.dofs),
+        mesh=Meshed(size=size, dofs=reduced.dofs),
     )
 
 
@@ -271,24 +269,14 @@ def _refuse_own_values(chosen: Mapping[str, Members]) -> None:
     """Raise ModelError for solid members in instances with values of their own, which superelements do not take."""
     rule = "a solid member has one form, but an instance has values of its own for parameters that it depends on"
     hint = "give that instance a substructure of its own, or fidelity: beam"
-    found = [
-        Problem(
-            ("substructures", origin_of(name), "flexures" if isinstance(own, Flexure) else "links", key), "", rule, hint
-        )
+    wrong = [
+        ("substructures", origin_of(name), "flexures" if isinstance(member, Flexure) else "links", key)
         for name, members in chosen.items()
-        for key, own in members.items()
+        for key, member in members.items()
         if origin_of(name) != name
     ]
-    if found:
-        raise ModelError(dict.fromkeys(found))
-
-
-def _refuse_taken(name: str, part: Substructure, own: Iterable[str]) -> None:
-    above = () if name == TOP else ("substructures", name)
-    rule = "a superelement has the name of a solid member"
-    taken = [key for key in own if key in part.superelements]
-    if taken:
-        raise ModelError([Problem((*above, "superelements", key), "", rule, "give it another name") for key in taken])
+    if wrong:
+        raise ModelError(Problem(path, "", rule, hint) for path in dict.fromkeys(wrong))
 
 
 def _held(
@@ -318,22 +306,20 @@ def _held(
 
 def _names(layout: Layout, mechanism: Mechanism, chosen: Mapping[str, Members]) -> set[str]:
     """Parameters in members, their materials and sections, and the places of their nodes."""
-    found: set[str] = set()
+    names: set[str] = set()
     for name, members in chosen.items():
         prototype = layout.prototypes[name]
         for member in members.values():
             parts: list[Any] = [member, mechanism.material(member.material)]
-            own = member.section if isinstance(member, Link) else None
-            parts += [mechanism.sections[own]] if isinstance(own, str) else []
+            if isinstance(member, Link) and isinstance(member.section, str):
+                parts.append(mechanism.sections[member.section])
             for node in member.nodes:
                 at = prototype.nodes.get(node)
                 if at is not None:
-                    found |= {n for x in at if isinstance(x, Expression) for n in x.names}
+                    names |= {n for x in at if isinstance(x, Expression) for n in x.names}
                 else:
                     parts.append(prototype.bodies.get(node, prototype))
-            found |= {n for part in parts for _, _, x in scalars(part) if isinstance(x, Expression) for n in x.names}
-            foreign = [node for node in member.nodes if "." in node]
-            if foreign:
-                inner = mechanism.substructures.values()
-                found |= {n for p in inner for _, _, x in scalars(p) if isinstance(x, Expression) for n in x.names}
-    return found
+            if any("." in node for node in member.nodes):
+                parts += mechanism.substructures.values()
+            names |= {n for part in parts for _, _, x in scalars(part) if isinstance(x, Expression) for n in x.names}
+    return names

@@ -1,10 +1,13 @@
-"""Pieces of a solid in normal form, reduced to the nodes that they hang on: once for all sizes and metals."""
+"""Pieces of a solid in normal form, reduced to the nodes that they hang on: once for all sizes and metals.
+
+Craig-Bampton reduction of large sparse systems such as solids.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,14 +15,90 @@ import scipy.sparse as sp
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
+from flexura.errors import OptionError
+from flexura.linalg import Eigenpairs, Progress, ShiftInvert, factorise_large, turned
 from flexura.mechanism import Faces
 from flexura.records import Kept
 from flexura.solid.fem.cache import Arrays, content_key, remembered
-from flexura.solid.fem.condensation import constraint_modes
-from flexura.solid.fem.constraints import Face, face_ties
-from flexura.solid.fem.matrices import elastic_matrices, mesh_mass
+from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties, mesh_mass
 from flexura.solid.geometry import ENDS, MemberSolid
-from flexura.solid.mesh import SolidMesh, Surface, group_mesh, outer_sides, rigid_motions
+from flexura.solid.mesh import SolidMesh, Surface, dofs_of, group_mesh, outer_sides, rigid_motions
+
+COLUMNS_AT_ONCE = 64
+"""Right sides that are solved at a time."""
+
+
+@dataclass(frozen=True)
+class CondensedSolid:
+    """K and M (b + m, b + m) over boundary DOFs and amplitudes of fixed-interface modes, `basis` (n, b + m) that takes
+    these to all DOFs, and the frequencies (m,), Hz, of the fixed-interface modes."""
+
+    K: Array
+    M: Array
+    basis: Array
+    fixed_frequency_hz: Array
+
+
+def constraint_modes(
+    K: Any,
+    M: Any,
+    boundary: Index,
+    n_fixed: int = 0,
+    *,
+    up_to_hz: float = 0.0,
+    most: int | None = None,
+    memory: float | None = None,
+    progress: Progress | None = None,
+) -> CondensedSolid:
+    """Craig-Bampton reduction to boundary DOFs (b,) and `n_fixed` fixed-interface modes (theory eq. E7).
+
+    Psi = -Kii^-1 Kib, and Kii x = lambda Mii x for the modes, M-orthonormal; without modes it is Guyan's (1965). With
+    `up_to_hz` all modes up to that frequency are taken, and at least `n_fixed`, but no more than `most`: their number
+    grows as the cube of the frequency. K, M: (n, n) sparse. Raises SolverError when the inside can move with the
+    boundary held, or for want of memory.
+    """
+    K, M = sp.csc_matrix(K), sp.csc_matrix(M)
+    n, b = K.shape[0], len(boundary)
+    inner = np.setdiff1d(np.arange(n), boundary)
+    if len(np.unique(boundary)) != b or len(inner) + b != n or not len(inner):
+        raise OptionError(f"boundary DOFs are distinct numbers below {n}, and not all of them")
+    Kii, Mii = K[inner][:, inner], M[inner][:, inner]
+    factor = factorise_large(Kii, memory=memory, progress=progress)
+    psi = np.zeros((n, b))
+    psi[boundary, np.arange(b)] = 1.0
+    coupling = K[inner][:, boundary]
+    for first in range(0, b, COLUMNS_AT_ONCE):
+        part = np.arange(first, min(first + COLUMNS_AT_ONCE, b))
+        psi[np.ix_(inner, part)] = -factor.solve(coupling[:, part].toarray())
+        if progress is not None:
+            progress("condense", (part[-1] + 1) / b)
+    fixed = _fixed_modes(ShiftInvert(Kii, Mii, 0.0, factor.solve, progress), n_fixed, (2 * np.pi * up_to_hz) ** 2, most)
+    values, basis = fixed.values, np.hstack([psi, np.zeros((n, len(fixed.values)))])
+    basis[inner, b:] = fixed.vectors
+    reduced = [basis.T @ (A @ basis) for A in (K, M)]
+    Kr, Mr = ((A + A.T) / 2 for A in reduced)
+    Kr[:b, b:] = Kr[b:, :b] = 0.0
+    return CondensedSolid(Kr, Mr, basis, np.sqrt(values) / (2 * np.pi))
+
+
+def _fixed_modes(search: ShiftInvert, least: int, limit: float, most: int | None) -> Eigenpairs:
+    """All pairs with values up to a limit, at least `least` and at most `most`; largest entries of vectors positive."""
+    n = search.K.shape[0]
+    bound = n - 1 if most is None else min(max(most, least), n - 1)
+    count = max(least, 6) if limit else least
+    if not count:
+        return Eigenpairs(np.empty(0), np.empty((n, 0)))
+    while True:
+        count = min(count, bound)
+        search.expected = search.solves + 3 * count + 30
+        pairs = search.nearest(count)
+        if pairs.values[-1] > limit or count == bound:
+            break
+        grown = (limit / pairs.values[-1]) ** 1.5  # their number grows as the cube of the frequency
+        count = int(min(max(2.0, grown) * count, float(bound)))
+    keep = max(int((pairs.values <= limit).sum()), min(least, count))
+    return Eigenpairs(pairs.values[:keep], turned(pairs.vectors[:, :keep]))
+
 
 Announce = Callable[[str], None]
 Matrices = Callable[[SolidMesh], tuple[Any, Any]]
@@ -33,16 +112,13 @@ LEAST_MODES = 8
 MOST_MODES = 64
 """Fixed-interface modes that are worked out of any piece, whatever frequency they are asked up to."""
 
-EACH = 5.0
+REPORTED_EVERY = 5.0
 """Seconds after which a stage that goes on says how far it is."""
 
 LEAST_POINTS = 12
 """A mean over a section takes in at least so many points."""
 
-RECENT = 64
-"""Pieces that are kept in memory."""
-
-IN_MEMORY = Kept(most=RECENT)
+IN_MEMORY = Kept(most=64)
 """Arrays of the pieces that were asked for last, by what they were worked out from."""
 
 
@@ -82,8 +158,8 @@ class Piece:
 
     def on_axis(self, member: int, fraction: float) -> Array:
         """Place (3,) on the axis of a member."""
-        own = self.members[member]
-        return own.start + fraction * own.length * own.axes[0]
+        solid = self.members[member]
+        return solid.start + fraction * solid.length * solid.axes[0]
 
 
 @dataclass(frozen=True)
@@ -113,21 +189,17 @@ class ReducedPiece:
         s = np.append(np.tile(np.repeat([1 / length, 1.0], 3), nodes), np.full(self.amplitudes, 1 / length))
         both = np.outer(s, s)
         unit = np.tile(np.repeat([length, 1.0], 3), len(self.average) // 6)
-        own = self.surface
         faster = float(np.sqrt(E / rho)) / length
-        rows = (own.rows * (length * s)).astype(own.rows.dtype)
-        return ReducedPiece(
-            E * length**3 * both * self.K,
-            rho * length**5 * both * self.M,
-            self.amplitudes,
-            unit[:, None] * self.average * s,
-            Surface(length * own.points, own.facets, rows),
-            rho * length**3 * self.mass,
-            self.dofs,
-            self.cells,
-            self.seconds,
-            faster * self.fixed_hz,
-            faster * self.complete_hz,
+        rows = (self.surface.rows * (length * s)).astype(self.surface.rows.dtype)
+        return replace(
+            self,
+            K=E * length**3 * both * self.K,
+            M=rho * length**5 * both * self.M,
+            average=unit[:, None] * self.average * s,
+            surface=replace(self.surface, points=length * self.surface.points, rows=rows),
+            mass=rho * length**3 * self.mass,
+            fixed_hz=faster * self.fixed_hz,
+            complete_hz=faster * self.complete_hz,
         )
 
 
@@ -151,90 +223,94 @@ def reduced_piece(
     limit = 2.0 ** (np.ceil(2 * np.log2(up_to)) / 2) if up_to > 0 else 0.0
 
     def compute() -> Arrays:
-        return _worked_out(piece, size, max(modes, LEAST_MODES), limit, hexahedra, matrices, announce)
+        begin = time.perf_counter()
+        announce("mesh")
+        mesh = group_mesh(piece.members, size, hexahedra=hexahedra)
+        announce(f"{mesh.order} DOFs")
+        arrays = _condensed(piece, mesh, matrices(mesh), (max(modes, LEAST_MODES), limit), announce)
+        return {**arrays, "seconds": np.array(time.perf_counter() - begin)}
 
-    def enough(found: Arrays) -> bool:
-        full = len(found["modes_hz"]) >= min(max(modes, MOST_MODES), int(found["free"]))
-        return full or (len(found["modes_hz"]) >= min(modes, int(found["free"])) and float(found["limit"]) >= limit)
+    def enough(arrays: Arrays) -> bool:
+        n, free = len(arrays["modes_hz"]), int(arrays["free"])
+        return n >= min(max(modes, MOST_MODES), free) or (n >= min(modes, free) and float(arrays["limit"]) >= limit)
 
-    parts = (REVISION, [m.key for m in piece.members], piece.ties, piece.sections, size, hexahedra)
-    found = _kept(parts, compute, enough) if matrices is elastic_matrices else compute()
-    wanted = max(modes, int((found["modes_hz"] <= limit).sum()))
-    order = len(found["K"]) - len(found["modes_hz"]) + min(wanted, len(found["modes_hz"]))
-    kept = found["modes_hz"][:wanted]
-    whole = len(found["modes_hz"]) == int(found["free"])
-    following = found["modes_hz"][wanted:]
-    complete = float(following[0]) if len(following) else np.inf if whole else float(found["limit"])
+    if matrices is elastic_matrices:
+        parts = (REVISION, [m.key for m in piece.members], piece.ties, piece.sections, size, hexahedra)
+        key = content_key(parts)
+        arrays = IN_MEMORY.once(key, lambda: remembered("solid-piece", parts, compute, enough), enough)
+    else:
+        arrays = compute()
+    hz = arrays["modes_hz"]
+    wanted = max(modes, int((hz <= limit).sum()))
+    order = len(arrays["K"]) - len(hz) + min(wanted, len(hz))
+    if wanted < len(hz):
+        complete = float(hz[wanted])
+    else:
+        complete = np.inf if len(hz) == int(arrays["free"]) else float(arrays["limit"])
     return ReducedPiece(
-        found["K"][:order, :order],
-        found["M"][:order, :order],
-        order - 6 * len(piece.places),
-        found["average"][:, :order],
-        Surface(found["points"], found["facets"], found["rows"][:, :order]),
-        float(found["mass"]),
-        int(found["dofs"]),
-        int(found["cells"]),
-        float(found["seconds"]),
-        kept,
-        complete,
+        K=arrays["K"][:order, :order],
+        M=arrays["M"][:order, :order],
+        amplitudes=order - 6 * len(piece.places),
+        average=arrays["average"][:, :order],
+        surface=Surface(arrays["points"], arrays["facets"], arrays["rows"][:, :order]),
+        mass=float(arrays["mass"]),
+        dofs=int(arrays["dofs"]),
+        cells=int(arrays["cells"]),
+        seconds=float(arrays["seconds"]),
+        fixed_hz=hz[:wanted],
+        complete_hz=complete,
     )
 
 
-def _kept(parts: Any, compute: Callable[[], Arrays], enough: Callable[[Arrays], bool]) -> Arrays:
-    return IN_MEMORY.once(content_key(parts), lambda: remembered("solid-piece", parts, compute, enough), enough)
-
-
-def _worked_out(
-    piece: Piece, size: float, modes: int, limit: float, hexahedra: bool, matrices: Matrices, announce: Announce
+def _condensed(
+    piece: Piece, mesh: SolidMesh, matrices: tuple[Any, Any], kept: tuple[int, float], announce: Announce
 ) -> Arrays:
-    begin = time.perf_counter()
-    announce("mesh")
-    mesh = group_mesh(piece.members, size, hexahedra=hexahedra)
-    announce(f"{mesh.order} DOFs")
+    """K, M and all else that is kept of a piece in normal form; `kept` are the least number of fixed-interface modes
+    and the frequency up to which all are worked out."""
+    modes, limit = kept
     places = piece.places
     faces = [
         Face(mesh.point_sets[f"{piece.members[tie.member].name} {ENDS[tie.end]}"], places[tie.node], tie.node, tie.kind)
         for tie in piece.ties
     ]
     ties = face_ties(mesh, faces)
-    K, M = (sp.csc_matrix(ties.T.T @ A @ ties.T) for A in matrices(mesh))
+    K, M = (sp.csc_matrix(ties.T.T @ A @ ties.T) for A in matrices)
     least = min(modes, len(ties.free) - 1)
-    found = constraint_modes(K, M, ties.boundary, least, up_to_hz=limit, most=MOST_MODES, progress=_stages(announce))
-    highest = float(found.fixed_frequency_hz.max(initial=0.0))
-    reached = highest if len(found.fixed_frequency_hz) >= MOST_MODES else max(limit, highest)
-    basis = ties.T @ found.basis
-    own = mesh_mass(mesh)
-    lost = piece.members[0].volume / own.volume if len(piece.members) == 1 else 1.0
+    solid = constraint_modes(K, M, ties.boundary, least, up_to_hz=limit, most=MOST_MODES, progress=_stages(announce))
+    highest = float(solid.fixed_frequency_hz.max(initial=0.0))
+    reached = highest if len(solid.fixed_frequency_hz) >= MOST_MODES else max(limit, highest)
+    basis = ties.T @ solid.basis
+    of_mesh = mesh_mass(mesh)
+    lost = piece.members[0].volume / of_mesh.volume if len(piece.members) == 1 else 1.0
     used, facets = outer_sides(mesh)
     return {
-        "K": balanced(found.K, places),
-        "M": lost * found.M,
-        "modes_hz": found.fixed_frequency_hz / np.sqrt(lost),
+        "K": balanced(solid.K, places),
+        "M": lost * solid.M,
+        "modes_hz": solid.fixed_frequency_hz / np.sqrt(lost),
         "free": np.array(len(ties.free) - 1),
         "limit": np.array(reached),
         "average": np.vstack([np.empty((0, basis.shape[1])), *(_means(mesh, basis, piece, s) for s in piece.sections)]),
         "points": mesh.points[used],
         "facets": facets,
-        "rows": basis[_dofs(used)].astype(np.float32),
-        "mass": np.array(lost * own.mass),
+        "rows": basis[dofs_of(used)].astype(np.float32),
+        "mass": np.array(lost * of_mesh.mass),
         "dofs": np.array(mesh.order),
         "cells": np.array(sum(len(cells) for cells in mesh.cells.values())),
-        "seconds": np.array(time.perf_counter() - begin),
     }
 
 
 def _stages(announce: Announce) -> Callable[[str, float], None]:
     """A progress that announces every stage, and how far it is every few seconds."""
     words = {"factorise": "factorisation", "condense": "constraint modes", "iterate": "fixed-interface modes"}
-    told: dict[str, float] = {}
+    reported: dict[str, float] = {}
 
     def progress(stage: str, share: float) -> None:
         now = time.monotonic()
-        if stage in words and stage not in told:
-            told[stage] = now
+        if stage in words and stage not in reported:
+            reported[stage] = now
             announce(words[stage])
-        elif stage in words and now > told[stage] + EACH:
-            told[stage] = now
+        elif stage in words and now > reported[stage] + REPORTED_EVERY:
+            reported[stage] = now
             announce(f"{words[stage]}, {share:.0%}")
 
     return progress
@@ -243,23 +319,22 @@ def _stages(announce: Announce) -> Callable[[str, float], None]:
 def _means(mesh: SolidMesh, basis: Array, piece: Piece, section: Section) -> Array:
     """Mean displacements (6, c) of the points near a section, about the axis (theory eq. E6)."""
     member = piece.members[section.member]
-    own = np.unique(
-        np.concatenate([cells[np.array(mesh.parts[kind]) == member.name].ravel() for kind, cells in mesh.cells.items()])
-    )
-    off = np.abs(member.local(mesh.points[own])[:, 0] - member.length * section.element / section.elements)
-    reach = max(member.length / section.elements / 8, np.sort(off)[min(LEAST_POINTS, len(off)) - 1])
-    near = own[off <= reach + 1e-9 * member.length]
+    cells = [cells[np.array(mesh.parts[kind]) == member.name].ravel() for kind, cells in mesh.cells.items()]
+    points = np.unique(np.concatenate(cells))
+    off = np.abs(member.local(mesh.points[points])[:, 0] - member.length * section.element / section.elements)
+    within = max(member.length / section.elements / 8, np.sort(off)[min(LEAST_POINTS, len(off)) - 1])
+    near = points[off <= within + 1e-9 * member.length]
     x = mesh.points[near]
     scale = np.repeat([1.0, 1 / float(np.ptp(x, axis=0).max())], 3)
     G = rigid_motions(x, piece.on_axis(section.member, section.element / section.elements))
-    return scale[:, None] * (np.linalg.pinv(G * scale) @ basis[_dofs(near)])
+    return scale[:, None] * (np.linalg.pinv(G * scale) @ basis[dofs_of(near)])
 
 
 def balanced(K: Array, places: Array) -> Array:
     """K over nodes at `places` (k, 3) and amplitudes, without round-off in the rigid motions, which strain nothing."""
     c = 6 * len(places)
     rigid = np.zeros((len(K), 6))
-    rigid[:c] = np.vstack([rigid_arm(place - places[0]) for place in places])
+    rigid[:c] = rigid_arm(places - places[0]).reshape(c, 6)
     size = float(np.ptp(places, axis=0).max()) or 1.0
     scale = np.append(np.tile(np.repeat([1.0, size], 3), len(places)), np.ones(len(K) - c))
     Q = np.linalg.qr(scale[:, None] * rigid)[0]
@@ -267,7 +342,3 @@ def balanced(K: Array, places: Array) -> Array:
     scaled = scaled - Q @ (Q.T @ scaled)
     scaled = scaled - (scaled @ Q) @ Q.T
     return (scaled + scaled.T) / 2 * np.outer(scale, scale)
-
-
-def _dofs(points: Index | Sequence[int]) -> Index:
-    return (3 * np.asarray(points)[:, None] + np.arange(3)).ravel()

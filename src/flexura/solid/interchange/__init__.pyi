@@ -1,9 +1,9 @@
 from flexura.solid.interchange.calculix import calculix_matrices as calculix_matrices
 from flexura.solid.interchange.calculix import need_program as need_program
+from flexura.solid.interchange.calculix import read_ansys as read_ansys
+from flexura.solid.interchange.calculix import read_calculix as read_calculix
 from flexura.solid.interchange.imported import ImportedPart as ImportedPart
+from flexura.solid.interchange.imported import MatrixEvidence as MatrixEvidence
+from flexura.solid.interchange.imported import StoredMatrices as StoredMatrices
 from flexura.solid.interchange.imported import imported as imported
-from flexura.solid.interchange.readers import read_ansys as read_ansys
-from flexura.solid.interchange.readers import read_calculix as read_calculix
-from flexura.solid.interchange.step import write_step as write_step
-from flexura.solid.interchange.stored import MatrixEvidence as MatrixEvidence
-from flexura.solid.interchange.stored import StoredMatrices as StoredMatrices
+from flexura.solid.mesh import write_step as write_step

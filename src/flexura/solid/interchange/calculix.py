@@ -1,27 +1,221 @@
-"""CalculiX as a second solver: meshes written as input decks, matrices read back.
+"""CalculiX as a second solver: meshes written as input decks, decks and matrices read back; and matrices of Ansys.
 
 CalculiX (Dhondt and Wittig) is a program of its own, run in a temporary folder. Stiffness and the mass of C3D20 are
 integrated as in `elastic_matrices` for affine cells. The mass of C3D10 is integrated at the 4 points of the stiffness
 (found in the matrices that version 2.20 stores), which is not exact: frequencies differ by some 1e-4, less with finer
-meshes. Numbers of at most 20 characters are read.
+meshes. Numbers of at most 20 characters are read. Decks are those of Abaqus as well.
 """
 
 from __future__ import annotations
 
+import io
 import shutil
 import subprocess
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from flexura.arguments import verb
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.files import complete_file, scratch_folder
-from flexura.solid.interchange.readers import read_calculix
-from flexura.solid.interchange.stored import StoredMatrices
+from flexura.extras import need
+from flexura.files import complete_file, read_bytes, read_text, scratch_folder
+from flexura.modelfile import unit_factors
+from flexura.sizes import within
+from flexura.solid.fem import mesh_mass
+from flexura.solid.geometry import SolidMaterial
+from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices
 from flexura.solid.mesh import SolidMesh
+
+CELLS = {"C3D10": "tetra10", "C3D20": "hexahedron20", "C3D20R": "hexahedron20"}
+"""Elements that are read as cells; their points come in the same order."""
+
+NESTED = 10
+"""Deepest inclusion of decks in decks."""
+
+
+class Card(NamedTuple):
+    """A keyword without blanks and its parameters by name, in capitals, and the lines of data below it."""
+
+    name: str
+    options: dict[str, str]
+    lines: list[str]
+
+    @property
+    def kind(self) -> str:
+        """Type of the elements."""
+        return self.options.get("TYPE", "").upper()
+
+    def numbers(self) -> list[str]:
+        """All entries of the lines."""
+        return [text.strip() for line in self.lines for text in line.split(",") if text.strip()]
+
+
+@dataclass(frozen=True)
+class Deck:
+    """Numbers (p,) and places (p, 3) of nodes, numbers of nodes by set, and mass, in the units of the deck.
+
+    `cells` are the points of elements by position, as in a `SolidMesh`; `mass` is density times volume, None where
+    there are elements of other kinds or without density. `rotations` are nodes whose translations stand for the
+    rotation of another, by number: ROT NODE and REF NODE of a *RIGID BODY.
+    """
+
+    labels: Index
+    points: Array
+    sets: dict[str, Index]
+    cells: dict[str, Index]
+    mass: float | None
+    rotations: dict[int, int]
+
+
+def read_deck(path: str | Path) -> Deck:
+    """Read a deck, with the decks it includes; whatever else is in it is passed over.
+
+    Names of sets are in capitals, as CalculiX has them. Raises OptionError for files that cannot be read, decks without
+    nodes, and those with parts and instances, which number nodes anew.
+    """
+    path = Path(path)
+    try:
+        cards = list(_cards(path, 0))
+        return _deck(cards, path)
+    except (ValueError, IndexError, KeyError) as error:
+        raise OptionError(f"{path} is no input deck that can be read: {error}") from None
+
+
+def _deck(cards: list[Card], path: Path) -> Deck:
+    assembled = [card.name for card in cards if card.name in ("*PART", "*INSTANCE", "*ASSEMBLY")]
+    if assembled:
+        raise OptionError(f"{path} has {assembled[0]}: write a flat deck, in which every node has one number")
+    nodes = [
+        np.array(card.numbers(), dtype=float).reshape(-1, 4) for card in cards if card.name == "*NODE" and card.lines
+    ]
+    if not nodes:
+        raise OptionError(f"{path} has no *NODE with nodes: it should be the deck that the matrices come from")
+    table = np.concatenate(nodes)
+    labels = table[:, 0].astype(np.intp)
+    labels, last = np.unique(labels[::-1], return_index=True)
+    points = table[::-1][last, 1:]
+    cells, densities = _cells(cards, labels)
+    is_known = cells and all(card.kind in CELLS for card in cards if card.name == "*ELEMENT")
+    is_known = is_known and all(np.isfinite(own).all() for own in densities.values())
+    mass = _mass(points, cells, densities) if is_known else None
+    return Deck(labels, points, _sets(cards, "*NSET", "NSET", "*NODE"), cells, mass, _rotations(cards))
+
+
+def _cards(path: Path, depth: int) -> Iterator[Card]:
+    """Keywords with their lines; a line of keywords that ends in a comma goes on in the next."""
+    text = read_text(path, encoding="latin-1")
+    card: Card | None = None
+    head = ""
+    for line in map(str.strip, text.splitlines()):
+        if not line or line.startswith("**"):
+            continue
+        if not (line.startswith("*") or head):
+            if card is not None:
+                card.lines.append(line)
+            continue
+        head += line
+        if head.endswith(","):
+            continue
+        if card is not None:
+            yield card
+        name, *options = (part.strip() for part in head.split(","))
+        pairs = [option.partition("=")[::2] for option in options]
+        card = Card("".join(name.upper().split(" ")), {k.strip().upper(): v.strip().strip('"') for k, v in pairs}, [])
+        head = ""
+        if card.name == "*INCLUDE":
+            if depth == NESTED:
+                raise OptionError(f"{path} includes decks more than {NESTED} deep")
+            yield from _cards(path.parent / card.options["INPUT"], depth + 1)
+            card = None
+    if card is not None:
+        yield card
+
+
+def _sets(cards: list[Card], keyword: str, option: str, other: str) -> dict[str, Index]:
+    """Sets of nodes or elements: by lists, ranges, names of sets, and as a parameter of what defines their members."""
+    found: dict[str, list[Index]] = defaultdict(list)
+    for card in cards:
+        name = card.options.get(option, "").upper()
+        if card.name == keyword and "GENERATE" in card.options:
+            for line in card.lines:
+                first, last, *step = (int(text) for text in line.split(",") if text.strip())
+                within("file_bytes", 8 * len(range(first, last + 1, *step)), f"set {name}, {line}")
+                found[name].append(np.arange(first, last + 1, *step))
+        elif card.name == keyword:
+            texts = card.numbers()
+            unknown = [text for text in texts if not _is_number(text) and text.upper() not in found]
+            if unknown:
+                raise ValueError(f"{keyword} {name} takes in {unknown[0]}, which is not defined before")
+            found[name].append(np.array([int(t) for t in texts if _is_number(t)], dtype=np.intp))
+            found[name] += [part for t in texts if not _is_number(t) for part in found[t.upper()]]
+        elif card.name == other and name and card.lines:
+            width = 4 if other == "*NODE" else 1 + _points(card)
+            found[name].append(np.array(card.numbers()[::width], dtype=float).astype(np.intp))
+    return {name: np.unique(np.concatenate(parts)) for name, parts in found.items() if name and parts}
+
+
+def _is_number(text: str) -> bool:
+    return text.lstrip("-").isdigit()
+
+
+def _points(card: Card) -> int:
+    """Number of points of the elements of a card; of those of unknown type what its first line has."""
+    known = {"C3D10": 10, "C3D20": 20, "C3D20R": 20, "C3D15": 15}
+    own = known.get(card.kind)
+    return own or len([text for text in card.lines[0].split(",") if text.strip()]) - 1
+
+
+def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str, Array]]:
+    """Points of elements of known shape, by position, and their densities, nan where there is none, by kind of cell."""
+    density: dict[str, float] = {}
+    material = ""
+    for card in cards:
+        if card.name == "*MATERIAL":
+            material = card.options["NAME"].upper()
+        elif card.name == "*DENSITY":
+            density[material] = float(card.numbers()[0])
+    members = _sets(cards, "*ELSET", "ELSET", "*ELEMENT")
+    found: dict[str, list[Index]] = defaultdict(list)
+    for card in cards:
+        if card.name == "*ELEMENT" and card.kind in CELLS and card.lines:
+            found[CELLS[card.kind]].append(np.array(card.numbers(), dtype=np.intp).reshape(-1, 1 + _points(card)))
+    cells, densities = {}, {}
+    for kind, tables in found.items():
+        table = np.concatenate(tables)
+        if not np.isin(table[:, 1:], labels).all():
+            raise ValueError("an element has a node that is not defined")
+        cells[kind] = np.searchsorted(labels, table[:, 1:])
+        densities[kind] = np.full(len(table), np.nan)
+        for card in cards:
+            if card.name == "*SOLIDSECTION":
+                own = np.isin(table[:, 0], members.get(card.options["ELSET"].upper(), []))
+                densities[kind][own] = density.get(card.options["MATERIAL"].upper(), np.nan)
+    return cells, densities
+
+
+def _mass(points: Array, cells: dict[str, Index], densities: dict[str, Array]) -> float:
+    """Density times volume of some cells."""
+    values = np.unique(np.concatenate(list(densities.values())))
+    materials = tuple(SolidMaterial("", 1.0, 0.0, rho) for rho in values.tolist())
+    of_cells = {kind: np.searchsorted(values, own) for kind, own in densities.items()}
+    return mesh_mass(SolidMesh(points, cells, of_cells, materials)).mass
+
+
+def _rotations(cards: list[Card]) -> dict[int, int]:
+    options = [card.options for card in cards if card.name == "*RIGIDBODY" and "ROTNODE" in _squeezed(card.options)]
+    return {int(_squeezed(own)["ROTNODE"]): int(_squeezed(own)["REFNODE"]) for own in options}
+
+
+def _squeezed(options: dict[str, str]) -> dict[str, str]:
+    return {key.replace(" ", ""): value for key, value in options.items()}
+
 
 ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 """CalculiX's names of the cells it has; their points come in the same order."""
@@ -144,3 +338,153 @@ def _listed(numbers: Iterable[int]) -> list[str]:
     texts = [str(k) for k in numbers]
     rows = [",".join(texts[k : k + PER_LINE]) for k in range(0, len(texts), PER_LINE)]
     return [*(row + "," for row in rows[:-1]), *rows[-1:]]
+
+
+STORED = (".sti", ".mas", ".dof")
+
+
+@verb
+def read_calculix(
+    path: str | Path, deck: str | Path | None = None, *, units: Mapping[str, str] | None = None
+) -> StoredMatrices:
+    """K, M, nodes and sets of a solid that CalculiX has put together.
+
+    `path` is the deck JOB.inp or JOB, beside which `*FREQUENCY, SOLVER=MATRIXSTORAGE` has written JOB.sti, JOB.mas and
+    JOB.dof, packed (.gz) or not; or NAME.mtx of `*SUBSTRUCTURE GENERATE`, whose `deck` is to be named. `units` are
+    those of the deck, such as `{"length": "mm", "mass": "t", "time": "s"}`; by default SI. The rotation of a
+    *RIGID BODY with REF NODE and ROT NODE is that of its reference node. Raises OptionError for files that are missing,
+    cannot be read or do not fit together.
+    """
+    path = Path(path)
+    factors = unit_factors(units)
+    if path.suffix == ".mtx":
+        if deck is None:
+            raise OptionError(f"{path}: name the deck with the places of the nodes, deck=...")
+        K, M, node, component, skew = _substructure(path)
+    else:
+        stem = path.with_suffix("") if path.suffix == ".inp" else path
+        deck = stem.with_name(stem.name + ".inp") if deck is None else deck
+        K, M, node, component, skew = _matrix_storage(stem)
+    nodes = read_deck(deck)
+    for rotation, reference in nodes.rotations.items():
+        component = np.where(node == rotation, component + 3, component)
+        node = np.where(node == rotation, reference, node)
+    stored = StoredMatrices(
+        K, M, node, component, nodes.labels, nodes.points, nodes.sets, nodes.cells, nodes.mass, skew
+    )
+    return stored.scaled(*factors)
+
+
+def _matrix_storage(stem: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, Index, float]:
+    """K, M, node and component of every row, and asymmetry.
+
+    The first two files hold lines `row column value`, of one triangle or both, the third NODE.DIRECTION for every row.
+    """
+    paths = [stem.with_name(stem.name + suffix) for suffix in STORED]
+    packed = [path.with_name(path.name + ".gz") for path in paths]
+    paths = [gz if gz.is_file() and not path.exists() else path for path, gz in zip(paths, packed, strict=True)]
+    for path in paths:
+        if not path.is_file() or not path.stat().st_size:
+            raise OptionError(f"{path} is missing or empty: it is written by *FREQUENCY, SOLVER=MATRIXSTORAGE")
+    try:
+        dofs = np.array([line.split(".") for line in read_text(paths[2]).split()], dtype=np.intp).reshape(-1, 2)
+        (K, skew), (M, skew_M) = (_symmetric_matrix(path, len(dofs)) for path in paths[:2])
+    except (ValueError, IndexError, OSError, EOFError) as error:
+        raise OptionError(f"{stem}{', '.join(STORED)} do not fit together: {error}") from None
+    if not len(dofs) or dofs[:, 0].min() < 1 or not np.isin(dofs[:, 1], (1, 2, 3)).all():
+        raise OptionError(f"{paths[2]} holds lines other than NODE.DIRECTION with directions 1, 2, 3")
+    return K, M, dofs[:, 0], dofs[:, 1] - 1, max(skew, skew_M)
+
+
+def _symmetric_matrix(path: Path, n: int) -> tuple[sp.csc_matrix, float]:
+    """The matrix of lines `row column value` and its relative asymmetry; a single triangle is mirrored."""
+    table = np.loadtxt(io.BytesIO(read_bytes(path)), ndmin=2)
+    if table.shape[1] != 3:
+        raise ValueError(f"{path.name} has {table.shape[1]} numbers per line instead of 3")
+    row, column = (table[:, k].astype(np.intp) - 1 for k in (0, 1))
+    if len(row) and (min(row.min(), column.min()) < 0 or max(row.max(), column.max()) >= n):
+        raise ValueError(f"an entry lies outside {n} rows and columns")
+    return symmetrised(sp.csc_matrix((table[:, 2], (row, column)), shape=(n, n)))
+
+
+def symmetrised(A: sp.csc_matrix) -> tuple[sp.csc_matrix, float]:
+    """A matrix of which both triangles or one are given, and its relative asymmetry; ValueError for others."""
+    below, above = sp.tril(A, -1), sp.triu(A, 1)
+    if below.nnz and above.nnz:
+        skew = float(abs(A - A.T).max() / abs(A).max())
+        if skew > SYMMETRIC:
+            raise ValueError(f"a matrix differs from its transpose by {skew:.1e} of its largest entry")
+        return sp.csc_matrix((A + A.T) / 2), skew
+    return sp.csc_matrix(A + A.T - sp.diags_array(A.diagonal())), 0.0
+
+
+def _substructure(path: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, Index, float]:
+    """K and M, without entries where it is not there, of a *USER ELEMENT, and node and component of every row.
+
+    The node of every row stands in comments below `ELEMENT NODES`, directions in lines `row, direction` below
+    *USER ELEMENT, and lower triangles, row by row, below *MATRIX.
+    """
+    found = _blocks(path)
+    try:
+        node = np.array(found["NODES"], dtype=np.intp)
+        direction = np.array([found["DIRECTIONS"][0], *found["DIRECTIONS"][2::2]], dtype=np.intp)
+        n = len(node)
+        if not n or len(direction) != n or not np.isin(direction, range(1, 7)).all():
+            raise ValueError(f"{n} nodes, {len(direction)} directions")
+        made = []
+        for name in ("STIFFNESS", "MASS"):
+            A = np.zeros((n, n))
+            if name in found or name == "STIFFNESS":
+                A[np.tril_indices(n)] = np.array(found[name], dtype=float)
+            made.append(symmetrised(sp.csc_matrix(A))[0])
+    except (ValueError, IndexError, KeyError) as error:
+        raise OptionError(f"{path} is no matrix of *SUBSTRUCTURE GENERATE: {error}") from None
+    return made[0], made[1], node, direction - 1, 0.0
+
+
+def _blocks(path: Path) -> dict[str, list[str]]:
+    """Entries of the lines by what they are: NODES, DIRECTIONS and the types of matrices."""
+    lines = read_text(path, encoding="latin-1").upper().splitlines()
+    found: dict[str, list[str]] = {}
+    inside = ""
+    for line in map(str.strip, lines):
+        if line.startswith("** ELEMENT NODES"):
+            inside = "NODES"
+        elif line.startswith("*") and not line.startswith("**"):
+            inside = line.partition("TYPE=")[2] if line.startswith("*MATRIX") else ""
+        elif inside:
+            inside = "DIRECTIONS" if inside == "NODES" and not line.startswith("**") else inside
+            found.setdefault(inside, []).extend(part.strip() for part in line.strip("*").split(",") if part.strip())
+    return found
+
+
+@verb
+def read_ansys(path: str | Path, nodes: str | Path, *, units: Mapping[str, str] | None = None) -> StoredMatrices:
+    """K, M, nodes and sets of a solid from an Ansys file JOB.full, whose `nodes` are in an archive JOB.cdb.
+
+    Names of sets are those of node components. Held DOFs have no rows. `units` as in `read_calculix`. Distributed files
+    are combined in Ansys first (COMBINE, FULL). Raises OptionError when the package ansys-mapdl-reader is missing, and
+    for files that are missing, cannot be read, or hold unsymmetric or lumped matrices.
+    """
+    reader = need("ansys.mapdl.reader", "ansys")
+    factors = unit_factors(units)
+    for file in (path, nodes):
+        if not Path(file).is_file():
+            raise OptionError(f"{file} is missing")
+    try:
+        archive = reader.Archive(str(nodes), parse_vtk=False)
+        full = reader.read_binary(str(path))
+        dofs, K, M = full.load_km(sort=False)
+        held = {tuple(dof) for dof in full.const.tolist()}
+    except Exception as error:  # whatever the package raises
+        raise OptionError(f"{path} and {nodes} cannot be read: {' '.join(str(error).split())[:200]}") from None
+    try:
+        (K, skew), (M, skew_M) = symmetrised(sp.csc_matrix(K)), symmetrised(sp.csc_matrix(M))
+    except ValueError as error:
+        raise OptionError(f"{path}: {error}") from None
+    free = np.flatnonzero([tuple(dof) not in held for dof in dofs.tolist()])
+    K, M = (sp.csc_matrix(A[free][:, free]) for A in (K, M))
+    node, component = (dofs[free, k].astype(np.intp) for k in (0, 1))
+    sets = {name.upper(): np.asarray(own, dtype=np.intp) for name, own in archive.node_components.items()}
+    labels, points = np.asarray(archive.nnum, dtype=np.intp), np.asarray(archive.nodes, dtype=float)[:, :3]
+    return StoredMatrices(K, M, node, component, labels, points, sets, asymmetry=max(skew, skew_M)).scaled(*factors)

@@ -1,9 +1,13 @@
-"""Solids from other programs as superelements: faces tied to nodes, then Craig and Bampton (1968)."""
+"""Matrices of solids from other programs, the proof that their rows are the DOFs given for them, and superelements.
+
+Faces are tied to nodes, then follows the reduction of Craig and Bampton (1968).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +22,208 @@ from flexura.files import complete_files
 from flexura.mechanism import Faces, Matrix, Substructure, Superelement
 from flexura.results import Result
 from flexura.solid.fem import KINDS, Face, balanced, constraint_modes, face_ties
-from flexura.solid.interchange.stored import MatrixEvidence, StoredMatrices
-from flexura.solid.mesh import SolidMesh
+from flexura.solid.mesh import SolidMesh, rigid_motions
 from flexura.tables import Facts, Table, in_mm, quantity
+
+STRAINLESS = 2e-5
+"""Largest |K r| over |K| |r| of a rigid motion r: coordinates of six digits make some 1e-6, a wrong row 1e-3."""
+
+CARRIED = 1e-5
+"""Largest departure of the mass that rigid motions carry from that of a rigid body."""
+
+SYMMETRIC = 1e-9
+"""Largest difference of a matrix from its transpose over its largest entry."""
+
+MASS_AGREES = 1e-2
+"""Relative difference of masses that curved cells and drawings may have; a wrong unit makes at least 10."""
+
+WAVE_SPEEDS = (200.0, 20e3)
+"""Speeds of pressure waves, m/s, beyond those of solids: rubber 1500, metals 3000 to 7000, diamond 18 000."""
+
+DENSEST = 23e3
+"""Density of osmium, the densest solid, rounded up, kg/m^3."""
+
+UNITS = 'say the units, such as {"length": "mm", "mass": "t", "time": "s"} for N, mm and MPa'
+DIRECTIONS = "xyz"
+
+
+@dataclass(frozen=True)
+class MatrixEvidence:
+    """What rigid motions and uniform stretches say about matrices and the numbers of their DOFs (theory eqs. M1-M3).
+
+    `strain` (6,) is |K r| over |K| |r| for rigid motions r, zero but for round-off when nothing is held. `mass` (3,),
+    kg, is that of the three translations; `cross` the largest departure of the mass that rigid motions carry from that
+    of a rigid body. `wave_speed`, m/s, is that of pressure waves, nan without mass. `asymmetry` is the largest
+    difference from the transpose over the largest entry, as found.
+    """
+
+    strain: Array
+    mass: Array
+    cross: float
+    wave_speed: float
+    asymmetry: float
+
+
+MOST_NAMED = 6
+"""Sets that a notebook names."""
+
+
+@dataclass(frozen=True, repr=False)
+class StoredMatrices(Result):
+    """K and M (n, n), SI, of a solid, from another program.
+
+    Row k is the displacement (`component` 0, 1, 2) or rotation (3, 4, 5) of node number `node`. `labels` (p,) are
+    numbers of nodes, `points` (p, 3), m, their places, `sets` numbers of nodes by name, `cells` points of elements by
+    kind and position, where they are known. M without entries comes with stiffness that is condensed to some nodes.
+    `density_mass`, kg, is density times volume where the source has both.
+    """
+
+    K: sp.csc_matrix
+    M: sp.csc_matrix
+    node: Index
+    component: Index
+    labels: Index
+    points: Array
+    sets: Mapping[str, Index] = field(default_factory=dict)
+    cells: Mapping[str, Index] = field(default_factory=dict)
+    density_mass: float | None = None
+    asymmetry: float = 0.0
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = {"rows": self.K.shape[0], "nodes": len(self.labels), "sets": ", ".join(islice(self.sets, MOST_NAMED))}
+        yield Facts(
+            {**own, "density times volume": quantity(self.density_mass, "kg"), "asymmetry": f"{self.asymmetry:.1g}"}
+        )
+
+    def __post_init__(self) -> None:
+        n = len(self.node)
+        shapes = [A.shape for A in (self.K, self.M)]
+        if not n or shapes != [(n, n)] * 2 or len(self.component) != n:
+            raise OptionError(
+                f"K and M are {shapes[0]} and {shapes[1]} for {n} nodes and {len(self.component)} components"
+            )
+        if self.points.shape != (len(self.labels), 3) or len(np.unique(self.labels)) < len(self.labels):
+            raise OptionError(f"{len(self.labels)} nodes, each named once, have places {self.points.shape}")
+        if not np.isin(self.component, range(6)).all():
+            raise OptionError("components are 0, 1, 2 for displacements along x, y, z and 3, 4, 5 for rotations")
+        both, count = np.unique(np.stack([self.node, self.component]), axis=1, return_counts=True)
+        if count.max() > 1:
+            node, component = both[:, count.argmax()].tolist()
+            raise OptionError(f"component {component} of node {node} has {count.max()} rows, instead of one")
+        if not all(np.isfinite(A.data).all() for A in (self.K, self.M)) or not np.isfinite(self.points).all():
+            raise OptionError("matrices and places are finite numbers")
+
+    def positions(self, nodes: Index) -> Index:
+        """Positions of nodes by number. Raises OptionError for nodes that have no place."""
+        unknown = np.setdiff1d(nodes, self.labels)
+        if len(unknown):
+            rule = f"node {unknown[0]} has rows in the matrices and no place: is the list of nodes theirs?"
+            raise OptionError(f"{rule} CalculiX expands shells and beams into nodes of its own; take solid elements")
+        order = np.argsort(self.labels)
+        return order[np.searchsorted(self.labels, nodes, sorter=order)]
+
+    def places(self, nodes: Index) -> Array:
+        """Places (k, 3), m, of nodes by number. Raises OptionError for nodes that have none."""
+        return self.points[self.positions(nodes)]
+
+    def rigid(self, about: Array, rows: Index | None = None) -> Array:
+        """Rigid motions (n, 6) about a place, or some rows of them; translations before rotations."""
+        node, component = (a if rows is None else a[rows] for a in (self.node, self.component))
+        turns = np.tile(np.eye(3, 6, k=3), (len(node), 1, 1))
+        moves = rigid_motions(self.places(node), about).reshape(-1, 3, 6)
+        return np.concatenate([moves, turns], axis=1)[np.arange(len(node)), component]
+
+    def evidence(self) -> MatrixEvidence:
+        """What rigid motions and uniform stretches say. Raises OptionError for nodes without a position."""
+        x = self.places(self.node)
+        low, high = x.min(axis=0), x.max(axis=0)
+        size, centre = float((high - low).max()) or 1.0, (low + high) / 2
+        R = self.rigid(centre) / np.repeat([1.0, size], 3)
+        strain = np.linalg.norm(self.K @ R, axis=0) / np.linalg.norm(abs(self.K) @ abs(R), axis=0)
+        asymmetry = max(self.asymmetry, *(_asymmetry(A) for A in (self.K, self.M)))
+        carried = R[:, :3].T @ (self.M @ R)
+        mass = np.diagonal(carried).copy()
+        if not mass.max() > 0:
+            return MatrixEvidence(strain, mass, 0.0, float("nan"), asymmetry)
+        straight, coupling = carried[:, :3] - mass.mean() * np.eye(3), carried[:, 3:]
+        cross = float(abs(np.stack([straight, coupling + coupling.T])).max() / mass.max())
+        stretch = (x - centre) * (self.component[:, None] == np.arange(3))
+        energy = np.einsum("ik,ik->k", stretch, self.K @ stretch).max()
+        return MatrixEvidence(strain, mass, cross, float(np.sqrt(max(energy, 0.0) / mass.mean())), asymmetry)
+
+    def proven(self, mass: float | None = None) -> MatrixEvidence:
+        """The evidence, when it proves the matrices; `mass`, kg, is known from elsewhere.
+
+        Raises OptionError, with the place and the likely reason, when a rigid motion strains the solid or does not
+        carry the mass of a rigid body, and when mass or wave speed are not those of the solid: a wrong unit.
+        """
+        found = self.evidence()
+        if found.asymmetry > SYMMETRIC:
+            raise OptionError(f"a matrix differs from its transpose by {found.asymmetry:.1e} of its largest entry")
+        if found.strain.max() > STRAINLESS:
+            raise OptionError(self._held_or_mixed(found.strain))
+        if not found.mass.max() > 0:
+            return found
+        if found.cross > CARRIED:
+            rule = "the mass that rigid motions carry is not that of a rigid body"
+            raise OptionError(
+                f"{rule}, by {found.cross:.1e} of {quantity(found.mass.max(), 'kg', 6)}: M has not the rows of K"
+            )
+        slow, fast = WAVE_SPEEDS
+        if not slow < found.wave_speed < fast:
+            rule = f"pressure waves at {found.wave_speed:.3g} m/s, in solids {slow:g} to {fast:g}"
+            raise OptionError(f"{rule}: length or time are not in the units given; {UNITS}")
+        own = float(found.mass.mean())
+        box = float(np.prod(np.ptp(self.places(self.node), axis=0)))
+        if own > DENSEST * box > 0:
+            raise OptionError(
+                f"{quantity(own, 'kg', 3)} in a box of {quantity(box, 'm^3', 3)}: mass is not in the unit"
+                f" given; {UNITS}"
+            )
+        for other, source in ((mass, "given"), (self.density_mass, "density times volume")):
+            if other is not None and abs(own / other - 1) > MASS_AGREES:
+                raise OptionError(
+                    f"the matrices have a mass of {quantity(own, 'kg', 6)},"
+                    f" {source} is {quantity(other, 'kg', 6)}; {UNITS}"
+                )
+        return found
+
+    def _held_or_mixed(self, strain: Array) -> str:
+        """Why rigid motions strain the solid, as far as rows say it."""
+        worst = int(strain[:3].argmax()) if strain[:3].max() > STRAINLESS else int(strain.argmax())
+        named = f"a {'translation along' if worst < 3 else 'rotation about'} {DIRECTIONS[worst % 3]}"
+        said = f"{named} strains the solid, |K r| / |K||r| = {strain[worst]:.1e}"
+        there = np.zeros((len(self.labels), 3), dtype=bool)
+        moves = self.component < 3
+        there[self.positions(self.node[moves]), self.component[moves]] = True
+        partly = np.flatnonzero(there.any(axis=1) & ~there.all(axis=1))
+        without = np.setdiff1d(self.labels, self.node)
+        if len(partly):
+            missing = DIRECTIONS[int(there[partly[0]].argmin())]
+            label = self.labels[partly[0]]
+            return f"{said}: node {label} has no row for {missing}; leave out what holds it (*BOUNDARY, D)"
+        if len(without):
+            rule = f"{len(without)} of {len(self.labels)} nodes have no rows, such as {without[0]}"
+            return f"{said}: {rule}; leave out what holds them (*BOUNDARY, D), or the rows are not the DOFs given"
+        R = self.rigid(self.places(self.node).mean(axis=0))[:, worst]
+        force = abs(self.K @ R)
+        place = f"most at node {self.node[force.argmax()]}"
+        if worst < 3:
+            return f"{said}, {place}: something holds it, or the rows are not the DOFs given for them"
+        return f"{said}, {place}: the rows are not the DOFs, or the nodes not in the places, given for them"
+
+    def scaled(self, length: float, mass: float, time: float) -> StoredMatrices:
+        """The same matrices in SI when they are in units of so many m, kg and s (theory eq. 34)."""
+        arms = np.where(self.component < 3, 1.0, length)
+        scale = sp.diags_array(arms)
+        K, M = (sp.csc_matrix(factor * (scale @ A @ scale)) for A, factor in ((self.K, mass / time**2), (self.M, mass)))
+        own = None if self.density_mass is None else mass * self.density_mass
+        return replace(self, K=K, M=M, points=length * self.points, density_mass=own)
+
+
+def _asymmetry(A: sp.csc_matrix) -> float:
+    return float(abs(A - A.T).max() / abs(A).max()) if A.nnz else 0.0
+
 
 PART = "part"
 """Name of the superelement in the substructure that is made of an imported solid."""

@@ -1,8 +1,14 @@
-"""Meshes of members, or of fused ones as one piece."""
+"""Meshes of members, or of fused ones as one piece.
+
+Single members are mapped meshes of 27-node hexahedra, from their true contours: a mesh of the section, of the unit
+square or disc, is carried along the member and scaled with its sizes at every station. Axes are those of the member: x
+from its first end, y along the width, z along the thickness. Fused members are swept, or filled with tetrahedra.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from types import ModuleType
 from typing import NamedTuple
 
@@ -10,12 +16,151 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.solid.geometry import ENDS, GROWTH, MILLIMETRE, MemberSolid, Outline, normalised, occ, swept
-from flexura.solid.mesh.blocks import section_mesh, shape_cells, stations
-from flexura.solid.mesh.shape_functions import quadrature, shape_of
-from flexura.solid.mesh.solid_mesh import SolidMesh, rigid_motions
-from flexura.solid.mesh.sweep import EDGES, swept_cells, turned
+from flexura.solid.geometry import ENDS, MILLIMETRE, MemberShape, MemberSolid, Outline, normalised
+from flexura.solid.mesh import occ
+from flexura.solid.mesh.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
+from flexura.solid.mesh.sweep import EDGES, GROWTH, swept, swept_cells, turned
 from flexura.tables import quantity
+
+KIND = "hexahedron27"
+SAMPLES = 4000
+"""Points at which a contour is followed to place the stations of the mesh."""
+THIN = 0.25
+"""A strip thinner than so many times its width has one cell across its thickness: 27-node cells bend as they should."""
+TURNS = 3.0
+"""Cells along an arc for every radian that it turns."""
+UNEVEN = 0.27
+"""Least part of a cell's length on one side of its middle."""
+
+
+def shape_cells(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
+    """Points (n, 3) and cells (c, 27) of a member of unit length; `size` scales the cells."""
+    face, quads = section_mesh(shape, size)
+    x = stations(shape, size)
+    along_y, along_z = shape.at(x)
+    n = len(face)
+    points = np.empty((len(x), n, 3))
+    points[..., 0] = x[:, None]
+    points[..., 1] = along_y[:, None] * face[:, 0]
+    points[..., 2] = along_z[:, None] * face[:, 1]
+    across, up, on = (shape_of(KIND).points.astype(int) + 1).T
+    slices = 2 * np.arange(len(x) // 2)
+    cells = quads[:, 3 * up + across] + n * (slices[:, None, None] + on)
+    return points.reshape(-1, 3), cells.reshape(-1, 27)
+
+
+def stations(shape: MemberShape, size: float = 1.0) -> Array:
+    """Fractions (2 n + 1,) of the length at which the points of n cells lie.
+
+    Cells are as long along the contour as sqrt(h L)/3, h the lesser size of the section and L the length: a notch of
+    radius R with the web t is at its thinnest over about sqrt(R t). Towards the ends they shrink to the size of the
+    end.
+    """
+    breaks, stations = shape.breaks, [np.zeros(1)]
+    turn = (1 - np.cos(np.pi * np.arange(SAMPLES + 1) / SAMPLES)) / 2
+    for first, last in pairwise(breaks):
+        x = first + (last - first) * turn
+        y, z = shape.at(np.clip(x, first + 1e-12, last - 1e-12))
+        h = np.minimum(y, z)
+        step = np.sqrt(np.diff(x) ** 2 + (np.diff(y) ** 2 + np.diff(z) ** 2) / 4)
+        middle, depth = (x[1:] + x[:-1]) / 2, (h[1:] + h[:-1]) / 2
+        end_y, end_z = shape.at(np.array([0.0, 1.0]))
+        end = np.minimum(end_y, end_z)
+        density = 3 / np.sqrt(depth) + 0.7 / (middle + end[0]) + 0.7 / (1 - middle + end[1])
+        turned = sum(abs(np.gradient(np.arctan2(np.diff(side) / 2, np.diff(x)))) for side in (y, z))
+        count = np.concatenate([[0.0], np.cumsum(density * step + TURNS * turned)])
+        cells = max(1, round(count[-1] / size))
+        stations.append(np.interp(np.linspace(0, count[-1], 2 * cells + 1)[1:], count, x))
+    return _centred(shape, np.concatenate(stations))
+
+
+def _centred(shape: MemberShape, x: Array) -> Array:
+    """Stations with the middle points of cells in their middle, but for those on flanks steeper than 45 degrees.
+
+    Cells that are stretched unevenly cannot bend as well as others, and at a quarter of their length they fold.
+    """
+    x = x.copy()
+    y, z = shape.at(x)
+    rise = np.maximum(abs(y[2::2] - y[:-2:2]), abs(z[2::2] - z[:-2:2])) / 2
+    is_flat = rise < x[2::2] - x[:-2:2]
+    step = x[2::2] - x[:-2:2]
+    part = np.clip((x[1::2] - x[:-2:2]) / step, UNEVEN, 1 - UNEVEN)
+    x[1::2] = x[:-2:2] + np.where(is_flat, 0.5, part) * step
+    return x
+
+
+def section_mesh(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
+    """Points (n, 2) of the section in units of its sizes along y and z, and quadrilaterals (q, 9), three rows of three
+    points each along y."""
+    if shape.family == "rectangle":
+        x = stations(shape)
+        y, z = shape.at(x)
+        thin = np.argmin(np.minimum(y, z))
+        aspect = float(y[thin] / z[thin])
+        notched = (bool(np.ptp(y) > 0), bool(np.ptp(z) > 0))
+        cells = [_across(*each, size) for each in zip((aspect, 1 / aspect), notched, strict=True)]
+        return _patch(*(_towards_edges(n) for n in cells))
+    round_cells = max(1, round(1 / size))
+    return _ring(shape.bore, round_cells) if shape.bore else _disc(1 + 2 * round_cells, round_cells)
+
+
+def _across(ratio: float, notched: bool, size: float) -> int:
+    """Cells along a side of the section that is `ratio` times the other."""
+    least = 3 if notched else 1 if ratio < THIN else 2
+    return max(1, round((least + np.log2(max(ratio, 1.0))) / size))
+
+
+def _towards_edges(cells: int) -> Array:
+    """Positions (2 cells + 1,) from -1/2 to 1/2, closer at both; every other one is in the middle of its neighbours."""
+    s = np.linspace(-1, 1, cells + 1)
+    lines = (0.5 * s + 0.5 * np.sin(np.pi * s / 2)) / 2
+    return np.interp(np.arange(2 * cells + 1) / 2, np.arange(cells + 1), lines)
+
+
+def _patch(y: Array, z: Array) -> tuple[Array, Index]:
+    """A grid of quadrilaterals on lines (2 n + 1,) and (2 m + 1,)."""
+    points = np.stack(np.meshgrid(y, z, indexing="xy"), axis=-1).reshape(-1, 2)
+    return points, _grid(len(y) // 2, len(z) // 2)
+
+
+def _grid(n: int, m: int) -> Index:
+    """Quadrilaterals (n m, 9) on a grid of (2 m + 1) rows of 2 n + 1 points."""
+    row = 2 * n + 1
+    corner = (2 * row * np.arange(m)[:, None] + 2 * np.arange(n)).reshape(-1, 1)
+    return corner + (row * np.arange(3)[:, None] + np.arange(3)).ravel()
+
+
+def _ring(bore: float, cells: int) -> tuple[Array, Index]:
+    """An annulus of outer diameter one."""
+    n = 12 * cells
+    angle = 2 * np.pi * np.linspace(0, 1, 2 * n + 1)
+    radius = np.linspace(1, bore, 2 * cells + 1)[:, None] / 2
+    return _merged(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1).reshape(-1, 2), _grid(n, cells))
+
+
+def _disc(n: int, cells: int) -> tuple[Array, Index]:
+    """A disc of diameter one: a square of n x n cells with four patches of n x cells around it."""
+    s = np.linspace(-1, 1, 2 * n + 1)
+    inner = 0.25 * s
+    points, quads = _patch(inner, inner)
+    pieces, cell_list = [points], [quads]
+    side = np.column_stack([inner, np.full(len(s), inner[-1])])
+    arc = np.column_stack([np.sin(np.pi / 4 * s), np.cos(np.pi / 4 * s)]) / 2
+    out = np.linspace(0, 1, 2 * cells + 1)[:, None, None]
+    patch = (out * arc + (1 - out) * side).reshape(-1, 2)
+    for quarter in range(4):
+        angle = quarter * np.pi / 2
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        cell_list.append(_grid(n, cells) + sum(map(len, pieces)))
+        pieces.append(patch @ turn)
+    return _merged(np.concatenate(pieces), np.concatenate(cell_list))
+
+
+def _merged(points: Array, quads: Index) -> tuple[Array, Index]:
+    """Points that coincide made one."""
+    _, first, number = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    return points[first], number.ravel()[quads]
+
 
 LIMIT = 200_000
 """Most points of a mesh, unless told otherwise."""
@@ -53,36 +198,20 @@ def group_mesh(
     cut short at equal volume where members are not mapped. Raises OptionError for other sizes than 0.05 to 5 and when
     about more than `limit` points would be needed, and SolverError when a mesh is not that of its solid.
     """
-    _check_size(members, size, hexahedra, limit)
+    if not 0.05 <= size <= 5:
+        raise OptionError(f"size = {size!r}: the relative size of cells lies between 0.05 and 5")
+    estimate = estimated_points(members, size, hexahedra)
+    if estimate > limit:
+        raise OptionError(
+            f"{members[0].name}{' and others' if len(members) > 1 else ''}: about {estimate:.2g} points would be "
+            f"needed, more than {limit}; raise size"
+        )
     return _placed(_piece(normalised(members), size, hexahedra), members)
 
 
-def _check_webs(group: Sequence[MemberSolid]) -> None:
-    """Raise OptionError where tetrahedra would be too many orders smaller than their solid."""
-    box = np.array([member.box for member in group])
-    extent = float((box[:, 1].max(axis=0) - box[:, 0].min(axis=0)).max())
-    for member in group:
-        web = float(member.outline.web(member.outline.x).min())
-        if web < THINNEST * extent:
-            raise OptionError(
-                f"{member.name}: its least thickness is {web / extent:.2g} of the size of its solid, and tetrahedra "
-                f"need {THINNEST:g}; make it thicker, or a piece by itself, which hexahedra can fill"
-            )
-
-
-def _check_size(group: Sequence[MemberSolid], size: float, hexahedra: bool, limit: int) -> None:
-    if not 0.05 <= size <= 5:
-        raise OptionError(f"size = {size!r}: the relative size of cells lies between 0.05 and 5")
-    estimate = estimated_points(group, size, hexahedra)
-    if estimate > limit:
-        raise OptionError(
-            f"{group[0].name}{' and others' if len(group) > 1 else ''}: about {estimate:.2g} points would be needed, "
-            f"more than {limit}; raise size"
-        )
-
-
 def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceMesh:
-    """The mesh of one piece."""
+    """The mesh of one piece. Raises SolverError for folded cells, another volume than that of the solid, and cells that
+    rigid motions strain."""
     if len(group) == 1 and hexahedra:
         (member,) = group
         points, cells = shape_cells(member.shape, size)
@@ -100,12 +229,7 @@ def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceM
                 wanted = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3)) * MILLIMETRE**3
         if piece.cells.shape[1] == 10:
             piece = piece._replace(points=_straightened(piece.points, piece.cells))
-    _check(piece, group[0].name, wanted)
-    return piece
-
-
-def _check(piece: PieceMesh, name: str, wanted: float) -> None:
-    """Raise SolverError for folded cells, another volume than wanted, m^3, and cells that rigid motions strain."""
+    name = group[0].name
     least, volume = jacobians(piece.points, piece.cells)
     if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME:
         raise SolverError(
@@ -117,11 +241,21 @@ def _check(piece: PieceMesh, name: str, wanted: float) -> None:
         raise SolverError(
             f"the mesh of {name}: rigid motions strain cells by {strain:.2g}; it is too thin for its size"
         )
+    return piece
 
 
 def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tuple[Array, Index, Index]:
-    """Fill members of any shape with cells of the size of their webs."""
-    _check_webs(group)
+    """Fill members of any shape with cells of the size of their webs. Raises OptionError where these would be too many
+    orders smaller than the solid."""
+    box = np.array([member.box for member in group])
+    extent = float((box[:, 1].max(axis=0) - box[:, 0].min(axis=0)).max())
+    for member in group:
+        web = float(member.outline.web(member.outline.x).min())
+        if web < THINNEST * extent:
+            raise OptionError(
+                f"{member.name}: its least thickness is {web / extent:.2g} of the size of its solid, and tetrahedra "
+                f"need {THINNEST:g}; make it thicker, or a piece by itself, which hexahedra can fill"
+            )
     model, outlines = gmsh.model, [member.outline.blunted() for member in group]
     tags = [occ.volume(gmsh, member, outline) for member, outline in zip(group, outlines, strict=True)]
     occ.check_volumes(gmsh, group, tags, 3e-3)
@@ -132,8 +266,8 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
 
     def wanted(_dim: int, _tag: int, x: float, y: float, z: float, _lc: float) -> float:
         at = np.array([[x, y, z]]) * MILLIMETRE
-        own = (_wanted(outline, member.local(at), size)[0] for member, outline in zip(group, outlines, strict=True))
-        return float(min(own)) / MILLIMETRE
+        sizes = (_cell_size(o, member.local(at), size)[0] for member, o in zip(group, outlines, strict=True))
+        return float(min(sizes)) / MILLIMETRE
 
     model.mesh.setSizeCallback(wanted)
     model.mesh.generate(3)
@@ -141,32 +275,12 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
     model.mesh.setOrder(2)
     if (np.array(model.mesh.getElementQualities(model.mesh.getElementsByType(11)[0], "minSJ")) < WORST).any():
         model.mesh.optimize("HighOrder")
-    numbers, flat, _ = model.mesh.getNodes()
-    cells, owner, seen = [], [], set()
-    for k, own in enumerate(pieces):
-        for dim, tag in own:
-            if dim == 3 and tag not in seen:
-                seen.add(tag)
-                _, nodes = model.mesh.getElementsByType(11, tag)
-                cells.append(np.reshape(nodes, (-1, 10)).astype(np.intp)[:, _GMSH_ORDER])
-                owner.append(np.full(len(cells[-1]), k))
-    used, connected = np.unique(np.concatenate(cells), return_inverse=True)
-    order = np.argsort(numbers)
-    points = flat.reshape(-1, 3)[order[np.searchsorted(numbers[order], used)]] * MILLIMETRE
-    return points, turned(points, connected.reshape(-1, 10)), np.concatenate(owner)
+    owner = occ.first_owners(pieces, 3)
+    points, cells, member = occ.elements(gmsh, 11, 10, owner)
+    return points, turned(points, cells[:, _GMSH_ORDER]), member
 
 
-def _own_size(shape: Outline, x: Array) -> Array:
-    """Size of cells along a shape that is filled, m."""
-    web, L = shape.web(x), shape.length
-    if shape.family in ("circle", "round"):
-        return np.minimum(0.4 * web, L / 6 if shape.family == "round" else L / 2)
-    if shape.family == "tube":
-        return np.minimum(np.maximum(1.5 * web, 0.4 * shape.y[0]), L / 2)
-    return np.minimum(0.7 * web, L / 6) if not shape.is_straight else np.minimum(0.7 * web, L / 2)
-
-
-def _wanted(shape: Outline, local: Array, size: float) -> Array:
+def _cell_size(shape: Outline, local: Array, size: float) -> Array:
     """Size of cells, m, that a member wants at points (n, 3) of its own frame, within it and around it."""
     x, y, z = local.T
     half_y, half_z = shape.half(x)
@@ -175,7 +289,12 @@ def _wanted(shape: Outline, local: Array, size: float) -> Array:
     else:
         across = np.hypot(np.maximum(np.abs(y) - half_y, 0.0), np.maximum(np.abs(z) - half_z, 0.0))
     away = np.hypot(np.maximum(np.maximum(-x, x - shape.length), 0.0), across)
-    return size * _own_size(shape, x) + GROWTH * away
+    web, L = shape.web(x), shape.length
+    if shape.family == "tube":
+        within = np.minimum(np.maximum(1.5 * web, 0.4 * shape.y[0]), L / 2)
+    else:
+        within = np.minimum((0.4 if shape.is_round else 0.7) * web, L / (2 if shape.is_straight else 6))
+    return size * within + GROWTH * away
 
 
 def estimated_points(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> float:
@@ -192,9 +311,9 @@ def estimated_points(group: Sequence[MemberSolid], size: float, hexahedra: bool)
         x = np.linspace(0.0, member.length, 400)
         half_y, half_z = outline.half(x)
         area = np.pi * (half_y**2 - outline.inner**2) if outline.is_round else 4 * half_y * half_z
-        local = np.stack([x, 0 * x, 0 * x], axis=-1)
-        others = [_wanted(o.outline, o.local(member.placed(local)), size) for o in group]
-        points += 1.7 * float(np.trapezoid(area / (0.118 * np.min(others, axis=0) ** 3), x))
+        axis = member.placed(np.stack([x, 0 * x, 0 * x], axis=-1))
+        sizes = [_cell_size(other.outline, other.local(axis), size) for other in group]
+        points += 1.7 * float(np.trapezoid(area / (0.118 * np.min(sizes, axis=0) ** 3), x))
     return points
 
 

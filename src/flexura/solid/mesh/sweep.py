@@ -1,15 +1,165 @@
-"""Meshes of plane figures swept through a width: quadratic hexahedra or tetrahedra."""
+"""Fused members that are one plane figure swept through a common width, meshed by quadratic hexahedra or tetrahedra."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise, product
 from types import ModuleType
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import CubicSpline
 
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
-from flexura.solid.geometry import ASPECT, MILLIMETRE, Profile, Swept, count_of, occ
+from flexura.solid.geometry import MILLIMETRE, MemberSolid, Outline
+from flexura.solid.mesh import occ
+
+GROWTH = 0.4
+"""How fast cells grow away from a thin member."""
+ASPECT = (3.0, np.inf)
+"""Most length of tetrahedra and hexahedra over the thickness: long tetrahedra are too stiff in bending and torsion."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A member in the plane of its group: `start` (2,), `along` (2,), its outline and its half size across, x by x."""
+
+    outline: Outline
+    half: Array
+    start: Array
+    along: Array
+
+    def placed(self, x: Array) -> Array:
+        """Plane coordinates (n, 2) of points along and across the member."""
+        return self.start + x[:, :1] * self.along + x[:, 1:] * np.array([-self.along[1], self.along[0]])
+
+    def size(self, points: Array, size: float) -> Array:
+        """Wanted size of triangles, m, at plane points (n, 2)."""
+        local = points - self.start
+        x, z = local @ self.along, local @ np.array([-self.along[1], self.along[0]])
+        half = np.interp(x, self.outline.x, self.half)
+        L = self.outline.length
+        away = np.hypot(np.maximum(np.maximum(-x, x - L), 0.0), np.maximum(np.abs(z) - half, 0.0))
+        within = np.minimum(half, L / 4) if self.outline.is_straight else np.minimum(1.2 * half, L / 8)
+        return size * within + GROWTH * away
+
+    def steps(self, width: float, size: float, aspect: float) -> tuple[float, float]:
+        """Lengths of cells along and across a straight member, m; `aspect` bounds the first over the thickness."""
+        t, L = 2 * float(self.half[0]), self.outline.length
+        along = size * min(max(1.5 * t, min(L / 8, width / 4)), L / 2, aspect * t)
+        return along, size * (t if t < width / 4 or t < L / 8 else t / 2)
+
+    def cuts(self, size: float) -> list[tuple[Array, Array]]:
+        """Runs of x and half size (n,), m, between which a contour is cut into single cells."""
+        cells = []
+        for a, b in pairwise(self.outline.breaks):
+            x, half = self.outline.x[a : b + 1], self.half[a : b + 1]
+            if len(x) == 2:
+                count = count_of(float(np.hypot(*np.diff([x, half])[:, 0]) / self._step(half, size).max()))
+                ends = np.linspace(0, 1, count + 1)
+                cells += [(x[0] + np.array(e) * np.ptp(x), np.interp(e, [0, 1], half)) for e in pairwise(ends)]
+                continue
+            k = np.arange(len(x))
+            along, across = CubicSpline(k, x), CubicSpline(k, half)
+            fine = np.linspace(0, len(x) - 1, 400)
+            rate = np.hypot(along(fine, 1), across(fine, 1)) / self._step(across(fine), size)
+            number = cumulative_trapezoid(rate, fine, initial=0)
+            ends = np.interp(np.linspace(0, number[-1], count_of(number[-1]) + 1), number, fine)
+            for e in pairwise(ends):
+                at = np.linspace(*e, 7)
+                cells.append((along(at), across(at)))
+        return cells
+
+    def _step(self, half: Array, size: float) -> Array:
+        return size * np.minimum(1.2 * half, self.outline.length / 8)
+
+
+@dataclass(frozen=True)
+class Swept:
+    """Members of one width: `frame` (3, 3) holds the two axes of their plane and the direction of the sweep as rows."""
+
+    profiles: tuple[Profile, ...]
+    origin: Array
+    frame: Array
+    width: float
+
+    def heights(self, size: float, aspect: float) -> Array:
+        """Positions from 0 to the width between layers of cells, m, closer at the free edges of wide thin figures.
+
+        `aspect` bounds the thickness of layers over the least thickness of the figure.
+        """
+        w, thinnest = self.width, min(2 * float(p.half.min()) for p in self.profiles)
+        step = size * min(max(w / 6, thinnest), aspect * thinnest)
+        graded = 12 * thinnest < w and step > 2 * thinnest and any(p.outline.is_straight for p in self.profiles)
+        edge = np.array([0.0, thinnest, 3 * thinnest]) if graded else np.zeros(1)
+        inner = np.linspace(edge[-1], w - edge[-1], max(2, count_of((w - 2 * edge[-1]) / step)) + 1)
+        return np.concatenate([edge[:-1], inner, w - edge[:-1][::-1]])
+
+    def estimate(self, size: float, hexahedra: bool) -> float:
+        """About how many points a mesh will have."""
+        points, aspect = 0.0, ASPECT[hexahedra]
+        for profile in self.profiles:
+            if profile.outline.is_straight:
+                along, across = profile.steps(self.width, size, aspect)
+                columns, rows = profile.outline.length / along, 2 * float(profile.half[0]) / across
+                thinner = sum(other.half.min() < profile.half[0] / 2 for other in self.profiles)
+                rows += 7.0 * min(thinner, 2)
+                columns += 6.0
+            else:
+                columns, rows = len(profile.cuts(size)), 2 / size
+            points += (2 * np.ceil(columns) + 1) * (2 * np.ceil(rows) + 1)
+        return points * (2 * len(self.heights(size, aspect)) - 1)
+
+
+def count_of(number: float) -> int:
+    """A number of cells, rounded up, at least one."""
+    return max(1, int(np.ceil(number - 1e-6)))
+
+
+def swept(members: Sequence[MemberSolid]) -> Swept | None:
+    """The members as one plane figure swept through one width; None when they are not that."""
+    outlines = [member.outline.blunted() for member in members]
+    for k in _directions(outlines[0]):
+        direction, half = members[0].axes[k], _end_size(outlines[0], k)
+        chosen = [k]
+        for member, outline in zip(members[1:], outlines[1:], strict=True):
+            off = abs((member.start - members[0].start) @ direction)
+            fits = [
+                j
+                for j in _directions(outline)
+                if abs(member.axes[j] @ direction) > 1 - 1e-9
+                and abs(_end_size(outline, j) - half) < 1e-6 * half
+                and off < 1e-6 * half
+            ]
+            if not fits:
+                break
+            chosen.append(fits[0])
+        else:
+            frame = np.stack([members[0].axes[0], np.cross(direction, members[0].axes[0]), direction])
+            origin = members[0].start - half * direction
+            profiles = tuple(
+                Profile(s, s.z if j == 1 else s.y, frame[:2] @ (m.start - origin), frame[:2] @ m.axes[0])
+                for m, s, j in zip(members, outlines, chosen, strict=True)
+            )
+            return Swept(profiles, origin, frame, 2 * half)
+    return None
+
+
+def _directions(outline: Outline) -> list[int]:
+    """Local axes along which a member is as wide everywhere, the widest first."""
+    match outline.family:
+        case "rectangle":
+            return [1, 2] if outline.y[0] >= outline.z[0] else [2, 1]
+        case "notch":
+            return [1]
+    return []
+
+
+def _end_size(outline: Outline, axis: int) -> float:
+    return float((outline.y if axis == 1 else outline.z)[0])
+
 
 NEAR = (0.3, 1.0, 3.0)
 """Distances from corners and ends at which figures are cut, over the thickness that ends there."""
@@ -38,24 +188,14 @@ def swept_cells(gmsh: ModuleType, group: Swept, size: float, hexahedra: bool) ->
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(2)
     gmsh.model.mesh.removeSizeCallback()
-    tags, flat, _ = gmsh.model.mesh.getNodes()
-    kind, count = (10, 9) if quadrilaterals else (9, 6)
-    faces, owner = [], []
-    for surface, profile in surfaces.items():
-        _, own = gmsh.model.mesh.getElementsByType(kind, surface)
-        faces.append(np.reshape(own, (-1, count)).astype(np.intp))
-        owner.append(np.full(len(faces[-1]), profile))
-    used, cells = np.unique(np.concatenate(faces), return_inverse=True)
-    order = np.argsort(tags)
-    plane = flat.reshape(-1, 3)[order[np.searchsorted(tags[order], used)], :2] * MILLIMETRE
+    points, faces, owner = occ.elements(gmsh, *((10, 9) if quadrilaterals else (9, 6)), surfaces)
     sweep = sweep_quadrilaterals if quadrilaterals else sweep_triangles
-    heights = group.heights(size, ASPECT[quadrilaterals])
-    return sweep(plane, cells.reshape(-1, count), np.concatenate(owner), group, heights)
+    return sweep(points[:, :2], faces, owner, group, group.heights(size, ASPECT[quadrilaterals]))
 
 
 def _surfaces(gmsh: ModuleType, group: Swept) -> dict[int, int]:
     """Plane surfaces of the members, cut where they meet: the position of the member of each."""
-    made = [(_face(gmsh, p, occ.runs(p.outline, p.half)), k) for k, p in enumerate(group.profiles)]
+    made = [(_face(gmsh, p, p.outline.runs(p.half)), k) for k, p in enumerate(group.profiles)]
     return _fragments(gmsh, made, [])
 
 
@@ -64,7 +204,7 @@ def _blocks(gmsh: ModuleType, group: Swept, size: float) -> dict[int, int]:
     made, lines = [], []
     for k, profile in enumerate(group.profiles):
         if profile.outline.is_straight:
-            made.append((_face(gmsh, profile, occ.runs(profile.outline, profile.half)), k))
+            made.append((_face(gmsh, profile, profile.outline.runs(profile.half)), k))
             lines += _cut_lines(gmsh, group, k)
             continue
         for x, half in profile.cuts(size):
@@ -84,9 +224,9 @@ def _face(gmsh: ModuleType, profile: Profile, sides: Sequence[Array]) -> int:
 def _cut_lines(gmsh: ModuleType, group: Swept, k: int) -> list[int]:
     """Lines across a straight member, along and across it: through the end corners of others that lie on it, and `NEAR`
     these; the same near its own ends if it is thin. Stresses are infinite there."""
-    own = group.profiles[k]
-    L, half = own.outline.length, float(own.half[0])
-    turn = np.array([own.along, [-own.along[1], own.along[0]]])
+    profile = group.profiles[k]
+    L, half = profile.outline.length, float(profile.half[0])
+    turn = np.array([profile.along, [-profile.along[1], profile.along[0]]])
     low, high = np.array([0.0, -half]), np.array([L, half])
     near = 1e-6 * min(L, half)
     levels: tuple[list[float], list[float]] = ([0.0, L], [-half, half])
@@ -96,7 +236,7 @@ def _cut_lines(gmsh: ModuleType, group: Swept, k: int) -> list[int]:
     for other in (p for j, p in enumerate(group.profiles) if j != k):
         for end, sign in ((0, -1.0), (-1, 1.0)):
             h = float(other.half[end])
-            centre = turn @ (other.start + (other.outline.length * other.along if end else 0.0) - own.start)
+            centre = turn @ (other.start + (other.outline.length * other.along if end else 0.0) - profile.start)
             inward, outward = sign * turn @ other.along, turn @ np.array([-other.along[1], other.along[0]])
             for side in (-1.0, 1.0):
                 corner = centre + side * h * outward
@@ -105,10 +245,10 @@ def _cut_lines(gmsh: ModuleType, group: Swept, k: int) -> list[int]:
                 levels[0].append(float(corner[0]))
                 levels[1].append(float(corner[1]))
                 if h < half / 2:
-                    for n, axis, way in ((n, a, w) for n in NEAR for a in (0, 1) for w in (inward, side * outward)):
-                        if abs(way[axis]) > 0.99:
-                            close.append((axis, float(corner[axis] + 2 * h * n * way[axis]), 2 * h * n))
-    kept = tuple(_apart(sorted(own_levels), near) for own_levels in levels)
+                    for n, axis, sense in product(NEAR, (0, 1), (inward, side * outward)):
+                        if abs(sense[axis]) > 0.99:
+                            close.append((axis, float(corner[axis] + 2 * h * n * sense[axis]), 2 * h * n))
+    kept = tuple(_apart(sorted(values), near) for values in levels)
     for axis, at, gap in close:
         if np.abs(np.array(kept[axis]) - at).min() > 0.5 * gap and low[axis] < at < high[axis]:
             kept[axis].append(at)
@@ -116,7 +256,7 @@ def _cut_lines(gmsh: ModuleType, group: Swept, k: int) -> list[int]:
     runs += [np.array([[0.0, z], [L, z]]) for z in kept[1] if abs(z) < half - near]
     made = []
     for run in runs:
-        a, b = (gmsh.model.occ.addPoint(*p, 0.0) for p in own.placed(run) / MILLIMETRE)
+        a, b = (gmsh.model.occ.addPoint(*p, 0.0) for p in profile.placed(run) / MILLIMETRE)
         made.append(gmsh.model.occ.addLine(a, b))
     return made
 
@@ -137,12 +277,8 @@ def _fragments(gmsh: ModuleType, made: Sequence[tuple[int, int]], lines: Sequenc
     if rest:
         _, pieces = gmsh.model.occ.fragment([(2, made[0][0])], rest)
     gmsh.model.occ.synchronize()
-    found: dict[int, int] = {}
-    for (_, k), own in zip(made, pieces, strict=False):
-        for dim, tag in own:
-            if dim == 2:
-                found.setdefault(tag, k)
-    return found
+    first = occ.first_owners(pieces[: len(made)], 2)
+    return {tag: made[k][1] for tag, k in first.items()}
 
 
 def _regular(gmsh: ModuleType, group: Swept, surfaces: dict[int, int], size: float, aspect: float) -> bool:

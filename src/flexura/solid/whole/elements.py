@@ -1,4 +1,7 @@
-"""Curved tetrahedra of the glued part by NGSolve: mesh, stiffness and mass, and mean motions of patches."""
+"""Stiffness and mass of the whole part: curved tetrahedra by NGSolve, and what of it is not solid.
+
+Bodies of mass alone, masses, springs, stacks, partial supports and links over gaps act on mean motions of patches.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -14,14 +18,17 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
-from flexura.errors import OptionError, SolverError
+from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.extras import need
 from flexura.linalg import available_memory
+from flexura.mechanism import DOF_NAMES
 from flexura.solid.geometry import MILLIMETRE, MemberSolid
-from flexura.solid.whole.pieces import Block, Piece, beyond, thickness
+from flexura.solid.whole.pieces import Block, Piece, Pieces, beyond, clamped_nodes, is_ground, thickness
 from flexura.solid.whole.shapes import Part
+from flexura.structure import FullOrderModel
+from flexura.tables import quantity
 
-SAME = 1e-4
+ON_EDGE = 1e-4
 """Distance over the thickness up to which an edge lies in an end face."""
 GRADING = 0.4
 """How fast tetrahedra grow away from fine places (netgen's own measure)."""
@@ -72,13 +79,13 @@ class Elements:
 
     def _matrices(self, stiffer: Mapping[int, float]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         ng = self._ng
-        own = {
+        materials = {
             str(k): replace(piece.material, E=piece.material.E * stiffer.get(k, 1.0))
             for k, piece in enumerate(self.part.pieces.all)
         }
-        mu = self.mesh.MaterialCF({k: m.E / (2 * (1 + m.nu)) for k, m in own.items()})
-        lame = self.mesh.MaterialCF({k: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for k, m in own.items()})
-        rho = self.mesh.MaterialCF({k: m.rho for k, m in own.items()})
+        mu = self.mesh.MaterialCF({k: m.E / (2 * (1 + m.nu)) for k, m in materials.items()})
+        lame = self.mesh.MaterialCF({k: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for k, m in materials.items()})
+        rho = self.mesh.MaterialCF({k: m.rho for k, m in materials.items()})
         u, v = self._space.TnT()
         strain, other = ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v))
         K = ng.BilinearForm((2 * mu * ng.InnerProduct(strain, other) + lame * ng.div(u) * ng.div(v)) * ng.dx)
@@ -96,7 +103,7 @@ class Elements:
         """B (6, n): displacement of the centre and rotation of the rigid motion that fits a patch best, weighted by its
         bump, by the DOFs."""
         ng = self._ng
-        at = [own * MILLIMETRE - c for own, c in zip((ng.x, ng.y, ng.z), patch.centre, strict=True)]
+        at = [x * MILLIMETRE - c for x, c in zip((ng.x, ng.y, ng.z), patch.centre, strict=True)]
         weight: Any = 1.0
         for axis, radius in zip(patch.axes, patch.radii, strict=True):
             s = (axis[0] * at[0] + axis[1] * at[1] + axis[2] * at[2]) / radius
@@ -120,20 +127,20 @@ class Elements:
     def _rigid_motions(self) -> Array:
         """Coefficients (all, 6) of three translations and of three rotations about the global origin."""
         ng = self._ng
-        x, y, z = (own * MILLIMETRE for own in (ng.x, ng.y, ng.z))
-        fields = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
+        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
+        motions = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
         field = ng.GridFunction(self._space)
-        found = np.empty((self._space.ndof, 6))
-        for k, own in enumerate(fields):
-            field.Set(ng.CoefficientFunction(own))
-            found[:, k] = field.vec.FV().NumPy()
-        return found
+        coefficients = np.empty((self._space.ndof, 6))
+        for k, motion in enumerate(motions):
+            field.Set(ng.CoefficientFunction(motion))
+            coefficients[:, k] = field.vec.FV().NumPy()
+        return coefficients
 
     def _cells_near(self, patch: Patch) -> Any:
         """Which tetrahedra may reach into a patch."""
-        centre, own = self._places
+        centre, radius = self._places
         local = np.abs((centre - patch.centre) @ patch.axes.T)
-        near: NDArray[np.bool_] = np.asarray((local <= patch.radii + 1.5 * own[:, None]).all(axis=1))
+        near: NDArray[np.bool_] = np.asarray((local <= patch.radii + 1.5 * radius[:, None]).all(axis=1))
         marked = self._ng.BitArray(len(near))
         marked.Clear()
         for k in np.flatnonzero(near).tolist():
@@ -144,25 +151,24 @@ class Elements:
     def _places(self) -> tuple[Array, Array]:
         """Centres (cells, 3) and radii (cells,) of the cells, m."""
         points = np.array([v.point for v in self.mesh.vertices]) * MILLIMETRE
-        corners = [points[[v.nr for v in cell.vertices]] for cell in self.mesh.Elements(self._ng.VOL)]
-        centre = np.array([own.mean(axis=0) for own in corners])
-        return centre, np.array(
-            [np.linalg.norm(own - at, axis=1).max() for own, at in zip(corners, centre, strict=True)]
-        )
+        cells = self.mesh.Elements(self._ng.VOL)
+        corners = np.array([points[[v.nr for v in cell.vertices]] for cell in cells])
+        centre = corners.mean(axis=1)
+        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
 
     @property
     def mass(self) -> float:
         """Mass of the solids, kg."""
-        rho = self.mesh.MaterialCF({str(k): own.material.rho for k, own in enumerate(self.part.pieces.all)})
+        rho = self.mesh.MaterialCF({str(k): piece.material.rho for k, piece in enumerate(self.part.pieces.all)})
         return float(self._ng.Integrate(rho, self.mesh)) * MILLIMETRE**3
 
     def motions_at(self, points: Array, vectors: Array) -> Array:
         """Displacements and rotations (half the curl), (p, 6, k), at points (p, 3), m, NaN outside, for vectors (n, k)
         of DOFs."""
         ng = self._ng
-        found = np.full((len(points), 6, vectors.shape[1]), np.nan)
+        motions = np.full((len(points), 6, vectors.shape[1]), np.nan)
         if not len(points):
-            return found
+            return motions
         at = self.mesh(*(np.ascontiguousarray(c) for c in points.T / MILLIMETRE))
         inside = at["nr"] >= 0
         field = ng.GridFunction(self._space)
@@ -170,12 +176,11 @@ class Elements:
         for k in range(vectors.shape[1]):
             field.vec[:] = 0.0
             field.vec.FV().NumPy()[self._free] = vectors[:, k]
-            found[inside, :3, k] = field(at[inside])
+            motions[inside, :3, k] = field(at[inside])
             G = np.asarray(gradient(at[inside])).reshape(-1, 3, 3) / MILLIMETRE
-            found[inside, 3:, k] = (
-                np.stack([G[:, 2, 1] - G[:, 1, 2], G[:, 0, 2] - G[:, 2, 0], G[:, 1, 0] - G[:, 0, 1]], axis=-1) / 2
-            )
-        return found
+            curl = np.stack([G[:, 2, 1] - G[:, 1, 2], G[:, 0, 2] - G[:, 2, 0], G[:, 1, 0] - G[:, 0, 1]], axis=-1)
+            motions[inside, 3:, k] = curl / 2
+        return motions
 
 
 def memory_of(dofs: float) -> float:
@@ -265,35 +270,256 @@ def _least_cells(piece: Piece, size: float) -> float:
 def _mark_corners(part: Part) -> bool:
     """Mark the edges at which members of one section come out of something wider: stresses there are infinite, and
     cells next to them are cut (hp refinement), so that the root gives what it does."""
-    pieces, found = part.pieces, False
-    touching: dict[int, set[int]] = {}
-    for a, b in part.touching:
-        touching.setdefault(a, set()).add(b)
-        touching.setdefault(b, set()).add(a)
+    pieces, is_marked = part.pieces.all, False
     for solid in part.shape.solids:
         k = int(solid.name)
-        own = pieces.all[k]
-        if isinstance(own, Block) or not own.outline.is_straight:
+        member = pieces[k]
+        if isinstance(member, Block) or not member.outline.is_straight:
             continue
-        thin = thickness(own)
-        hosts = [pieces.all[j] for j in touching.get(k, ())]
+        outline, thin = member.outline, thickness(member)
+        half = np.array([float(outline.y[0]), float(outline.z[0])])
+        hosts = [pieces[b if a == k else a] for a, b in part.touching if k in (a, b)]
         for edge in solid.edges:
             middle = edge.center
-            at = own.local(np.array([middle.x, middle.y, middle.z]) * MILLIMETRE)
-            end = at[0] > own.length / 2
-            if abs(at[0] - own.length * end) > SAME * thin:
+            at = member.local(np.array([middle.x, middle.y, middle.z]) * MILLIMETRE)
+            end = at[0] > member.length / 2
+            if abs(at[0] - member.length * end) > ON_EDGE * thin:
                 continue
+            # a point a little outside of the edge, along and across
             out = at.copy()
-            half = np.array([float(own.outline.y[0]), float(own.outline.z[0])])
-            if own.outline.is_round:
-                out[1:] = at[1:] * (1.2 if np.hypot(*at[1:]) > 0 else 1.0)
-                if np.hypot(*at[1:]) == 0:
-                    out[1] = half[0] * 1.2
-            else:
-                on = np.abs(np.abs(at[1:]) - half) < SAME * thin
-                out[1:] += np.where(on, np.sign(at[1:]) * 0.1 * thin, 0.0)
             out[0] += (1 if end else -1) * 0.1 * thin
-            if any(float(beyond(host, own.placed(out)[None])[0]) < 0 for host in hosts):
+            if not outline.is_round:
+                on_edge = np.abs(np.abs(at[1:]) - half) < ON_EDGE * thin
+                out[1:] += np.where(on_edge, np.sign(at[1:]) * 0.1 * thin, 0.0)
+            elif np.hypot(*at[1:]) > 0:
+                out[1:] *= 1.2
+            else:
+                out[1] = half[0] * 1.2
+            if any(float(beyond(host, member.placed(out)[None])[0]) < 0 for host in hosts):
                 edge.hpref = 1
-                found = True
-    return found
+                is_marked = True
+    return is_marked
+
+
+STIFF = 1e3
+"""Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""
+STIFF_ALONE = 1e12
+"""The same, N/m and N m/rad, where nothing is drawn."""
+
+
+class Lumped:
+    """K and M of a part with what is not solid: bodies of mass alone, masses, springs, stacks, partial supports, links.
+
+    Each acts on the mean motion of a patch at the place of its node; what hangs on nothing drawn has six DOFs of its
+    own after those of the solid.
+    """
+
+    def __init__(self, model: FullOrderModel, part: Part, elements: Elements) -> None:
+        self._model, self._part, self._elements = model, part, elements
+        self._pieces: Pieces = part.pieces
+        self._loose: dict[int, int] = {}  # roots with six DOFs of their own, by their number
+        self.notes: list[str] = []
+        self._terms: list[tuple[sp.csr_matrix, Array, bool]] = []
+        topology = model.plan.topology
+        self._clamped: NDArray[np.bool_] = np.asarray(topology.held.all(axis=1))
+        self._join_gaps()
+        self._discrete_elements()
+        self._supports()
+        n = elements.dofs + 6 * len(self._loose)
+        K, M = (_wider(matrix, n, n) for matrix in (elements.K, elements.M))
+        for motion, matrix, is_stiffness in self._terms:
+            B = _wider(motion, n)
+            added = (B.T @ sp.csr_matrix(matrix) @ B).tocsr()
+            if is_stiffness:
+                K = K + added
+            else:
+                M = M + added
+        self.K: sp.csr_matrix = K.tocsr()
+        self.M: sp.csr_matrix = M.tocsr()
+        self.is_free: bool = not self._pieces.held and not topology.held.any()
+
+    def _discrete_elements(self) -> None:
+        model = self._model
+        plan, geometry = model.plan, model.geometry
+        for name, placed in plan.topology.copies.items():
+            part = placed.part
+            if part.superelements:
+                key = next(iter(part.superelements))
+                rule = "a superelement has no form, so that there is no whole solid of it"
+                raise ModelError([Problem(("superelements", key), "matrices", rule, "describe its members and bodies")])
+            formed = {key for key, (_, body) in part.bodies.items() if body.has_form}
+            for element in part.discrete_elements(model.values, geometry.parts[name]):
+                if element.name in formed and element.K is None:
+                    continue
+                for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):
+                    label = ".".join((*path, element.name))
+                    rows = [self._motion(offset + node, label) for node in element.nodes]
+                    turn = geometry.turning[number]
+                    moving = [(k, B) for k, B in enumerate(rows) if B is not None]
+                    if not moving:
+                        continue
+                    at = np.concatenate([6 * k + np.arange(6) for k, _ in moving])
+                    X = np.kron(np.eye(len(moving)), turn)
+                    width = max(B.shape[1] for _, B in moving)
+                    B = sp.vstack([_wider(B, width) for _, B in moving]).tocsr()
+                    for matrix, is_stiffness in ((element.K, True), (element.M, False)):
+                        if matrix is not None:
+                            self._terms.append((B, X @ matrix[np.ix_(at, at)] @ X.T, is_stiffness))
+
+    def _motion(self, node: int, label: str) -> sp.csr_matrix | None:
+        """B (6, n) of a node's motion; None where it is held."""
+        model = self._model
+        root = int(model.plan.topology.root[node])
+        point = model.positions[node]
+        anchor = self._anchor(node)
+        if anchor is not None:
+            centre, B = anchor
+            if np.linalg.norm(point - centre) > 0:
+                B = sp.csr_matrix(rigid_arm(point - centre)) @ B
+            return B
+        if self._clamped[root]:
+            return None
+        if drawn := self._pieces.at_root(root):
+            names = ", ".join(self._pieces.all[k].name for k in drawn[:3])
+            rule = f"the node lies on what is drawn ({names})"
+            hint = "move it there, or let a body that has a solid carry it"
+            raise ModelError([Problem((label,), model.plan.topology.node_names[node], rule, hint)])
+        n = self._elements.dofs
+        if root not in self._loose:
+            self._loose[root] = len(self._loose)
+            self.notes.append(
+                f"{model.plan.topology.node_names[root]}: nothing is drawn there, it moves as a rigid body"
+            )
+        first = n + 6 * self._loose[root]
+        of_root = sp.csr_matrix((np.ones(6), (np.arange(6), first + np.arange(6))), shape=(6, first + 6))
+        return sp.csr_matrix(rigid_arm(point - model.positions[root])) @ of_root
+
+    def _anchor(self, node: int) -> tuple[Array, sp.csr_matrix] | None:
+        """The patch that a node moves with: on the nearest body of its root, else at a member's end."""
+        model, pieces = self._model, self._pieces
+        root = int(model.plan.topology.root[node])
+        point = model.positions[node]
+        name = model.plan.topology.node_names[node]
+        numbers = pieces.at_root(root)
+        blocks = [k for k in numbers if isinstance(pieces.all[k], Block) and not is_ground(pieces.all[k])]
+        if blocks:
+            k = min(blocks, key=lambda k: float(beyond(pieces.all[k], point[None])[0]))
+            block = pieces.all[k]
+            assert isinstance(block, Block)
+            at = block.nearest(point)
+            gap = float(np.linalg.norm(at - point))
+            if gap > 1e-3 * block.thin:
+                self._note(f"{name}: a rigid arm of {quantity(gap, 'm', 3)} leads to {block.name}")
+            return self._patch(k, at)
+        ends = [k for k in numbers if not isinstance(pieces.all[k], Block)]
+        for k in ends:
+            if float(beyond(pieces.all[k], point[None])[0]) < 1e-3 * thickness(pieces.all[k]):
+                return self._patch(k, point)
+        if root == node and self._clamped[root]:
+            return None
+        near = [(float(np.linalg.norm(_end_point(pieces, k, root) - point)), k) for k in ends]
+        if near and model.plan.topology.is_rigid[node]:
+            gap, k = min(near)
+            self._note(f"{name}: a rigid arm of {quantity(gap, 'm', 3)} leads to the end of {pieces.all[k].name}")
+            return self._patch(k, _end_point(pieces, k, root))
+        return None
+
+    def _note(self, text: str) -> None:
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def _patch(self, piece: int, point: Array) -> tuple[Array, sp.csr_matrix]:
+        solid = self._pieces.all[piece]
+        if isinstance(solid, Block):
+            radii = np.full(3, float(solid.half.min()))
+        else:
+            y, z = (float(h[0]) for h in solid.outline.half(solid.local(point)[:1]))
+            radii = np.array([min(2 * min(y, z), solid.length / 4), y * 1.01, z * 1.01])
+        return point, self._elements.motion(Patch(point, solid.axes, radii))
+
+    def _supports(self) -> None:
+        model, topology = self._model, self._model.plan.topology
+        for node, mask in clamped_nodes(model).items():
+            if all(mask) or not any(mask):
+                continue
+            B = self._motion(node, "ground")
+            if B is None:
+                continue
+            solids = [self._pieces.all[k] for k in self._pieces.at_root(int(topology.root[node]))]
+            stiff = _tie_stiffness(max(solids, key=thickness)) if solids else np.full(6, STIFF_ALONE)
+            self._terms.append((B, np.diag(np.where(mask, stiff, 0.0)), True))
+            directions = ", ".join(d for d, h in zip(DOF_NAMES, mask, strict=True) if h)
+            self._note(f"{topology.node_names[node]}: its mean motion is held in {directions}")
+
+    def _join_gaps(self) -> None:
+        """Tie members' ends that do not touch what they are joined to; raise ModelError where nothing allows it."""
+        model, pieces = self._model, self._pieces
+        topology = model.plan.topology
+        problems = []
+        for root in {r for m in pieces.members for r in m.roots}:
+            numbers = pieces.at_root(root)
+            if len(numbers) < 2:
+                continue
+            group = {k: k for k in numbers}
+            for a, b in combinations(numbers, 2):
+                if (min(a, b), max(a, b)) in self._part.touching:
+                    group = {k: group[a] if g == group[b] else g for k, g in group.items()}
+            if len(set(group.values())) == 1:
+                continue
+            blocks = [k for k in numbers if isinstance(pieces.all[k], Block)]
+            if self._clamped[root] and not any(not is_ground(pieces.all[k]) for k in blocks):
+                continue
+            main = group[blocks[0]] if blocks else max(group.values(), key=list(group.values()).count)
+            for k in numbers:
+                if group[k] == main or (isinstance(pieces.all[k], Block) and self._clamped[root]):
+                    continue
+                piece = pieces.all[k]
+                if blocks:
+                    self._link(k, root, blocks)
+                    group = {j: main if g == group[k] else g for j, g in group.items()}
+                    continue
+                others = ", ".join(pieces.all[j].name for j in numbers if group[j] == main)
+                rule = f"{piece.name} touches what it is joined to ({others})"
+                hint = "let its end reach there (offsets, lengths), or put a body with a solid between"
+                problems.append(Problem((piece.name,), topology.node_names[root], rule, hint))
+        if problems:
+            raise ModelError(problems)
+
+    def _link(self, k: int, root: int, blocks: list[int]) -> None:
+        """A stiff massless link from an end, or a body, to the body that carries it."""
+        pieces = self._pieces
+        piece = pieces.all[k]
+        at = piece.centre if isinstance(piece, Block) else _end_point(pieces, k, root)
+        host = min((j for j in blocks if j != k), key=lambda j: float(beyond(pieces.all[j], at[None])[0]))
+        block = pieces.all[host]
+        assert isinstance(block, Block)
+        to = block.nearest(at)
+        if isinstance(piece, Block):
+            at = piece.nearest(to)
+        (a, A), (b, B) = self._patch(k, at), self._patch(host, to)
+        middle = (at + to) / 2
+        A, B = (sp.csr_matrix(rigid_arm(middle - c)) @ X for c, X in ((a, A), (b, B)))
+        self._terms.append(((A - B).tocsr(), np.diag(_tie_stiffness(piece)), True))
+        gap = 1e3 * float(np.linalg.norm(to - at))
+        self._note(f"{piece.name} does not touch {block.name}: a stiff massless link bridges {gap:.3g} mm")
+
+
+def _tie_stiffness(piece: Piece) -> Array:
+    """Stiffness (6,) of a tie that hardly gives beside a piece."""
+    width = thickness(piece)
+    along = STIFF * piece.material.E * width
+    return np.array([along] * 3 + [along * width**2] * 3)
+
+
+def _end_point(pieces: Pieces, k: int, root: int) -> Array:
+    """The middle of the end face of a member that moves with a root."""
+    member = pieces.all[k]
+    assert not isinstance(member, Block)
+    return member.end_point(member.roots.index(root))
+
+
+def _wider(matrix: sp.csr_matrix, n: int, rows: int | None = None) -> sp.csr_matrix:
+    """The matrix with columns, and rows if these are given, of zeros up to n columns and so many rows."""
+    more = 0 if rows is None else rows - matrix.shape[0]
+    starts = np.append(matrix.indptr, np.full(more, matrix.indptr[-1]))
+    return sp.csr_matrix((matrix.data, matrix.indices, starts), shape=(matrix.shape[0] + more, n))

@@ -1,28 +1,31 @@
-"""The lowest modes of the whole part."""
+"""The lowest modes of the part itself as one solid, beside the described model, and what its assumptions make."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array
-from flexura.deadline import checkpoint
+from flexura.deadline import Say, checkpoint
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import SingularError, factorise_large
-from flexura.solid.whole.elements import Elements, meshed
-from flexura.solid.whole.lumped import Lumped
+from flexura.mechanism import Mechanism, with_rigid_roots
+from flexura.methods import Counterpart, Solution, counterparts
+from flexura.reduction import full_order_modes
+from flexura.results import Tabular
+from flexura.solid.fem import as_beams
+from flexura.solid.whole.elements import Elements, Lumped, meshed
 from flexura.solid.whole.pieces import Block, beyond, is_ground, pieces_of, thickness
 from flexura.solid.whole.shapes import Part, part_of
-from flexura.structure import FullOrderModel
-
-Say = Callable[[str], None]
+from flexura.structure import FullOrderModel, assemble, one_design
+from flexura.tables import Facts, Table, percent
 
 ORDER = 3
 """Order of the tetrahedra."""
@@ -32,7 +35,7 @@ SIZES = (0.25, 4.0)
 """Least and largest size of the tetrahedra."""
 INSIDE = 1e-3
 """How far into its piece a node on the surface is moved to be found in a curved mesh, over the thickness."""
-TOLERANCE = 1e-7
+EIGENVALUE_TOLERANCE = 1e-7
 """Relative tolerance of eigenvalues."""
 
 
@@ -115,23 +118,22 @@ class WholePart:
         for piece in self.part.pieces.all:
             if is_ground(piece):
                 continue
-            near = beyond(piece, points)
             thin = thickness(piece)
-            own = (near < 1e-3 * thin) & ~inside
+            new = (beyond(piece, points) < 1e-3 * thin) & ~inside
             if isinstance(piece, Block):
-                towards = piece.centre - points[own]
+                inward = piece.centre - points[new]
             else:
-                middle = piece.local(points[own])
+                middle = piece.local(points[new])
                 middle[:, 0] = np.clip(middle[:, 0], 0.02 * piece.length, 0.98 * piece.length)
                 middle[:, 1:] = 0.0
-                towards = piece.placed(middle) - points[own]
-            reach = np.linalg.norm(towards, axis=1, keepdims=True)
-            points[own] += towards * np.minimum(INSIDE * thin / np.where(reach > 0, reach, 1.0), 1.0)
-            inside |= own
+                inward = piece.placed(middle) - points[new]
+            depth = np.linalg.norm(inward, axis=1, keepdims=True)
+            points[new] += inward * np.minimum(INSIDE * thin / np.where(depth > 0, depth, 1.0), 1.0)
+            inside |= new
         inside &= self.model.plan.topology.has_position
-        found = np.full((len(points), 6, vectors.shape[1]), np.nan)
-        found[inside] = elements.motions_at(points[inside], vectors)
-        return found
+        motions = np.full((len(points), 6, vectors.shape[1]), np.nan)
+        motions[inside] = elements.motions_at(points[inside], vectors)
+        return motions
 
 
 def _lowest(K: sp.csr_matrix, M: sp.csr_matrix, n: int, is_free: bool) -> tuple[Array, Array]:
@@ -151,18 +153,179 @@ def _lowest(K: sp.csr_matrix, M: sp.csr_matrix, n: int, is_free: bool) -> tuple[
 
     count = n + 2
     operator = spla.LinearOperator(K.shape, matvec=solve, dtype=float)
+    search = {"v0": np.cos(np.arange(K.shape[0])), "ncv": 2 * count + 8, "tol": EIGENVALUE_TOLERANCE}
     try:
-        values, vectors = spla.eigsh(
-            K,
-            count,
-            M=M,
-            sigma=shift,
-            OPinv=operator,
-            v0=np.cos(np.arange(K.shape[0])),
-            ncv=2 * count + 8,
-            tol=TOLERANCE,
-        )
+        values, vectors = spla.eigsh(K, count, M=M, sigma=shift, OPinv=operator, **search)
     except spla.ArpackError as error:
         raise SolverError(f"the eigenvalue search did not converge: {error}") from None
     first = np.argsort(values)[:n]
     return values[first], vectors[:, first]
+
+
+STIFFENED = 1e4
+"""How many times as stiff bodies and ground are made to see what their giving does."""
+CONVERGENCE = 10.0
+"""How far the lower order is from the higher one, over how far this is from the limit: measured 9 to 17."""
+SPARE_MODES = 6
+"""Modes of every model beyond those asked for, among which counterparts are looked for."""
+
+
+@dataclass(frozen=True)
+class WholeMode:
+    """A mode of the part as one solid: `frequency_hz`, known to a relative `uncertainty`, an estimate.
+
+    `described_hz` is its counterpart in the described model, with the modal assurance criterion `mac` over the nodes,
+    and `difference` how far that is off, relative to the solid. The rest are what single assumptions make of it,
+    relative: `beams` beam theory in place of solid members, with rigid roots against solids between rigid bodies and a
+    rigid ground; `roots` elastic ones in place of rigid ones in the described model; `bodies` and `ground` the part
+    with these rigid against the part. None where there is no counterpart, or nothing of the kind.
+    """
+
+    frequency_hz: float
+    uncertainty: float
+    described_hz: float | None = None
+    mac: float | None = None
+    difference: float | None = None
+    beams: float | None = None
+    roots: float | None = None
+    bodies: float | None = None
+    ground: float | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class WholeVerification(Tabular):
+    """The described model against the part itself: one solid, nothing rigid but what is held.
+
+    `modes` are those of the solid, `cells` of its mesh, `dofs` of order `order`; `mass`, kg, of the solids. `notes` say
+    what is held how, and what is lumped.
+    """
+
+    name: str
+    parameters: dict[str, float]
+    modes: tuple[WholeMode, ...]
+    order: int
+    size: float
+    cells: int
+    dofs: int
+    mass: float
+    seconds: float
+    notes: tuple[str, ...] = ()
+
+    def _view(self) -> Iterator[Facts | Table]:
+        yield Table(self.columns(), "modes")
+        yield Facts({"cells": self.cells, "DOFs": self.dofs, **{f"note {k + 1}": t for k, t in enumerate(self.notes)}})
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The columns of the table of modes, as they are shown."""
+
+        def signed(name: str) -> list[str]:
+            values = [getattr(mode, name) for mode in self.modes]
+            return ["" if value is None else f"{100 * value:+.2f} %" for value in values]
+
+        return {
+            "mode": list(range(1, len(self.modes) + 1)),
+            "whole [Hz]": [mode.frequency_hz for mode in self.modes],
+            "known to": [percent(mode.uncertainty, 2) for mode in self.modes],
+            "described [Hz]": [mode.described_hz for mode in self.modes],
+            "difference": signed("difference"),
+            **{name: signed(name) for name in ("beams", "roots", "bodies", "ground")},
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each mode."""
+        names = tuple(WholeMode.__dataclass_fields__)
+        rows = {name: [getattr(mode, name) for mode in self.modes] for name in names}
+        headings = {"frequency_hz": "frequency [Hz]", "described_hz": "described [Hz]"}
+        return {
+            "mode": list(range(1, len(self.modes) + 1)),
+            **{headings.get(name, name): own for name, own in rows.items()},
+        }
+
+    def __repr__(self) -> str:
+        worst = max((m.difference for m in self.modes if m.difference is not None), key=abs, default=None)
+        return f"WholeVerification({self.name!r}, worst difference {percent(worst) or 'unknown'})"
+
+
+def verify_whole(
+    model: Mechanism, parameters: Mapping[str, ArrayLike] | None, n: int, size: float, say: Say
+) -> WholeVerification:
+    """The `n` lowest modes of the part as one solid beside the described model. Raises as `WholePart`."""
+    began, single = time.perf_counter(), one_design(parameters)
+    beams = as_beams(model)
+    described, rigid = assemble(beams, single), assemble(with_rigid_roots(beams), single)
+    if described.order == 0:
+        raise OptionError("nothing in this mechanism can move: every node is held")
+    part, more = WholePart(described, ORDER, size, say), n + SPARE_MODES
+    say(f"the part with elements of order {ORDER}")
+    fine = part.modes(more, ORDER)
+    say("the same with a lower order, for the uncertainty")
+    coarse = part.modes(more, ORDER - 1)
+    both = part.bodies | part.held if part.bodies and part.held else frozenset[int]()
+    stiffened = {"bodies": part.bodies, "ground": part.held, "bodies and ground": both}
+    variants: dict[str, WholeModes] = {}
+    for label, blocks in stiffened.items():
+        if blocks:
+            say(f"the same with {label} {STIFFENED:g} times as stiff")
+            variants[label] = part.modes(more, ORDER - 1, blocks, factor=STIFFENED)
+    say("the described model")
+    inside = np.isfinite(fine.shapes).all(axis=(1, 2), keepdims=True)
+    count = min(n, len(fine.frequency_hz))
+
+    def at_nodes_inside(hz: Array, shapes: Array) -> Solution:
+        return Solution("", None, hz, np.where(inside, shapes, 0.0))
+
+    def matched(solution: Solution) -> list[Counterpart | None]:
+        return counterparts(described, at_nodes_inside(fine.frequency_hz, fine.shapes), solution, count)
+
+    def of_beams(beam_model: FullOrderModel) -> list[Counterpart | None]:
+        pairs = full_order_modes(beam_model, min(more, beam_model.order))
+        hz = np.sqrt(pairs.values) / (2 * np.pi)
+        return matched(at_nodes_inside(hz, beam_model.node_displacements(pairs.vectors)))
+
+    def of_solid(modes: WholeModes | None) -> list[float | None]:
+        if modes is None:
+            return [None] * count
+        return [mode and mode.frequency_hz for mode in matched(at_nodes_inside(modes.frequency_hz, modes.shapes))]
+
+    own, stiff_roots, lower = of_beams(described), of_beams(rigid), of_solid(coarse)
+    bodies, ground = of_solid(variants.get("bodies")), of_solid(variants.get("ground"))
+    all_rigid = of_solid(list(variants.values())[-1] if variants else coarse)
+    modes = []
+    for k, hz in enumerate(fine.frequency_hz[:count].tolist()):
+        low = lower[k]
+        uncertain = abs(low - hz) / CONVERGENCE if low else hz
+        limit = hz - uncertain if low else hz
+        mode, stiff_mode = own[k], stiff_roots[k]
+        own_hz, rigid_hz = mode and mode.frequency_hz, stiff_mode and stiff_mode.frequency_hz
+        between_rigid = all_rigid[k]
+        if between_rigid is not None and low:
+            between_rigid *= limit / low  # the same mesh has the same error
+        modes.append(
+            WholeMode(
+                frequency_hz=limit,
+                uncertainty=uncertain / limit if limit else 0.0,
+                described_hz=own_hz,
+                mac=mode and mode.mac,
+                difference=_over(own_hz, limit),
+                beams=_over(rigid_hz, between_rigid),
+                roots=_over(own_hz, rigid_hz),
+                bodies=_over(bodies[k], low),
+                ground=_over(ground[k], low),
+            )
+        )
+    return WholeVerification(
+        name=model.name,
+        parameters=single,
+        modes=tuple(modes),
+        order=ORDER,
+        size=size,
+        cells=fine.cells,
+        dofs=fine.dofs,
+        mass=fine.mass,
+        seconds=time.perf_counter() - began,
+        notes=fine.notes,
+    )
+
+
+def _over(value: float | None, base: float | None) -> float | None:
+    return None if value is None or not base else value / base - 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,7 @@ from flexura.structure import FullOrderModel, solids_of
 DEPTHS = (6.0, 3.0, 1.5)
 """Depths of a block of ground, and how far it reaches beyond the faces of its member, in thicknesses of this: the first
 that touches nothing else."""
-NEAR = 1e-6
+ON_SURFACE = 1e-6
 """Distance over the thickness up to which a point lies on a surface."""
 ON_FACE = 1e-6
 """Distance of a node from a face that it lies on, over the size of the body."""
@@ -138,7 +138,8 @@ def pieces_of(model: FullOrderModel) -> Pieces:
     at_ends: list[tuple[int, int]] = []
     for k, end in ends:
         member = members[k]
-        block = None if (member.name, end) in rigid else _ground(member, end, bodies, members, k)
+        others = [*bodies, *(other for other in members if other is not member)]
+        block = None if (member.name, end) in rigid else _ground(member, end, others)
         if block is None:
             at_ends.append((k, end))
             why = "its root is rigid" if (member.name, end) in rigid else "a block of ground there would touch the part"
@@ -175,13 +176,7 @@ def beyond(piece: Piece, points: Array) -> Array:
     """How far (n,) points (n, 3) lie outside of a piece, m, negative inside."""
     if isinstance(piece, Block):
         return piece.beyond(points)
-    x, y, z = piece.local(points).T
-    half_y, half_z = piece.outline.half(x)
-    along = np.maximum(-x, x - piece.length)
-    if piece.outline.is_round:
-        radius = np.hypot(y, z)
-        return np.maximum(along, np.maximum(radius - half_y, piece.outline.inner - radius))
-    return np.maximum(along, np.maximum(np.abs(y) - half_y, np.abs(z) - half_z))
+    return piece.outline.beyond(piece.local(points))
 
 
 def _bodies(model: FullOrderModel) -> list[Block]:
@@ -258,7 +253,7 @@ def _held_faces(
     if found:
         return
     k = inside[0] if inside else own[0]
-    ends = [m.placed(np.array([m.length * e, 0.0, 0.0])) for m in members for e in (0, 1) if m.roots[e] == root]
+    ends = [m.end_point(e) for m in members for e in (0, 1) if m.roots[e] == root]
     towards = bodies[k].local(np.mean(ends, axis=0) if ends else bodies[k].centre)
     options = [(axis, side) for axis in ((0,) if bodies[k].is_round else (0, 1, 2)) for side in (-1, 1)]
     axis, side = min(
@@ -299,13 +294,13 @@ def _rigid_ends(model: FullOrderModel) -> set[tuple[str, int]]:
     }
 
 
-def _ground(member: MemberSolid, end: int, bodies: list[Block], members: list[MemberSolid], own: int) -> Block | None:
+def _ground(member: MemberSolid, end: int, others: Sequence[Piece]) -> Block | None:
     """The block of ground at an end of a member, the largest that touches nothing else."""
     shape = member.outline
     y, z = float(shape.y[-end]), float(shape.z[-end])
     t = 2 * min(y, z)
     sense = member.axes[0] * (1 if end else -1)
-    at = member.placed(np.array([member.length * end, 0.0, 0.0]))
+    at = member.end_point(end)
     across = member.axes[1] if z <= y else member.axes[2]
     for depth in DEPTHS:
         half = np.array([depth * t / 2, max(y, z), t / 2 + depth * t])
@@ -316,7 +311,6 @@ def _ground(member: MemberSolid, end: int, bodies: list[Block], members: list[Me
         centre = at + sense * half[0]
         name = f"ground of {member.name}"
         block = Block(name, member.roots[end], -1, centre, axes, half, False, member.material, is_ground=True)
-        others: Iterable[Piece] = [*bodies, *(m for k, m in enumerate(members) if k != own)]
         if not any(_touches(block, other) for other in others):
             return block
     return None
@@ -350,10 +344,10 @@ def _points(piece: Piece, count: int = 25) -> Array:
 def extended(member: MemberSolid, end: int, hosts: list[Piece]) -> float:
     """How far an end is to reach on, m, for its whole face to be in one of the hosts; zero where it is or cannot be."""
     thin = 2 * float(min(member.outline.y[-end], member.outline.z[-end]))
-    middle = member.placed(np.array([[member.length * end, 0.0, 0.0]]))
+    middle = member.end_point(end)[None]
     for by in np.concatenate([[0.0], np.linspace(0.02, 1.0, 50)]) * thin:
         points = np.concatenate([member.end_samples(end, -float(by)), middle])
-        inside = np.min([beyond(host, points) for host in hosts], axis=0) <= NEAR * thin
+        inside = np.min([beyond(host, points) for host in hosts], axis=0) <= ON_SURFACE * thin
         if inside.all():
             return float(by)
         if not inside.any():

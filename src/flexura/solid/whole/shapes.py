@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -14,13 +13,15 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.extras import need
-from flexura.solid.geometry import MILLIMETRE, MemberSolid, runs
+from flexura.solid.geometry import MILLIMETRE, MemberSolid
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended, thickness
 
 STEEP = 60.0
 """Slope of a contour, degrees, up to which it belongs to what a notch ends in: its tips would be meshed badly alone."""
-LEAST = 1e-9
+OVERLAPPING = 1e-9
 """Common volume of two pieces over that of the smaller one, above which they overlap."""
+SLIVER = 1e-6
+"""Volume of a fragment of a piece over that of the piece, up to which it is left out."""
 FLAT = 1e-6
 """Distance of a face from a plane, over the size of the piece, up to which it lies in it."""
 
@@ -40,46 +41,49 @@ class Part:
 def part_of(pieces: Pieces) -> Part:
     """Cut, join and glue all pieces. Raises OptionError without netgen and SolverError where OpenCASCADE fails."""
     occ = need("netgen.occ", "solid")
-    made = [_block(occ, own) if isinstance(own, Block) else _member(occ, own) for own in pieces.all]
+    made = [_block(occ, piece) if isinstance(piece, Block) else _member(occ, piece) for piece in pieces.all]
     _hand_tips_over(occ, pieces, made)
-    everything = pieces.all
+    volumes = [_volume(piece) for piece in pieces.all]
     boxes = [_box(shape) for shape in made]
     for k in range(len(made)):
         for j in range(k):
-            if _apart(boxes[k], boxes[j]) or made[j] is None:
-                continue
-            common = (made[k] * made[j]).mass
-            if common > LEAST * min(_size(everything[k]), _size(everything[j])):
+            shared = np.minimum(boxes[k][1], boxes[j][1]) - np.maximum(boxes[k][0], boxes[j][0])
+            if (shared >= 1e-6).all() and (made[k] * made[j]).mass > OVERLAPPING * min(volumes[k], volumes[j]):
                 made[k] = made[k] - made[j]
     kept = []
     for k, shape in enumerate(made):
         for solid in shape.solids:
-            if solid.mass > 1e-6 * _size(everything[k]):
+            if solid.mass > SLIVER * volumes[k]:
                 solid.mat(str(k))
                 kept.append(solid)
     try:
         glued = occ.Glue(kept)
     except Exception as error:
         raise SolverError(f"OpenCASCADE could not join the pieces: {error}") from None
-    touching = _touching(glued)
-    _name_held(glued, pieces)
+    owners: dict[Any, set[int]] = {}
+    for solid in glued.solids:
+        for face in solid.faces:
+            owners.setdefault(face, set()).add(int(solid.name))
+            if any(held.piece == int(solid.name) and _lies_on(face, pieces, held) for held in pieces.held):
+                face.name = "held"
+    touching = frozenset((a, b) for numbers in owners.values() for a in numbers for b in numbers if a < b)
     return Part(glued, pieces, touching)
 
 
-def _size(piece: Piece) -> float:
+def _volume(piece: Piece) -> float:
     """Volume, mm^3."""
     if isinstance(piece, Block):
         return float(np.prod(2 * piece.half)) * (math.pi / 4 if piece.is_round else 1.0) / MILLIMETRE**3
     return piece.volume / MILLIMETRE**3
 
 
-def _block(occ: ModuleType, own: Block) -> Any:
-    half = own.half / MILLIMETRE
-    centre = own.centre / MILLIMETRE
-    if own.is_round:
-        base = centre - half[0] * own.axes[0]
-        return occ.Cylinder(occ.gp_Pnt(*base), occ.gp_Vec(*own.axes[0]), float(half[1]), float(2 * half[0]))
-    return _prism(occ, centre, own.axes, half)
+def _block(occ: ModuleType, block: Block) -> Any:
+    half = block.half / MILLIMETRE
+    centre = block.centre / MILLIMETRE
+    if block.is_round:
+        base = centre - half[0] * block.axes[0]
+        return occ.Cylinder(occ.gp_Pnt(*base), occ.gp_Vec(*block.axes[0]), float(half[1]), float(2 * half[0]))
+    return _prism(occ, centre, block.axes, half)
 
 
 def _prism(occ: ModuleType, centre: Array, axes: Array, half: Array) -> Any:
@@ -89,10 +93,10 @@ def _prism(occ: ModuleType, centre: Array, axes: Array, half: Array) -> Any:
     return plane.Rectangle(float(2 * half[0]), float(2 * half[1])).Face().Extrude(float(2 * half[2]))
 
 
-def _member(occ: ModuleType, own: MemberSolid) -> Any:
-    shape = own.outline
-    start, along = own.start / MILLIMETRE, own.axes[0]
-    length = own.length / MILLIMETRE
+def _member(occ: ModuleType, member: MemberSolid) -> Any:
+    shape = member.outline
+    start, along = member.start / MILLIMETRE, member.axes[0]
+    length = member.length / MILLIMETRE
     if shape.family in ("circle", "tube"):
         outer = occ.Cylinder(occ.gp_Pnt(*start), occ.gp_Vec(*along), float(shape.y[0]) / MILLIMETRE, length)
         if shape.inner == 0:
@@ -100,21 +104,18 @@ def _member(occ: ModuleType, own: MemberSolid) -> Any:
         return outer - occ.Cylinder(occ.gp_Pnt(*start), occ.gp_Vec(*along), shape.inner / MILLIMETRE, length)
 
     def placed(x: Array | float, y: Array | float, z: Array | float) -> Array:
-        return own.placed(np.stack(np.broadcast_arrays(x, y, z), axis=-1)) / MILLIMETRE
+        return member.placed(np.stack(np.broadcast_arrays(x, y, z), axis=-1)) / MILLIMETRE
 
     if shape.family == "round":
-        upper = [np.stack([shape.x[a : b + 1], shape.z[a : b + 1]], axis=-1) for a, b in pairwise(shape.breaks)]
-        end, first = upper[-1][-1], upper[0][0]
-        axis = [np.array([end, [end[0], 0]]), np.array([[end[0], 0], [first[0], 0]]), np.array([[first[0], 0], first])]
-        face = _face(occ, [placed(run[:, 0], 0.0, run[:, 1]) for run in (*upper, *axis)])
+        face = _face(occ, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
         return face.Revolve(occ.Axis(occ.gp_Pnt(*start), occ.gp_Vec(*along)), 360)
     y = float(shape.y.max())
-    made = _face(occ, [placed(run[:, 0], -y, run[:, 1]) for run in runs(shape, shape.z)])
-    solid = made.Extrude(occ.gp_Vec(*(2 * y / MILLIMETRE * own.axes[1])))
+    made = _face(occ, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
+    solid = made.Extrude(occ.gp_Vec(*(2 * y / MILLIMETRE * member.axes[1])))
     if np.ptp(shape.y) > 1e-9 * y:
         z = float(shape.z.max())
-        other = _face(occ, [placed(run[:, 0], run[:, 1], -z) for run in runs(shape, shape.y)])
-        solid = solid * other.Extrude(occ.gp_Vec(*(2 * z / MILLIMETRE * own.axes[2])))
+        other = _face(occ, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
+        solid = solid * other.Extrude(occ.gp_Vec(*(2 * z / MILLIMETRE * member.axes[2])))
     return solid
 
 
@@ -145,61 +146,59 @@ def _is_arc(run: Array) -> bool:
 
 def _hand_tips_over(occ: ModuleType, pieces: Pieces, made: list[Any]) -> None:
     """Let oblique ends reach into what they end in, and give steep ends of notches to what they end in."""
-    offset = len(pieces.blocks)
-    for m, own in enumerate(pieces.members):
-        k = offset + m
-        for end in (0, 1):
+    everything = pieces.all
+    for k, member in enumerate(pieces.members, len(pieces.blocks)):
+        for end, root in enumerate(member.roots):
             hosts = [
                 j
-                for j in pieces.at_root(own.roots[end])
-                if j != k and (not isinstance(pieces.all[j], Block) or _is_near(pieces.all[j], own, end))
+                for j in pieces.at_root(root)
+                if j != k and (not isinstance(block := everything[j], Block) or _is_near(block, member, end))
             ]
             if not hosts:
                 continue
-            by = extended(own, end, [pieces.all[j] for j in hosts])
+            by = extended(member, end, [everything[j] for j in hosts])
             if by:
-                made[k] = made[k] + _slab(occ, own, end, by)
-            depth = _steep(own, end)
-            host = next((j for j in hosts if thickness(pieces.all[j]) > thickness(own)), None)
+                made[k] = made[k] + _slab(occ, member, end, by)
+            depth = _steep(member, end)
+            host = next((j for j in hosts if thickness(everything[j]) > thickness(member)), None)
             if depth and host is not None:
-                tip = made[k] * _cutter(occ, own, end, depth)
-                joined = made[host] + tip
+                cutter = _cutter(occ, member, end, depth)
+                joined = made[host] + made[k] * cutter
                 if joined.mass < (1 - FLAT) * made[host].mass:  # as where OpenCASCADE loses round ends that are flush
                     continue
-                made[k] = made[k] - _cutter(occ, own, end, depth)
+                made[k] = made[k] - cutter
                 made[host] = joined
 
 
-def _is_near(block: Piece, own: MemberSolid, end: int) -> bool:
-    assert isinstance(block, Block)
-    points = own.end_samples(end, 0.0)
-    return bool((block.beyond(points) < 1e-3 * thickness(own)).any())
+def _is_near(block: Block, member: MemberSolid, end: int) -> bool:
+    points = member.end_samples(end, 0.0)
+    return bool((block.beyond(points) < 1e-3 * thickness(member)).any())
 
 
-def _slab(occ: ModuleType, own: MemberSolid, end: int, by: float) -> Any:
+def _slab(occ: ModuleType, member: MemberSolid, end: int, by: float) -> Any:
     """The end section swept on by some length, m."""
-    y, z = float(own.outline.y[-end]), float(own.outline.z[-end])
-    x = own.length if end else -by
-    if own.outline.is_round:
-        base = own.placed(np.array([x, 0.0, 0.0])) / MILLIMETRE
-        return occ.Cylinder(occ.gp_Pnt(*base), occ.gp_Vec(*own.axes[0]), z / MILLIMETRE, by / MILLIMETRE)
-    centre = own.placed(np.array([x + by / 2, 0.0, 0.0]))
-    return _prism(occ, centre / MILLIMETRE, own.axes, np.array([by / 2, y, z]) / MILLIMETRE)
+    y, z = float(member.outline.y[-end]), float(member.outline.z[-end])
+    x = member.length if end else -by
+    if member.outline.is_round:
+        base = member.placed(np.array([x, 0.0, 0.0])) / MILLIMETRE
+        return occ.Cylinder(occ.gp_Pnt(*base), occ.gp_Vec(*member.axes[0]), z / MILLIMETRE, by / MILLIMETRE)
+    centre = member.placed(np.array([x + by / 2, 0.0, 0.0]))
+    return _prism(occ, centre / MILLIMETRE, member.axes, np.array([by / 2, y, z]) / MILLIMETRE)
 
 
-def _cutter(occ: ModuleType, own: MemberSolid, end: int, depth: float) -> Any:
+def _cutter(occ: ModuleType, member: MemberSolid, end: int, depth: float) -> Any:
     """A box around the last `depth` of a member, m."""
-    reach = 2 * float(max(own.outline.y.max(), own.outline.z.max()))
-    x = own.length + reach / 2 - depth / 2 if end else depth / 2 - reach / 2
+    reach = 2 * float(max(member.outline.y.max(), member.outline.z.max()))
+    x = member.length + reach / 2 - depth / 2 if end else depth / 2 - reach / 2
     half = np.array([(reach + depth) / 2, reach, reach])
-    return _prism(occ, own.placed(np.array([x, 0.0, 0.0])) / MILLIMETRE, own.axes, half / MILLIMETRE)
+    return _prism(occ, member.placed(np.array([x, 0.0, 0.0])) / MILLIMETRE, member.axes, half / MILLIMETRE)
 
 
-def _steep(own: MemberSolid, end: int) -> float:
+def _steep(member: MemberSolid, end: int) -> float:
     """How far from an end the contour is steeper than STEEP, m."""
     found = 0.0
-    for half in (own.outline.y, own.outline.z):
-        x = own.outline.x if end == 0 else own.length - own.outline.x[::-1]
+    for half in (member.outline.y, member.outline.z):
+        x = member.outline.x if end == 0 else member.length - member.outline.x[::-1]
         size = half if end == 0 else half[::-1]
         slope = -np.diff(size) / np.diff(x)
         steep = slope > math.tan(math.radians(STEEP))
@@ -214,47 +213,15 @@ def _box(shape: Any) -> Array:
     return np.array([[low.x, low.y, low.z], [high.x, high.y, high.z]])
 
 
-def _apart(one: Array, other: Array) -> bool:
-    """Whether two bounding boxes (2, 3) have no volume in common."""
-    shared = np.minimum(one[1], other[1]) - np.maximum(one[0], other[0])
-    return bool((shared < 1e-6).any())
-
-
-def _touching(glued: Any) -> frozenset[tuple[int, int]]:
-    """Pairs of pieces that share a face."""
-    owners: dict[Any, set[int]] = {}
-    for solid in glued.solids:
-        for face in solid.faces:
-            owners.setdefault(face, set()).add(int(solid.name))
-    return frozenset((a, b) for own in owners.values() for a in own for b in own if a < b)
-
-
-def _name_held(glued: Any, pieces: Pieces) -> None:
-    """Name the faces that are held."""
-    everything = pieces.all
-    by_piece: dict[int, list[Held]] = {}
-    for held in pieces.held:
-        by_piece.setdefault(held.piece, []).append(held)
-    for solid in glued.solids:
-        for held in by_piece.get(int(solid.name), []):
-            for face in solid.faces:
-                if _lies_on(face, everything[held.piece], held):
-                    face.name = "held"
-
-
-def _lies_on(face: Any, piece: Piece, held: Held) -> bool:
+def _lies_on(face: Any, pieces: Pieces, held: Held) -> bool:
     """Whether a face is part of the face of a piece that is held."""
+    piece = pieces.all[held.piece]
     points = np.array([[p.x, p.y, p.z] for p in (*(v.p for v in face.vertices), face.center)]) * MILLIMETRE
-    near = FLAT * _reach(piece)
+    near = FLAT * (2 * float(piece.half.max()) if isinstance(piece, Block) else piece.length)
     local = piece.local(points)
     if held.axis == 3:
         assert isinstance(piece, Block)
         on_mantle = np.abs(np.linalg.norm(local[:-1, 1:], axis=1) - piece.half[1]) < near
         return bool(on_mantle.all() and abs(local[-1, 0]) < piece.half[0] - near)
-    last = 0.0 if isinstance(piece, Block) else piece.length
-    at = held.side * piece.half[held.axis] if isinstance(piece, Block) else last * (held.side > 0)
+    at = held.side * piece.half[held.axis] if isinstance(piece, Block) else piece.length * (held.side > 0)
     return bool((np.abs(local[:, held.axis] - at) < near).all())
-
-
-def _reach(piece: Piece) -> float:
-    return 2 * float(piece.half.max()) if isinstance(piece, Block) else piece.length

@@ -1,35 +1,117 @@
-"""Beam models of a mechanism against its solid: frequencies of the same modes, with the error the solid itself has."""
+"""Beam models of a mechanism against its solid: frequencies of the same modes, with the error the solid itself has.
+
+The beam models are plain, corrected, and as the description has its members.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.analysis import corrected
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener, told
-from flexura.errors import OptionError
-from flexura.mechanism import Mechanism
-from flexura.methods import Solution, mac_matrix
-from flexura.modal import pair_by_mac
+from flexura.errors import FlexuraError, OptionError
+from flexura.mechanism import Mechanism, has_solid_members
+from flexura.methods import Solution, counterparts, dynamic_stiffness, low_order_solution
+from flexura.reduction import full_order_modes, reduce
 from flexura.results import Tabular
-from flexura.solid.fem import MOST_MODES, SURE, SolidModes, beam_mass, elastic_matrices, solid_modes
+from flexura.solid.fem import (
+    MOST_MODES,
+    SURE,
+    SolidModes,
+    as_beams,
+    beam_mass,
+    elastic_matrices,
+    solid_modes,
+    with_rigid_faces,
+    with_solid_parts,
+)
 from flexura.solid.interchange import calculix_matrices, need_program
 from flexura.solid.mesh import SolidMesh
-from flexura.solid.verification.beam_models import BeamModel, Described, beam_models
-from flexura.solid.verification.whole import WholeVerification
-from flexura.solid.verification.whole import whole as whole_part
-from flexura.structure import FullOrderModel, one_design
+from flexura.solid.whole import WholeVerification, verify_whole
+from flexura.structure import FullOrderModel, assemble, one_design
 from flexura.tables import Facts, Table, in_hz, percent, quantity
+
+Solve = Callable[[FullOrderModel, int], Solution]
+Described = Literal["plain", "corrected", "as described"]
+
+
+@dataclass(frozen=True)
+class BeamModel:
+    """A row before and after it is solved: what is assembled, and how its modes are found.
+
+    `solution` has the shapes of all nodes of `model`; `seconds` are those from a plan to it. A model that cannot
+    answer has `failure` instead.
+    """
+
+    label: str
+    model: FullOrderModel
+    method: Solve
+    solution: Solution | None = None
+    seconds: float | None = None
+    failure: str = ""
+
+    def solved(self, n: int) -> BeamModel:
+        """The same with its `n` lowest modes, or why it has none."""
+        begin = time.perf_counter()
+        try:
+            fresh = assemble(self.model.plan, self.model.parameters)
+            solution = self.method(fresh, n)
+        except FlexuraError as error:
+            return replace(self, failure=str(error))
+        return replace(self, solution=solution, seconds=time.perf_counter() - begin)
+
+
+def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[list[BeamModel], Described]:
+    """The models, and which of them has the members as they are described.
+
+    Rows of their own are there for descriptions that correct some members only, or have solid ones. Raises ModelError
+    and OptionError.
+    """
+    plain, full = (assemble(with_rigid_faces(as_beams(mechanism, own)), parameters) for own in ("none", "auto"))
+    models = [
+        BeamModel("plain, low order", plain, low_order),
+        BeamModel("plain, full order", plain, full_order),
+        BeamModel("corrected, low order", full, low_order),
+        BeamModel("corrected, full order", full, full_order),
+        BeamModel("corrected, exact", full, dynamic_stiffness),
+    ]
+    if not has_solid_members(mechanism):
+        corrections = corrected(assemble(with_rigid_faces(mechanism), parameters))[0]
+        if corrections == corrected(full)[0]:
+            return models, "corrected"
+        if corrections == corrected(plain)[0]:
+            return models, "plain"
+    described = assemble(with_solid_parts(mechanism, parameters))
+    models += [
+        BeamModel("as described, low order", described, low_order),
+        BeamModel("as described, full order", described, full_order),
+    ]
+    return models, "as described"
+
+
+def low_order(model: FullOrderModel, n: int) -> Solution:
+    """The `n` lowest modes by constraint modes alone, the order of the paper."""
+    return low_order_solution(reduce(model.plan, model.parameters), model, n)
+
+
+def full_order(model: FullOrderModel, n: int) -> Solution:
+    """The `n` lowest modes of all beam elements."""
+    pairs = full_order_modes(model, n)
+    hz = np.sqrt(pairs.values) / (2 * np.pi)
+    return Solution("full order", model.order, hz, model.node_displacements(pairs.vectors))
+
 
 Solver = Literal["flexura", "calculix"]
 
-FINE = 0.7
+FINE_SIZE = 0.7
 """Size of the fine mesh, relative to the meshers' own choice."""
 
 COARSER = 2.0
@@ -38,13 +120,13 @@ COARSER = 2.0
 COARSEST = 5.0
 """Largest size of any mesh."""
 
-SIZES = (0.05, 2.5)
+FINE_SIZES = (0.05, 2.5)
 """Smallest and largest size of the fine mesh."""
 
 LEAST_ORDER = 1.5
 """Least order with the cell size to which frequencies are taken to converge (theory eq. E9)."""
 
-SAME = 1e-3
+UNCHANGED = 1e-3
 """Relative difference of two meshes up to which frequencies are not extrapolated: uneven cells make as much."""
 
 PICTURED = "corrected, full order"
@@ -148,7 +230,7 @@ class Verification(Tabular):
         solid = {
             "mode": range(1, len(self.frequency_hz) + 1),
             "solid [Hz]": self.frequency_hz,
-            "known to": [percent(own) or "unknown" for own in self.uncertainty],
+            "known to": [percent(uncertain) or "unknown" for uncertain in self.uncertainty],
         }
         for row in [row for row in self.rows if not row.failure][:MOST_SHOWN]:
             solid[row.model] = [percent(error) or "no counterpart" for error in row.error]
@@ -164,13 +246,13 @@ class Verification(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """A row for each mode of the solid and each model."""
-        found = [
+        lines = [
             (row.model, k + 1, hz, row.frequency_hz[k], row.error[k], row.mac[k])
             for row in self.rows
             for k, hz in enumerate(self.frequency_hz[: len(row.error)])
         ]
         names = ("model", "mode", "solid frequency [Hz]", "frequency [Hz]", "relative error", "mac")
-        return {name: [own[k] for own in found] for k, name in enumerate(names)}
+        return {name: [line[k] for line in lines] for k, name in enumerate(names)}
 
     def __repr__(self) -> str:
         worst = ", ".join(
@@ -224,7 +306,7 @@ def verify(
         _check(model, n)
         if solver != "flexura":
             raise OptionError(f"the whole part is solved by NGSolve, not by {solver}")
-        return whole_part(model, parameters, int(n), 1.0 if size is None else float(size), told(progress))
+        return verify_whole(model, parameters, int(n), 1.0 if size is None else float(size), told(progress))
     *_, last = progressively(model, parameters, n=n, size=size, solver=solver, progress=progress)
     return last
 
@@ -240,75 +322,85 @@ def progressively(
 ) -> Iterator[Verification]:
     """`verify` after every row and mesh; `progress` is told each before it starts."""
     _check(model, n)
-    fine = FINE if size is None else float(size)
-    least, most = SIZES
+    fine = FINE_SIZE if size is None else float(size)
+    least, most = FINE_SIZES
     if not least <= fine <= most:
         raise OptionError(f"the mesh size is relative to the default, from {least:g} to {most:g}, not {size!r}")
     single = one_design(parameters)
     matrices, announce = _matrices(solver), told(progress)
     models, described = beam_models(model, single)
-    corrected = next(own.model for own in models if own.label == PICTURED)
-    corrected.plan.refuse_loads("solid elements, which feel no preload", corrected.values)
-    if corrected.order == 0:
+    pictured = next(model.model for model in models if model.label == PICTURED)
+    pictured.plan.refuse_loads("solid elements, which feel no preload", pictured.values)
+    if pictured.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
-    done = Verification(model.name, int(n), solver, described, single, (), beam_mass=beam_mass(corrected))
+    done = Verification(model.name, int(n), solver, described, single, (), beam_mass=beam_mass(pictured))
     solved: list[BeamModel] = []
-    for own in models:
-        announce(own.label)
-        solved.append(own.solved(3 * int(n) + 6))
-        done = replace(done, rows=tuple(_row(own, int(n)) for own in solved))
+    for beams in models:
+        announce(beams.label)
+        solved.append(beams.solved(3 * int(n) + 6))
+        done = replace(done, rows=tuple(_row(row, int(n)) for row in solved))
         yield done
-    found: list[tuple[SolidModes, float]] = []
+    meshes: list[tuple[SolidModes, float]] = []
     for relative in (factor * fine for factor in (COARSER**2, COARSER, 1.0) if factor * fine <= COARSEST):
         begin = time.perf_counter()
-        own = solid_modes(
-            corrected,
-            int(n),
-            relative,
-            more=2,
-            hexahedra=solver == "flexura",
-            matrices=matrices,
-            announce=announce,
+        hexahedra = solver == "flexura"
+        solid = solid_modes(
+            pictured, int(n), relative, more=2, hexahedra=hexahedra, matrices=matrices, announce=announce
         )
-        found.append((own, time.perf_counter() - begin))
-        done = _against(done, solved, found)
+        meshes.append((solid, time.perf_counter() - begin))
+        done = _against(done, solved, meshes)
         yield done
 
 
-def _row(own: BeamModel, n: int) -> VerificationRow:
+def _row(beams: BeamModel, n: int) -> VerificationRow:
     """A row with its own lowest modes, while there is no solid yet."""
-    if own.solution is None:
-        return VerificationRow(own.label, failure=own.failure)
-    hz = _floats(own.solution.frequency_hz[:n])
-    return VerificationRow(own.label, own.solution.order, hz, tuple(range(1, len(hz) + 1)), seconds=own.seconds)
+    if beams.solution is None:
+        return VerificationRow(beams.label, failure=beams.failure)
+    hz = tuple(beams.solution.frequency_hz[:n].tolist())
+    return VerificationRow(beams.label, beams.solution.order, hz, tuple(range(1, len(hz) + 1)), seconds=beams.seconds)
 
 
-def _against(done: Verification, solved: list[BeamModel], found: list[tuple[SolidModes, float]]) -> Verification:
+def _against(done: Verification, solved: list[BeamModel], meshes: list[tuple[SolidModes, float]]) -> Verification:
     """Everything against the solid as far as it is known."""
-    finest = found[-1][0]
+    finest = meshes[-1][0]
     n = min(done.n, len(finest.solution.frequency_hz))
-    pictured = next(own for own in solved if own.label == PICTURED)
-    limit, uncertainty, meshes = _limit(pictured.model, [own for own, _ in found], n)
+    pictured = next(beams for beams in solved if beams.label == PICTURED)
+    limit, uncertainty, hz_of_meshes = _limit(pictured.model, [solid for solid, _ in meshes], n)
+    above_zero = np.where(limit > 0, limit, 1.0)
     solids = tuple(
-        SolidRow(s.size, s.order, s.dofs, s.meshed_dofs, s.cells, _known(f), _known(_relative(f, limit)), seconds)
-        for (s, seconds), f in zip(found, meshes, strict=True)
+        SolidRow(
+            size=solid.size,
+            order=solid.order,
+            dofs=solid.dofs,
+            meshed_dofs=solid.meshed_dofs,
+            cells=solid.cells,
+            frequency_hz=_known(hz),
+            error=_known(hz / above_zero - np.where(limit > 0, 1.0, 0.0)),
+            seconds=seconds,
+        )
+        for (solid, seconds), hz in zip(meshes, hz_of_meshes, strict=True)
     )
     rows = []
-    for own in solved:
-        row = _row(own, n)
-        if own.solution is not None:
-            reference, solution = _on_common_nodes(own, pictured.model, finest.solution)
-            hz, number, mac = _counterparts(own.model, reference, solution, n)
-            error = [None if f is None else float(f / b - 1) for f, b in zip(hz, limit, strict=True)]
-            worst = max((e for e in error if e is not None), key=abs, default=None)
-            row = replace(row, frequency_hz=tuple(hz), number=number, mac=mac, error=tuple(error), worst_error=worst)
+    for beams in solved:
+        row = _row(beams, n)
+        if beams.solution is not None:
+            modes = counterparts(beams.model, *_on_common_nodes(beams, pictured.model, finest.solution), n)
+            error = [mode and float(mode.frequency_hz / hz - 1) for mode, hz in zip(modes, limit, strict=True)]
+            row = replace(
+                row,
+                frequency_hz=tuple(mode and mode.frequency_hz for mode in modes),
+                number=tuple(mode and mode.number + 1 for mode in modes),
+                mac=tuple(mode and mode.mac for mode in modes),
+                error=tuple(error),
+                worst_error=max((e for e in error if e is not None), key=abs, default=None),
+            )
         rows.append(row)
     return replace(
         done,
         notes=_left_out(done.n, finest),
         rows=tuple(rows),
         solids=solids,
-        frequency_hz=_floats(limit),
+        frequency_hz=tuple(limit.tolist()),
         uncertainty=() if uncertainty is None else _known(uncertainty),
         solid_mass=finest.mass,
         shapes=_pairs(pictured, finest, n),
@@ -332,8 +424,8 @@ def _limit(model: FullOrderModel, meshes: list[SolidModes], n: int) -> tuple[Arr
     finest = meshes[-1]
     hz = finest.solution.frequency_hz[:n]
     coarser = [
-        np.array([np.nan if f is None else f for f in _counterparts(model, finest.solution, mesh.solution, n)[0]])
-        for mesh in meshes[:-1]
+        np.array([mode.frequency_hz if mode else np.nan for mode in modes])
+        for modes in (counterparts(model, finest.solution, mesh.solution, n) for mesh in meshes[:-1])
     ]
     if not coarser:
         return hz, None, [hz]
@@ -345,14 +437,15 @@ def extrapolated(meshes: list[Array]) -> tuple[Array, Array]:
     """Limits of frequencies (n,) of two or three meshes, and how far off, relative, they may be (theory eq. E9).
 
     Every mesh has cells half as long as the one before. Frequencies are extrapolated where three meshes show the
-    order at which they come down, with that order or LEAST_ORDER if this is more; not where they agree within SAME.
+    order at which they come down, with that order or LEAST_ORDER if this is more; not where they agree within
+    UNCHANGED.
     """
     fine, coarse = meshes[-1], meshes[-2]
     change = coarse - fine
     limit = fine
     if len(meshes) > 2:
         before = meshes[-3] - coarse
-        falls = (change > SAME * fine) & (before > change)
+        falls = (change > UNCHANGED * fine) & (before > change)
         order = np.log2(np.where(falls, before / np.where(falls, change, 1.0), 2.0))
         limit = np.where(falls, fine - change / (2.0 ** np.maximum(order, LEAST_ORDER) - 1), fine)
     moved = fine - limit
@@ -361,27 +454,28 @@ def extrapolated(meshes: list[Array]) -> tuple[Array, Array]:
 
 def _left_out(n: int, finest: SolidModes) -> tuple[str, ...]:
     """Why there are fewer modes than asked for."""
-    found = len(finest.solution.frequency_hz)
-    if found >= n or not np.isfinite(finest.complete_hz):
+    count = len(finest.solution.frequency_hz)
+    if count >= n or not np.isfinite(finest.complete_hz):
         return ()
     return (
-        f"{found} of {n} modes: of the solids {MOST_MODES} fixed-interface modes at most are kept, which reach to "
+        f"{count} of {n} modes: of the solids {MOST_MODES} fixed-interface modes at most are kept, which reach to "
         f"{in_hz(finest.complete_hz, 3)}; modes of the mechanism above"
         f" {in_hz(finest.complete_hz / SURE, 3)} are not given",
     )
 
 
-def _on_common_nodes(own: BeamModel, model: FullOrderModel, reference: Solution) -> tuple[Solution, Solution]:
+def _on_common_nodes(beams: BeamModel, model: FullOrderModel, reference: Solution) -> tuple[Solution, Solution]:
     """The reference, of the nodes of `model`, and the row's own solution, both at the nodes that the two share."""
-    assert own.solution is not None
-    if own.model.plan is model.plan or own.model.plan.topology.node_names == model.plan.topology.node_names:
-        return reference, own.solution
-    assert reference.shapes is not None and own.solution.shapes is not None
+    solution, names = beams.solution, beams.model.plan.topology.node_names
+    assert solution is not None
+    if beams.model.plan is model.plan or names == model.plan.topology.node_names:
+        return reference, solution
+    assert reference.shapes is not None and solution.shapes is not None
     number = {name: k for k, name in enumerate(model.plan.topology.node_names)}
-    at = np.array([number.get(name, -1) for name in own.model.plan.topology.node_names])
+    at = np.array([number.get(name, -1) for name in names])
     shared = (at >= 0)[:, None, None]
     base = np.where(shared, reference.shapes[at], 0.0)
-    return replace(reference, shapes=base), replace(own.solution, shapes=np.where(shared, own.solution.shapes, 0.0))
+    return replace(reference, shapes=base), replace(solution, shapes=np.where(shared, solution.shapes, 0.0))
 
 
 def _pairs(pictured: BeamModel, finest: SolidModes, n: int) -> ShapePairs | None:
@@ -389,35 +483,14 @@ def _pairs(pictured: BeamModel, finest: SolidModes, n: int) -> ShapePairs | None
     model, solution, reference = pictured.model, pictured.solution, finest.solution.shapes
     if solution is None or solution.shapes is None or reference is None:
         return None
-    number = _counterparts(model, finest.solution, solution, n)[1]
     nodes, components = np.nonzero(model.plan.topology.dof >= 0)
     beams = np.full((*reference.shape[:2], n), np.nan)
-    for k, j in enumerate(number):
-        if j is not None:
-            own = solution.shapes[:, :, j - 1]
-            along = own[nodes, components] @ (model.M @ reference[nodes, components, k])
-            beams[:, :, k] = own if along >= 0 else -own
+    for k, mode in enumerate(counterparts(model, finest.solution, solution, n)):
+        if mode is not None:
+            shape = solution.shapes[:, :, mode.number]
+            along = shape[nodes, components] @ (model.M @ reference[nodes, components, k])
+            beams[:, :, k] = shape if along >= 0 else -shape
     return ShapePairs(pictured.label, model, beams, finest)
-
-
-def _counterparts(
-    model: FullOrderModel, reference: Solution, solution: Solution, n: int
-) -> tuple[list[float | None], tuple[int | None, ...], tuple[float | None, ...]]:
-    """Frequency, number and MAC of the counterparts of the first `n` modes, by shape alone (theory eq. E8)."""
-    mac = mac_matrix(model, reference, solution)
-    partner = pair_by_mac(mac, reference.frequency_hz, solution.frequency_hz).tolist()
-    found = [partner.index(k) if k in partner else None for k in range(n)]
-    hz = [None if j is None else float(solution.frequency_hz[j]) for j in found]
-    number = tuple(None if j is None else j + 1 for j in found)
-    return hz, number, tuple(None if j is None else float(mac[k, j]) for k, j in enumerate(found))
-
-
-def _relative(values: Array, base: Array) -> Array:
-    return values / np.where(base > 0, base, 1.0) - np.where(base > 0, 1.0, 0.0)
-
-
-def _floats(values: Array) -> tuple[float, ...]:
-    return tuple(float(v) for v in values)
 
 
 def _known(values: Array) -> tuple[float | None, ...]:

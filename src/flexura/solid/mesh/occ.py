@@ -1,28 +1,34 @@
-"""Members as boundary representations in gmsh's OpenCASCADE kernel, in millimetres."""
+"""Members as boundary representations in gmsh's OpenCASCADE kernel, in millimetres, and STEP files of them.
+
+A STEP file has members and those rigid bodies that have a form, as named solids.
+"""
 
 from __future__ import annotations
 
 import math
 import os
+import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import combinations, pairwise
+from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 
-from flexura.arrays import Array
-from flexura.errors import ModelError, Problem, SolverError
+from flexura.arguments import verb
+from flexura.arrays import Array, Index
+from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.extras import need
-from flexura.solid.geometry.contours import MODELLED, Outline
-from flexura.solid.geometry.members import MemberSolid
+from flexura.files import complete_file
+from flexura.solid.geometry import MILLIMETRE, MODELLED, MemberSolid, Outline, joints, solids
+from flexura.structure import FullOrderModel, solids_of
 from flexura.tables import quantity
 
 Entity = tuple[int, int]
 
-MILLIMETRE = 1e-3
 OVERLAP = 1e-3
 """Share of the smaller member's volume that another may take up before they count as intersecting."""
 BURIED = 0.6
@@ -37,10 +43,10 @@ def session() -> Iterator[ModuleType]:
     SolverError for whatever gmsh reports.
     """
     gmsh = need("gmsh", "solid")
-    own = not gmsh.isInitialized()
-    before = "" if own else gmsh.model.getCurrent()
+    is_new = not gmsh.isInitialized()
+    before = "" if is_new else gmsh.model.getCurrent()
     kept: dict[str, float] = {}
-    if own:
+    if is_new:
         gmsh.initialize([], readConfigFiles=False, run=False, interruptible=False)
     try:
         for option, value in _OPTIONS.items():
@@ -50,13 +56,11 @@ def session() -> Iterator[ModuleType]:
         try:
             yield gmsh
         except Exception as error:
-            if type(error) is Exception:
-                raise SolverError(
-                    f"gmsh: {error}; change sizes of the parts that touch, or the size of the mesh"
-                ) from None
-            raise
+            if type(error) is not Exception:  # as which gmsh raises all that it reports
+                raise
+            raise SolverError(f"gmsh: {error}; change sizes of the parts that touch, or the size of the mesh") from None
     finally:
-        if own:
+        if is_new:
             gmsh.finalize()
         else:
             gmsh.model.setCurrent("flexura")
@@ -101,14 +105,6 @@ def outline(gmsh: ModuleType, points: Sequence[Array]) -> int:
     return occ.addCurveLoop(curves)
 
 
-def runs(shape: Outline, half: Array) -> list[Array]:
-    """The outline of a contour as runs of points (n, 2), m: along x at +half, back at -half, and both end lines."""
-    there = [np.stack([shape.x[a : b + 1], half[a : b + 1]], axis=-1) for a, b in pairwise(shape.breaks)]
-    back = [(run * [1.0, -1.0])[::-1] for run in reversed(there)]
-    last, first = there[-1][-1], there[0][0]
-    return [*there, np.array([last, last * [1.0, -1.0]]), *back, np.array([first * [1.0, -1.0], first])]
-
-
 def volume(gmsh: ModuleType, member: MemberSolid, shape: Outline) -> int:
     """The member with `shape` as one volume."""
     occ = gmsh.model.occ
@@ -125,24 +121,41 @@ def volume(gmsh: ModuleType, member: MemberSolid, shape: Outline) -> int:
         inner = occ.addCylinder(*base, shape.inner / MILLIMETRE)
         return occ.cut([(3, outer)], [(3, inner)])[0][0][1]
     if shape.family == "round":
-        upper = [np.stack([shape.x[a : b + 1], shape.z[a : b + 1]], axis=-1) for a, b in pairwise(shape.breaks)]
-        end, start = upper[-1][-1], upper[0][0]
-        axis = [np.array([end, [end[0], 0]]), np.array([[end[0], 0], [start[0], 0]]), np.array([[start[0], 0], start])]
-        wire = outline(gmsh, [placed(run[:, 0], 0.0, run[:, 1]) for run in (*upper, *axis)])
+        wire = outline(gmsh, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
         face = occ.addPlaneSurface([wire])
         made = occ.revolve([(2, face)], *placed(0.0, 0.0, 0.0), *along, 2 * math.pi)
         return only_volume(made)
     y = float(shape.y.max())
-    wire = outline(gmsh, [placed(run[:, 0], -y, run[:, 1]) for run in runs(shape, shape.z)])
+    wire = outline(gmsh, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
     made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * y * member.axes[1] / MILLIMETRE))
     first = only_volume(made)
     if np.ptp(shape.y) <= 1e-9 * y:
         return first
     z = float(shape.z.max())
-    wire = outline(gmsh, [placed(run[:, 0], run[:, 1], -z) for run in runs(shape, shape.y)])
+    wire = outline(gmsh, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
     made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * z * member.axes[2] / MILLIMETRE))
     common, _ = occ.intersect([(3, first)], [(3, only_volume(made))])
     return only_volume(common)
+
+
+def first_owners(pieces: Sequence[Sequence[Entity]], dim: int) -> dict[int, int]:
+    """For every entity of a dimension, by tag, the first of some shapes that it is a fragment of."""
+    owner: dict[int, int] = {}
+    for k, fragments in enumerate(pieces):
+        for tag in (tag for own_dim, tag in fragments if own_dim == dim):
+            owner.setdefault(tag, k)
+    return owner
+
+
+def elements(gmsh: ModuleType, kind: int, count: int, owner: Mapping[int, int]) -> tuple[Array, Index, Index]:
+    """Points (n, 3), m, elements (c, count) of a kind of gmsh's of some entities by tag, and the owner (c,) of each."""
+    cells = {tag: np.reshape(gmsh.model.mesh.getElementsByType(kind, tag)[1], (-1, count)) for tag in owner}
+    used, connected = np.unique(np.concatenate(list(cells.values())).astype(np.intp), return_inverse=True)
+    numbers, flat, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(numbers)
+    points = flat.reshape(-1, 3)[order[np.searchsorted(numbers[order], used)]] * MILLIMETRE
+    owners = np.repeat(list(owner.values()), [len(own) for own in cells.values()])
+    return points, connected.reshape(-1, count), owners
 
 
 def only_volume(made: Iterable[Entity]) -> int:
@@ -179,7 +192,7 @@ def check_intersections(members: Sequence[MemberSolid]) -> None:
             apart.append((one, other))
             continue
         small, large = sorted((one, other), key=lambda member: member.volume)
-        share = float(large.outline.holds(large.local(small.samples()), 0.0).mean())
+        share = float(large.holds(small.samples(), 0.0).mean())
         if share > BURIED:
             clashes.append(_clash(one, other, share * small.volume))
     if apart:
@@ -207,8 +220,17 @@ def _clashes(gmsh: ModuleType, pairs: Sequence[tuple[MemberSolid, MemberSolid]])
 
 
 def _boxes_overlap(one: MemberSolid, other: MemberSolid) -> bool:
+    """Whether the boxes around two members overlap, along the global axes and those of both."""
     shared = np.minimum(one.box[1], other.box[1]) - np.maximum(one.box[0], other.box[0])
-    return bool((shared > 1e-6 * min(one.length, other.length)).all()) and _near(one, other)
+    if (shared <= 1e-6 * min(one.length, other.length)).any():
+        return False
+    for a, b in ((one, other), (other, one)):
+        half = np.array([a.length / 2, a.outline.y.max(), a.outline.z.max()])
+        corners = a.local(b.corners) - [a.length / 2, 0.0, 0.0]
+        margin = 1e-6 * half[1:].min()
+        if (corners.min(axis=0) >= half - margin).any() or (corners.max(axis=0) <= margin - half).any():
+            return False
+    return True
 
 
 def modelled(member: MemberSolid) -> Outline:
@@ -230,20 +252,6 @@ def write(gmsh: ModuleType, path: Path) -> None:
         os.close(nowhere)
 
 
-def _near(a: MemberSolid, b: MemberSolid) -> bool:
-    """Whether the boxes around two members overlap along all axes of both (separating planes of their faces)."""
-    for one, other in ((a, b), (b, a)):
-        y, z, L = one.outline.y.max(), one.outline.z.max(), one.length
-        low, high = np.array([0.0, -y, -z]), np.array([L, y, z])
-        yo, zo = other.outline.y.max(), other.outline.z.max()
-        corners = np.array([[x, s * yo, t * zo] for x in (0.0, other.length) for s in (-1, 1) for t in (-1, 1)])
-        local = one.local(other.placed(corners))
-        margin = 1e-6 * min(y, z)
-        if (local.min(axis=0) >= high - margin).any() or (local.max(axis=0) <= low + margin).any():
-            return False
-    return True
-
-
 def _clash(one: MemberSolid, other: MemberSolid, common: float) -> Problem:
     return Problem(
         path=(one.name,),
@@ -251,3 +259,97 @@ def _clash(one: MemberSolid, other: MemberSolid, common: float) -> Problem:
         rule="two members do not take up the same space but for corners where they meet at a node",
         hint="move them apart, or join the nodes at which they are one part",
     )
+
+
+@verb
+def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = None) -> Path:
+    """Write members and bodies as named solids to a STEP file, in millimetres.
+
+    Members that are one piece are one solid, `leaf1 + arm1`. Bodies that have a form are solids of their own, which may
+    overlap members on them; those of mass and inertia alone, point masses and rigid arms have none. The file appears
+    complete or not at all. `only` is the path of an instance or member. Raises OptionError when the file cannot be
+    written or a section has no solid, ModelError when members intersect, and SolverError when a solid has not the
+    volume of its member.
+    """
+    if Path(path).suffix.lower() not in (".step", ".stp"):
+        raise OptionError(f"{path}: a STEP file is named .step or .stp")
+    members = solids(model, only)
+    bodies = body_solids(model, only)
+    groups = joints(model, members).groups
+    check_intersections(members)
+    with complete_file(path) as temporary:
+        with session() as gmsh:
+            tags = [volume(gmsh, member, modelled(member)) for member in members]
+            check_volumes(gmsh, members, tags, 1e-3)
+            names = {body.volume(gmsh): body.name for body in bodies}
+            for group in groups:
+                first, *rest = ((3, tags[k]) for k in group)
+                piece = gmsh.model.occ.fuse([first], rest)[0] if rest else [first]
+                names[only_volume(piece)] = " + ".join(members[k].name for k in group)
+            gmsh.model.occ.synchronize()
+            _remove_loose(gmsh)
+            ordered = [names[tag] for _, tag in gmsh.model.getEntities(3)]
+            write(gmsh, temporary)
+        text = temporary.read_text(encoding="ascii")
+        temporary.write_text(_named(text, ordered, model.plan.mechanism.name or "mechanism"), encoding="ascii")
+    return Path(path)
+
+
+@dataclass(frozen=True)
+class BodySolid:
+    """A rigid body with a form: a box, or a cylinder about its first axis, of half sizes (3,), m, about a centre (3,),
+    with axes (3, 3) as rows, global frame."""
+
+    name: str
+    centre: Array
+    axes: Array
+    half: Array
+    is_round: bool
+
+    def volume(self, gmsh: ModuleType) -> int:
+        """The body as one volume."""
+        x, y, z = 2 * self.half[:, None] * self.axes / MILLIMETRE
+        corner = self.centre / MILLIMETRE - (x + y + z) / 2
+        if self.is_round:
+            return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(self.half[1]) / MILLIMETRE)
+        corners = [corner, corner + x, corner + x + y, corner + y]
+        sides = [np.array([corners[k], corners[(k + 1) % 4]]) for k in range(4)]
+        face = gmsh.model.occ.addPlaneSurface([outline(gmsh, sides)])
+        return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
+
+
+def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySolid, ...]:
+    """All placed bodies that have a form, or those of the instance with the path `only`."""
+    _, bodies = solids_of(model)
+    return tuple(
+        BodySolid(name, bodies.origin[k], bodies.axes[k], bodies.half[k], bool(bodies.is_round[k]))
+        for k, name in enumerate(bodies.names)
+        if only is None or name == only or name.startswith(f"{only}.")
+    )
+
+
+def _remove_loose(gmsh: ModuleType) -> None:
+    """Remove points and lines of construction, on which no volume stands."""
+    kept = gmsh.model.getEntities(3)
+    for dim in (2, 1, 0):
+        kept = gmsh.model.getBoundary(kept, combined=False, oriented=False)
+        gmsh.model.occ.remove(sorted(set(gmsh.model.getEntities(dim)) - set(kept)))
+    gmsh.model.occ.synchronize()
+
+
+_PRODUCT = re.compile(r"PRODUCT\('(Open CASCADE[^']*)',\s*'\1'")
+
+
+def _named(text: str, names: Sequence[str], whole: str) -> str:
+    """The file with the names of its solids, in their order, instead of those that the kernel makes up."""
+    wanted = [*([whole] if len(names) > 1 else []), *names]
+    if len(_PRODUCT.findall(text)) != len(wanted):
+        raise SolverError(f"the STEP file does not list {len(names)} solids one by one; the kernel wrote another form")
+    rest = iter(wanted)
+    return _PRODUCT.sub(lambda _: "PRODUCT('{0}','{0}'".format(_encoded(next(rest))), text)
+
+
+def _encoded(name: str) -> str:
+    """A string of ISO 10303-21: quotes and backslashes doubled, other characters than ASCII by number."""
+    plain = name.replace("\\", "\\\\").replace("'", "''")
+    return "".join(c if " " <= c <= "~" else f"\\X4\\{ord(c):08X}\\X0\\" for c in plain)

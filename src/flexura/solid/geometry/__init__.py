@@ -1,5 +1,0 @@
-"""Members as solids: contours, placed solids, boundary representations."""
-
-from flexura.lazy import face
-
-face(__name__)
