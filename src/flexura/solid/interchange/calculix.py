@@ -33,15 +33,21 @@ from flexura.solid.geometry import SolidMaterial
 from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices
 from flexura.solid.mesh import SolidMesh
 
-CELLS = {"C3D10": "tetra10", "C3D20": "hexahedron20", "C3D20R": "hexahedron20"}
-"""Elements that are read as cells; their points come in the same order."""
+ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
+"""CalculiX's names of the cells it has; their points come in the same order."""
+
+READ_AS = {"C3D10": "tetra10", "C3D20": "hexahedron20", "C3D20R": "hexahedron20"}
+"""Elements that are read as cells."""
+
+POINTS = {"C3D10": 10, "C3D20": 20, "C3D20R": 20, "C3D15": 15}
+"""Numbers of points of elements."""
 
 NESTED = 10
 """Deepest inclusion of decks in decks."""
 
 
 class Card(NamedTuple):
-    """A keyword without blanks and its parameters by name, in capitals, and the lines of data below it."""
+    """A keyword and its parameters by name, without blanks and in capitals, and the lines of data below it."""
 
     name: str
     options: dict[str, str]
@@ -82,8 +88,7 @@ def read_deck(path: str | Path) -> Deck:
     """
     path = Path(path)
     try:
-        cards = list(_cards(path, 0))
-        return _deck(cards, path)
+        return _deck(list(_cards(path, 0)), path)
     except (ValueError, IndexError, KeyError) as error:
         raise OptionError(f"{path} is no input deck that can be read: {error}") from None
 
@@ -92,20 +97,24 @@ def _deck(cards: list[Card], path: Path) -> Deck:
     assembled = [card.name for card in cards if card.name in ("*PART", "*INSTANCE", "*ASSEMBLY")]
     if assembled:
         raise OptionError(f"{path} has {assembled[0]}: write a flat deck, in which every node has one number")
-    nodes = [
-        np.array(card.numbers(), dtype=float).reshape(-1, 4) for card in cards if card.name == "*NODE" and card.lines
-    ]
+    nodes = [card for card in cards if card.name == "*NODE" and card.lines]
     if not nodes:
         raise OptionError(f"{path} has no *NODE with nodes: it should be the deck that the matrices come from")
-    table = np.concatenate(nodes)
+    table = np.concatenate([np.array(card.numbers(), dtype=float).reshape(-1, 4) for card in nodes])
     labels = table[:, 0].astype(np.intp)
     labels, last = np.unique(labels[::-1], return_index=True)
     points = table[::-1][last, 1:]
     cells, densities = _cells(cards, labels)
-    is_known = cells and all(card.kind in CELLS for card in cards if card.name == "*ELEMENT")
-    is_known = is_known and all(np.isfinite(own).all() for own in densities.values())
-    mass = _mass(points, cells, densities) if is_known else None
-    return Deck(labels, points, _sets(cards, "*NSET", "NSET", "*NODE"), cells, mass, _rotations(cards))
+    mass = None
+    if cells and all(card.kind in READ_AS for card in cards if card.name == "*ELEMENT"):
+        values = np.unique(np.concatenate(list(densities.values())))
+        if np.isfinite(values).all():
+            materials = tuple(SolidMaterial("", 1.0, 0.0, rho) for rho in values.tolist())
+            of_cells = {kind: np.searchsorted(values, density) for kind, density in densities.items()}
+            mass = mesh_mass(SolidMesh(points, cells, of_cells, materials)).mass
+    bodies = [card.options for card in cards if card.name == "*RIGIDBODY" and "ROTNODE" in card.options]
+    rotations = {int(body["ROTNODE"]): int(body["REFNODE"]) for body in bodies}
+    return Deck(labels, points, _sets(cards, "NSET", "*NODE"), cells, mass, rotations)
 
 
 def _cards(path: Path, depth: int) -> Iterator[Card]:
@@ -127,7 +136,8 @@ def _cards(path: Path, depth: int) -> Iterator[Card]:
             yield card
         name, *options = (part.strip() for part in head.split(","))
         pairs = [option.partition("=")[::2] for option in options]
-        card = Card("".join(name.upper().split(" ")), {k.strip().upper(): v.strip().strip('"') for k, v in pairs}, [])
+        values = {key.upper().replace(" ", ""): value.strip().strip('"') for key, value in pairs}
+        card = Card(name.upper().replace(" ", ""), values, [])
         head = ""
         if card.name == "*INCLUDE":
             if depth == NESTED:
@@ -138,38 +148,36 @@ def _cards(path: Path, depth: int) -> Iterator[Card]:
         yield card
 
 
-def _sets(cards: list[Card], keyword: str, option: str, other: str) -> dict[str, Index]:
-    """Sets of nodes or elements: by lists, ranges, names of sets, and as a parameter of what defines their members."""
-    found: dict[str, list[Index]] = defaultdict(list)
+def _sets(cards: list[Card], option: str, members: str) -> dict[str, Index]:
+    """Sets of nodes or elements: by lists, ranges, names of sets, and as an option of the cards with their members."""
+    sets: dict[str, list[Index]] = defaultdict(list)
     for card in cards:
         name = card.options.get(option, "").upper()
-        if card.name == keyword and "GENERATE" in card.options:
+        if card.name == f"*{option}" and "GENERATE" in card.options:
             for line in card.lines:
                 first, last, *step = (int(text) for text in line.split(",") if text.strip())
                 within("file_bytes", 8 * len(range(first, last + 1, *step)), f"set {name}, {line}")
-                found[name].append(np.arange(first, last + 1, *step))
-        elif card.name == keyword:
-            texts = card.numbers()
-            unknown = [text for text in texts if not _is_number(text) and text.upper() not in found]
-            if unknown:
-                raise ValueError(f"{keyword} {name} takes in {unknown[0]}, which is not defined before")
-            found[name].append(np.array([int(t) for t in texts if _is_number(t)], dtype=np.intp))
-            found[name] += [part for t in texts if not _is_number(t) for part in found[t.upper()]]
-        elif card.name == other and name and card.lines:
-            width = 4 if other == "*NODE" else 1 + _points(card)
-            found[name].append(np.array(card.numbers()[::width], dtype=float).astype(np.intp))
-    return {name: np.unique(np.concatenate(parts)) for name, parts in found.items() if name and parts}
-
-
-def _is_number(text: str) -> bool:
-    return text.lstrip("-").isdigit()
+                sets[name].append(np.arange(first, last + 1, *step))
+        elif card.name == f"*{option}":
+            numbers, names = [], []
+            for text in card.numbers():
+                if text.lstrip("-").isdigit():
+                    numbers.append(int(text))
+                elif text.upper() in sets:
+                    names.append(text.upper())
+                else:
+                    raise ValueError(f"*{option} {name} takes in {text}, which is not defined before")
+            sets[name].append(np.array(numbers, dtype=np.intp))
+            sets[name] += [part for other in names for part in sets[other]]
+        elif card.name == members and name and card.lines:
+            width = 4 if members == "*NODE" else 1 + _points(card)
+            sets[name].append(np.array(card.numbers()[::width], dtype=float).astype(np.intp))
+    return {name: np.unique(np.concatenate(parts)) for name, parts in sets.items() if name and parts}
 
 
 def _points(card: Card) -> int:
     """Number of points of the elements of a card; of those of unknown type what its first line has."""
-    known = {"C3D10": 10, "C3D20": 20, "C3D20R": 20, "C3D15": 15}
-    own = known.get(card.kind)
-    return own or len([text for text in card.lines[0].split(",") if text.strip()]) - 1
+    return POINTS.get(card.kind) or len([text for text in card.lines[0].split(",") if text.strip()]) - 1
 
 
 def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str, Array]]:
@@ -181,13 +189,13 @@ def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str
             material = card.options["NAME"].upper()
         elif card.name == "*DENSITY":
             density[material] = float(card.numbers()[0])
-    members = _sets(cards, "*ELSET", "ELSET", "*ELEMENT")
-    found: dict[str, list[Index]] = defaultdict(list)
+    members = _sets(cards, "ELSET", "*ELEMENT")
+    tables_of: dict[str, list[Index]] = defaultdict(list)
     for card in cards:
-        if card.name == "*ELEMENT" and card.kind in CELLS and card.lines:
-            found[CELLS[card.kind]].append(np.array(card.numbers(), dtype=np.intp).reshape(-1, 1 + _points(card)))
+        if card.name == "*ELEMENT" and card.kind in READ_AS and card.lines:
+            tables_of[READ_AS[card.kind]].append(np.array(card.numbers(), dtype=np.intp).reshape(-1, 1 + _points(card)))
     cells, densities = {}, {}
-    for kind, tables in found.items():
+    for kind, tables in tables_of.items():
         table = np.concatenate(tables)
         if not np.isin(table[:, 1:], labels).all():
             raise ValueError("an element has a node that is not defined")
@@ -195,30 +203,10 @@ def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str
         densities[kind] = np.full(len(table), np.nan)
         for card in cards:
             if card.name == "*SOLIDSECTION":
-                own = np.isin(table[:, 0], members.get(card.options["ELSET"].upper(), []))
-                densities[kind][own] = density.get(card.options["MATERIAL"].upper(), np.nan)
+                inside = np.isin(table[:, 0], members.get(card.options["ELSET"].upper(), []))
+                densities[kind][inside] = density.get(card.options["MATERIAL"].upper(), np.nan)
     return cells, densities
 
-
-def _mass(points: Array, cells: dict[str, Index], densities: dict[str, Array]) -> float:
-    """Density times volume of some cells."""
-    values = np.unique(np.concatenate(list(densities.values())))
-    materials = tuple(SolidMaterial("", 1.0, 0.0, rho) for rho in values.tolist())
-    of_cells = {kind: np.searchsorted(values, own) for kind, own in densities.items()}
-    return mesh_mass(SolidMesh(points, cells, of_cells, materials)).mass
-
-
-def _rotations(cards: list[Card]) -> dict[int, int]:
-    options = [card.options for card in cards if card.name == "*RIGIDBODY" and "ROTNODE" in _squeezed(card.options)]
-    return {int(_squeezed(own)["ROTNODE"]): int(_squeezed(own)["REFNODE"]) for own in options}
-
-
-def _squeezed(options: dict[str, str]) -> dict[str, str]:
-    return {key.replace(" ", ""): value for key, value in options.items()}
-
-
-ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
-"""CalculiX's names of the cells it has; their points come in the same order."""
 
 PER_LINE = 8
 """Numbers per line of a list; at most 16 are read."""
@@ -284,8 +272,8 @@ def run_calculix(deck: Path, timeout: float = 600.0, program: str = "ccx") -> st
         raise SolverError(f"CalculiX took longer than {timeout:g} s: allow it more or take a coarser mesh") from None
     wrong = [line.strip() for line in done.stdout.splitlines() if "*ERROR" in line]
     if done.returncode != 0 or wrong or "Job finished" not in done.stdout:
-        told = " ".join(wrong) or done.stderr.strip()[-300:] or f"it ended with code {done.returncode}"
-        raise SolverError(f"CalculiX failed: {told}")
+        message = " ".join(wrong) or done.stderr.strip()[-300:] or f"it ended with code {done.returncode}"
+        raise SolverError(f"CalculiX failed: {message}")
     return done.stdout
 
 
@@ -308,9 +296,10 @@ def _mesh_lines(mesh: SolidMesh) -> list[str]:
             first += len(chosen)
             used.add(m)
     for m in sorted(used):
-        own = mesh.materials[m]
-        lines += [f"** {own.name}", f"*MATERIAL,NAME=MATERIAL{m + 1}", "*ELASTIC", f"{own.E:.13e},{own.nu:.13e}"]
-        lines += ["*DENSITY", f"{own.rho:.13e}", f"*SOLID SECTION,ELSET=CELLS{m + 1},MATERIAL=MATERIAL{m + 1}"]
+        material = mesh.materials[m]
+        lines += [f"** {material.name}", f"*MATERIAL,NAME=MATERIAL{m + 1}"]
+        lines += ["*ELASTIC", f"{material.E:.13e},{material.nu:.13e}"]
+        lines += ["*DENSITY", f"{material.rho:.13e}", f"*SOLID SECTION,ELSET=CELLS{m + 1},MATERIAL=MATERIAL{m + 1}"]
     return lines
 
 
@@ -424,18 +413,18 @@ def _substructure(path: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, Inde
     The node of every row stands in comments below `ELEMENT NODES`, directions in lines `row, direction` below
     *USER ELEMENT, and lower triangles, row by row, below *MATRIX.
     """
-    found = _blocks(path)
+    blocks = _blocks(path)
     try:
-        node = np.array(found["NODES"], dtype=np.intp)
-        direction = np.array([found["DIRECTIONS"][0], *found["DIRECTIONS"][2::2]], dtype=np.intp)
+        node = np.array(blocks["NODES"], dtype=np.intp)
+        direction = np.array([blocks["DIRECTIONS"][0], *blocks["DIRECTIONS"][2::2]], dtype=np.intp)
         n = len(node)
         if not n or len(direction) != n or not np.isin(direction, range(1, 7)).all():
             raise ValueError(f"{n} nodes, {len(direction)} directions")
         made = []
         for name in ("STIFFNESS", "MASS"):
             A = np.zeros((n, n))
-            if name in found or name == "STIFFNESS":
-                A[np.tril_indices(n)] = np.array(found[name], dtype=float)
+            if name in blocks or name == "STIFFNESS":
+                A[np.tril_indices(n)] = np.array(blocks[name], dtype=float)
             made.append(symmetrised(sp.csc_matrix(A))[0])
     except (ValueError, IndexError, KeyError) as error:
         raise OptionError(f"{path} is no matrix of *SUBSTRUCTURE GENERATE: {error}") from None
@@ -445,7 +434,7 @@ def _substructure(path: Path) -> tuple[sp.csc_matrix, sp.csc_matrix, Index, Inde
 def _blocks(path: Path) -> dict[str, list[str]]:
     """Entries of the lines by what they are: NODES, DIRECTIONS and the types of matrices."""
     lines = read_text(path, encoding="latin-1").upper().splitlines()
-    found: dict[str, list[str]] = {}
+    blocks: dict[str, list[str]] = {}
     inside = ""
     for line in map(str.strip, lines):
         if line.startswith("** ELEMENT NODES"):
@@ -454,8 +443,8 @@ def _blocks(path: Path) -> dict[str, list[str]]:
             inside = line.partition("TYPE=")[2] if line.startswith("*MATRIX") else ""
         elif inside:
             inside = "DIRECTIONS" if inside == "NODES" and not line.startswith("**") else inside
-            found.setdefault(inside, []).extend(part.strip() for part in line.strip("*").split(",") if part.strip())
-    return found
+            blocks.setdefault(inside, []).extend(part.strip() for part in line.strip("*").split(",") if part.strip())
+    return blocks
 
 
 @verb
@@ -485,6 +474,6 @@ def read_ansys(path: str | Path, nodes: str | Path, *, units: Mapping[str, str] 
     free = np.flatnonzero([tuple(dof) not in held for dof in dofs.tolist()])
     K, M = (sp.csc_matrix(A[free][:, free]) for A in (K, M))
     node, component = (dofs[free, k].astype(np.intp) for k in (0, 1))
-    sets = {name.upper(): np.asarray(own, dtype=np.intp) for name, own in archive.node_components.items()}
+    sets = {name.upper(): np.asarray(labels, dtype=np.intp) for name, labels in archive.node_components.items()}
     labels, points = np.asarray(archive.nnum, dtype=np.intp), np.asarray(archive.nodes, dtype=float)[:, :3]
     return StoredMatrices(K, M, node, component, labels, points, sets, asymmetry=max(skew, skew_M)).scaled(*factors)
