@@ -146,7 +146,7 @@ def test_what_was_not_used_for_longest_goes_first(folder, monkeypatch):
     paths = {number: folder / f"matrices-{content_key('matrices', number)[:40]}.npz" for number in range(4)}
     for age, number in enumerate((0, 2, 1)):
         os.utime(paths[number], ns=(0, 10**9 * (100 - age)))
-    monkeypatch.setattr(cache, "LIMIT", 2.5 * paths[0].stat().st_size)
+    monkeypatch.setattr(cache, "MOST_BYTES", 2.5 * paths[0].stat().st_size)
     remembered("matrices", 1, Counter())
     remembered("matrices", 3, Counter())
     assert [number for number in range(4) if paths[number].exists()] == [1, 3]

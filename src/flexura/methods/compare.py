@@ -42,6 +42,21 @@ MARGIN = 1.01
 """The certified reduction reaches so many times the highest frequency compared."""
 
 
+REPEATS = 5
+"""Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
+
+PATIENCE = 0.5
+
+BUDGET = 60.0
+"""Time, s, that every row is given: its solution, its modes' counterparts and further modes to find them together."""
+
+FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
+"""What a method may end with that is an answer about the mechanism, and none about the program."""
+
+MOST_SHOWN = 3
+"""Frequencies that a notebook shows."""
+
+
 @dataclass(frozen=True)
 class Task:
     """What is asked of every method; `model` serves to make shapes, and is not what a method solves."""
@@ -98,17 +113,6 @@ METHODS = (
 )
 """All methods, in the order of the rows."""
 
-REPEATS = 5
-"""Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
-
-PATIENCE = 0.5
-
-BUDGET = 60.0
-"""Time, s, that every row is given: its solution, its modes' counterparts and further modes to find them together."""
-
-FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
-"""What a method may end with that is an answer about the mechanism, and none about the program."""
-
 
 @dataclass(frozen=True, repr=False)
 class ComparisonRow(Record):
@@ -134,10 +138,6 @@ class ComparisonRow(Record):
     seconds: float | None = None
     note: str = ""
     failure: str = ""
-
-
-MOST_SHOWN = 3
-"""Frequencies that a notebook shows."""
 
 
 @dataclass(frozen=True, repr=False)

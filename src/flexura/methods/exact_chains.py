@@ -303,14 +303,14 @@ def _levels(sizes: list[int]) -> tuple[list[tuple[Index, Index, Index]], Index]:
     levels = []
     while max(map(len, places), default=0) > 1:
         first, second, rest = [], [], []
-        for own in places:
-            first += own[: len(own) // 2 * 2 : 2]
-            second += own[1::2]
-            rest += own[len(own) // 2 * 2 :]
+        for pieces in places:
+            first += pieces[: len(pieces) // 2 * 2 : 2]
+            second += pieces[1::2]
+            rest += pieces[len(pieces) // 2 * 2 :]
         joined = {k: i for i, k in enumerate(first)} | {k: len(first) + i for i, k in enumerate(rest)}
-        places = [[joined[k] for k in own[::2]] for own in places]
+        places = [[joined[k] for k in pieces[::2]] for pieces in places]
         levels.append(tuple(np.array(at, dtype=np.intp) for at in (first, second, rest)))
-    return levels, np.array([own[0] for own in places], dtype=np.intp)
+    return levels, np.array([pieces[0] for pieces in places], dtype=np.intp)
 
 
 def branches_below(

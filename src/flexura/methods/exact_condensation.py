@@ -22,7 +22,7 @@ from flexura.beam import DynamicBeam, Joint
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import inverse_roots, scaled, unit_scale
-from flexura.methods.exact_chains import ExactBranches, PartBranches, branches_below, remaining_numbers
+from flexura.methods.exact_chains import ExactBranches, branches_below, remaining_numbers
 from flexura.reduction import LowOrderAssembler, low_order, with_modes
 from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
 
@@ -111,18 +111,33 @@ class _Elimination:
         return T
 
 
-@dataclass
 class _Part:
     """One prototype: where its branches and discrete elements go, and what its condensation keeps."""
 
-    own: PartBranches
-    discrete_elements: list[DiscreteElement]
-    span: slice
-    ends: Index
-    discrete_dofs: list[Index]
-    scatter: Scatter
-    boundary: int
-    elimination: _Elimination | None = None
+    elimination: _Elimination
+
+    def __init__(self, model: FullOrderModel, branches: ExactBranches, name: str) -> None:
+        part_branches = branches.parts[name]
+        self.branches, self.reducer = part_branches, part_branches.reducer
+        n = 6 * part_branches.n_junctions
+        refuse_large(n, f"the junctions and cuts of {name or 'the top level'!r}")
+        number = remaining_numbers(self.reducer)
+        self.span = branches.span[name]
+        self.B: Array = branches.B[self.span]
+        pairs = [branch.junctions for branch in part_branches.branches]
+        self.ends: Index = node_dofs(np.array(pairs, dtype=np.intp).reshape(-1, 2))
+        self.discrete_elements: list[DiscreteElement] = model.matrices[name].discrete_elements
+        self.discrete_dofs: list[Index] = [node_dofs(number[element.nodes]) for element in self.discrete_elements]
+        dofs = [*([self.ends] if len(self.ends) else []), *(dofs[None] for dofs in self.discrete_dofs)]
+        self.scatter = Scatter(dofs, n)
+
+    def stiffness(self, K: Array, lam: Array) -> Array:
+        """K (l, n, n) over the junctions, in its own frame, from those of all branches."""
+        matrices = [_discrete(element, lam)[:, None] for element in self.discrete_elements]
+        if len(self.ends):
+            B = self.B[:, None]
+            matrices = [np.swapaxes(np.swapaxes(B, -1, -2) @ K[self.span] @ B, 0, 1), *matrices]
+        return self.scatter.dense(matrices, (len(lam),))
 
 
 @dataclass(frozen=True)
@@ -153,13 +168,13 @@ class ExactCondensation:
         self.assembler: LowOrderAssembler = low_order(model.plan)
         refuse_large_parts(self.assembler)
         self.branches: ExactBranches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
-        self._parts = {name: self._part(name, own) for name, own in self.branches.parts.items()}
+        self._parts = {name: _Part(model, self.branches, name) for name in self.branches.parts}
         both = np.array([limit, 0.0])
         exact = self.branches(both)[0]
         T = {}
         for name, part in self._parts.items():
-            K = self._part_stiffness(part, exact.K, both)
-            part.elimination = _Elimination.at(K[0], K[1], part.boundary)
+            K = part.stiffness(exact.K, both)
+            part.elimination = _Elimination.at(K[0], K[1], len(part.reducer.boundary_dofs))
             T[name] = part.elimination.shapes(K)
         modes = sum(m * len(model.plan.topology.copies[name].paths) for name, m in zip(T, self._modes, strict=True))
         refuse_large(len(self.assembler.physical) + modes, "kept nodes and modes of substructures")
@@ -173,8 +188,8 @@ class ExactCondensation:
 
     def pencils(self, lam: Array) -> Pencil:
         """K and M at squared angular frequencies lam (l,) from 0 to the limit."""
-        found = [self._energies(state) for state in self._states(lam)]
-        K, M = (np.concatenate(each) for each in zip(*found, strict=True))
+        energies = [self._energies(state) for state in self._states(lam)]
+        K, M = (np.concatenate(each) for each in zip(*energies, strict=True))
         return Pencil(np.asarray(lam, dtype=float), K, M)
 
     def count_below(self, lam: Array) -> Index:
@@ -186,39 +201,20 @@ class ExactCondensation:
     def node_displacements(self, lam: Array, vectors: Array) -> Array:
         """Displacements (n_nodes, 6, l) of all nodes, global frame, for one vector (l, n) of coordinates at each of the
         squared angular frequencies lam (l,)."""
-        found, start = [], 0
+        displacements, start = [], 0
         for state in self._states(lam):
             stop = start + len(state.lam)
             x = (state.X @ vectors[start:stop, :, None])[..., 0]
-            found.append(self._recovered(state, x))
+            displacements.append(self._recovered(state, x))
             start = stop
-        return np.concatenate(found, axis=-1)
-
-    def _part(self, name: str, own: PartBranches) -> _Part:
-        reducer = own.reducer
-        refuse_large(6 * own.n_junctions, f"the junctions and cuts of {name or 'the top level'!r}")
-        number = remaining_numbers(reducer)
-        pairs = np.array([branch.junctions for branch in own.branches], dtype=np.intp).reshape(-1, 2)
-        ends = node_dofs(pairs)
-        discrete_elements = self.model.matrices[name].discrete_elements
-        at = [node_dofs(number[discrete.nodes]) for discrete in discrete_elements]
-        scatter = Scatter([*([ends] if len(ends) else []), *(dofs[None] for dofs in at)], 6 * own.n_junctions)
-        return _Part(own, discrete_elements, self.branches.span[name], ends, at, scatter, len(reducer.boundary_dofs))
-
-    def _part_stiffness(self, part: _Part, K: Array, lam: Array) -> Array:
-        """K (l, n, n) of a part over its junctions, in its own frame."""
-        matrices = [_discrete(discrete, lam)[:, None] for discrete in part.discrete_elements]
-        if len(part.ends):
-            B = self.branches.B[part.span, None]
-            matrices = [np.swapaxes(np.swapaxes(B, -1, -2) @ K[part.span] @ B, 0, 1), *matrices]
-        return part.scatter.dense(matrices, (len(lam),))
+        return np.concatenate(displacements, axis=-1)
 
     def _condensed(self, K: Array, lam: Array, T: dict[str, Array]) -> Iterator[Array]:
         """K (l, copies, b + m, b + m) of the copies of every part, boundary DOFs in the global frame."""
         for name, part in self._parts.items():
-            own = np.swapaxes(T[name], -1, -2) @ self._part_stiffness(part, K, lam) @ T[name]
+            reduced = np.swapaxes(T[name], -1, -2) @ part.stiffness(K, lam) @ T[name]
             G = self._transforms[name]
-            yield np.swapaxes(G, -1, -2) @ own[:, None] @ G
+            yield np.swapaxes(G, -1, -2) @ reduced[:, None] @ G
 
     def _global(self, parts: Iterator[Array]) -> Array:
         blocks = list(parts)
@@ -228,7 +224,7 @@ class ExactCondensation:
     @cached_property
     def _modes(self) -> tuple[int, ...]:
         """How many coordinates every part has beside its boundary."""
-        return tuple(part.elimination.V.shape[1] for part in self._parts.values() if part.elimination is not None)
+        return tuple(part.elimination.V.shape[1] for part in self._parts.values())
 
     @cached_property
     def _transforms(self) -> dict[str, Array]:
@@ -238,11 +234,11 @@ class ExactCondensation:
     @cached_property
     def _coordinates(self) -> dict[str, Index]:
         """Coordinates (copies, b + m) of every part."""
-        found, first = {}, len(self.assembler.physical)
+        coordinates, first = {}, len(self.assembler.physical)
         for name, m in zip(self._parts, self._modes, strict=True):
-            found[name] = self.assembler.coordinates(name, m, first)
-            first += m * len(found[name])
-        return found
+            coordinates[name] = self.assembler.coordinates(name, m, first)
+            first += m * len(coordinates[name])
+        return coordinates
 
     def _states(self, lam: Array) -> Iterator[_State]:
         lam = np.asarray(lam, dtype=float)
@@ -250,14 +246,11 @@ class ExactCondensation:
         size = max(1, NUMBERS_AT_ONCE // (288 * sum(b.size for b in self.branches.all) + sum(n * n for n in orders)))
         for start in range(0, len(lam), size):
             checkpoint()
-            own = lam[start : start + size]
-            exact, joints = self.branches(own)
-            T = {}
-            for name, part in self._parts.items():
-                assert part.elimination is not None
-                T[name] = part.elimination.shapes(self._part_stiffness(part, exact.K, own))
-            X = self._elimination.shapes(self._global(self._condensed(exact.K, own, T)))
-            yield _State(own, exact, joints, T, X)
+            some = lam[start : start + size]
+            exact, joints = self.branches(some)
+            T = {name: part.elimination.shapes(part.stiffness(exact.K, some)) for name, part in self._parts.items()}
+            X = self._elimination.shapes(self._global(self._condensed(exact.K, some, T)))
+            yield _State(some, exact, joints, T, X)
 
     def _junctions(self, name: str, state: _State, x: Array) -> Array:
         """Displacements (l, copies, n, k) of a part's junctions, in its frame, from coordinates (l, n, k)."""
@@ -269,7 +262,7 @@ class ExactCondensation:
         K, M = np.zeros((2, len(state.lam), self.count, self.count))
         for name, part in self._parts.items():
             u = self._junctions(name, state, state.X)
-            motion = self.branches.B[part.span] @ u[:, :, part.ends]
+            motion = part.B @ u[:, :, part.ends]
             K += _energy(motion, np.swapaxes(state.branches.K[part.span], 0, 1)[:, None])
             M -= _energy(motion, np.swapaxes(state.branches.slope[part.span], 0, 1)[:, None])
             for discrete, dofs in zip(part.discrete_elements, part.discrete_dofs, strict=True):
@@ -281,31 +274,31 @@ class ExactCondensation:
     def _recovered(self, state: _State, x: Array) -> Array:
         """Displacements (n_nodes, 6, l) of all nodes for one vector of coordinates (l, n) at each frequency."""
         topology = self.model.plan.topology
-        found = np.zeros((topology.n_dof + 1, len(x)))  # DOF -1 goes to the last row
-        found[topology.dof.ravel()[self.assembler.physical]] = x[:, : len(self.assembler.physical)].T
+        displacements = np.zeros((topology.n_dof + 1, len(x)))  # DOF -1 goes to the last row
+        displacements[topology.dof.ravel()[self.assembler.physical]] = x[:, : len(self.assembler.physical)].T
         u = {name: self._junctions(name, state, x[..., None])[..., 0] for name in self._parts}
         motion = np.zeros((len(self.branches.all), len(x), max((v.shape[1] for v in u.values()), default=0), 12))
         for name, part in self._parts.items():
-            own = (self.branches.B[part.span] @ u[name][:, :, part.ends, None])[..., 0]
-            motion[part.span, :, : own.shape[1]] = np.moveaxis(own, 2, 0)
+            of_part = (part.B @ u[name][:, :, part.ends, None])[..., 0]
+            motion[part.span, :, : of_part.shape[1]] = np.moveaxis(of_part, 2, 0)
         twists = self.branches.twists(state.joints, motion)
         for name, part in self._parts.items():
-            interior = part.own.reducer.part.interior
+            interior = part.reducer.part.interior
             nodes = _node_displacements(part, u[name], twists[part.span])[:, :, interior]
             number = np.array(topology.copies[name].offset, dtype=np.intp)[:, None] + interior
             G = self.model.design.node_transforms(name, interior)
             outward = (np.swapaxes(G, -1, -2) @ nodes[..., None])[..., 0]
-            found[topology.dof[number]] = np.moveaxis(outward, 0, -1)
-        return self.model.node_displacements(found[:-1])
+            displacements[topology.dof[number]] = np.moveaxis(outward, 0, -1)
+        return self.model.node_displacements(displacements[:-1])
 
 
 def _node_displacements(part: _Part, u: Array, twists: list[Array]) -> Array:
     """Displacements (l, copies, n, 6) of all nodes of a part that branches pass, in its frame."""
-    own = u.reshape(*u.shape[:2], -1, 6)
-    nodes = np.zeros((*u.shape[:2], part.own.reducer.part.n_nodes, 6))
-    at = np.concatenate([part.own.reducer.remaining, np.array(part.own.cut_nodes, dtype=np.intp)])
-    nodes[:, :, at[at >= 0]] = own[:, :, at >= 0]
-    for branch, twist in zip(part.own.branches, twists, strict=True):
+    junctions = u.reshape(*u.shape[:2], -1, 6)
+    nodes = np.zeros((*u.shape[:2], part.reducer.part.n_nodes, 6))
+    at = np.concatenate([part.reducer.remaining, np.array(part.branches.cut_nodes, dtype=np.intp)])
+    nodes[:, :, at[at >= 0]] = junctions[:, :, at >= 0]
+    for branch, twist in zip(part.branches.branches, twists, strict=True):
         number, passed, displaced = branch.nodes()
         inside = displaced[:, None, None] @ twist[passed, :, : u.shape[1], :, None]
         nodes[:, :, number] = np.moveaxis(inside[..., 0], 0, 2)

@@ -332,9 +332,18 @@ class MemberSolid:
         """The middle (3,) of an end face, global frame."""
         return self.placed(np.array([self.length * end, 0.0, 0.0]))
 
+    @cached_property
+    def thickness(self) -> float:
+        """Least thickness, m: of a tube that of its wall."""
+        return float(self.outline.web(self.outline.x).min())
+
+    def beyond(self, points: Array) -> Array:
+        """How far (...) global points (..., 3) lie outside, m; negative inside."""
+        return self.outline.beyond(self.local(points))
+
     def holds(self, points: Array, tolerance: float) -> NDArray[np.bool_]:
         """Whether global points (..., 3) lie inside or within `tolerance` of the surface."""
-        return self.outline.beyond(self.local(points)) <= tolerance
+        return self.beyond(points) <= tolerance
 
     def end_samples(self, end: int, inset: float, count: int = 12) -> Array:
         """Points (n, 3) spread evenly over an end face, `inset` inside it, global frame."""

@@ -34,13 +34,37 @@ from flexura.solid.fem import (
     with_solid_parts,
 )
 from flexura.solid.interchange import calculix_matrices, need_program
-from flexura.solid.mesh import SolidMesh
+from flexura.solid.mesh import SIZES, SolidMesh
 from flexura.solid.whole import WholeVerification, verify_whole
 from flexura.structure import FullOrderModel, assemble, one_design
 from flexura.tables import Facts, Table, in_hz, percent, quantity
 
 Solve = Callable[[FullOrderModel, int], Solution]
 Described = Literal["plain", "corrected", "as described"]
+
+
+Solver = Literal["flexura", "calculix"]
+
+FINE_SIZE = 0.7
+"""Size of the fine mesh, relative to the meshers' own choice."""
+
+COARSER = 2.0
+"""The coarse mesh has cells so many times longer than the fine one."""
+
+FINE_SIZES = (0.05, 2.5)
+"""Smallest and largest size of the fine mesh."""
+
+LEAST_ORDER = 1.5
+"""Least order with the cell size to which frequencies are taken to converge (theory eq. E9)."""
+
+UNCHANGED = 1e-3
+"""Relative difference of two meshes up to which frequencies are not extrapolated: uneven cells make as much."""
+
+PICTURED = "corrected, full order"
+"""The row whose shapes stand beside the solid's in pictures, and whose nodes both are compared at."""
+
+MOST_SHOWN = 5
+"""Models that a notebook shows."""
 
 
 @dataclass(frozen=True)
@@ -109,30 +133,6 @@ def full_order(model: FullOrderModel, n: int) -> Solution:
     return Solution("full order", model.order, hz, model.node_displacements(pairs.vectors))
 
 
-Solver = Literal["flexura", "calculix"]
-
-FINE_SIZE = 0.7
-"""Size of the fine mesh, relative to the meshers' own choice."""
-
-COARSER = 2.0
-"""The coarse mesh has cells so many times longer than the fine one."""
-
-COARSEST = 5.0
-"""Largest size of any mesh."""
-
-FINE_SIZES = (0.05, 2.5)
-"""Smallest and largest size of the fine mesh."""
-
-LEAST_ORDER = 1.5
-"""Least order with the cell size to which frequencies are taken to converge (theory eq. E9)."""
-
-UNCHANGED = 1e-3
-"""Relative difference of two meshes up to which frequencies are not extrapolated: uneven cells make as much."""
-
-PICTURED = "corrected, full order"
-"""The row whose shapes stand beside the solid's in pictures, and whose nodes both are compared at."""
-
-
 @dataclass(frozen=True)
 class VerificationRow:
     """One model's counterparts of the solid's modes.
@@ -185,10 +185,6 @@ class ShapePairs:
     model: FullOrderModel
     beams: Array
     solid: SolidModes
-
-
-MOST_SHOWN = 5
-"""Models that a notebook shows."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -341,7 +337,7 @@ def progressively(
         done = replace(done, rows=tuple(_row(row, int(n)) for row in solved))
         yield done
     meshes: list[tuple[SolidModes, float]] = []
-    for relative in (factor * fine for factor in (COARSER**2, COARSER, 1.0) if factor * fine <= COARSEST):
+    for relative in (factor * fine for factor in (COARSER**2, COARSER, 1.0) if factor * fine <= SIZES[1]):
         begin = time.perf_counter()
         hexahedra = solver == "flexura"
         solid = solid_modes(

@@ -29,7 +29,7 @@ Arrays = dict[str, NDArray[Any]]
 KEY = "content_key"
 """Name under which a file keeps the digest that it belongs to."""
 
-LIMIT = 2_000_000_000
+MOST_BYTES = 2_000_000_000
 """Bytes beyond which what was not used for longest is deleted."""
 
 CHECKSUM = "content_checksum"
@@ -70,46 +70,42 @@ def remembered(
     if folder is None:
         return {k: np.asarray(a) for k, a in compute().items()}
     path = folder / f"{name}-{key[:40]}.npz"
-    found = _read(path, key)
-    if found is None or not enough(found):
-        found = {k: np.asarray(a) for k, a in compute().items()}
-        if any(a.dtype.hasobject for a in found.values()) or {KEY, CHECKSUM} & found.keys():
+    arrays = _read(path, key)
+    if arrays is None or not enough(arrays):
+        arrays = {k: np.asarray(a) for k, a in compute().items()}
+        if any(a.dtype.hasobject for a in arrays.values()) or {KEY, CHECKSUM} & arrays.keys():
             raise OptionError(f"only arrays of numbers and texts are kept in the cache, none by the name {KEY}")
-        _write(path, key, found)
-    return found
+        _write(path, key, arrays)
+    return arrays
 
 
 def _read(path: Path, key: str) -> Arrays | None:
     try:
-        with size_limits(file_bytes=LIMIT):  # as much as the cache may hold
-            found = read_arrays(path)
+        with size_limits(file_bytes=MOST_BYTES):  # as much as the cache may hold
+            arrays = read_arrays(path)
     except (OptionError, MemoryError):
         return None
-    own, checksum = (str(found.pop(name, "")) for name in (KEY, CHECKSUM))
-    if own != key or checksum != _checksum(key, found):
+    stored_key, checksum = (str(arrays.pop(name, "")) for name in (KEY, CHECKSUM))
+    if stored_key != key or checksum != content_key(key, dict(arrays)):
         return None
     with suppress(OSError):
         path.touch()
-    return found
-
-
-def _checksum(key: str, arrays: Mapping[str, NDArray[Any]]) -> str:
-    return content_key(key, dict(arrays))
+    return arrays
 
 
 def _write(path: Path, key: str, arrays: Arrays) -> None:
     """Written whole or not at all, so that nobody ever reads half a file; what cannot be written is left."""
-    own = {KEY: np.array(key), CHECKSUM: np.array(_checksum(key, arrays))}
+    labels = {KEY: np.array(key), CHECKSUM: np.array(content_key(key, arrays))}
     with suppress(OSError, OptionError):
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_file(path, lambda file: np.savez(file, **own, **arrays))  # pyright: ignore[reportArgumentType]
+        write_file(path, lambda file: np.savez(file, **labels, **arrays))  # pyright: ignore[reportArgumentType]
         _make_room(path)
 
 
 def _make_room(newest: Path) -> None:
     """Delete files that were not used for longest, beyond the limit; the newest one stays."""
     files = [(file.stat(), file) for file in newest.parent.glob("*.npz") if file != newest]
-    room = LIMIT - newest.stat().st_size
+    room = MOST_BYTES - newest.stat().st_size
     for stat, file in sorted(files, key=lambda item: -item[0].st_mtime_ns):
         room -= stat.st_size
         if room < 0:

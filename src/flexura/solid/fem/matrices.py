@@ -30,6 +30,18 @@ STRAIGHT = 1e-9
 """Distance of the points of a cell from their affine places, over its size, below which it counts as straight."""
 
 
+KINDS = ("rigid", "averaged", "flexible")
+
+DEPENDENT = 1e-6
+"""Part of a deformation of a face that others lack, below which it is made of these."""
+
+IN_LINE = 1e-9
+"""Points of a set lie on a line when the smallest eigenvalue of their second moments is this small."""
+
+DEGREE = 2
+"""Highest degree of the deformations of a flexible face in its coordinates."""
+
+
 class MassProperties(NamedTuple):
     """Mass, kg; centre (3,), m; inertia (3, 3) about the centre, kg m^2; volume, m^3."""
 
@@ -190,18 +202,6 @@ def _unit_mass(batch: _Batch) -> Array:
     if batch.is_straight:
         return det[:, :1, None] * (w @ both.reshape(len(w), -1)).reshape(n, n)
     return ((w * det) @ both.reshape(len(w), -1)).reshape(-1, n, n)
-
-
-KINDS = ("rigid", "averaged", "flexible")
-
-DEPENDENT = 1e-6
-"""Part of a deformation of a face that others lack, below which it is made of these."""
-
-IN_LINE = 1e-9
-"""Points of a set lie on a line when the smallest eigenvalue of their second moments is this small."""
-
-DEGREE = 2
-"""Highest degree of the deformations of a flexible face in its coordinates."""
 
 
 class Face(NamedTuple):

@@ -44,6 +44,16 @@ LARGEST_NU = 0.499
 """Poisson's ratios beyond this one lock the cells."""
 
 
+REACH = 6.0
+"""Fixed-interface modes are kept up to so many times the highest beam frequency asked for."""
+
+SURE = 2.0
+"""Modes are given up to the frequency, over this, from which fixed-interface modes are left out."""
+
+OCTAVE = np.sqrt(2.0)
+"""What modes left out may do is estimated by leaving out those of the last part of so much in frequency as well."""
+
+
 class Copy(NamedTuple):
     """A placed copy of a component: its first member, turn Q (3, 3) and shift t (3,), m, from the first copy, and the
     numbers of its nodes by those of that."""
@@ -237,16 +247,6 @@ def _copy(
         offset = placed[prototype].offset
         node |= {offset[i] + k: offset[j] + k for k in range(model.plan.parts[prototype].n_nodes)}
     return Copy(other[0].name, Q, geometry.t[new] - Q @ geometry.t[old], node)
-
-
-REACH = 6.0
-"""Fixed-interface modes are kept up to so many times the highest beam frequency asked for."""
-
-SURE = 2.0
-"""Modes are given up to the frequency, over this, from which fixed-interface modes are left out."""
-
-OCTAVE = np.sqrt(2.0)
-"""What modes left out may do is estimated by leaving out those of the last part of so much in frequency as well."""
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ from flexura.mechanism import (
 from flexura.solid.fem.modes import Component, own_components, turned
 from flexura.solid.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.solid.geometry import MemberSolid
+from flexura.solid.mesh import SIZES
 from flexura.structure import FullOrderModel, Plan, assemble, one_design
 
 ORDERS = (1.4, 1.0)
@@ -52,25 +53,25 @@ MESH_RATIOS = (2.0, 1.5)
 """Least ratio of the DOFs of a mesh to those of a coarser one, and of a finer one to its, at which the two tell an
 error: others may differ in nothing that matters."""
 
-SIZES = (0.05, 5.0)
-"""Smallest and largest size of a mesh."""
+
+Members = Mapping[str, Link | Flexure]
 
 
-def stiffness_error(piece: Piece, own: ReducedPiece, size: float, modes: int, announce: Announce) -> Array:
+def stiffness_error(piece: Piece, reduced: ReducedPiece, size: float, modes: int, announce: Announce) -> Array:
     """E (n, n), positive semidefinite: strain energy of displacements v is uncertain by half of v' E v (eq. B8).
 
-    `own` is the piece in normal form, reduced from the mesh of a `size` with `modes` fixed-interface modes. Beside it
+    `reduced` is the piece in normal form, from the mesh of a `size` with `modes` fixed-interface modes. Beside it
     stands a mesh of cells twice as long, or finer ones where that is hardly coarser. Raises SolverError when there is
     no second mesh, and errors as `reduced_piece` does.
     """
     for other, second in _others(piece, size, modes, announce):
-        ratio = other.dofs / own.dofs
-        if 1 / MESH_RATIOS[0] < ratio < MESH_RATIOS[1] or other.amplitudes < own.amplitudes:
+        ratio = other.dofs / reduced.dofs
+        if 1 / MESH_RATIOS[0] < ratio < MESH_RATIOS[1] or other.amplitudes < reduced.amplitudes:
             continue
         longer = min(max(ratio, 1 / ratio) ** (1 / 3), max(second / size, size / second))
         longer **= ORDERS[len(piece.members) > 1]
         off = (1 if ratio < 1 else longer) / (longer - 1)
-        return off * _difference(piece, own, other)
+        return off * _difference(piece, reduced, other)
     raise SolverError(f"no second mesh tells how fine that of size {size:g} is: the errors of others are not known")
 
 
@@ -92,27 +93,24 @@ def _others(piece: Piece, size: float, modes: int, announce: Announce) -> Iterat
         yield other, second
 
 
-def _difference(piece: Piece, own: ReducedPiece, other: ReducedPiece) -> Array:
+def _difference(piece: Piece, reduced: ReducedPiece, other: ReducedPiece) -> Array:
     """The absolute value of the difference of two stiffnesses, in the norm of the first (eq. B7)."""
-    n, m = len(own.K), len(own.fixed_hz)
+    n, m = len(reduced.K), len(reduced.fixed_hz)
     b = n - m
     places = piece.places
     rigid = np.zeros((b, 6))
     rigid[: 6 * len(places)] = rigid_arm(places - places[0]).reshape(-1, 6)
-    stiff = np.sqrt(np.maximum(own.K.diagonal()[:b], 0.0))
+    stiff = np.sqrt(np.maximum(reduced.K.diagonal()[:b], 0.0))
     difference = np.zeros((n, n))
     if b > 6:
-        scaled, wanted = (A[:b, :b] / np.outer(stiff, stiff) for A in (own.K, other.K))
+        scaled, wanted = (A[:b, :b] / np.outer(stiff, stiff) for A in (reduced.K, other.K))
         Q = la.null_space((stiff[:, None] * rigid).T)
         values, vectors = la.eigh(Q.T @ (wanted - scaled) @ Q, Q.T @ scaled @ Q)
         half = stiff[:, None] * (scaled @ (Q @ vectors))
         difference[:b, :b] = (half * np.abs(values)) @ half.T
     at = np.arange(b, n)
-    difference[at, at] = np.abs((other.fixed_hz[:m] / own.fixed_hz) ** 2 - 1) * own.K[at, at]
+    difference[at, at] = np.abs((other.fixed_hz[:m] / reduced.fixed_hz) ** 2 - 1) * reduced.K[at, at]
     return difference
-
-
-Members = Mapping[str, Link | Flexure]
 
 
 @verb

@@ -28,6 +28,29 @@ COLUMNS_AT_ONCE = 64
 """Right sides that are solved at a time."""
 
 
+Announce = Callable[[str], None]
+
+Matrices = Callable[[SolidMesh], tuple[Any, Any]]
+
+REVISION = 5
+"""Goes up whenever meshes or matrices of pieces change, so that those in the cache are worked out anew."""
+
+LEAST_MODES = 8
+"""Fixed-interface modes that are kept of every piece, asked for or not."""
+
+MOST_MODES = 64
+"""Fixed-interface modes that are worked out of any piece, whatever frequency they are asked up to."""
+
+REPORTED_EVERY = 5.0
+"""Seconds after which a stage that goes on says how far it is."""
+
+LEAST_POINTS = 12
+"""A mean over a section takes in at least so many points."""
+
+IN_MEMORY = Kept(most=64)
+"""Arrays of the pieces that were asked for last, by what they were worked out from."""
+
+
 @dataclass(frozen=True)
 class CondensedSolid:
     """K and M (b + m, b + m) over boundary DOFs and amplitudes of fixed-interface modes, `basis` (n, b + m) that takes
@@ -98,28 +121,6 @@ def _fixed_modes(search: ShiftInvert, least: int, limit: float, most: int | None
         count = int(min(max(2.0, grown) * count, float(bound)))
     keep = max(int((pairs.values <= limit).sum()), min(least, count))
     return Eigenpairs(pairs.values[:keep], turned(pairs.vectors[:, :keep]))
-
-
-Announce = Callable[[str], None]
-Matrices = Callable[[SolidMesh], tuple[Any, Any]]
-
-REVISION = 5
-"""Goes up whenever meshes or matrices of pieces change, so that those in the cache are worked out anew."""
-
-LEAST_MODES = 8
-"""Fixed-interface modes that are kept of every piece, asked for or not."""
-
-MOST_MODES = 64
-"""Fixed-interface modes that are worked out of any piece, whatever frequency they are asked up to."""
-
-REPORTED_EVERY = 5.0
-"""Seconds after which a stage that goes on says how far it is."""
-
-LEAST_POINTS = 12
-"""A mean over a section takes in at least so many points."""
-
-IN_MEMORY = Kept(most=64)
-"""Arrays of the pieces that were asked for last, by what they were worked out from."""
 
 
 class EndTie(NamedTuple):

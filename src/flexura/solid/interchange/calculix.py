@@ -46,6 +46,14 @@ NESTED = 10
 """Deepest inclusion of decks in decks."""
 
 
+PER_LINE = 8
+"""Numbers per line of a list; at most 16 are read."""
+
+INSTALL = "install CalculiX, on Debian and Ubuntu by `apt-get install calculix-ccx`"
+
+STORED = (".sti", ".mas", ".dof")
+
+
 class Card(NamedTuple):
     """A keyword and its parameters by name, without blanks and in capitals, and the lines of data below it."""
 
@@ -208,12 +216,6 @@ def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str
     return cells, densities
 
 
-PER_LINE = 8
-"""Numbers per line of a list; at most 16 are read."""
-
-INSTALL = "install CalculiX, on Debian and Ubuntu by `apt-get install calculix-ccx`"
-
-
 def write_calculix(
     mesh: SolidMesh,
     path: str | Path,
@@ -327,9 +329,6 @@ def _listed(numbers: Iterable[int]) -> list[str]:
     texts = [str(k) for k in numbers]
     rows = [",".join(texts[k : k + PER_LINE]) for k in range(0, len(texts), PER_LINE)]
     return [*(row + "," for row in rows[:-1]), *rows[-1:]]
-
-
-STORED = (".sti", ".mas", ".dof")
 
 
 @verb

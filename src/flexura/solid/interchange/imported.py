@@ -47,6 +47,18 @@ UNITS = 'say the units, such as {"length": "mm", "mass": "t", "time": "s"} for N
 DIRECTIONS = "xyz"
 
 
+MOST_NAMED = 6
+"""Sets that a notebook names."""
+
+PART = "part"
+"""Name of the superelement in the substructure that is made of an imported solid."""
+
+NO_ROTATION = 1e-6
+"""Least singular value of a face's rigid motions over the largest, below which it has no rotation of its own."""
+
+TINY = float(np.finfo(float).tiny)
+
+
 @dataclass(frozen=True)
 class MatrixEvidence:
     """What rigid motions and uniform stretches say about matrices and the numbers of their DOFs (theory eqs. M1-M3).
@@ -62,10 +74,6 @@ class MatrixEvidence:
     cross: float
     wave_speed: float
     asymmetry: float
-
-
-MOST_NAMED = 6
-"""Sets that a notebook names."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,10 +98,10 @@ class StoredMatrices(Result):
     asymmetry: float = 0.0
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = {"rows": self.K.shape[0], "nodes": len(self.labels), "sets": ", ".join(islice(self.sets, MOST_NAMED))}
-        yield Facts(
-            {**own, "density times volume": quantity(self.density_mass, "kg"), "asymmetry": f"{self.asymmetry:.1g}"}
-        )
+        sets = ", ".join(islice(self.sets, MOST_NAMED))
+        facts = {"rows": self.K.shape[0], "nodes": len(self.labels), "sets": sets}
+        mass = quantity(self.density_mass, "kg")
+        yield Facts({**facts, "density times volume": mass, "asymmetry": f"{self.asymmetry:.1g}"})
 
     def __post_init__(self) -> None:
         n = len(self.node)
@@ -157,42 +165,37 @@ class StoredMatrices(Result):
         Raises OptionError, with the place and the likely reason, when a rigid motion strains the solid or does not
         carry the mass of a rigid body, and when mass or wave speed are not those of the solid: a wrong unit.
         """
-        found = self.evidence()
-        if found.asymmetry > SYMMETRIC:
-            raise OptionError(f"a matrix differs from its transpose by {found.asymmetry:.1e} of its largest entry")
-        if found.strain.max() > STRAINLESS:
-            raise OptionError(self._held_or_mixed(found.strain))
-        if not found.mass.max() > 0:
-            return found
-        if found.cross > CARRIED:
+        evidence = self.evidence()
+        if evidence.asymmetry > SYMMETRIC:
+            raise OptionError(f"a matrix differs from its transpose by {evidence.asymmetry:.1e} of its largest entry")
+        if evidence.strain.max() > STRAINLESS:
+            raise OptionError(self._held_or_mixed(evidence.strain))
+        if not evidence.mass.max() > 0:
+            return evidence
+        if evidence.cross > CARRIED:
             rule = "the mass that rigid motions carry is not that of a rigid body"
-            raise OptionError(
-                f"{rule}, by {found.cross:.1e} of {quantity(found.mass.max(), 'kg', 6)}: M has not the rows of K"
-            )
+            share = f"{evidence.cross:.1e} of {quantity(evidence.mass.max(), 'kg', 6)}"
+            raise OptionError(f"{rule}, by {share}: M has not the rows of K")
         slow, fast = WAVE_SPEEDS
-        if not slow < found.wave_speed < fast:
-            rule = f"pressure waves at {found.wave_speed:.3g} m/s, in solids {slow:g} to {fast:g}"
+        if not slow < evidence.wave_speed < fast:
+            rule = f"pressure waves at {evidence.wave_speed:.3g} m/s, in solids {slow:g} to {fast:g}"
             raise OptionError(f"{rule}: length or time are not in the units given; {UNITS}")
-        own = float(found.mass.mean())
+        mean = float(evidence.mass.mean())
         box = float(np.prod(np.ptp(self.places(self.node), axis=0)))
-        if own > DENSEST * box > 0:
-            raise OptionError(
-                f"{quantity(own, 'kg', 3)} in a box of {quantity(box, 'm^3', 3)}: mass is not in the unit"
-                f" given; {UNITS}"
-            )
+        if mean > DENSEST * box > 0:
+            rule = f"{quantity(mean, 'kg', 3)} in a box of {quantity(box, 'm^3', 3)}"
+            raise OptionError(f"{rule}: mass is not in the unit given; {UNITS}")
         for other, source in ((mass, "given"), (self.density_mass, "density times volume")):
-            if other is not None and abs(own / other - 1) > MASS_AGREES:
-                raise OptionError(
-                    f"the matrices have a mass of {quantity(own, 'kg', 6)},"
-                    f" {source} is {quantity(other, 'kg', 6)}; {UNITS}"
-                )
-        return found
+            if other is not None and abs(mean / other - 1) > MASS_AGREES:
+                rule = f"the matrices have a mass of {quantity(mean, 'kg', 6)}"
+                raise OptionError(f"{rule}, {source} is {quantity(other, 'kg', 6)}; {UNITS}")
+        return evidence
 
     def _held_or_mixed(self, strain: Array) -> str:
         """Why rigid motions strain the solid, as far as rows say it."""
         worst = int(strain[:3].argmax()) if strain[:3].max() > STRAINLESS else int(strain.argmax())
         named = f"a {'translation along' if worst < 3 else 'rotation about'} {DIRECTIONS[worst % 3]}"
-        said = f"{named} strains the solid, |K r| / |K||r| = {strain[worst]:.1e}"
+        strained = f"{named} strains the solid, |K r| / |K||r| = {strain[worst]:.1e}"
         there = np.zeros((len(self.labels), 3), dtype=bool)
         moves = self.component < 3
         there[self.positions(self.node[moves]), self.component[moves]] = True
@@ -201,37 +204,28 @@ class StoredMatrices(Result):
         if len(partly):
             missing = DIRECTIONS[int(there[partly[0]].argmin())]
             label = self.labels[partly[0]]
-            return f"{said}: node {label} has no row for {missing}; leave out what holds it (*BOUNDARY, D)"
+            return f"{strained}: node {label} has no row for {missing}; leave out what holds it (*BOUNDARY, D)"
         if len(without):
             rule = f"{len(without)} of {len(self.labels)} nodes have no rows, such as {without[0]}"
-            return f"{said}: {rule}; leave out what holds them (*BOUNDARY, D), or the rows are not the DOFs given"
+            return f"{strained}: {rule}; leave out what holds them (*BOUNDARY, D), or the rows are not the DOFs given"
         R = self.rigid(self.places(self.node).mean(axis=0))[:, worst]
         force = abs(self.K @ R)
         place = f"most at node {self.node[force.argmax()]}"
         if worst < 3:
-            return f"{said}, {place}: something holds it, or the rows are not the DOFs given for them"
-        return f"{said}, {place}: the rows are not the DOFs, or the nodes not in the places, given for them"
+            return f"{strained}, {place}: something holds it, or the rows are not the DOFs given for them"
+        return f"{strained}, {place}: the rows are not the DOFs, or the nodes not in the places, given for them"
 
     def scaled(self, length: float, mass: float, time: float) -> StoredMatrices:
         """The same matrices in SI when they are in units of so many m, kg and s (theory eq. 34)."""
         arms = np.where(self.component < 3, 1.0, length)
         scale = sp.diags_array(arms)
         K, M = (sp.csc_matrix(factor * (scale @ A @ scale)) for A, factor in ((self.K, mass / time**2), (self.M, mass)))
-        own = None if self.density_mass is None else mass * self.density_mass
-        return replace(self, K=K, M=M, points=length * self.points, density_mass=own)
+        density_mass = None if self.density_mass is None else mass * self.density_mass
+        return replace(self, K=K, M=M, points=length * self.points, density_mass=density_mass)
 
 
 def _asymmetry(A: sp.csc_matrix) -> float:
     return float(abs(A - A.T).max() / abs(A).max()) if A.nnz else 0.0
-
-
-PART = "part"
-"""Name of the superelement in the substructure that is made of an imported solid."""
-
-SPREAD = 1e-6
-"""Least singular value of a face's rigid motions over the largest, below which it has no rotation of its own."""
-
-TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True, repr=False)
@@ -255,8 +249,8 @@ class ImportedPart(Result):
         yield Table({"node": list(self.places), "at [mm]": [in_mm(x) for x in self.places.values()]}, "nodes")
 
     def _data(self) -> dict[str, Any]:
-        own = self.superelement
-        matrices = {"amplitudes": own.amplitudes, "stiffness": own.stiffness.array, "mass": own.mass.array}
+        element = self.superelement
+        matrices = {"amplitudes": element.amplitudes, "stiffness": element.stiffness.array, "mass": element.mass.array}
         return {"order": self.order, "places": self.places, "evidence": self.evidence, **matrices}
 
     @property
@@ -276,13 +270,13 @@ class ImportedPart(Result):
 
         path = Path(path)
         name = path.stem if path.suffix == ".mtx" else path.name
-        own = {"K": self.superelement.stiffness.array, "M": self.superelement.mass.array}
+        matrices = {"K": self.superelement.stiffness.array, "M": self.superelement.mass.array}
         comment = f"nodes {', '.join(self.superelement.nodes)}, amplitudes {self.superelement.amplitudes}, SI"
         with complete_files(path.parent) as scratch:
-            for letter, A in own.items():
+            for letter, A in matrices.items():
                 with (scratch / f"{name}_{letter}.mtx").open("wb") as stream:
                     mmwrite(stream, A, f"{letter}: {comment}", symmetry="symmetric", precision=17)
-        return [path.with_name(f"{name}_{letter}.mtx") for letter in own]
+        return [path.with_name(f"{name}_{letter}.mtx") for letter in matrices]
 
 
 @verb
@@ -310,17 +304,26 @@ def imported(
         raise OptionError(f"faces = {faces!r}: {', '.join(KINDS)}")
     if not isinstance(keep, int) or keep < 0:
         raise OptionError(f"keep = {keep!r}: a whole number, zero or more")
-    if not nodes or set(at or {}) - set(nodes):
-        raise OptionError(
-            f"`nodes` names at least one node, and `at` some of these; found {', '.join(at or {}) or 'none'}"
-        )
+    at = at or {}
+    if not nodes or set(at) - set(nodes):
+        raise OptionError(f"`nodes` names at least one node, and `at` some of these; found {', '.join(at) or 'none'}")
     evidence = stored.proven(mass)
     rows = {name: _rows(stored, name, given) for name, given in nodes.items()}
-    _apart(stored, rows)
-    places = {name: _place(stored, own, (at or {}).get(name)) for name, own in rows.items()}
+    owner: dict[int, str] = {}
+    for name, of_node in rows.items():
+        for label in np.unique(stored.node[of_node]).tolist():
+            if label in owner:
+                raise OptionError(f"nodes {owner[label]} and {name} share point {label}: a point follows one node")
+            owner[label] = name
+    places = {name: _place(stored, of_node, at.get(name)) for name, of_node in rows.items()}
     T, boundary = _ties(stored, rows, places, faces)
-    tied_K, tied_M = (sp.csc_matrix(T.T @ A @ T) for A in (stored.K, stored.M))
-    K, M = _reduced(tied_K, tied_M, boundary, keep)
+    K, M = (sp.csc_matrix(T.T @ A @ T) for A in (stored.K, stored.M))
+    if inside := K.shape[0] - len(boundary):  # Craig-Bampton (theory eq. B5), without modes where there is no mass
+        count = min(keep, inside - 1) if M[:inside, :inside].nnz else 0
+        solid = constraint_modes(K, M, boundary, count)
+        K, M = solid.K, solid.M
+    else:
+        K, M = K.toarray(), M.toarray()
     superelement = Superelement(
         nodes=tuple(nodes),
         amplitudes=len(K) - 6 * len(nodes),
@@ -334,11 +337,11 @@ def imported(
 def _rows(stored: StoredMatrices, name: str, given: str | Sequence[int]) -> Index:
     """Table of the matrices that belong to the face of a node."""
     if isinstance(given, str):
-        of_case = {key.upper(): own for key, own in stored.sets.items()}
-        if given.upper() not in of_case:
-            there = ", ".join(stored.sets) or "none"
-            raise OptionError(f"node {name}: there is no set of nodes {given!r}; there are {there}")
-        labels = of_case[given.upper()]
+        sets = {key.upper(): labels for key, labels in stored.sets.items()}
+        if given.upper() not in sets:
+            known = ", ".join(stored.sets) or "none"
+            raise OptionError(f"node {name}: there is no set of nodes {given!r}; there are {known}")
+        labels = sets[given.upper()]
     else:
         labels = np.unique(np.asarray(given, dtype=np.intp))
     missing = np.setdiff1d(labels, stored.node)
@@ -347,15 +350,6 @@ def _rows(stored: StoredMatrices, name: str, given: str | Sequence[int]) -> Inde
         which = f", such as number {missing[0]}: it is held, or follows others" if len(missing) else ""
         raise OptionError(f"node {name}: {rule}{which}")
     return np.flatnonzero(np.isin(stored.node, labels))
-
-
-def _apart(stored: StoredMatrices, rows: Mapping[str, Index]) -> None:
-    owner: dict[int, str] = {}
-    for name, own in rows.items():
-        for label in np.unique(stored.node[own]).tolist():
-            if label in owner:
-                raise OptionError(f"nodes {owner[label]} and {name} share point {label}: a point follows one node")
-            owner[label] = name
 
 
 def _place(stored: StoredMatrices, rows: Index, given: ArrayLike | None) -> Array:
@@ -374,14 +368,13 @@ def _ties(
     """T (n, m) of u = T q, and numbers in q of the displacements of nodes and the amplitudes of their faces."""
     mesh = SolidMesh(stored.points, dict(stored.cells), {}, ())
     faces = []
-    for k, (name, own) in enumerate(rows.items()):
-        G = stored.rigid(places[name], own)
+    for k, (name, of_node) in enumerate(rows.items()):
+        G = stored.rigid(places[name], of_node)
         s = np.linalg.svd(G / np.repeat([1.0, max(float(abs(G[:, 3:]).max()), TINY)], 3), compute_uv=False)
-        if len(own) < 6 or s[-1] < SPREAD * s[0]:
-            raise OptionError(
-                f"node {name}: its {len(own)} rows have no rotation of their own; take the points of a face"
-            )
-        points = np.unique(stored.positions(stored.node[own]))
+        if len(of_node) < 6 or s[-1] < NO_ROTATION * s[0]:
+            rule = f"node {name}: its {len(of_node)} rows have no rotation of their own"
+            raise OptionError(f"{rule}; take the points of a face")
+        points = np.unique(stored.positions(stored.node[of_node]))
         faces.append(Face(points, places[name], k, "rigid" if len(points) == 1 else kind))
     ties = face_ties(mesh, faces)
     at = stored.positions(stored.node)
@@ -398,18 +391,8 @@ def _ties(
     column = len(ties.free) + 6 * node[at[tied]] + stored.component[tied]
     of_nodes = sp.csr_matrix((np.ones(len(tied)), (tied, column)), shape=(n, ties.T.shape[1]))
     loose = np.setdiff1d(turns, tied)
-    own = sp.csr_matrix((np.ones(len(loose)), (loose, np.arange(len(loose)))), shape=(n, len(loose)))
+    of_loose = sp.csr_matrix((np.ones(len(loose)), (loose, np.arange(len(loose)))), shape=(n, len(loose)))
     inside = sp.csc_matrix(follow @ ties.T + of_nodes)
     used = np.flatnonzero(np.diff(inside[:, : len(ties.free)].tocsc().indptr))
-    T = sp.csc_matrix(sp.hstack([own, inside[:, used], inside[:, ties.boundary]]))
+    T = sp.csc_matrix(sp.hstack([of_loose, inside[:, used], inside[:, ties.boundary]]))
     return T, np.arange(T.shape[1] - len(ties.boundary), T.shape[1])
-
-
-def _reduced(K: sp.csc_matrix, M: sp.csc_matrix, boundary: Index, modes: int) -> tuple[Array, Array]:
-    """K and M over the boundary and fixed-interface modes (theory eq. B5), none where the inside has no mass."""
-    inside = K.shape[0] - len(boundary)
-    if not inside:
-        return K.toarray(), M.toarray()
-    count = min(modes, inside - 1) if M[:inside, :inside].nnz else 0
-    found = constraint_modes(K, M, boundary, count)
-    return found.K, found.M

@@ -1,3 +1,4 @@
+from flexura.solid.mesh.meshing import SIZES as SIZES
 from flexura.solid.mesh.meshing import group_mesh as group_mesh
 from flexura.solid.mesh.occ import write_step as write_step
 from flexura.solid.mesh.solid_mesh import CELLS as CELLS

@@ -23,14 +23,32 @@ from flexura.solid.mesh.sweep import EDGES, GROWTH, swept, swept_cells, turned
 from flexura.tables import quantity
 
 KIND = "hexahedron27"
-SAMPLES = 4000
+CONTOUR_SAMPLES = 4000
 """Points at which a contour is followed to place the stations of the mesh."""
-THIN = 0.25
+THIN_STRIP = 0.25
 """A strip thinner than so many times its width has one cell across its thickness: 27-node cells bend as they should."""
-TURNS = 3.0
+CELLS_PER_RADIAN = 3.0
 """Cells along an arc for every radian that it turns."""
 UNEVEN = 0.27
 """Least part of a cell's length on one side of its middle."""
+
+
+SIZES = (0.05, 5.0)
+"""Smallest and largest relative size of cells."""
+MOST_POINTS = 200_000
+"""Most points of a mesh, unless told otherwise."""
+
+LEAST_JACOBIAN = 0.05
+"""Least Jacobian determinant of a cell over its mean below which its curved edges are moved."""
+
+VOLUME_ERROR = 0.01
+"""Most relative difference between the volume of a mesh and that of its solid."""
+
+THINNEST = 1e-3
+"""Least thickness of a solid filled with tetrahedra over its size."""
+
+RIGID_STRAIN = 1e-8
+"""Most strain of cells under rigid motions."""
 
 
 def shape_cells(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
@@ -57,7 +75,7 @@ def stations(shape: MemberShape, size: float = 1.0) -> Array:
     end.
     """
     breaks, stations = shape.breaks, [np.zeros(1)]
-    turn = (1 - np.cos(np.pi * np.arange(SAMPLES + 1) / SAMPLES)) / 2
+    turn = (1 - np.cos(np.pi * np.arange(CONTOUR_SAMPLES + 1) / CONTOUR_SAMPLES)) / 2
     for first, last in pairwise(breaks):
         x = first + (last - first) * turn
         y, z = shape.at(np.clip(x, first + 1e-12, last - 1e-12))
@@ -68,7 +86,7 @@ def stations(shape: MemberShape, size: float = 1.0) -> Array:
         end = np.minimum(end_y, end_z)
         density = 3 / np.sqrt(depth) + 0.7 / (middle + end[0]) + 0.7 / (1 - middle + end[1])
         turned = sum(abs(np.gradient(np.arctan2(np.diff(side) / 2, np.diff(x)))) for side in (y, z))
-        count = np.concatenate([[0.0], np.cumsum(density * step + TURNS * turned)])
+        count = np.concatenate([[0.0], np.cumsum(density * step + CELLS_PER_RADIAN * turned)])
         cells = max(1, round(count[-1] / size))
         stations.append(np.interp(np.linspace(0, count[-1], 2 * cells + 1)[1:], count, x))
     return _centred(shape, np.concatenate(stations))
@@ -106,7 +124,7 @@ def section_mesh(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
 
 def _across(ratio: float, notched: bool, size: float) -> int:
     """Cells along a side of the section that is `ratio` times the other."""
-    least = 3 if notched else 1 if ratio < THIN else 2
+    least = 3 if notched else 1 if ratio < THIN_STRIP else 2
     return max(1, round((least + np.log2(max(ratio, 1.0))) / size))
 
 
@@ -162,16 +180,6 @@ def _merged(points: Array, quads: Index) -> tuple[Array, Index]:
     return points[first], number.ravel()[quads]
 
 
-LIMIT = 200_000
-"""Most points of a mesh, unless told otherwise."""
-WORST = 0.05
-"""Least Jacobian determinant of a cell over its mean below which its curved edges are moved."""
-VOLUME = 0.01
-"""Most relative difference between the volume of a mesh and that of its solid."""
-THINNEST = 1e-3
-"""Least thickness of a solid filled with tetrahedra over its size."""
-STRAIN = 1e-8
-"""Most strain of cells under rigid motions."""
 _KINDS = {10: "tetra10", 27: "hexahedron27"}
 _GMSH_ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
 """Points of a tetrahedron in gmsh's order for those of VTK."""
@@ -186,7 +194,7 @@ class PieceMesh(NamedTuple):
 
 
 def group_mesh(
-    members: Sequence[MemberSolid], size: float = 1.0, *, hexahedra: bool = True, limit: int = LIMIT
+    members: Sequence[MemberSolid], size: float = 1.0, *, hexahedra: bool = True, limit: int = MOST_POINTS
 ) -> SolidMesh:
     """Mesh members that are one piece, in the frame in which they are given.
 
@@ -198,8 +206,9 @@ def group_mesh(
     cut short at equal volume where members are not mapped. Raises OptionError for other sizes than 0.05 to 5 and when
     about more than `limit` points would be needed, and SolverError when a mesh is not that of its solid.
     """
-    if not 0.05 <= size <= 5:
-        raise OptionError(f"size = {size!r}: the relative size of cells lies between 0.05 and 5")
+    least, largest = SIZES
+    if not least <= size <= largest:
+        raise OptionError(f"size = {size!r}: the relative size of cells lies between {least:g} and {largest:g}")
     estimate = estimated_points(members, size, hexahedra)
     if estimate > limit:
         raise OptionError(
@@ -231,13 +240,13 @@ def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceM
             piece = piece._replace(points=_straightened(piece.points, piece.cells))
     name = group[0].name
     least, volume = jacobians(piece.points, piece.cells)
-    if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME:
+    if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME_ERROR:
         raise SolverError(
             f"the mesh of {name} has {int((least <= 0).sum())} folded cells and {quantity(volume.sum(), 'm^3', 6)} "
             f"where its solid has {quantity(wanted, 'm^3', 6)}; try another size"
         )
     strain = rigid_strain(piece.points, piece.cells)
-    if not strain < STRAIN:
+    if not strain < RIGID_STRAIN:
         raise SolverError(
             f"the mesh of {name}: rigid motions strain cells by {strain:.2g}; it is too thin for its size"
         )
@@ -250,12 +259,10 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
     box = np.array([member.box for member in group])
     extent = float((box[:, 1].max(axis=0) - box[:, 0].min(axis=0)).max())
     for member in group:
-        web = float(member.outline.web(member.outline.x).min())
-        if web < THINNEST * extent:
-            raise OptionError(
-                f"{member.name}: its least thickness is {web / extent:.2g} of the size of its solid, and tetrahedra "
-                f"need {THINNEST:g}; make it thicker, or a piece by itself, which hexahedra can fill"
-            )
+        if member.thickness < THINNEST * extent:
+            rule = f"{member.name}: its least thickness is {member.thickness / extent:.2g} of the size of its solid"
+            hint = "make it thicker, or a piece by itself, which hexahedra can fill"
+            raise OptionError(f"{rule}, and tetrahedra need {THINNEST:g}; {hint}")
     model, outlines = gmsh.model, [member.outline.blunted() for member in group]
     tags = [occ.volume(gmsh, member, outline) for member, outline in zip(group, outlines, strict=True)]
     occ.check_volumes(gmsh, group, tags, 3e-3)
@@ -273,7 +280,7 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
     model.mesh.generate(3)
     model.mesh.removeSizeCallback()
     model.mesh.setOrder(2)
-    if (np.array(model.mesh.getElementQualities(model.mesh.getElementsByType(11)[0], "minSJ")) < WORST).any():
+    if (np.array(model.mesh.getElementQualities(model.mesh.getElementsByType(11)[0], "minSJ")) < LEAST_JACOBIAN).any():
         model.mesh.optimize("HighOrder")
     owner = occ.first_owners(pieces, 3)
     points, cells, member = occ.elements(gmsh, 11, 10, owner)
@@ -347,7 +354,7 @@ def _straightened(points: Array, cells: Index) -> Array:
     """Points, with the edges of folded cells made straighter, half of the way at a time."""
     points = points.copy()
     for _ in range(10):
-        bad = cells[jacobians(points, cells)[0] < WORST]
+        bad = cells[jacobians(points, cells)[0] < LEAST_JACOBIAN]
         if not len(bad):
             break
         edges = np.unique(np.concatenate([bad[:, [4 + k, i, j]] for k, (i, j) in enumerate(EDGES)]), axis=0)

@@ -154,7 +154,7 @@ def elements(gmsh: ModuleType, kind: int, count: int, owner: Mapping[int, int]) 
     numbers, flat, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(numbers)
     points = flat.reshape(-1, 3)[order[np.searchsorted(numbers[order], used)]] * MILLIMETRE
-    owners = np.repeat(list(owner.values()), [len(own) for own in cells.values()])
+    owners = np.repeat(list(owner.values()), [len(of_entity) for of_entity in cells.values()])
     return points, connected.reshape(-1, count), owners
 
 
@@ -169,12 +169,10 @@ def only_volume(made: Iterable[Entity]) -> int:
 def check_volumes(gmsh: ModuleType, members: Sequence[MemberSolid], tags: Sequence[int], tolerance: float) -> None:
     """Compare volumes with the integrals of the members' areas. Raises SolverError beyond a relative tolerance."""
     for member, tag in zip(members, tags, strict=True):
-        found = gmsh.model.occ.getMass(3, tag) * MILLIMETRE**3
-        if not abs(found / member.volume - 1) <= tolerance:
-            raise SolverError(
-                f"{member.name}: its solid has {quantity(found, 'm^3', 6)}"
-                f" where its sections give {quantity(member.volume, 'm^3', 6)}"
-            )
+        in_kernel = gmsh.model.occ.getMass(3, tag) * MILLIMETRE**3
+        if not abs(in_kernel / member.volume - 1) <= tolerance:
+            rule = f"{member.name}: its solid has {quantity(in_kernel, 'm^3', 6)}"
+            raise SolverError(f"{rule} where its sections give {quantity(member.volume, 'm^3', 6)}")
 
 
 def check_intersections(members: Sequence[MemberSolid]) -> None:

@@ -22,6 +22,22 @@ CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""
 
 
+TETRA_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+
+HEXA_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+
+HEXA_FACES = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
+
+TETRA_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+"""Corners of the edges and faces whose middles are points of a cell, in the order of VTK."""
+
+SIDES: dict[str, tuple[tuple[int, int, int, int], ...]] = {
+    "tetra": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
+    "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+}
+"""Corners of the sides of cells, seen from outside anticlockwise; triangles have their last one twice."""
+
+
 @dataclass(frozen=True)
 class SolidMesh:
     """Points (n, 3), m, and cells by kind (a key of `CELLS`): connectivity (c, points of the kind) and material (c,).
@@ -56,13 +72,6 @@ def rigid_motions(points: Array, about: Array | None = None) -> Array:
         out[:, j, j] = 1.0
         out[:, :, 3 + j] = np.cross(axis, x)
     return out.reshape(-1, 6)
-
-
-TETRA_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
-HEXA_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-HEXA_FACES = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
-TETRA_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
-"""Corners of the edges and faces whose middles are points of a cell, in the order of VTK."""
 
 
 @dataclass(frozen=True)
@@ -161,13 +170,6 @@ def face_rule(kind: str, number: int) -> tuple[Array, Array, Array]:
     else:
         tangents = np.stack([at[1] - at[0], at[3] - at[0]])
     return at[0] + np.column_stack([S, T]) @ tangents, tangents, W
-
-
-SIDES: dict[str, tuple[tuple[int, int, int, int], ...]] = {
-    "tetra": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
-    "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
-}
-"""Corners of the sides of cells, seen from outside anticlockwise; triangles have their last one twice."""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,13 @@ ASPECT = (3.0, np.inf)
 """Most length of tetrahedra and hexahedra over the thickness: long tetrahedra are too stiff in bending and torsion."""
 
 
+NEAR = (0.3, 1.0, 3.0)
+"""Distances from corners and ends at which figures are cut, over the thickness that ends there."""
+
+EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
+"""Corners next to the points 4 to 9 of a quadratic tetrahedron."""
+
+
 @dataclass(frozen=True)
 class Profile:
     """A member in the plane of its group: `start` (2,), `along` (2,), its outline and its half size across, x by x."""
@@ -159,10 +166,6 @@ def _directions(outline: Outline) -> list[int]:
 
 def _end_size(outline: Outline, axis: int) -> float:
     return float((outline.y if axis == 1 else outline.z)[0])
-
-
-NEAR = (0.3, 1.0, 3.0)
-"""Distances from corners and ends at which figures are cut, over the thickness that ends there."""
 
 
 def swept_cells(gmsh: ModuleType, group: Swept, size: float, hexahedra: bool) -> tuple[Array, Index, Index]:
@@ -325,8 +328,6 @@ _MIDDLE = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 _EVEN = ((0, 0), (1, 0), (2, 0), (2, 1)), ((0, 0), (1, 0), (1, 1), (2, 1)), ((0, 0), (0, 1), (1, 1), (2, 1))
 """Tetrahedra of a prism, corner and level, whose corners 0, 1, 2 are in order of number: all diagonals of its sides
 start at the lower number below."""
-EDGES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-"""Corners next to the points 4 to 9 of a quadratic tetrahedron."""
 
 
 def sweep_triangles(

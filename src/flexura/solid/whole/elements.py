@@ -23,7 +23,7 @@ from flexura.extras import need
 from flexura.linalg import available_memory
 from flexura.mechanism import DOF_NAMES
 from flexura.solid.geometry import MILLIMETRE, MemberSolid
-from flexura.solid.whole.pieces import Block, Piece, Pieces, beyond, clamped_nodes, is_ground, thickness
+from flexura.solid.whole.pieces import Block, Piece, Pieces, clamped_nodes, is_ground
 from flexura.solid.whole.shapes import Part
 from flexura.structure import FullOrderModel
 from flexura.tables import quantity
@@ -44,6 +44,13 @@ DOFS_OF_CELL = {2: 5.5, 3: 18.0, 4: 40.0, 5: 74.0}
 """DOFs over tetrahedra, of thin parts, by order."""
 MEMORY = 300.0
 """Bytes of matrices and factors over DOFs^(4/3), measured with Pardiso from 50 000 to 370 000 DOFs."""
+
+
+STIFF = 1e3
+"""Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""
+
+STIFF_ALONE = 1e12
+"""The same, N/m and N m/rad, where nothing is drawn."""
 
 
 @dataclass(frozen=True)
@@ -200,13 +207,13 @@ def _refuse(dofs: float, order: int) -> None:
 def length_of_cells(piece: Piece, size: float) -> float:
     """Largest length of tetrahedra in a piece, m."""
     if isinstance(piece, Block):
-        return size * BLOCK * piece.thin
+        return size * BLOCK * piece.thickness
     outline = piece.outline
     if not outline.is_straight:
         return size * BLOCK * 2 * float(min(outline.y.max(), outline.z.max()))
     if outline.is_round:
-        return size * ROD * (2 * float(outline.y[0]) if outline.inner == 0 else 3 * thickness(piece))
-    return size * min(LEAF * thickness(piece), piece.length / 2)
+        return size * ROD * (2 * float(outline.y[0]) if outline.inner == 0 else 3 * piece.thickness)
+    return size * min(LEAF * piece.thickness, piece.length / 2)
 
 
 def _fine_points(piece: MemberSolid, size: float) -> tuple[Array, Array]:
@@ -276,7 +283,7 @@ def _mark_corners(part: Part) -> bool:
         member = pieces[k]
         if isinstance(member, Block) or not member.outline.is_straight:
             continue
-        outline, thin = member.outline, thickness(member)
+        outline, thin = member.outline, member.thickness
         half = np.array([float(outline.y[0]), float(outline.z[0])])
         hosts = [pieces[b if a == k else a] for a, b in part.touching if k in (a, b)]
         for edge in solid.edges:
@@ -295,16 +302,10 @@ def _mark_corners(part: Part) -> bool:
                 out[1:] *= 1.2
             else:
                 out[1] = half[0] * 1.2
-            if any(float(beyond(host, member.placed(out)[None])[0]) < 0 for host in hosts):
+            if any(float(host.beyond(member.placed(out))) < 0 for host in hosts):
                 edge.hpref = 1
                 is_marked = True
     return is_marked
-
-
-STIFF = 1e3
-"""Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""
-STIFF_ALONE = 1e12
-"""The same, N/m and N m/rad, where nothing is drawn."""
 
 
 class Lumped:
@@ -403,17 +404,17 @@ class Lumped:
         numbers = pieces.at_root(root)
         blocks = [k for k in numbers if isinstance(pieces.all[k], Block) and not is_ground(pieces.all[k])]
         if blocks:
-            k = min(blocks, key=lambda k: float(beyond(pieces.all[k], point[None])[0]))
+            k = min(blocks, key=lambda k: float(pieces.all[k].beyond(point)))
             block = pieces.all[k]
             assert isinstance(block, Block)
             at = block.nearest(point)
             gap = float(np.linalg.norm(at - point))
-            if gap > 1e-3 * block.thin:
+            if gap > 1e-3 * block.thickness:
                 self._note(f"{name}: a rigid arm of {quantity(gap, 'm', 3)} leads to {block.name}")
             return self._patch(k, at)
         ends = [k for k in numbers if not isinstance(pieces.all[k], Block)]
         for k in ends:
-            if float(beyond(pieces.all[k], point[None])[0]) < 1e-3 * thickness(pieces.all[k]):
+            if float(pieces.all[k].beyond(point)) < 1e-3 * pieces.all[k].thickness:
                 return self._patch(k, point)
         if root == node and self._clamped[root]:
             return None
@@ -446,7 +447,8 @@ class Lumped:
             if B is None:
                 continue
             solids = [self._pieces.all[k] for k in self._pieces.at_root(int(topology.root[node]))]
-            stiff = _tie_stiffness(max(solids, key=thickness)) if solids else np.full(6, STIFF_ALONE)
+            thickest = max(solids, key=lambda solid: solid.thickness, default=None)
+            stiff = np.full(6, STIFF_ALONE) if thickest is None else _tie_stiffness(thickest)
             self._terms.append((B, np.diag(np.where(mask, stiff, 0.0)), True))
             directions = ", ".join(d for d, h in zip(DOF_NAMES, mask, strict=True) if h)
             self._note(f"{topology.node_names[node]}: its mean motion is held in {directions}")
@@ -490,7 +492,7 @@ class Lumped:
         pieces = self._pieces
         piece = pieces.all[k]
         at = piece.centre if isinstance(piece, Block) else _end_point(pieces, k, root)
-        host = min((j for j in blocks if j != k), key=lambda j: float(beyond(pieces.all[j], at[None])[0]))
+        host = min((j for j in blocks if j != k), key=lambda j: float(pieces.all[j].beyond(at)))
         block = pieces.all[host]
         assert isinstance(block, Block)
         to = block.nearest(at)
@@ -506,7 +508,7 @@ class Lumped:
 
 def _tie_stiffness(piece: Piece) -> Array:
     """Stiffness (6,) of a tie that hardly gives beside a piece."""
-    width = thickness(piece)
+    width = piece.thickness
     along = STIFF * piece.material.E * width
     return np.array([along] * 3 + [along * width**2] * 3)
 

@@ -22,21 +22,31 @@ from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.solid.fem import as_beams
 from flexura.solid.whole.elements import Elements, Lumped, meshed
-from flexura.solid.whole.pieces import Block, beyond, is_ground, pieces_of, thickness
+from flexura.solid.whole.pieces import Block, is_ground, pieces_of
 from flexura.solid.whole.shapes import Part, part_of
 from flexura.structure import FullOrderModel, assemble, one_design
 from flexura.tables import Facts, Table, percent
 
 ORDER = 3
 """Order of the tetrahedra."""
-ORDERS = (2, 5)
+TETRAHEDRON_ORDERS = (2, 5)
 """Least and largest order of the tetrahedra."""
-SIZES = (0.25, 4.0)
+TETRAHEDRON_SIZES = (0.25, 4.0)
 """Least and largest size of the tetrahedra."""
 INSIDE = 1e-3
 """How far into its piece a node on the surface is moved to be found in a curved mesh, over the thickness."""
 EIGENVALUE_TOLERANCE = 1e-7
 """Relative tolerance of eigenvalues."""
+
+
+STIFFENED = 1e4
+"""How many times as stiff bodies and ground are made to see what their giving does."""
+
+CONVERGENCE = 10.0
+"""How far the lower order is from the higher one, over how far this is from the limit: measured 9 to 17."""
+
+SPARE_MODES = 6
+"""Modes of every model beyond those asked for, among which counterparts are looked for."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +79,14 @@ class WholePart:
     """
 
     def __init__(self, model: FullOrderModel, order: int, size: float, say: Say) -> None:
-        if not ORDERS[0] <= order <= ORDERS[1]:
-            raise OptionError(f"the order of the tetrahedra is from {ORDERS[0]} to {ORDERS[1]}, not {order}")
-        if not SIZES[0] <= size <= SIZES[1]:
-            raise OptionError(f"the size of the tetrahedra is from {SIZES[0]:g} to {SIZES[1]:g}, not {size!r}")
+        if not TETRAHEDRON_ORDERS[0] <= order <= TETRAHEDRON_ORDERS[1]:
+            raise OptionError(
+                f"the order of the tetrahedra is from {TETRAHEDRON_ORDERS[0]} to {TETRAHEDRON_ORDERS[1]}, not {order}"
+            )
+        if not TETRAHEDRON_SIZES[0] <= size <= TETRAHEDRON_SIZES[1]:
+            raise OptionError(
+                f"the size of the tetrahedra is from {TETRAHEDRON_SIZES[0]:g} to {TETRAHEDRON_SIZES[1]:g}, not {size!r}"
+            )
         model.plan.refuse_loads("the part as one solid", model.values)
         self.model: FullOrderModel = model
         self.size: float = size
@@ -118,8 +132,8 @@ class WholePart:
         for piece in self.part.pieces.all:
             if is_ground(piece):
                 continue
-            thin = thickness(piece)
-            new = (beyond(piece, points) < 1e-3 * thin) & ~inside
+            thin = piece.thickness
+            new = (piece.beyond(points) < 1e-3 * thin) & ~inside
             if isinstance(piece, Block):
                 inward = piece.centre - points[new]
             else:
@@ -160,14 +174,6 @@ def _lowest(K: sp.csr_matrix, M: sp.csr_matrix, n: int, is_free: bool) -> tuple[
         raise SolverError(f"the eigenvalue search did not converge: {error}") from None
     first = np.argsort(values)[:n]
     return values[first], vectors[:, first]
-
-
-STIFFENED = 1e4
-"""How many times as stiff bodies and ground are made to see what their giving does."""
-CONVERGENCE = 10.0
-"""How far the lower order is from the higher one, over how far this is from the limit: measured 9 to 17."""
-SPARE_MODES = 6
-"""Modes of every model beyond those asked for, among which counterparts are looked for."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +62,7 @@ class Block:
         return np.clip(local, -self.half, self.half) @ self.axes + self.centre
 
     @property
-    def thin(self) -> float:
+    def thickness(self) -> float:
         """Its least size, m."""
         return 2 * float(self.half.min())
 
@@ -92,14 +93,12 @@ class Held:
 class Pieces:
     """The pieces of a part in the order in which they take up space: bodies, ground, members, thick ones first.
 
-    `ends` are (piece, end, root) of all members' ends; `held` faces; `partly` nodes that are held in single directions,
-    by root; `notes` what a reader should know of it.
+    `ends` are (piece, end, root) of all members' ends; `held` faces; `notes` what a reader should know of it.
     """
 
     blocks: tuple[Block, ...]
     members: tuple[MemberSolid, ...]
     held: tuple[Held, ...]
-    partly: tuple[int, ...]
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -107,20 +106,16 @@ class Pieces:
         """Blocks first, then members."""
         return (*self.blocks, *self.members)
 
-    def number(self, member: int) -> int:
-        """The number of a member among all pieces."""
-        return len(self.blocks) + member
-
     def at_root(self, root: int) -> list[int]:
         """Pieces that move with a root, or end there."""
-        blocks = [k for k, block in enumerate(self.blocks) if block.root == root]
-        return blocks + [self.number(k) for k, m in enumerate(self.members) if root in m.roots]
+        roots = [*((block.root,) for block in self.blocks), *(member.roots for member in self.members)]
+        return [k for k, of_piece in enumerate(roots) if root in of_piece]
 
 
 def pieces_of(model: FullOrderModel) -> Pieces:
     """The pieces of a mechanism, and what of them is held. Raises OptionError for sections that have no form and
     ModelError for bodies that hold much together and have no form."""
-    members = sorted(solids(model), key=lambda m: -thickness(m))
+    members = sorted(solids(model), key=lambda m: -m.thickness)
     bodies = _bodies(model)
     topology = model.plan.topology
     clamped: NDArray[np.bool_] = np.asarray(topology.held.all(axis=1))
@@ -156,8 +151,7 @@ def pieces_of(model: FullOrderModel) -> Pieces:
         if block.is_ground:
             held += [Held(k, 0, -1), Held(k, 2, -1), Held(k, 2, 1)]
     held += [Held(len(blocks) + k, 0, 2 * end - 1) for k, end in at_ends]
-    partly = np.flatnonzero(topology.held.any(axis=1) & ~clamped)
-    return Pieces(blocks, tuple(members), tuple(held), tuple(partly.tolist()), tuple(notes))
+    return Pieces(blocks, tuple(members), tuple(held), tuple(notes))
 
 
 def is_ground(piece: Piece) -> bool:
@@ -165,23 +159,9 @@ def is_ground(piece: Piece) -> bool:
     return isinstance(piece, Block) and piece.is_ground
 
 
-def thickness(piece: Piece) -> float:
-    """Least thickness of a piece, m."""
-    if isinstance(piece, Block):
-        return piece.thin
-    return float(piece.outline.web(piece.outline.x).min())
-
-
-def beyond(piece: Piece, points: Array) -> Array:
-    """How far (n,) points (n, 3) lie outside of a piece, m, negative inside."""
-    if isinstance(piece, Block):
-        return piece.beyond(points)
-    return piece.outline.beyond(piece.local(points))
-
-
 def _bodies(model: FullOrderModel) -> list[Block]:
     plan = model.plan
-    _, found = solids_of(model)
+    _, solid_bodies = solids_of(model)
     scoped = plan.scoped_values(model.parameters)
     described: dict[str, RigidBody] = {
         ".".join((*path, key)): body
@@ -190,26 +170,34 @@ def _bodies(model: FullOrderModel) -> list[Block]:
         for path in placed.paths
     }
     blocks = []
-    for k, name in enumerate(found.names):
+    for k, name in enumerate(solid_bodies.names):
         solid = described[name].solid
         assert solid is not None
-        own = evaluated(plan.layout.mechanism.material(solid.material), scoped)
-        E, rho = float(own.E), float(own.rho)  # pyright: ignore[reportArgumentType]
-        nu = float(own.nu) if own.nu is not None else E / (2 * float(own.G)) - 1  # pyright: ignore[reportArgumentType]
-        material = SolidMaterial(solid.material, E, nu, rho)
-        node = int(found.nodes[k])
-        root = int(plan.topology.root[node])
-        axes = found.axes[k] * np.array([[1.0], [1.0], [np.linalg.det(found.axes[k])]])
-        blocks.append(Block(name, root, node, found.origin[k], axes, found.half[k], bool(found.is_round[k]), material))
-    return sorted(blocks, key=lambda b: -b.thin)
+        metal: Any = evaluated(plan.layout.mechanism.material(solid.material), scoped)
+        E, rho = float(metal.E), float(metal.rho)
+        nu = float(metal.nu) if metal.nu is not None else E / (2 * float(metal.G)) - 1
+        node, axes = int(solid_bodies.nodes[k]), solid_bodies.axes[k]
+        blocks.append(
+            Block(
+                name=name,
+                root=int(plan.topology.root[node]),
+                node=node,
+                centre=solid_bodies.origin[k],
+                axes=axes * np.array([[1.0], [1.0], [np.linalg.det(axes)]]),
+                half=solid_bodies.half[k],
+                is_round=bool(solid_bodies.is_round[k]),
+                material=SolidMaterial(solid.material, E, nu, rho),
+            )
+        )
+    return sorted(blocks, key=lambda b: -b.thickness)
 
 
 def _refuse_unknown(model: FullOrderModel, members: list[MemberSolid], drawn: set[int]) -> None:
     """Raise ModelError for bodies of which only mass and inertia are known, where several members end in them."""
     names = model.plan.topology.node_names
-    _, found = solids_of(model)
+    _, solid_bodies = solids_of(model)
     problems = []
-    for root in found.unknown - drawn:
+    for root in solid_bodies.unknown - drawn:
         ends = [m.name for m in members if root in m.roots]
         if len(ends) > 1:
             rule = f"what holds {', '.join(ends[:4])} together has a form in a whole solid"
@@ -234,40 +222,33 @@ def _held_faces(
     model: FullOrderModel, bodies: list[Block], members: list[MemberSolid], root: int, notes: list[str]
 ) -> Iterator[Held]:
     """Faces of the bodies of a clamped root: those that clamped nodes lie on, else that farthest from the members."""
-    own = [k for k, block in enumerate(bodies) if block.root == root]
-    topology, found = model.plan.topology, False
-    inside: list[int] = []
-    for node, mask in clamped_nodes(model).items():
-        if topology.root[node] != root or not all(mask):
-            continue
-        point = model.positions[node]
-        for k in own:
-            face = _face_at(bodies[k], point)
-            if face is not None:
-                found = True
-                yield Held(k, *face)
-                notes.append(f"{bodies[k].name}: held on the face that {topology.node_names[node]} lies on")
-                break
-        else:
-            inside += [k for k in own if bodies[k].beyond(point) < 0]
-    if found:
+    names, roots = model.plan.topology.node_names, model.plan.topology.root
+    numbers = [k for k, block in enumerate(bodies) if block.root == root]
+    clamped = [node for node, held in clamped_nodes(model).items() if roots[node] == root and all(held)]
+    on_faces = False
+    for node in clamped:
+        faces = ((k, _face_at(bodies[k], model.positions[node])) for k in numbers)
+        k, face = next(((k, face) for k, face in faces if face is not None), (0, None))
+        if face is not None:
+            on_faces = True
+            notes.append(f"{bodies[k].name}: held on the face that {names[node]} lies on")
+            yield Held(k, *face)
+    if on_faces:
         return
-    k = inside[0] if inside else own[0]
+    inside = [k for node in clamped for k in numbers if bodies[k].beyond(model.positions[node]) < 0]
+    k = (inside or numbers)[0]
+    body = bodies[k]
     ends = [m.end_point(e) for m in members for e in (0, 1) if m.roots[e] == root]
-    towards = bodies[k].local(np.mean(ends, axis=0) if ends else bodies[k].centre)
-    options = [(axis, side) for axis in ((0,) if bodies[k].is_round else (0, 1, 2)) for side in (-1, 1)]
-    axis, side = min(
-        options, key=lambda o: (round(float(o[1] * towards[o[0]] / bodies[k].half[o[0]]), 3), -bodies[k].half[o[0]])
-    )
+    towards = body.local(np.mean(ends, axis=0) if ends else body.centre)
+    options = [(axis, side) for axis in ((0,) if body.is_round else (0, 1, 2)) for side in (-1, 1)]
+    axis, side = min(options, key=lambda o: (round(float(o[1] * towards[o[0]] / body.half[o[0]]), 3), -body.half[o[0]]))
+    sense = side * body.axes[axis]
+    largest = int(np.argmax(np.abs(sense)))
+    towards_axis = ("-" if sense[largest] < 0 else "+") + "xyz"[largest]
+    rule = "held on its face towards" if abs(sense[largest]) > 0.999 else "held on its face that looks most towards"
+    hint = "a clamped node on a face chooses another"
+    notes.append(f"{body.name}: {rule} {towards_axis}, farthest from its members; {hint}")
     yield Held(k, axis, side)
-    sense = side * bodies[k].axes[axis]
-    names = ("x", "y", "z")
-    which = int(np.argmax(np.abs(sense)))
-    along = ("-" if sense[which] < 0 else "+") + names[which]
-    rule = "held on its face towards" if abs(sense[which]) > 0.999 else "held on its face that looks most towards"
-    notes.append(
-        f"{bodies[k].name}: {rule} {along}, farthest from its members; a clamped node on a face chooses another"
-    )
 
 
 def _face_at(block: Block, point: Array) -> tuple[int, int] | None:
@@ -320,7 +301,7 @@ def _touches(block: Block, other: Piece) -> bool:
     """Whether points of a piece lie in a block or at most a little beside it."""
     low, high = block.box
     their_low, their_high = other.box
-    near = 1e-3 * block.thin
+    near = 1e-3 * block.thickness
     if (their_low > high + near).any() or (their_high < low - near).any():
         return False
     return bool((block.beyond(_points(other)) < near).any())
@@ -347,7 +328,7 @@ def extended(member: MemberSolid, end: int, hosts: list[Piece]) -> float:
     middle = member.end_point(end)[None]
     for by in np.concatenate([[0.0], np.linspace(0.02, 1.0, 50)]) * thin:
         points = np.concatenate([member.end_samples(end, -float(by)), middle])
-        inside = np.min([beyond(host, points) for host in hosts], axis=0) <= ON_SURFACE * thin
+        inside = np.min([host.beyond(points) for host in hosts], axis=0) <= ON_SURFACE * thin
         if inside.all():
             return float(by)
         if not inside.any():

@@ -14,7 +14,7 @@ from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.extras import need
 from flexura.solid.geometry import MILLIMETRE, MemberSolid
-from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended, thickness
+from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended
 
 STEEP = 60.0
 """Slope of a contour, degrees, up to which it belongs to what a notch ends in: its tips would be meshed badly alone."""
@@ -149,10 +149,11 @@ def _hand_tips_over(occ: ModuleType, pieces: Pieces, made: list[Any]) -> None:
     everything = pieces.all
     for k, member in enumerate(pieces.members, len(pieces.blocks)):
         for end, root in enumerate(member.roots):
+            face, near = member.end_samples(end, 0.0), 1e-3 * member.thickness
             hosts = [
                 j
                 for j in pieces.at_root(root)
-                if j != k and (not isinstance(block := everything[j], Block) or _is_near(block, member, end))
+                if j != k and (not isinstance(everything[j], Block) or (everything[j].beyond(face) < near).any())
             ]
             if not hosts:
                 continue
@@ -160,7 +161,7 @@ def _hand_tips_over(occ: ModuleType, pieces: Pieces, made: list[Any]) -> None:
             if by:
                 made[k] = made[k] + _slab(occ, member, end, by)
             depth = _steep(member, end)
-            host = next((j for j in hosts if thickness(everything[j]) > thickness(member)), None)
+            host = next((j for j in hosts if everything[j].thickness > member.thickness), None)
             if depth and host is not None:
                 cutter = _cutter(occ, member, end, depth)
                 joined = made[host] + made[k] * cutter
@@ -168,11 +169,6 @@ def _hand_tips_over(occ: ModuleType, pieces: Pieces, made: list[Any]) -> None:
                     continue
                 made[k] = made[k] - cutter
                 made[host] = joined
-
-
-def _is_near(block: Block, member: MemberSolid, end: int) -> bool:
-    points = member.end_samples(end, 0.0)
-    return bool((block.beyond(points) < 1e-3 * thickness(member)).any())
 
 
 def _slab(occ: ModuleType, member: MemberSolid, end: int, by: float) -> Any:
@@ -196,7 +192,7 @@ def _cutter(occ: ModuleType, member: MemberSolid, end: int, depth: float) -> Any
 
 def _steep(member: MemberSolid, end: int) -> float:
     """How far from an end the contour is steeper than STEEP, m."""
-    found = 0.0
+    depth = 0.0
     for half in (member.outline.y, member.outline.z):
         x = member.outline.x if end == 0 else member.length - member.outline.x[::-1]
         size = half if end == 0 else half[::-1]
@@ -204,8 +200,8 @@ def _steep(member: MemberSolid, end: int) -> float:
         steep = slope > math.tan(math.radians(STEEP))
         if steep[0]:
             first = int(np.argmin(steep)) if not steep.all() else len(steep) - 1
-            found = max(found, float(x[first]))
-    return found
+            depth = max(depth, float(x[first]))
+    return depth
 
 
 def _box(shape: Any) -> Array:
