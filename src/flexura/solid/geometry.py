@@ -11,6 +11,7 @@ from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, permutations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,8 @@ from scipy.interpolate import CubicSpline
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
-from flexura.structure import FullOrderModel, SectionGroup
+from flexura.mechanism import evaluated
+from flexura.structure import FullOrderModel, SectionGroup, solids_of
 
 Values = tuple[float, ...]
 
@@ -446,6 +448,44 @@ def _shapes(
                     raise OptionError(f"{wanted[k]}: a section given by constants has no solid; give it a shape")
                 shapes[k] = MemberShape.of(group, row, values, float(length[k]))
     return shapes
+
+
+@dataclass(frozen=True)
+class BodySolid:
+    """A placed rigid body with a form: a box, or a cylinder about its first axis, of half sizes (3,), m, about a centre
+    (3,), with right-handed axes (3, 3) as rows, global frame; `node` is its own."""
+
+    name: str
+    node: int
+    centre: Array
+    axes: Array
+    half: Array
+    is_round: bool
+    material: SolidMaterial
+
+
+def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySolid, ...]:
+    """All placed bodies that have a form, or those of the instance or body with the path `only`."""
+    plan, bodies = model.plan, solids_of(model)[1]
+    scoped = plan.scoped_values(model.parameters)
+    materials = {
+        ".".join((*path, key)): body.solid.material
+        for name, placed in plan.topology.copies.items()
+        for key, body in plan.layout.prototypes[name].bodies.items()
+        for path in placed.paths
+        if body.solid is not None
+    }
+    result = []
+    for k, name in enumerate(bodies.names):
+        if only is None or name == only or name.startswith(f"{only}."):
+            metal: Any = evaluated(plan.layout.mechanism.material(materials[name]), scoped)
+            E, rho = float(metal.E), float(metal.rho)
+            nu = float(metal.nu) if metal.nu is not None else E / (2 * float(metal.G)) - 1
+            axes = bodies.axes[k] * np.array([[1.0], [1.0], [np.linalg.det(bodies.axes[k])]])
+            material, node = SolidMaterial(materials[name], E, nu, rho), int(bodies.nodes[k])
+            is_round = bool(bodies.is_round[k])
+            result.append(BodySolid(name, node, bodies.origin[k], axes, bodies.half[k], is_round, material))
+    return tuple(result)
 
 
 @dataclass(frozen=True)

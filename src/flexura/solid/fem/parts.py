@@ -156,7 +156,8 @@ def with_solid_parts(
         sizes = {key: size * relative for key, relative in mesh_sizes(model, name).items()}
         for component in own_components(full, name, list(members), _needed(model, part)):
             cell_size = min(sizes[_short(member)] for member in component.members)
-            superelements[_short(component.members[0])] = _superelement(full, name, component, keep, cell_size, tell)
+            element = _superelement(full, name, component, keep, size=cell_size, announce=tell)
+            superelements[_short(component.members[0])] = element
         if taken := superelements.keys() & part.superelements.keys():
             above = () if name == TOP else ("substructures", name)
             rule, hint = "a superelement has the name of a solid member", "give it another name"
@@ -227,6 +228,7 @@ def _superelement(
     prototype: str,
     component: Component,
     modes: int,
+    *,
     size: float,
     announce: Announce,
 ) -> Superelement:

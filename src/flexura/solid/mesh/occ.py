@@ -11,8 +11,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from types import ModuleType
 
@@ -23,8 +22,17 @@ from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.extras import need
 from flexura.files import complete_file
-from flexura.solid.geometry import MILLIMETRE, MODELLED, MemberSolid, Outline, joints, solids
-from flexura.structure import FullOrderModel, solids_of
+from flexura.solid.geometry import (
+    MILLIMETRE,
+    MODELLED,
+    BodySolid,
+    MemberSolid,
+    Outline,
+    body_solids,
+    joints,
+    solids,
+)
+from flexura.structure import FullOrderModel
 from flexura.tables import quantity
 
 Entity = tuple[int, int]
@@ -279,7 +287,7 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
         with session() as gmsh:
             tags = [volume(gmsh, member, modelled(member)) for member in members]
             check_volumes(gmsh, members, tags, 1e-3)
-            names = {body.volume(gmsh): body.name for body in bodies}
+            names = {body_volume(gmsh, body): body.name for body in bodies}
             for group in groups:
                 first, *rest = ((3, tags[k]) for k in group)
                 piece = gmsh.model.occ.fuse([first], rest)[0] if rest else [first]
@@ -293,37 +301,15 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
     return Path(path)
 
 
-@dataclass(frozen=True)
-class BodySolid:
-    """A rigid body with a form: a box, or a cylinder about its first axis, of half sizes (3,), m, about a centre (3,),
-    with axes (3, 3) as rows, global frame."""
-
-    name: str
-    centre: Array
-    axes: Array
-    half: Array
-    is_round: bool
-
-    def volume(self, gmsh: ModuleType) -> int:
-        """The body as one volume."""
-        x, y, z = 2 * self.half[:, None] * self.axes / MILLIMETRE
-        corner = self.centre / MILLIMETRE - (x + y + z) / 2
-        if self.is_round:
-            return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(self.half[1]) / MILLIMETRE)
-        corners = [corner, corner + x, corner + x + y, corner + y]
-        sides = [np.array([corners[k], corners[(k + 1) % 4]]) for k in range(4)]
-        face = gmsh.model.occ.addPlaneSurface([outline(gmsh, sides)])
-        return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
-
-
-def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySolid, ...]:
-    """All placed bodies that have a form, or those of the instance with the path `only`."""
-    _, bodies = solids_of(model)
-    return tuple(
-        BodySolid(name, bodies.origin[k], bodies.axes[k], bodies.half[k], bool(bodies.is_round[k]))
-        for k, name in enumerate(bodies.names)
-        if only is None or name == only or name.startswith(f"{only}.")
-    )
+def body_volume(gmsh: ModuleType, body: BodySolid) -> int:
+    """A body as one volume."""
+    x, y, z = 2 * body.half[:, None] * body.axes / MILLIMETRE
+    corner = body.centre / MILLIMETRE - (x + y + z) / 2
+    if body.is_round:
+        return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(body.half[1]) / MILLIMETRE)
+    corners = [corner, corner + x, corner + x + y, corner + y, corner]
+    face = gmsh.model.occ.addPlaneSurface([outline(gmsh, [np.array(side) for side in pairwise(corners)])])
+    return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
 
 
 def _remove_loose(gmsh: ModuleType) -> None:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.errors import ModelError, Problem
-from flexura.mechanism import RigidBody, evaluated, matching
-from flexura.solid.geometry import MemberSolid, SolidMaterial, solids
+from flexura.mechanism import matching
+from flexura.solid.geometry import BodySolid, MemberSolid, body_solids, solids
 from flexura.structure import FullOrderModel, solids_of
 
 DEPTHS = (6.0, 3.0, 1.5)
@@ -25,21 +24,15 @@ ON_FACE = 1e-6
 
 
 @dataclass(frozen=True)
-class Block:
-    """A box, or a cylinder about its first axis: centre (3,), axes (3, 3) as rows, half sizes (3,), m.
+class Block(BodySolid):
+    """A body, or a block of ground, whose `node` is -1; `root` is the node that it moves with as a rigid body."""
 
-    `root` is the node that it moves with as a rigid body; `node` its own, -1 for ground.
-    """
-
-    name: str
     root: int
-    node: int
-    centre: Array
-    axes: Array
-    half: Array
-    is_round: bool
-    material: SolidMaterial
-    is_ground: bool = False
+
+    @property
+    def is_ground(self) -> bool:
+        """Whether it is a block of ground."""
+        return self.node < 0
 
     def local(self, points: Array) -> Array:
         """Coordinates (..., 3) of global points in its own axes from its centre."""
@@ -116,8 +109,9 @@ def pieces_of(model: FullOrderModel) -> Pieces:
     """The pieces of a mechanism, and what of them is held. Raises OptionError for sections that have no form and
     ModelError for bodies that hold much together and have no form."""
     members = sorted(solids(model), key=lambda m: -m.thickness)
-    bodies = _bodies(model)
     topology = model.plan.topology
+    bodies = [Block(**vars(body), root=int(topology.root[body.node])) for body in body_solids(model)]
+    bodies.sort(key=lambda block: -block.thickness)
     clamped: NDArray[np.bool_] = np.asarray(topology.held.all(axis=1))
     notes: list[str] = []
     held: list[Held] = []
@@ -157,39 +151,6 @@ def pieces_of(model: FullOrderModel) -> Pieces:
 def is_ground(piece: Piece) -> bool:
     """Whether a piece is a block of ground."""
     return isinstance(piece, Block) and piece.is_ground
-
-
-def _bodies(model: FullOrderModel) -> list[Block]:
-    plan = model.plan
-    _, solid_bodies = solids_of(model)
-    scoped = plan.scoped_values(model.parameters)
-    described: dict[str, RigidBody] = {
-        ".".join((*path, key)): body
-        for name, placed in plan.topology.copies.items()
-        for key, body in plan.layout.prototypes[name].bodies.items()
-        for path in placed.paths
-    }
-    blocks = []
-    for k, name in enumerate(solid_bodies.names):
-        solid = described[name].solid
-        assert solid is not None
-        metal: Any = evaluated(plan.layout.mechanism.material(solid.material), scoped)
-        E, rho = float(metal.E), float(metal.rho)
-        nu = float(metal.nu) if metal.nu is not None else E / (2 * float(metal.G)) - 1
-        node, axes = int(solid_bodies.nodes[k]), solid_bodies.axes[k]
-        blocks.append(
-            Block(
-                name=name,
-                root=int(plan.topology.root[node]),
-                node=node,
-                centre=solid_bodies.origin[k],
-                axes=axes * np.array([[1.0], [1.0], [np.linalg.det(axes)]]),
-                half=solid_bodies.half[k],
-                is_round=bool(solid_bodies.is_round[k]),
-                material=SolidMaterial(solid.material, E, nu, rho),
-            )
-        )
-    return sorted(blocks, key=lambda b: -b.thickness)
 
 
 def _refuse_unknown(model: FullOrderModel, members: list[MemberSolid], drawn: set[int]) -> None:
@@ -291,7 +252,7 @@ def _ground(member: MemberSolid, end: int, others: Sequence[Piece]) -> Block | N
         axes = np.stack([-sense, across, np.cross(-sense, across)])
         centre = at + sense * half[0]
         name = f"ground of {member.name}"
-        block = Block(name, member.roots[end], -1, centre, axes, half, False, member.material, is_ground=True)
+        block = Block(name, -1, centre, axes, half, is_round=False, material=member.material, root=member.roots[end])
         if not any(_touches(block, other) for other in others):
             return block
     return None
