@@ -224,40 +224,36 @@ class Outline:
 
         A contour with a vertical tangent at its end, such as that of a right-circular notch, leaves tips of no angle.
         """
-        outline = self
-        for end in (0, 1):
-            outline = outline._blunted_end(end, np.tan(np.deg2rad(steepest)))
-        return outline
+        slope = float(np.tan(np.deg2rad(steepest)))
+        blunted = self._blunted_start(slope)
+        turned = blunted._turned()
+        other = turned._blunted_start(slope)
+        return blunted if other is turned else other._turned()
 
-    def _blunted_end(self, end: int, steepest: float) -> Outline:
-        x, sizes = self.x, [self.y, self.z]
-        if end:
-            x, sizes = self.length - x[::-1], [size[::-1] for size in sizes]
+    def _turned(self) -> Outline:
+        """The outline from its end to its start."""
+        breaks = tuple(len(self.x) - 1 - b for b in reversed(self.breaks))
+        return replace(self, x=self.length - self.x[::-1], y=self.y[::-1], z=self.z[::-1], breaks=breaks)
+
+    def _blunted_start(self, steepest: float) -> Outline:
+        x, sizes, smooth = self.x, (self.y, self.z), self.breaks[1]
         first = 0
         for size in sizes:
-            slope = -np.diff(size) / np.diff(x)
-            steep = slope > steepest
+            steep = -np.diff(size) / np.diff(x) > steepest
             first = max(first, (int(np.argmin(steep)) if not steep.all() else len(steep)) if steep[0] else 0)
-        smooth = len(x) - 1 - self.breaks[-2] if end else self.breaks[1]
         first = min(first, smooth)
         if first == 0:
             return self
-        x_cut, new = x[first], []
+        x_cut, cut = x[first], []
         power = 2 if all(np.ptp(size[: first + 1]) > 0 for size in sizes) else 1
         for size in sizes:
             at, moment = size[first], _moment(x[: smooth + 1], size[: smooth + 1], first, power)
             tip = 2 * moment / x_cut - at
             if power == 2:
                 tip = (-at + np.sqrt(max(12 * moment / x_cut - 3 * at**2, at**2))) / 2
-            new.append(np.concatenate([[tip], size[first:]]))
-        x = np.concatenate([[0.0], x[first:]])
-        last = len(self.x) - 1
-        breaks = [last - b for b in self.breaks] if end else list(self.breaks)
-        breaks = sorted({0, 1} | {b - first + 1 for b in breaks if b > first})
-        if end:
-            breaks = [len(x) - 1 - b for b in reversed(breaks)]
-            x, new = self.length - x[::-1], [size[::-1] for size in new]
-        return replace(self, x=x, y=new[0], z=new[1], breaks=tuple(breaks))
+            cut.append(np.concatenate([[tip], size[first:]]))
+        breaks = sorted({0, 1} | {b - first + 1 for b in self.breaks if b > first})
+        return replace(self, x=np.concatenate([[0.0], x[first:]]), y=cut[0], z=cut[1], breaks=tuple(breaks))
 
 
 def _moment(x: Array, size: Array, last: int, power: int) -> float:

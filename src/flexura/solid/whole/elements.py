@@ -320,24 +320,25 @@ class Lumped:
         self._pieces: Pieces = part.pieces
         self._loose: dict[int, int] = {}  # roots with six DOFs of their own, by their number
         self.notes: list[str] = []
-        self._terms: list[tuple[sp.csr_matrix, Array, bool]] = []
+        self._stiffness: list[tuple[sp.csr_matrix, Array]] = []  # of motions B of patches
+        self._mass: list[tuple[sp.csr_matrix, Array]] = []
         topology = model.plan.topology
         self._clamped: NDArray[np.bool_] = np.asarray(topology.held.all(axis=1))
         self._join_gaps()
         self._discrete_elements()
         self._supports()
-        n = elements.dofs + 6 * len(self._loose)
-        K, M = (_wider(matrix, n, n) for matrix in (elements.K, elements.M))
-        for motion, matrix, is_stiffness in self._terms:
-            B = _wider(motion, n)
-            added = (B.T @ sp.csr_matrix(matrix) @ B).tocsr()
-            if is_stiffness:
-                K = K + added
-            else:
-                M = M + added
-        self.K: sp.csr_matrix = K.tocsr()
-        self.M: sp.csr_matrix = M.tocsr()
+        self.K: sp.csr_matrix = self._with(elements.K, self._stiffness)
+        self.M: sp.csr_matrix = self._with(elements.M, self._mass)
         self.is_free: bool = not self._pieces.held and not topology.held.any()
+
+    def _with(self, matrix: sp.csr_matrix, terms: list[tuple[sp.csr_matrix, Array]]) -> sp.csr_matrix:
+        """A matrix of the solid with terms B' A B."""
+        n = self._elements.dofs + 6 * len(self._loose)
+        matrix = _wider(matrix, n, n)
+        for motion, A in terms:
+            B = _wider(motion, n)
+            matrix = matrix + (B.T @ sp.csr_matrix(A) @ B).tocsr()
+        return matrix.tocsr()
 
     def _discrete_elements(self) -> None:
         model = self._model
@@ -363,9 +364,9 @@ class Lumped:
                     X = np.kron(np.eye(len(moving)), turn)
                     width = max(B.shape[1] for _, B in moving)
                     B = sp.vstack([_wider(B, width) for _, B in moving]).tocsr()
-                    for matrix, is_stiffness in ((element.K, True), (element.M, False)):
+                    for matrix, terms in ((element.K, self._stiffness), (element.M, self._mass)):
                         if matrix is not None:
-                            self._terms.append((B, X @ matrix[np.ix_(at, at)] @ X.T, is_stiffness))
+                            terms.append((B, X @ matrix[np.ix_(at, at)] @ X.T))
 
     def _motion(self, node: int, label: str) -> sp.csr_matrix | None:
         """B (6, n) of a node's motion; None where it is held."""
@@ -449,7 +450,7 @@ class Lumped:
             solids = [self._pieces.all[k] for k in self._pieces.at_root(int(topology.root[node]))]
             thickest = max(solids, key=lambda solid: solid.thickness, default=None)
             stiff = np.full(6, STIFF_ALONE) if thickest is None else _tie_stiffness(thickest)
-            self._terms.append((B, np.diag(np.where(mask, stiff, 0.0)), True))
+            self._stiffness.append((B, np.diag(np.where(mask, stiff, 0.0))))
             directions = ", ".join(d for d, h in zip(DOF_NAMES, mask, strict=True) if h)
             self._note(f"{topology.node_names[node]}: its mean motion is held in {directions}")
 
@@ -501,7 +502,7 @@ class Lumped:
         (a, A), (b, B) = self._patch(k, at), self._patch(host, to)
         middle = (at + to) / 2
         A, B = (sp.csr_matrix(rigid_arm(middle - c)) @ X for c, X in ((a, A), (b, B)))
-        self._terms.append(((A - B).tocsr(), np.diag(_tie_stiffness(piece)), True))
+        self._stiffness.append(((A - B).tocsr(), np.diag(_tie_stiffness(piece))))
         gap = 1e3 * float(np.linalg.norm(to - at))
         self._note(f"{piece.name} does not touch {block.name}: a stiff massless link bridges {gap:.3g} mm")
 
