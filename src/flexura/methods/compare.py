@@ -35,12 +35,11 @@ from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.tables import Facts, Table, percent
 
-TOLERANCE = 1e-3
+CERTIFIED_WITHIN = 1e-3
 """Relative error that the certified reduction is asked for."""
 
-MARGIN = 1.01
+CERTIFIED_BEYOND = 1.01
 """The certified reduction reaches so many times the highest frequency compared."""
-
 
 REPEATS = 5
 """Methods are timed by the best of so many runs, as long as all runs together take less than `PATIENCE`, s."""
@@ -89,9 +88,9 @@ def _constraint_modes(task: Task) -> Solution:
 
 def _certified(task: Task) -> Solution:
     """The smallest model that is proven to be within the tolerance of the full-order one."""
-    low = reduce(task.plan, task.parameters, tolerance=TOLERANCE, up_to=MARGIN * task.top_hz)
+    low = reduce(task.plan, task.parameters, tolerance=CERTIFIED_WITHIN, up_to=CERTIFIED_BEYOND * task.top_hz)
     solution = low_order_solution(low, task.model, task.n)
-    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else TOLERANCE
+    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else CERTIFIED_WITHIN
     return replace(solution, note=f"proven within {worst:.1g} of the full-order model; {low.steps[0]}")
 
 

@@ -277,8 +277,8 @@ def _free_motions(model: FullOrderModel, roots: Index, body: Index, reference: I
     Z.add(6 * free[:, None] + np.arange(6), columns, np.broadcast_to(np.eye(6), (len(free), 6, 6)))
     n = columns.size
     for b in supported:
-        own = body == b
-        motions = _null_space(rigid_arm(x[roots[own]] - x[reference[b]])[held[own]])
+        moves = body == b
+        motions = _null_space(rigid_arm(x[roots[moves]] - x[reference[b]])[held[moves]])
         Z.add(6 * b + np.arange(6), n + np.arange(motions.shape[1]), motions)
         n += motions.shape[1]
     return Z.matrix()[:, :n]

@@ -52,8 +52,8 @@ class ExactResponse:
             hint = "use the full-order model with method direct"
             raise OptionError(f"the exact dynamic stiffness takes one loss factor for everything elastic; {hint}")
         self.loss_factor = loss
-        kept: Index = plan.topology.dof.ravel()[self.stiffness.assembler.physical]
-        self.C = self._over_kept(C.toarray(), "a dashpot")[kept] if C.nnz else None
+        self.kept: Index = plan.topology.dof.ravel()[self.stiffness.assembler.physical]
+        self.C = self._over_kept(C.toarray(), "a dashpot")[self.kept] if C.nnz else None
         self.derivative: Index = np.array([o.derivative for o in outputs], dtype=np.intp)
         self.rows: Array = np.stack([self._over_kept(o.row[None], o.channel.name)[0] for o in outputs])
         self.loads: Array = np.stack([self._over_kept(i.load[None], i.channel.name)[0] for i in inputs], axis=1)

@@ -99,7 +99,7 @@ def beam_models(mechanism: Mechanism, parameters: Mapping[str, float]) -> tuple[
     Rows of their own are there for descriptions that correct some members only, or have solid ones. Raises ModelError
     and OptionError.
     """
-    plain, full = (assemble(with_rigid_faces(as_beams(mechanism, own)), parameters) for own in ("none", "auto"))
+    plain, full = (assemble(with_rigid_faces(as_beams(mechanism, which)), parameters) for which in ("none", "auto"))
     models = [
         BeamModel("plain, low order", plain, low_order),
         BeamModel("plain, full order", plain, full_order),

@@ -210,7 +210,7 @@ def check_intersections(members: Sequence[MemberSolid]) -> None:
 
 def _clashes(gmsh: ModuleType, pairs: Sequence[tuple[MemberSolid, MemberSolid]]) -> list[Problem]:
     occ = gmsh.model.occ
-    found: list[Problem] = []
+    clashes: list[Problem] = []
     tag_of = {
         name: volume(gmsh, member, modelled(member)) for name, member in {m.name: m for p in pairs for m in p}.items()
     }
@@ -221,8 +221,8 @@ def _clashes(gmsh: ModuleType, pairs: Sequence[tuple[MemberSolid, MemberSolid]])
         common = sum(occ.getMass(3, tag) for dim, tag in shared if dim == 3) * MILLIMETRE**3
         occ.remove(shared, recursive=True)
         if common > OVERLAP * min(one.volume, other.volume):
-            found.append(_clash(one, other, common))
-    return found
+            clashes.append(_clash(one, other, common))
+    return clashes
 
 
 def _boxes_overlap(one: MemberSolid, other: MemberSolid) -> bool:

@@ -158,10 +158,11 @@ class Elements:
     def _places(self) -> tuple[Array, Array]:
         """Centres (cells, 3) and radii (cells,) of the cells, m."""
         points = np.array([v.point for v in self.mesh.vertices]) * MILLIMETRE
-        cells = self.mesh.Elements(self._ng.VOL)
-        corners = np.array([points[[v.nr for v in cell.vertices]] for cell in cells])
-        centre = corners.mean(axis=1)
-        return centre, np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+        # those cut next to corners are prisms and pyramids as well
+        corners = [points[[v.nr for v in cell.vertices]] for cell in self.mesh.Elements(self._ng.VOL)]
+        centre = np.array([of_cell.mean(axis=0) for of_cell in corners])
+        radii = [np.linalg.norm(of_cell - at, axis=1).max() for of_cell, at in zip(corners, centre, strict=True)]
+        return centre, np.array(radii)
 
     @property
     def mass(self) -> float:

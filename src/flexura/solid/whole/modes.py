@@ -244,7 +244,7 @@ class WholeVerification(Tabular):
         headings = {"frequency_hz": "frequency [Hz]", "described_hz": "described [Hz]"}
         return {
             "mode": list(range(1, len(self.modes) + 1)),
-            **{headings.get(name, name): own for name, own in rows.items()},
+            **{headings.get(name, name): values for name, values in rows.items()},
         }
 
     def __repr__(self) -> str:
@@ -293,7 +293,7 @@ def verify_whole(
             return [None] * count
         return [mode and mode.frequency_hz for mode in matched(at_nodes_inside(modes.frequency_hz, modes.shapes))]
 
-    own, stiff_roots, lower = of_beams(described), of_beams(rigid), of_solid(coarse)
+    elastic_roots, rigid_roots, lower = of_beams(described), of_beams(rigid), of_solid(coarse)
     bodies, ground = of_solid(variants.get("bodies")), of_solid(variants.get("ground"))
     all_rigid = of_solid(list(variants.values())[-1] if variants else coarse)
     modes = []
@@ -301,8 +301,8 @@ def verify_whole(
         low = lower[k]
         uncertain = abs(low - hz) / CONVERGENCE if low else hz
         limit = hz - uncertain if low else hz
-        mode, stiff_mode = own[k], stiff_roots[k]
-        own_hz, rigid_hz = mode and mode.frequency_hz, stiff_mode and stiff_mode.frequency_hz
+        mode, rigid_mode = elastic_roots[k], rigid_roots[k]
+        elastic_hz, rigid_hz = mode and mode.frequency_hz, rigid_mode and rigid_mode.frequency_hz
         between_rigid = all_rigid[k]
         if between_rigid is not None and low:
             between_rigid *= limit / low  # the same mesh has the same error
@@ -310,11 +310,11 @@ def verify_whole(
             WholeMode(
                 frequency_hz=limit,
                 uncertainty=uncertain / limit if limit else 0.0,
-                described_hz=own_hz,
+                described_hz=elastic_hz,
                 mac=mode and mode.mac,
-                difference=_over(own_hz, limit),
+                difference=_over(elastic_hz, limit),
                 beams=_over(rigid_hz, between_rigid),
-                roots=_over(own_hz, rigid_hz),
+                roots=_over(elastic_hz, rigid_hz),
                 bodies=_over(bodies[k], low),
                 ground=_over(ground[k], low),
             )

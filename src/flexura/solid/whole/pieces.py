@@ -62,8 +62,8 @@ class Block(BodySolid):
     @property
     def box(self) -> Array:
         """Lower and upper corner (2, 3) of its bounding box, m."""
-        reach = np.abs(self.axes).T @ self.half
-        return np.stack([self.centre - reach, self.centre + reach])
+        half = np.abs(self.axes).T @ self.half
+        return np.stack([self.centre - half, self.centre + half])
 
 
 Piece = Block | MemberSolid
