@@ -1,21 +1,207 @@
-"""What a correlation has found: pairs of modes, channels, and how alike test and model are."""
+"""What a correlation has found: pairs of modes and channels, expanded shapes, responses laid over each other.
+
+SEREP expansion, mass matrices over the sensors, and measured responses over those of the model between the same points.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import is_definite, scaled, unit_scale
+from flexura.modal import ModePairing, frac
+from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
+from flexura.systems import DERIVATIVE, Channel, System, system
 from flexura.tables import Facts, Table, percent
-from flexura.testing.correlation.expansion import Expansion
-from flexura.testing.correlation.overlay import FRFOverlay
-from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel
+from flexura.testing.measurement import IdentifiedModes, MeasuredFRF
+from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, pair_channels
+
+ReducedMass = Literal["serep", "guyan"]
+
+DEPENDENT = 1e-8
+"""Singular values below this, relative to the largest, are taken as zero."""
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Test shapes as a sum of model shapes: coefficients (k, n).
+
+    `error` (n,) is the part of each test shape at the sensors that no sum of the model's shapes has, relative; where
+    there are no more sensors than model shapes it is zero and proves nothing. `condition` is the condition number of
+    the model's shapes, each of length one, at the sensors.
+    """
+
+    coefficients: Array
+    error: Array
+    condition: float
+    sensors: int
+
+    @property
+    def is_determined(self) -> bool:
+        """True where sensors outnumber the shapes and tell them apart."""
+        return self.sensors >= len(self.coefficients) and self.condition < 1 / DEPENDENT
+
+
+def serep(test_shapes: ArrayLike, model_shapes: ArrayLike) -> Expansion:
+    """Expand test shapes (p, n) in model shapes (p, k) at the sensors by least squares: SEREP.
+
+    O'Callahan, Avitabile and Riemer (1989); theory eq. Q9. The whole mechanism follows with the model's shapes there
+    times the coefficients. Raises OptionError for arrays that do not fit together.
+    """
+    x, y = np.asarray(test_shapes, dtype=float), np.asarray(model_shapes, dtype=float)
+    if x.ndim != 2 or y.ndim != 2 or len(x) != len(y):
+        raise OptionError(f"shapes are arrays (sensors, modes) over the same sensors, not {x.shape} and {y.shape}")
+    size = np.linalg.norm(y, axis=0)
+    size[size == 0] = 1.0
+    s = np.linalg.svd(y / size, compute_uv=False)
+    c = np.linalg.lstsq(y / size, x, rcond=DEPENDENT)[0] / size[:, None]
+    length = np.linalg.norm(x, axis=0)
+    error = np.linalg.norm(x - y @ c, axis=0) / np.where(length > 0, length, 1.0)
+    low = s[-1] if len(s) and len(x) >= y.shape[1] else 0.0
+    condition = float(s[0] / low) if low > 0 else np.inf if len(s) else 1.0
+    return Expansion(c, error, condition, len(x))
+
+
+def sensor_mass(
+    model: FullOrderModel, rows: ArrayLike, shapes: ArrayLike | None = None, method: ReducedMass = "serep"
+) -> Array:
+    """Mass matrix (p, p) over the readings of sensors, `rows` (p, n) of the DOFs: the test-analysis model.
+
+    serep: Phi^+T Phi^+ of mass-normalised model shapes (n, k), exact for these and blind to everything else (Kammer
+    1987; theory eq. Q10). guyan: T^T M T with the displacements T of least strain energy that have the readings
+    (Guyan 1965; theory eq. Q11), which needs no modes. Raises OptionError for another method, and SolverError for
+    guyan of a mechanism that can move freely.
+    """
+    B = np.asarray(rows, dtype=float)
+    if method not in get_args(ReducedMass):
+        raise OptionError(f"the reduced mass is {' or '.join(get_args(ReducedMass))}, not {method!r}")
+    if method == "serep":
+        if shapes is None:
+            raise OptionError("a reduced mass by SEREP needs the model's shapes")
+        P = np.linalg.pinv(B @ np.asarray(shapes, dtype=float), rcond=DEPENDENT)
+        return P.T @ P
+    if not is_definite(model.K):
+        raise SolverError("static reduction to the sensors needs a mechanism that is held; take serep")
+    X = stored_flexibility(model.K, model.M, 0.0)(B.T)
+    F = B @ X
+    d = unit_scale(F)
+    F = scaled(F, d)
+    T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT, hermitian=True) * d)
+    mass = T.T @ (model.M @ T)
+    return (mass + mass.T) / 2
+
+
+BAND = 1.25
+"""Responses are compared up to so many times the highest identified frequency."""
+
+MODES = 4.0
+"""Modes up to so many times the highest frequency compared are summed; others enter as their static part."""
+
+
+@dataclass(frozen=True)
+class FRFOverlay:
+    """Measured responses of the matched channels and those of the model, `response` (f, p, m), at the same frequencies.
+
+    `frac` (p, m) is the frequency response assurance criterion; `damping` says where the model's damping comes from.
+    """
+
+    measured: MeasuredFRF
+    response: Complex
+    frac: Array
+    damping: str
+
+
+def overlays(
+    model: FullOrderModel,
+    frfs: Sequence[MeasuredFRF],
+    identified: IdentifiedModes,
+    pairing: ModePairing,
+    model_hz: Array,
+    within: float | None,
+) -> tuple[FRFOverlay, ...]:
+    """The model's responses under all measured ones of which inputs and outputs are found in the model.
+
+    The band ends at 1.25 times the highest identified frequency. Where the description has no damping, modes get the
+    identified ratios of their counterparts, and others the median. What an exponential window has added to the
+    measured decay is added to the model's.
+    """
+    top = BAND * float(identified.frequency_hz.max())
+    found = []
+    for frf in frfs:
+        outputs, inputs = (pair_channels(model, c, within=within) for c in (frf.outputs, frf.inputs))
+        own = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
+        if not (outputs.matched and inputs.matched and len(own)):
+            continue
+        measured = _part(frf, own, outputs, inputs)
+        built, damping = _system(model, measured, outputs, inputs, _ratios(identified, pairing, model_hz))
+        modes = built.modal(up_to=MODES * top)
+        modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
+        H = modes.response(measured.frequency_hz)
+        finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))
+        measured = _part(measured, finite, None, None)
+        found.append(FRFOverlay(measured, H[finite], frac(measured.response, H[finite]), damping))
+    return tuple(found)
+
+
+def _part(frf: MeasuredFRF, own: Index, outputs: ChannelPairing | None, inputs: ChannelPairing | None) -> MeasuredFRF:
+    """Some frequencies, outputs and inputs of measured responses."""
+    o = np.arange(len(frf.outputs)) if outputs is None else outputs.at
+    i = np.arange(len(frf.inputs)) if inputs is None else inputs.at
+    at = np.ix_(own, o, i)
+    return replace(
+        frf,
+        frequency_hz=frf.frequency_hz[own],
+        response=frf.response[at],
+        coherence=None if frf.coherence is None else frf.coherence[at],
+        outputs=tuple(frf.outputs[k] for k in o),
+        inputs=tuple(frf.inputs[k] for k in i),
+    )
+
+
+def _ratios(identified: IdentifiedModes, pairing: ModePairing, model_hz: Array) -> tuple[float, ...]:
+    """Damping ratios of the model's modes from their counterparts in the test."""
+    ratios = np.full(len(model_hz), float(np.median(identified.damping_ratio)))
+    own = np.flatnonzero(pairing.partner >= 0)
+    ratios[pairing.partner[own]] = identified.damping_ratio[own]
+    return tuple(np.clip(ratios, 0.0, 0.99).tolist())
+
+
+def _system(
+    model: FullOrderModel,
+    measured: MeasuredFRF,
+    outputs: ChannelPairing,
+    inputs: ChannelPairing,
+    ratios: tuple[float, ...],
+) -> tuple[System, str]:
+    """The system between the places of the channels, and where its damping comes from."""
+    built, damping = system(model, inputs=[], outputs=[]), "as described"
+    if not built.is_damped:
+        how: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
+        built, damping = system(model, inputs=[], outputs=[], damping=how), "as identified"
+    p, m = len(outputs.rows), len(inputs.rows)
+    B, rows = inputs.rows.T, outputs.rows
+    return (
+        replace(
+            built,
+            B=B,
+            rows=rows,
+            derivative=np.array([DERIVATIVE.get(c.quantity, 0) for c in measured.outputs], dtype=np.intp),
+            D=np.zeros((p, m)),
+            residual=np.zeros((p, m)),
+            inputs=tuple(Channel(c.name, c.quantity) for c in measured.inputs),
+            outputs=tuple(Channel(c.name, c.quantity) for c in measured.outputs),
+            limits=((-np.inf, np.inf),) * m,
+        ),
+        damping,
+    )
 
 
 @dataclass(frozen=True)

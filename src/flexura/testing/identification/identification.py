@@ -16,18 +16,17 @@ from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
 from flexura.tables import in_hz
-from flexura.testing.identification.complexity import assembled, confidence_of
-from flexura.testing.identification.doubts import bias, close_pairs, is_carried
-from flexura.testing.identification.lone_peak import lone_peak
-from flexura.testing.identification.lscf import OrderPoles, poles_by_order
+from flexura.testing.identification.evidence import assembled, bias, close_pairs, confidence_of, is_carried, lone_peak
 from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
 from flexura.testing.identification.stabilisation import (
     REACH,
+    OrderPoles,
     Track,
     chosen,
     diagram,
     picked,
+    poles_by_order,
     stability,
     start_values,
     tracks,
@@ -356,3 +355,12 @@ def _mode_evidence(track: Track, orders: int, sigma: Array, pole: complex, off: 
         frequency_bias=off[0],
         damping_bias=off[1],
     )
+
+
+def mode_indicators(matrix: ResponseMatrix) -> Array:
+    """Complex mode indicator functions (f, min(p, m)): singular values of the responses, scaled to comparable size.
+
+    Each mode is a peak of the first; where a second one peaks at the same place, modes are repeated (theory eq. I23;
+    Shih, Tsuei, Allemang and Brown 1988, Mechanical Systems and Signal Processing 2).
+    """
+    return np.asarray(np.linalg.svd(matrix.scaled, compute_uv=False), dtype=np.float64)

@@ -11,7 +11,7 @@ from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.tables import in_hz
-from flexura.testing.identification.complexity import assembled
+from flexura.testing.identification.evidence import assembled
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
     IdentifiedModes,

@@ -1,19 +1,206 @@
-"""Measured data: channels with their place and direction, time records, and frequency responses estimated from them."""
+"""Measured data: time records, frequency responses estimated from them, and modes identified from these.
+
+What readers of files hold them against, and what they make of responses that a file gives more than once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array, Complex
+from flexura.errors import OptionError
+from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.results import Result, Tabular
 from flexura.systems import response_columns, unit_of_response
-from flexura.tables import Facts, Table, counted, ends, in_hz, quantity
+from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes
+
+
+@dataclass(frozen=True)
+class ModeEvidence:
+    """The confidence in one identified mode.
+
+    `confidence` is between 0 and 1 (theory eq. I14). `frequency_scatter` and `damping_scatter` are relative standard
+    deviations over the model orders (and setups) in which the pole was found. `modal_phase_collinearity` (MPC) is one
+    and `mean_phase_deviation_deg` (MPD) zero for a real shape (theory eqs. I16, I17). `frequency_sigma` and
+    `damping_sigma` are relative standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it
+    was not made. `share` is the share of model orders that have the mode, `setups` the number of setups that do.
+    `setup_shift` is the part of the scatter of frequency over setups, relative, that these do not explain: it is there
+    in a repeated test, as sensors' masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are
+    how far both may be off by what is no noise, relative: leakage, modes that were not found, lines wider than the mode
+    (theory eqs. I25, I26).
+    """
+
+    confidence: float
+    frequency_scatter: float
+    damping_scatter: float
+    modal_phase_collinearity: float
+    mean_phase_deviation_deg: float
+    frequency_sigma: float = 0.0
+    damping_sigma: float = 0.0
+    share: float = 1.0
+    setups: int = 1
+    setup_shift: float = 0.0
+    frequency_bias: float = 0.0
+    damping_bias: float = 0.0
+
+    @property
+    def frequency_spread(self) -> float:
+        """How far the frequency may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.frequency_scatter, self.frequency_sigma, self.frequency_bias)
+
+    @property
+    def damping_spread(self) -> float:
+        """How far the damping ratio may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.damping_scatter, self.damping_sigma, self.damping_bias)
+
+
+@dataclass(frozen=True)
+class Poles:
+    """All poles of a stabilisation diagram: model order, frequency, Hz, damping ratio, and how stable each is.
+
+    `stable` holds the bits 1 frequency, 2 damping, 4 shape or participation.
+    """
+
+    order: NDArray[np.intp]
+    frequency_hz: Array
+    damping_ratio: Array
+    stable: NDArray[np.intp]
+
+
+@dataclass(frozen=True, repr=False)
+class IdentifiedModes(Tabular):
+    """Modes of a test: `poles` (n,), rad/s, ascending in frequency, with `shapes` (p, n) and `participation` (m, n).
+
+    The residue of mode r from input j to output i is shapes[i, r] participation[j, r]. Shapes are displacements.
+    `real_shapes` (p, n) are the real ones nearest to them, the largest entry positive. `scaling` says of each mode
+    whether its shape has unit modal mass, which takes a driving point, or unit participation. `lower` and `upper`
+    (p, m) are what modes below and above the band add, over s^2 and constant. `synthesis_error` is the relative error
+    of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
+    With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
+    `poles` are weighted means.
+    """
+
+    _shown = ("name", "setup", "frequency_hz", "outputs")
+
+    name: str
+    poles: Complex
+    shapes: Complex
+    real_shapes: Array
+    participation: Complex
+    inputs: tuple[MeasuredChannel, ...]
+    outputs: tuple[MeasuredChannel, ...]
+    evidence: tuple[ModeEvidence, ...]
+    diagram: tuple[Poles, ...]
+    synthesis_error: float
+    notes: tuple[str, ...] = ()
+    scaling: tuple[str, ...] = ()
+    lower: Array | None = None
+    upper: Array | None = None
+    decay: float = 0.0
+    band: tuple[float, float] | None = None
+    setup: str = ""
+    setups: tuple[IdentifiedModes, ...] = ()
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Undamped natural frequencies |s| / (2 pi) (n,), Hz."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> Array:
+        """Damping ratios -Re s / |s| (n,)."""
+        return -self.poles.real / np.abs(self.poles)
+
+    @property
+    def confidence(self) -> Array:
+        """Confidence in every mode (n,), 0 to 1."""
+        return np.array([e.confidence for e in self.evidence])
+
+    def receptance(self, frequency_hz: ArrayLike) -> Complex:
+        """Displacements per unit input (f, p, m) of modes and residuals, at frequencies, Hz (theory eq. I1).
+
+        No exponential window is in it.
+        """
+        s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
+
+    def _title(self) -> str:
+        return f"fits responses within {percent(self.synthesis_error)}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        own = self.evidence
+        columns = {
+            "mode": range(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "±": [percent(e.frequency_spread) for e in own],
+            "damping": [percent(float(z)) for z in self.damping_ratio],
+            "± of it": [percent(e.damping_spread) for e in own],
+            "confidence": [f"{x:.2f}" for x in self.confidence],
+            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in own],
+        }
+        yield Table(columns, "modes")
+
+    def _data(self) -> dict[str, Any]:
+        """Everything but diagrams."""
+        return {
+            "name": self.name,
+            "setup": self.setup,
+            "frequency_hz": self.frequency_hz,
+            "angular_frequency": np.abs(self.poles),
+            "damping_ratio": self.damping_ratio,
+            "shapes": self.shapes,
+            "real_shapes": self.real_shapes,
+            "participation": self.participation,
+            "scaling": self.scaling,
+            "inputs": self.inputs,
+            "outputs": self.outputs,
+            "evidence": self.evidence,
+            "synthesis_error": self.synthesis_error,
+            "setups": self.setups,
+        }
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "mode": np.arange(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "damping ratio": self.damping_ratio,
+            "confidence": self.confidence,
+            "frequency spread": [e.frequency_spread for e in self.evidence],
+            "damping spread": [e.damping_spread for e in self.evidence],
+            "modal phase collinearity": [e.modal_phase_collinearity for e in self.evidence],
+            "mean phase deviation [deg]": [e.mean_phase_deviation_deg for e in self.evidence],
+        }
+
+
+def responses(
+    s: Complex,
+    poles: Complex,
+    shapes: Complex,
+    participation: Complex,
+    lower: Array | None = None,
+    upper: Array | None = None,
+) -> Complex:
+    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1)."""
+    q = np.concatenate([1 / (s[:, None] - poles), 1 / (s[:, None] - poles.conj())], axis=1)
+    left, right = (np.concatenate([x, x.conj()], axis=1) for x in (shapes, participation))
+    H = np.einsum("fr,pr,mr->fpm", q, left, right, optimize=True)
+    if upper is not None:
+        H = H + upper
+    return H if lower is None else H + lower / s[:, None, None] ** 2
+
+
+Setups = tuple[tuple[str, tuple[MeasuredChannel, ...]], ...]
+
+
+def setups_of(data: IdentifiedModes) -> Setups:
+    """Names and outputs of the setups in which modes were measured."""
+    return tuple((one.setup, one.outputs) for one in data.setups or (data,))
 
 
 @dataclass(frozen=True, repr=False)
@@ -175,3 +362,105 @@ class Measurement(Result):
 def _median(values: Array) -> float:
     """The upper median, one of the values."""
     return float(np.sort(values, axis=None)[values.size // 2])
+
+
+HIGHEST = 1e12
+"""Highest frequency and sample rate, Hz: squares and powers of far higher ones overflow."""
+
+LARGEST = 1e100
+"""Largest value of a sample or a response."""
+
+
+def refuse_implausible(found: Measurement, where: str) -> None:
+    """Raise OptionError for numbers beyond all bounds, and for arrays of different sizes."""
+    _refuse_names(found, where)
+    for record in found.recordings:
+        _refuse_record(record, f"{where}: {record.name or 'record'}")
+    for frf in found.frfs:
+        _refuse_response(frf, f"{where}: responses of setup {frf.setup!r}" if frf.setup else f"{where}: responses")
+
+
+def _refuse_names(found: Measurement, where: str) -> None:
+    """Names and setups are short and printable: they become parts of tables, pictures and messages."""
+    channels = [c for r in found.recordings for c in r.channels]
+    channels += [c for f in found.frfs for c in (*f.inputs, *f.outputs)]
+    names = [found.name, *(t for c in channels for t in (c.name, c.node or ""))]
+    names += [t for r in found.recordings for t in (r.name, r.setup)] + [f.setup for f in found.frfs]
+    for name in names:
+        if len(name) > LONGEST_TITLE or CONTROL.search(name):
+            shown = repr(name if len(name) <= 40 else f"{name[:37]}...")
+            raise OptionError(
+                f"{where}: a name has at most {LONGEST_TITLE} characters and no control characters, not {shown}"
+            )
+
+
+def _refuse_record(record: Recording, where: str) -> None:
+    if not 0 < record.sample_rate <= HIGHEST:
+        raise OptionError(f"{where}: a sample rate is positive and at most {HIGHEST:g} Hz, not {record.sample_rate:g}")
+    if not record.samples.shape[-1]:
+        raise OptionError(f"{where}: there are no samples")
+    _refuse_large(record.samples, where)
+
+
+def _refuse_response(frf: MeasuredFRF, where: str) -> None:
+    if not len(frf.frequency_hz):
+        raise OptionError(f"{where}: there are no frequencies")
+    if not (np.isfinite(frf.frequency_hz).all() and frf.frequency_hz.min() >= 0 and frf.frequency_hz.max() <= HIGHEST):
+        span = f"{frf.frequency_hz.min():g} to {frf.frequency_hz.max():g}"
+        raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST:g} Hz, these from {span}")
+    if (np.diff(frf.frequency_hz) <= 0).any():
+        at = int(np.argmax(np.diff(frf.frequency_hz) <= 0))
+        pair = f"{frf.frequency_hz[at]:g} Hz comes before {frf.frequency_hz[at + 1]:g} Hz"
+        raise OptionError(f"{where}: frequencies ascend, each is given once; {pair}")
+    if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST):
+        raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
+    _refuse_large(frf.response, where)
+    if frf.coherence is None:
+        return
+    if frf.coherence.shape != frf.response.shape:
+        raise OptionError(f"{where}: coherence is {frf.coherence.shape}, responses are {frf.response.shape}")
+    _refuse_large(frf.coherence, f"{where}: coherence")
+
+
+def _refuse_large(values: np.ndarray, where: str) -> None:
+    """Values that are no numbers are judged elsewhere."""
+    size = np.abs(values)
+    beyond = np.isfinite(size) & (size > LARGEST)
+    if beyond.any():
+        raise OptionError(f"{where}: a value of {size[beyond][0]:.3g}; at most {LARGEST:g} is expected")
+
+
+Repeated = Literal["average", "first", "last"]
+"""What to make of them: their mean, or the one that comes first or last."""
+
+MOST_NAMED = 3
+"""Pairs that are named in a note."""
+
+T = TypeVar("T")
+
+
+def checked(how: str | None) -> None:
+    """Raise OptionError for what is no way of merging; None is to refuse them."""
+    if how is not None and how not in get_args(Repeated):
+        raise OptionError(f"repeated is one of {', '.join(get_args(Repeated))}, not {how!r}")
+
+
+def merged(values: Sequence[NDArray[Any]], how: Repeated) -> NDArray[Any]:
+    """One of several arrays of a shape: their mean, the first or the last."""
+    return np.mean(values, axis=0) if how == "average" else values[0 if how == "first" else -1]
+
+
+def said_of(again: Sequence[tuple[str, int]], how: Repeated) -> str:
+    """A note on pairs, each with how often it is given."""
+    named = ", ".join(f"{pair} ({count} times)" for pair, count in again[:MOST_NAMED])
+    more = f" and {len(again) - MOST_NAMED} more" if len(again) > MOST_NAMED else ""
+    done = {"average": "averaged", "first": "the first one is used", "last": "the last one is used"}[how]
+    return f"given more than once, {done}: {named}{more}"
+
+
+def grouped(items: Sequence[T], key: Callable[[T], Any]) -> dict[Any, list[T]]:
+    """Items of one key together, in their order."""
+    found: dict[Any, list[T]] = {}
+    for item in items:
+        found.setdefault(key(item), []).append(item)
+    return found

@@ -15,8 +15,7 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.systems import UNITS
 from flexura.tables import ends, in_hz
-from flexura.testing.measurement.channel_descriptions import FORCES
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF
 
 NEAR_ZERO = 0.02

@@ -14,6 +14,7 @@ from flexura.arrays import Array, Index
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
+from flexura.sensitivity import Reading
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Ports
 from flexura.tables import Facts, Table, quantity
@@ -390,3 +391,24 @@ def _solid(body: RigidBody) -> tuple[Array, Array, bool] | None:
             axes: Array = np.array([first, np.cross(third, first), third], dtype=np.float64).T
             return np.asarray(turn @ axes, dtype=np.float64), np.array((d, d, length), dtype=float), True
     return None
+
+
+def readings_of(model: FullOrderModel, channels: Sequence[MeasuredChannel]) -> list[Reading]:
+    """Where channels sit on a mechanism: sensors stay where they are on their node while sizes change.
+
+    Raises OptionError for channels that have no counterpart in the model.
+    """
+    pairing = pair_channels(model, channels)
+    if pairing.unmatched:
+        lost = "; ".join(f"{u.channel.name}: {u.reason}" for u in pairing.unmatched[:3])
+        more = len(pairing.unmatched) - 3
+        raise OptionError(lost + (f"; and {more} more" if more > 0 else ""))
+    found = []
+    for k, match in enumerate(pairing.matched):
+        if np.isfinite(pairing.positions[k]).all():
+            at = model.geometry.positions[model.plan.topology.numbers([match.node])[0]]
+            arm = pairing.positions[k] - at
+            found.append(Reading(match.node, pairing.directions[k], bool(pairing.turns[k]), arm))
+        else:
+            found.append(Reading(match.node, np.zeros(3), False, np.zeros(3), pairing.rows[k]))
+    return found

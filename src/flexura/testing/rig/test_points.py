@@ -1,20 +1,26 @@
-"""Hammer points and accelerometers of a described test on its mechanism, and the mass that a placement adds."""
+"""A mechanism on its test rig: hammer points, accelerometers, and the mass that a placement of these adds."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
-from flexura.duals import real
-from flexura.errors import OptionError
-from flexura.mechanism import Accelerometer, HammerPoint, ModalTest, evaluated
-from flexura.structure import Design, FullOrderModel, Plan
+from flexura.beam import rigid_arm
+from flexura.duals import real, zeros
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import count_below
+from flexura.mechanism import Accelerometer, Damping, HammerPoint, Mechanism, ModalTest, evaluated
+from flexura.records import Latest
+from flexura.sensitivity import Change, Family, Matrices
+from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of
+from flexura.systems import InputPort, ModalSystem, OutputPort, System, system
 from flexura.testing.measurement import MeasuredChannel
 
 SHIFT = 0.1
@@ -251,3 +257,143 @@ def frequency_ratios(each: Array, measured: Sequence[Array], test_hz: float, col
         if len(hz) and abs(np.log(hz[nearest] / test_hz)) < SHIFT:
             found.append(own / hz[nearest])
     return float(np.mean(found)) if found else float(each[:, column].mean() / test_hz)
+
+
+class MassLoadedFamily:
+    """A family with the mean mass of the sensors of some placements, where and as heavy as the test of a design says.
+
+    theory eq. K20.
+    """
+
+    def __init__(self, family: Family, placements: Sequence[str]) -> None:
+        self._family, self._placements = family, tuple(placements)
+        self._latest: Latest[FullOrderModel | Matrices] = Latest()
+
+    def model(self, parameters: Mapping[str, float]) -> FullOrderModel | Matrices:
+        """The model for one design with the sensors; the last one is remembered."""
+        at = dict(parameters)
+        return self._latest.get(frozenset(at.items()), lambda: self._built(at))
+
+    def _built(self, at: dict[str, float]) -> FullOrderModel | Matrices:
+        own = self._family.model(at)
+        added = self._points(at).added(self._placements)
+        if isinstance(own, FullOrderModel):
+            return replace(own, M=sp.csc_matrix(own.M + added.on()))
+        return replace(own, M=own.M + added.on(self._family.over_coordinates(at, added.motion)))
+
+    def changes(self, parameters: Mapping[str, float], names: Sequence[str], X: Array) -> list[Change]:
+        """Derivatives by each of some parameters of K X and M X (n, k) with the sensors, and of readings."""
+        return self._family.changes(parameters, names, X, self._sensors)
+
+    def _sensors(self, design: Design, X: Array) -> Any:
+        """The sensors' mass times displacements X (n, k) of the full-order model, of a design that may have slopes."""
+        topology, x = design.plan.topology, design.geometry.positions
+        padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
+        found = zeros(padded.shape, design.values)
+        for mass, number, at in TestPoints(design).masses(self._placements):
+            root = topology.root[number]
+            D, dof = rigid_arm(at - x[root])[:3], topology.dof[root]
+            found[dof] += D.T @ (mass * (D @ padded[dof]))
+        return found[:-1]
+
+    def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
+        """What the rows read off coordinate vectors X: (o, k)."""
+        return self._family.readings(parameters, X)
+
+    def rows(self, parameters: Mapping[str, float]) -> Array:
+        """The rows themselves over the coordinates: (o, n)."""
+        return self._family.rows(parameters)
+
+    def _points(self, parameters: Mapping[str, float]) -> TestPoints:
+        return TestPoints(Design.of(self._family.plan, parameters))
+
+
+AnyFamily = Family | MassLoadedFamily
+
+
+@dataclass(frozen=True)
+class TrueModes:
+    """What a test should find: undamped frequencies (n,), damping ratios (n,) and shapes (p, n) at all accelerometers
+    of the test, unit modal mass. `placement` is the one whose sensors are on the mechanism, None for no sensors.
+    """
+
+    placement: str | None
+    frequency_hz: Array
+    damping_ratio: Array
+    shapes: Array
+
+
+class ModalTestRig:
+    """A mechanism ready for the test that it describes, or for `test`.
+
+    Raises OptionError without a test and for test points that cannot move, ModelError for a description that cannot be
+    used.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism | Plan,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        test: ModalTest | None = None,
+        damping: Damping | float | Mapping[str, Any] | None = None,
+    ) -> None:
+        plan = plan_of(mechanism, parameters)
+        plan.refuse_pose("virtual tests")
+        described = test or plan.mechanism.test
+        if described is None:
+            raise OptionError(f"{plan.mechanism.name} describes no test: add the key test to its file")
+        single = one_design(parameters)
+        if test is not None:
+            plan = plan_of(plan.mechanism.model_copy(update={"test": test}))
+        self.model: FullOrderModel = assemble(plan, single)
+        self._points = TestPoints(self.model.design)
+        self.test: ModalTest = self._points.test
+        self._built = system(self.model, inputs=[], outputs=[], damping=damping)
+        self.hammer: list[TestPoint] = list(self._points.hammer.values())
+        self.accelerometers: dict[str, TestPoint] = self._points.accelerometers
+        for point in [*self.hammer, *self.accelerometers.values()]:
+            if not point.row.any():
+                raise OptionError(f"test: {point.channel.name} is at {point.channel.node}, which is held there")
+
+    @property
+    def name(self) -> str:
+        """Name of the mechanism."""
+        return self.model.plan.mechanism.name
+
+    @cached_property
+    def placements(self) -> dict[str, tuple[TestPoint, ...]]:
+        """Accelerometers in every placement."""
+        return {k: tuple(self.accelerometers[name] for name in own) for k, own in self.test.placed().items()}
+
+    def system(self, placement: str | None) -> System:
+        """Forces of the hammer to readings of all accelerometers, with the mass of those of one placement, or of none.
+
+        theory eq. H15.
+        """
+        added = self._points.added([] if placement is None else [placement])
+        M = sp.csc_matrix(self.model.M + added.on())
+        built, sensors = self._built, list(self.accelerometers.values())
+        p, m = len(sensors), len(self.hammer)
+        return replace(
+            built,
+            M=M,
+            C=built.C + built.law.alpha * (M - self.model.M),
+            B=np.stack([h.row for h in self.hammer], axis=1),
+            rows=np.stack([a.row for a in sensors]),
+            derivative=np.full(p, 2, dtype=np.intp),
+            D=np.zeros((p, m)),
+            residual=np.zeros((p, m)),
+            inputs=tuple(h.channel for h in self.hammer),
+            outputs=tuple(a.channel for a in sensors),
+            limits=((-np.inf, np.inf),) * m,
+            input_ports=tuple(InputPort(h.channel, h.row, h.row) for h in self.hammer),
+            output_ports=tuple(OutputPort(a.channel, a.row, 2, a.rigid) for a in sensors),
+        )
+
+    def modes(self, placement: str | None) -> ModalSystem:
+        """The system in its modes up to half the sample rate. Raises SolverError when there are none."""
+        built = self.system(placement)
+        nyquist = float(self.test.sample_rate) / 2  # type: ignore[arg-type]
+        if not count_below(built.K, built.M, (2 * np.pi * nyquist) ** 2):
+            raise SolverError(f"there is no mode up to {nyquist:g} Hz, half the sample rate of the test")
+        return built.modal(up_to=nyquist)

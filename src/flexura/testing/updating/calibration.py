@@ -16,12 +16,26 @@ from flexura.mechanism import Mechanism
 from flexura.sensitivity import ModelOrder
 from flexura.structure import Plan, one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
-from flexura.testing.updating.configuration import Configuration, configurations
-from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening
-from flexura.testing.updating.posterior import LEAST_REDUCTION, QUANTILE, Direction, covariance, directions
-from flexura.testing.updating.residuals import CalibrationProblem
+from flexura.testing.updating.posterior import (
+    LEAST_REDUCTION,
+    QUANTILE,
+    UNLIKELY,
+    Direction,
+    Misfit,
+    covariance,
+    directions,
+    misfits,
+    widening,
+)
+from flexura.testing.updating.problem import (
+    CalibrationProblem,
+    Configuration,
+    Prior,
+    Unknowns,
+    configurations,
+    unknowns,
+)
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
-from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
 
 Pairing = Literal["tracked", "in_order"]
 

@@ -1,0 +1,311 @@
+"""What makes a mode trustworthy: how real its shape is, whether the data carry it, and how far it may be biased."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.arrays import Array, Complex
+from flexura.linalg import leading, turned
+from flexura.tables import in_hz
+from flexura.testing.identification.residues import Fit
+from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, Poles, ResponseMatrix, responses
+
+ALONG = 0.999
+"""Cosine between the directions of an input and an output at one node that are a driving point."""
+
+ROTATIONS = ("rotation", "angular_velocity", "angular_acceleration")
+"""Quantities whose partner in work is a moment."""
+
+HALF_FREQUENCY, HALF_DAMPING = 0.005, 0.25
+"""Relative spreads of frequency and of damping that halve the confidence in a mode."""
+
+
+def phase(shapes: Complex) -> Array:
+    """Angle (n,) of the line in the complex plane that each column is nearest to, rad (theory eq. I15)."""
+    return np.angle((shapes**2).sum(axis=0)) / 2
+
+
+def collinearity(shapes: Complex) -> Array:
+    """Modal phase collinearity (n,): 1 for columns on a line through zero, 0 for those on a circle (theory eq. I16)."""
+    return np.abs((shapes**2).sum(axis=0)) ** 2 / (np.abs(shapes) ** 2).sum(axis=0) ** 2
+
+
+def phase_deviation(shapes: Complex) -> Array:
+    """Mean phase deviation (n,) from that line, weighted by size, degrees (theory eq. I17)."""
+    turned = shapes * np.exp(-1j * phase(shapes))
+    angle = np.degrees(np.arctan2(np.abs(turned.imag), np.abs(turned.real)))
+    return (np.abs(shapes) * angle).sum(axis=0) / np.abs(shapes).sum(axis=0)
+
+
+def real_shapes(shapes: Complex) -> Array:
+    """Real shapes (p, n) nearest to complex ones, the largest entry positive (theory eq. I15)."""
+    return turned((shapes * np.exp(-1j * phase(shapes))).real)
+
+
+def scaled(
+    poles: Complex,
+    shapes: Complex,
+    participation: Complex,
+    inputs: Sequence[MeasuredChannel],
+    outputs: Sequence[MeasuredChannel],
+) -> tuple[Complex, Complex, tuple[str, ...]]:
+    """Shapes and participation scaled to `unit modal mass` where a driving point moves, else to `unit participation`.
+
+    With unit modal mass the residue at a driving point is shape^2 / (2 i Im s) (theory eq. I18). Shapes are turned
+    towards the real axis, the largest entry positive.
+    """
+    points = driving_points(inputs, outputs)
+    factor = np.ones(shapes.shape[1], dtype=complex)
+    how = ["unit participation"] * len(factor)
+    for r in range(len(factor)):
+        largest = np.abs(shapes[:, r]).max()
+        i, j, sign = max(points, key=lambda at: abs(shapes[at[0], r]), default=(0, 0, 0))
+        if sign and abs(shapes[i, r]) > 0.05 * largest:
+            factor[r] = np.sqrt(2j * poles[r].imag * sign * participation[j, r] / shapes[i, r])
+            how[r] = "unit modal mass"
+        else:
+            factor[r] = np.linalg.norm(participation[:, r])
+    left, right = shapes * factor, participation / factor
+    turn = np.where(np.array(how) == "unit modal mass", 1.0, np.exp(-1j * phase(left)))
+    left, right = left * turn, right / turn
+    sign = np.where(np.take_along_axis(left, leading(np.abs(left), axis=0)[None], axis=0)[0].real < 0, -1.0, 1.0)
+    return left * sign, right * sign, tuple(how)
+
+
+def untangled(
+    poles: Complex,
+    shapes: Complex,
+    participation: Complex,
+    group: Sequence[int],
+    inputs: Sequence[MeasuredChannel],
+    outputs: Sequence[MeasuredChannel],
+) -> tuple[Complex, Complex]:
+    """Shapes (p, k) and participation (m, k) of a group of modes with one pole, as real as their residue allows.
+
+    Any mixture of repeated modes is one of their shapes. The right singular vectors of the real residue are taken,
+    turned so that both have unit modal mass where there are as many driving points (theory eq. I19).
+    """
+    k = list(group)
+    residue = shapes[:, k] @ participation[:, k].T
+    real = (residue * np.exp(-1j * phase(residue.reshape(-1, 1)))).real
+    right = np.linalg.svd(real)[2][: len(k)].T
+    left = residue @ right
+    points = driving_points(inputs, outputs)
+    if len(points) >= len(k):
+        at, of = [i for i, _, _ in points], [j for _, j, _ in points]
+        sign = np.array([s for _, _, s in points])[:, None]
+        G = (np.linalg.pinv(2j * poles[k].imag.mean() * left[at], rcond=1e-3) @ (sign * right[of])).real
+        turn = np.linalg.eigh(G + G.T)[1]
+        left, right = left @ turn, right @ turn
+    return left, right.astype(complex)
+
+
+def driving_points(
+    inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel]
+) -> list[tuple[int, int, float]]:
+    """Pairs (output, input, sign) of a force and a motion along it at one place."""
+    found = []
+    for i, out in enumerate(outputs):
+        for j, into in enumerate(inputs):
+            if None in (out.node, into.node, out.direction, into.direction) or out.location != into.location:
+                continue
+            along = float(np.dot(out.direction or (), into.direction or ()))
+            fits = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")
+            if fits and abs(along) > ALONG:
+                found.append((i, j, float(np.sign(along))))
+    return found
+
+
+def confidence_of(
+    share: float, frequency_scatter: float, damping_scatter: float, frequency_sigma: float, damping_sigma: float
+) -> float:
+    """Confidence in a mode, 0 to 1 (theory eq. I14)."""
+    f = (frequency_scatter**2 + frequency_sigma**2) / HALF_FREQUENCY**2
+    z = (damping_scatter**2 + damping_sigma**2) / HALF_DAMPING**2
+    return float(share / ((1 + f) * (1 + z)))
+
+
+def assembled(
+    name: str,
+    modes: tuple[Complex, Complex, Complex],
+    channels: tuple[tuple[MeasuredChannel, ...], tuple[MeasuredChannel, ...]],
+    evidence: Sequence[ModeEvidence],
+    diagrams: tuple[Poles, ...],
+    error: float,
+    notes: tuple[str, ...],
+    repeated: Sequence[Sequence[int]] = (),
+) -> IdentifiedModes:
+    """Poles, shapes and participation with shapes scaled, their complexity, and notes on doubtful damping.
+
+    Groups of repeated modes are untangled.
+    """
+    poles, shapes, participation = modes
+    for group in repeated:
+        k = list(group)
+        shapes[:, k], participation[:, k] = untangled(poles, shapes, participation, group, *channels)
+    shapes, participation, how = scaled(poles, shapes, participation, *channels)
+    mpc, mpd = collinearity(shapes), phase_deviation(shapes)
+    full = [
+        replace(e, modal_phase_collinearity=float(c), mean_phase_deviation_deg=float(d))
+        for e, c, d in zip(evidence, mpc, mpd, strict=True)
+    ]
+    negative = [f"{abs(s) / (2 * np.pi):.5g}" for s in poles if s.real >= 0]
+    if negative:
+        listed = ", ".join(negative)
+        notes = (*notes, f"no damping is left at {listed} Hz once that of the exponential window is taken out")
+    real = real_shapes(shapes)
+    return IdentifiedModes(
+        name, poles, shapes, real, participation, *channels, tuple(full), diagrams, error, notes, how
+    )
+
+
+CARRIED, CARRIED_EACH = 30.0, 5.0
+"""What a mode adds near its frequency, squared, is so many times the variance of a line of the misfit, and so many
+times more for each response: a pole that follows noise gains 2 for each of its numbers, and some by being chosen."""
+
+ROUND_OFF = 1e-12
+"""What a mode adds near its frequency, squared, is also more than this share of the responses, squared: their round-off
+where they are free of noise."""
+
+STRUCTURED = 4.0
+"""A misfit is more than white noise where its square exceeds what its second difference shows by so many of the
+standard deviations, roughly, of that ratio."""
+
+NEAR = 2.0
+"""Lines of a mode lie within so many half-power half-widths."""
+
+NEAREST_LINES = 9
+"""So many lines nearest to a mode are its own where fewer lie that near."""
+
+ALIKE = 0.9
+"""Modal assurance criterion of residues that are alike."""
+
+
+def _term(matrix: ResponseMatrix, fit: Fit, k: int) -> Complex:
+    """What one mode adds to the scaled responses (f, p, m)."""
+    at = slice(k, k + 1)
+    one = responses(matrix.s, fit.poles[at], fit.shapes[:, at], fit.participation[:, at])
+    return one * matrix.s[:, None, None] ** matrix.power
+
+
+def _lines(matrix: ResponseMatrix, pole: complex) -> NDArray[np.intp]:
+    """Positions of the lines of a mode."""
+    apart = np.abs(matrix.s.imag - abs(pole.imag))
+    inside = np.flatnonzero(apart < NEAR * abs(pole.real))
+    return inside if len(inside) >= NEAREST_LINES else np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
+
+
+def is_carried(matrix: ResponseMatrix, fit: Fit, k: int) -> bool:
+    """Whether a mode adds more to the responses near its frequency than a pole that follows noise (theory eq. I24)."""
+    at = _lines(matrix, complex(fit.poles[k]))
+    own = float((np.abs(_term(matrix, fit, k)[at]) ** 2).sum())
+    left = np.abs((matrix.scaled - fit.synthesis)[at]) ** 2
+    whole = float((np.abs(matrix.scaled[at]) ** 2).sum())
+    noise = float(left.mean()) * (CARRIED + CARRIED_EACH * left[0].size)
+    return own > max(noise, ROUND_OFF * whole)
+
+
+def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
+    """How far frequency and damping ratio of a mode may be off by what is not noise, relative (theory eqs. I25, I26).
+
+    By the part of the misfit that neighbouring lines share, and by the width of a line against that of the mode.
+    """
+    pole = complex(fit.poles[k])
+    at = _lines(matrix, pole)
+    left = (matrix.scaled - fit.synthesis)[at]
+    uneven = float((np.abs(left[:-2] - 2 * left[1:-1] + left[2:]) ** 2).sum()) / 6 * len(at) / (len(at) - 2)
+    square = float((np.abs(left) ** 2).sum())
+    slope = _term(matrix, fit, k)[at] / (matrix.s[at] - pole)[:, None, None]
+    moved = 0.0
+    if square > (1 + STRUCTURED / np.sqrt(left.size)) * uneven:
+        moved = float(np.sqrt((square - uneven) / max(float((np.abs(slope) ** 2).sum()), 1e-300)))
+    step = 2 * np.pi * float(np.median(np.diff(matrix.frequency_hz)))
+    width = min((step / (2 * abs(pole.real))) ** 2 / 3, 1.0)
+    ratio = abs(pole.real) / abs(pole)
+    return max(moved / abs(pole), width * ratio), max(moved / abs(pole.real), width)
+
+
+def close_pairs(matrix: ResponseMatrix, fit: Fit, repeated: list[list[int]]) -> list[str]:
+    """Notes on modes that lines cannot tell apart, or that are alike within their width."""
+    hz = np.abs(fit.poles) / (2 * np.pi)
+    step = float(np.median(np.diff(matrix.frequency_hz)))
+    left, right = (x / np.linalg.norm(x, axis=0) for x in (fit.shapes, fit.participation))
+    notes = []
+    for k in range(len(hz) - 1):
+        apart, width = float(hz[k + 1] - hz[k]), float(np.abs(fit.poles[k : k + 2].real).mean() / np.pi)
+        alike = float(
+            np.abs(left[:, k].conj() @ left[:, k + 1]) ** 2 * np.abs(right[:, k].conj() @ right[:, k + 1]) ** 2
+        )
+        if any(k in group and k + 1 in group for group in repeated):
+            continue
+        if apart < step:
+            why = f"closer than the lines, which are {in_hz(step, 3)} apart"
+        elif apart < width and alike > ALIKE:
+            why = "alike and closer than their half-power width"
+        else:
+            continue
+        notes.append(f"modes at {in_hz(hz[k], 6)} and {in_hz(hz[k + 1], 6)} are {why}: they may be one")
+    return notes
+
+
+ABOVE = 1e3
+"""Square of a peak over the median of all lines from which it is no noise: 30 dB; the largest of 100 000 lines of noise
+has 12 dB."""
+
+LEAST_OF_WIDTH = 0.05
+"""Part of the width of a peak that is taken for damping where a window has added more than there is."""
+
+
+class LonePeak(NamedTuple):
+    """The mode of a peak: its pole, rad/s, participation (m, 1), evidence, and what is said of it."""
+
+    pole: complex
+    participation: Complex
+    evidence: ModeEvidence
+    note: str
+
+    @property
+    def hz(self) -> float:
+        """Its frequency, Hz."""
+        return abs(self.pole) / (2 * np.pi)
+
+
+def lone_peak(matrix: ResponseMatrix) -> LonePeak | None:
+    """The mode of the largest peak of the responses; None where it is less than 30 dB above the median.
+
+    Its frequency is the centre of the lines within half its power, its damping ratio half of their width over that
+    (half-power method, D. J. Ewins, Modal Testing, 2000): the most that it may be, since lines and leakage widen it.
+    """
+    H, hz = matrix.scaled, matrix.frequency_hz
+    power = (np.abs(H) ** 2).sum(axis=(1, 2))
+    k, middle = int(np.argmax(power)), float(np.median(power))
+    if not power[k] > ABOVE * middle or k in (0, len(hz) - 1):
+        return None
+    low = high = k
+    while low > 0 and power[low - 1] > power[k] / 2:
+        low -= 1
+    while high < len(hz) - 1 and power[high + 1] > power[k] / 2:
+        high += 1
+    step, own = float(np.median(np.diff(hz))), slice(low, high + 1)
+    centre, width = float(np.average(hz[own], weights=power[own])), (high - low + 1) * step
+    decay = max(np.pi * width - float(matrix.s.real[0]), LEAST_OF_WIDTH * np.pi * width)
+    size = 2 * np.pi * centre
+    participation = np.linalg.svd(H[k])[2][:1].conj().T
+    spread = width / (2 * centre)
+    evidence = ModeEvidence(
+        *(confidence_of(0.0, spread, 1.0, spread, 1.0), 0.0, 0.0, 1.0, 0.0),
+        share=0.0,
+        frequency_bias=spread,
+        damping_bias=1.0,
+    )
+    note = (
+        f"no pole is stable over the orders: the mode at {in_hz(centre)} is that of a peak alone,"
+        f" {10 * np.log10(power[k] / middle):.0f} dB above the median of the lines; its damping is the most that a peak"
+        f" of {in_hz(width, 3)} allows: it has not decayed at the end of the record, or records differ; record longer"
+    )
+    return LonePeak(complex(-decay, np.sqrt(size**2 - decay**2)), participation, evidence, note)
