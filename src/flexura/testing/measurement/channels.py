@@ -44,10 +44,13 @@ class MeasuredChannel(Channel):
 STANDARD_GRAVITY = 9.80665
 """m/s^2 in g, as accelerometers have it."""
 
-_FIRST = (
-    *("force", "moment", "displacement", "velocity", "acceleration"),
+FORCES = ("force", "moment")
+
+_BY_UNIT = (
+    *(*FORCES, "displacement", "velocity", "acceleration"),
     *("rotation", "angular_velocity", "angular_acceleration", "voltage", "stress"),
 )
+"""Quantities in the order in which a unit alone is taken for one of them."""
 _GRAVITIES = {"g": 1.0, "gn": 1.0, "g_n": 1.0, "g0": 1.0, "gs": 1.0, "mg": 1e-3, "ug": 1e-6}
 _WRITTEN = str.maketrans({"²": "^2", "³": "^3", "·": "*", "⋅": "*", "−": "-"})
 _WORDS = {
@@ -57,7 +60,7 @@ _WORDS = {
     **dict.fromkeys(("inch", "inches", "in"), "in"),
     "lbf": "lbf",
     "kn": "kN",
-    **{own: own for own in ("mm", "cm", "rad", "ft", "deg")},
+    **{unit: unit for unit in ("mm", "cm", "rad", "ft", "deg")},
 }
 """Units as other programs write them, in small letters."""
 
@@ -74,10 +77,10 @@ FREQUENCIES = {
 
 def frequency_factor(label: str, what: str) -> float:
     """Hz in a unit of frequency such as Hz, kHz, rad/s or rpm. Raises OptionError, which names it, for any other."""
-    found = FREQUENCIES.get("".join(label.split()).lower())
-    if found is None:
+    factor = FREQUENCIES.get("".join(label.split()).lower())
+    if factor is None:
         raise OptionError(f"{what}: frequencies are in Hz, kHz, rad/s or rpm, not in {label.strip()!r}")
-    return found
+    return factor
 
 
 def dimension(unit: str) -> Exponents:
@@ -110,7 +113,7 @@ def quantity_of(text: str, quantity: str | None = None, what: str = "channel") -
     except ExpressionError as error:
         raise OptionError(f"{what}: {error}") from None
     if quantity is None:
-        quantity = next((q for q in _FIRST if dimension(UNITS[q]) == exponents), None)
+        quantity = next((q for q in _BY_UNIT if dimension(UNITS[q]) == exponents), None)
         if quantity is None:
             raise OptionError(f"{what}: {label} is no unit of a force or a motion; units are, e.g., N, m/s^2, g, um")
     elif dimension(UNITS[quantity]) != exponents:
@@ -128,10 +131,10 @@ def _canonical(label: str) -> str:
     is_shouted = text.upper() == text and len(text) > 1
 
     def word(match: re.Match[str]) -> str:
-        own = match[0]
-        if is_shouted and own in ("M", "S"):
-            return own.lower()
-        return _WORDS.get(own.lower(), own)
+        written = match[0]
+        if is_shouted and written in ("M", "S"):
+            return written.lower()
+        return _WORDS.get(written.lower(), written)
 
     return re.sub(r"[A-Za-z]+", word, text)
 
@@ -140,28 +143,25 @@ def split_response(label: str, quantity: str | None = None) -> tuple[str, str] |
     """Units of response and force of a label such as `(m/s²)/N`, `g/N`, `(1/N)*(m/s^2)` or `1/kg`; None for others."""
     text = label.translate(_WRITTEN).strip()
     inverse = re.fullmatch(r"\(?\s*1\s*/\s*([^()]+?)\)?\s*\*\s*\(?([^()]+)\)?", text)
-    ends = (inverse[2], inverse[1]) if inverse is not None else None
-    if ends is None and "/" in text:
-        motion, _, cause = text.rpartition("/")
-        ends = motion.strip(), cause.strip()
-    if ends is not None and (_is_cause(ends[1].strip("() "))):
-        return ends[0].removeprefix("(").removesuffix(")") if ends[0][:1] == "(" else ends[0], ends[1].strip("() ")
+    motion, _, cause = (inverse[2], "", inverse[1]) if inverse is not None else text.rpartition("/")
+    motion, cause = motion.strip() if inverse is None else motion, cause.strip("() ")
+    if (inverse is not None or "/" in text) and _is_force(cause):
+        return motion[1:].removesuffix(")") if motion.startswith("(") else motion, cause
     try:
         factor, exponents = parse_unit(_canonical(text))
     except ExpressionError:
         return None
-    if quantity is not None and factor == 1:
-        motion, force = dimension(UNITS[quantity]), dimension("N")
-        if exponents == tuple(a - b for a, b in zip(motion, force, strict=True)):
-            return UNITS[quantity], "N"
+    per_force = () if quantity is None else zip(dimension(UNITS[quantity]), dimension("N"), strict=True)
+    if quantity is not None and factor == 1 and exponents == tuple(a - b for a, b in per_force):
+        return UNITS[quantity], "N"
     return None
 
 
-def _is_cause(text: str) -> bool:
-    """Whether a text is a unit of a force or a moment."""
-    for quantity in ("force", "moment"):
+def _is_force(unit: str) -> bool:
+    """Whether a unit is one of a force or a moment."""
+    for quantity in FORCES:
         with suppress(OptionError):
-            quantity_of(text, quantity)
+            quantity_of(unit, quantity)
             return True
     return False
 
@@ -174,7 +174,6 @@ def split_heading(text: str, what: str) -> tuple[str, str]:
     return match[1], match[2]
 
 
-FORCES = ("force", "moment")
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input")
 
@@ -251,13 +250,13 @@ def _description(entry: Any, what: str) -> ChannelDescription:
         quantity = quantity_of(str(unit), quantity, what)[0]
     elif quantity is not None:
         refuse_unknown(quantity, what)
-    force = entry.get("force")
+    node, direction, position, force = (entry.get(key) for key in ("node", "direction", "position", "force"))
     if force is not None and quantity_of(str(force), None, what)[0] not in FORCES:
         raise OptionError(f"{what}: {force} is no unit of a force or a moment")
     return ChannelDescription(
-        None if entry.get("node") is None else str(entry["node"]),
-        None if entry.get("direction") is None else axis(entry["direction"], what),
-        None if entry.get("position") is None else _position(entry["position"], what),
+        None if node is None else str(node),
+        None if direction is None else axis(direction, what),
+        None if position is None else _position(position, what),
         quantity,
         None if unit is None else str(unit),
         entry.get("input"),
@@ -268,7 +267,7 @@ def _description(entry: Any, what: str) -> ChannelDescription:
 def _position(raw: Any, what: str) -> tuple[float, float, float]:
     if not isinstance(raw, list) or len(raw) != 3:
         raise OptionError(f"{what}: a position is three lengths with their units, e.g. [40 mm, 0 mm, 62 mm]")
-    found = []
+    lengths = []
     for text in raw:
         try:
             value, exponents = (0.0, None) if text == 0 else parse_quantity(str(text))
@@ -276,8 +275,8 @@ def _position(raw: Any, what: str) -> tuple[float, float, float]:
             raise OptionError(f"{what}: {error}") from None
         if exponents is not None and (exponents[0] != 1 or any(exponents[1:])):
             raise OptionError(f"{what}: {text!r} is no length; write it with its unit, e.g. 40 mm")
-        found.append(value)
-    x, y, z = found
+        lengths.append(value)
+    x, y, z = lengths
     return x, y, z
 
 
@@ -290,7 +289,7 @@ def described_channels(mechanism: Mechanism | Plan, names: Sequence[str]) -> dic
     plan = plan_of(mechanism)
     design = Design.of(plan)
     ports = Ports(design)
-    found: dict[str, ChannelDescription] = {}
+    described: dict[str, ChannelDescription] = {}
     for name in names:
         node, _, dof = name.partition(":")[0].rpartition(".")
         try:
@@ -298,25 +297,18 @@ def described_channels(mechanism: Mechanism | Plan, names: Sequence[str]) -> dic
                 is_sensor = name in ports.sensors
                 channel = (ports.outputs([name]) if is_sensor else ports.inputs([name]))[0].channel
                 if channel.node is not None and channel.against is None:
-                    found[name] = ChannelDescription(
-                        channel.node, channel.direction, channel.position, channel.quantity
-                    )
+                    place = (channel.node, channel.direction, channel.position)
+                    described[name] = ChannelDescription(*place, quantity=channel.quantity)
             else:
                 number = int(plan.topology.numbers([node])[0])
                 x, y, z = design.geometry.positions[number].tolist()
-                found[name] = ChannelDescription(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
+                described[name] = ChannelDescription(node, axis("xyz"[DOF_NAMES.index(dof) % 3], name), (x, y, z))
         except (FlexuraError, ValueError, IndexError):
             continue
-    return found
+    return described
 
 
 def with_description(channel: MeasuredChannel, described: ChannelDescription | None) -> MeasuredChannel:
     """A channel with its node, direction and position as described; what is not described stays as it is."""
-    if described is None:
-        return channel
-    return replace(
-        channel,
-        node=described.node if described.node is not None else channel.node,
-        direction=described.direction if described.direction is not None else channel.direction,
-        position=described.position if described.position is not None else channel.position,
-    )
+    place = {name: getattr(described, name, None) for name in ("node", "direction", "position")}
+    return replace(channel, **{name: value for name, value in place.items() if value is not None})

@@ -87,6 +87,10 @@ class IdentifiedModes(Tabular):
     """
 
     _shown = ("name", "setup", "frequency_hz", "outputs")
+    _told = (
+        *("name", "setup", "frequency_hz", "angular_frequency", "damping_ratio", "shapes", "real_shapes"),
+        *("participation", "scaling", "inputs", "outputs", "evidence", "synthesis_error", "setups"),
+    )
 
     name: str
     poles: Complex
@@ -110,7 +114,12 @@ class IdentifiedModes(Tabular):
     @property
     def frequency_hz(self) -> Array:
         """Undamped natural frequencies |s| / (2 pi) (n,), Hz."""
-        return np.abs(self.poles) / (2 * np.pi)
+        return self.angular_frequency / (2 * np.pi)
+
+    @property
+    def angular_frequency(self) -> Array:
+        """The same in rad/s, |s| (n,)."""
+        return np.abs(self.poles)
 
     @property
     def damping_ratio(self) -> Array:
@@ -134,36 +143,16 @@ class IdentifiedModes(Tabular):
         return f"fits responses within {percent(self.synthesis_error)}"
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.evidence
         columns = {
             "mode": range(1, len(self.poles) + 1),
             "frequency [Hz]": self.frequency_hz,
-            "±": [percent(e.frequency_spread) for e in own],
+            "±": [percent(e.frequency_spread) for e in self.evidence],
             "damping": [percent(float(z)) for z in self.damping_ratio],
-            "± of it": [percent(e.damping_spread) for e in own],
+            "± of it": [percent(e.damping_spread) for e in self.evidence],
             "confidence": [f"{x:.2f}" for x in self.confidence],
-            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in own],
+            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in self.evidence],
         }
         yield Table(columns, "modes")
-
-    def _data(self) -> dict[str, Any]:
-        """Everything but diagrams."""
-        return {
-            "name": self.name,
-            "setup": self.setup,
-            "frequency_hz": self.frequency_hz,
-            "angular_frequency": np.abs(self.poles),
-            "damping_ratio": self.damping_ratio,
-            "shapes": self.shapes,
-            "real_shapes": self.real_shapes,
-            "participation": self.participation,
-            "scaling": self.scaling,
-            "inputs": self.inputs,
-            "outputs": self.outputs,
-            "evidence": self.evidence,
-            "synthesis_error": self.synthesis_error,
-            "setups": self.setups,
-        }
 
     def _columns(self) -> dict[str, Any]:
         return {
@@ -219,30 +208,21 @@ class Recording(Tabular):
     name: str = ""
 
     def _view(self) -> Iterator[Facts | Table]:
-        length = self.samples.shape[1] / self.sample_rate
-        yield Facts(
-            {
-                "duration": quantity(length, "s"),
-                "sample rate": in_hz(self.sample_rate),
-                "setup": self.setup,
-            }
-        )
+        duration = quantity(self.samples.shape[1] / self.sample_rate, "s")
+        yield Facts({"duration": duration, "sample rate": in_hz(self.sample_rate), "setup": self.setup})
+        rows = list(zip(self.channels, self.samples, strict=True))
         columns = {
             "channel": [c.name for c in self.channels],
             "": ["input" if k in self.inputs else "output" for k in range(len(self.channels))],
-            "largest": [
-                quantity(float(np.abs(x).max()), c.unit, 4) for c, x in zip(self.channels, self.samples, strict=True)
-            ],
-            "rms": [
-                quantity(float(np.sqrt(np.mean(x**2))), c.unit, 4)
-                for c, x in zip(self.channels, self.samples, strict=True)
-            ],
+            "largest": [quantity(float(np.abs(x).max()), c.unit, 4) for c, x in rows],
+            "rms": [quantity(float(np.sqrt(np.mean(x**2))), c.unit, 4) for c, x in rows],
         }
         yield Table(columns, "channels")
 
     def _data(self) -> dict[str, Any]:
-        own = {name: value for name, value in super()._data().items() if name != "sample_rate"}
-        return {**own, "sample_rate_hz": self.sample_rate}
+        data = dict(super()._data())
+        rate = data.pop("sample_rate")
+        return {**data, "sample_rate_hz": rate}
 
     def _columns(self) -> dict[str, Any]:
         time = {"time [s]": np.arange(self.samples.shape[1]) / self.sample_rate}
@@ -275,13 +255,14 @@ class MeasuredFRF(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}
         yield Facts({**facts, "exponential window [1/s]": self.decay or None})
-        pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
-        ends = [(self.outputs[i], self.inputs[j], np.abs(self.response[:, i, j])) for i, j in pairs]
+        pairs = list(np.ndindex(self.response.shape[1:]))
+        units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in pairs]
+        sizes = [np.abs(self.response[:, i, j]) for i, j in pairs]
         columns: dict[str, Any] = {
-            "output": [out.name for out, _, _ in ends],
-            "input": [into.name for _, into, _ in ends],
-            "peak": [quantity(float(H.max()), unit_of_response(out, into), 4) for out, into, H in ends],
-            "peak at [Hz]": [float(self.frequency_hz[H.argmax()]) for _, _, H in ends],
+            "output": [self.outputs[i].name for i, _ in pairs],
+            "input": [self.inputs[j].name for _, j in pairs],
+            "peak": [quantity(float(H.max()), unit, 4) for H, unit in zip(sizes, units, strict=True)],
+            "peak at [Hz]": [float(self.frequency_hz[H.argmax()]) for H in sizes],
         }
         if self.coherence is not None:
             columns["median coherence"] = [f"{_median(self.coherence[:, i, j]):.3f}" for i, j in pairs]
@@ -326,16 +307,16 @@ class Measurement(Result):
     modes: IdentifiedModes | None = None
 
     def _view(self) -> Iterator[Facts | Table]:
-        setups = dict.fromkeys(own.setup for own in (*self.recordings, *self.frfs))
+        setups = dict.fromkeys(data.setup for data in (*self.recordings, *self.frfs))
         counts = {"records": len(self.recordings), "frequency responses": len(self.frfs), "setups": ", ".join(setups)}
         yield Facts({**counts, "modes in the file": "" if self.modes is None else len(self.modes.poles)})
-        own = [frf._summary() for frf in self.frfs]
+        coherences = [frf.coherence for frf in self.frfs]
         columns = {
-            "responses of": [s["setup"] or str(k + 1) for k, s in enumerate(own)],
-            "inputs": [", ".join(s["inputs"]) for s in own],
-            "outputs": [", ".join(s["outputs"]) for s in own],
-            "band": [ends((s["from_hz"], s["to_hz"]), "Hz", 5) for s in own],
-            "median coherence": ["" if s["median_coherence"] is None else f"{s['median_coherence']:.3f}" for s in own],
+            "responses of": [frf.setup or str(k + 1) for k, frf in enumerate(self.frfs)],
+            "inputs": [", ".join(c.name for c in frf.inputs) for frf in self.frfs],
+            "outputs": [", ".join(c.name for c in frf.outputs) for frf in self.frfs],
+            "band": [ends((frf.frequency_hz[0], frf.frequency_hz[-1]), "Hz", 5) for frf in self.frfs],
+            "median coherence": ["" if gamma is None else f"{_median(gamma):.3f}" for gamma in coherences],
         }
         yield Table(columns, "sets of responses")
 
@@ -345,16 +326,16 @@ class Measurement(Result):
             "name": self.name,
             "recordings": [
                 {
-                    "name": own.name,
-                    "setup": own.setup,
-                    "channels": [c.name for c in own.channels],
-                    "inputs": own.inputs,
-                    "sample_rate_hz": own.sample_rate,
-                    "samples": own.samples.shape[1],
+                    "name": record.name,
+                    "setup": record.setup,
+                    "channels": [c.name for c in record.channels],
+                    "inputs": record.inputs,
+                    "sample_rate_hz": record.sample_rate,
+                    "samples": record.samples.shape[1],
                 }
-                for own in self.recordings
+                for record in self.recordings
             ],
-            "responses": [own._summary() for own in self.frfs],
+            "responses": [frf._summary() for frf in self.frfs],
             "modes": self.modes,
         }
 
@@ -371,55 +352,51 @@ LARGEST = 1e100
 """Largest value of a sample or a response."""
 
 
-def refuse_implausible(found: Measurement, where: str) -> None:
-    """Raise OptionError for numbers beyond all bounds, and for arrays of different sizes."""
-    _refuse_names(found, where)
-    for record in found.recordings:
-        _refuse_record(record, f"{where}: {record.name or 'record'}")
-    for frf in found.frfs:
-        _refuse_response(frf, f"{where}: responses of setup {frf.setup!r}" if frf.setup else f"{where}: responses")
+def refuse_implausible(measurement: Measurement, where: str) -> None:
+    """Raise OptionError for numbers beyond all bounds, and for arrays of different sizes.
 
-
-def _refuse_names(found: Measurement, where: str) -> None:
-    """Names and setups are short and printable: they become parts of tables, pictures and messages."""
-    channels = [c for r in found.recordings for c in r.channels]
-    channels += [c for f in found.frfs for c in (*f.inputs, *f.outputs)]
-    names = [found.name, *(t for c in channels for t in (c.name, c.node or ""))]
-    names += [t for r in found.recordings for t in (r.name, r.setup)] + [f.setup for f in found.frfs]
+    Names and setups are short and printable: they become parts of tables, pictures and messages.
+    """
+    records, frfs = measurement.recordings, measurement.frfs
+    channels = [*(c for r in records for c in r.channels), *(c for f in frfs for c in (*f.inputs, *f.outputs))]
+    names = [measurement.name, *(name for c in channels for name in (c.name, c.node or ""))]
+    names += [*(name for r in records for name in (r.name, r.setup)), *(f.setup for f in frfs)]
     for name in names:
         if len(name) > LONGEST_TITLE or CONTROL.search(name):
             shown = repr(name if len(name) <= 40 else f"{name[:37]}...")
             raise OptionError(
                 f"{where}: a name has at most {LONGEST_TITLE} characters and no control characters, not {shown}"
             )
-
-
-def _refuse_record(record: Recording, where: str) -> None:
-    if not 0 < record.sample_rate <= HIGHEST:
-        raise OptionError(f"{where}: a sample rate is positive and at most {HIGHEST:g} Hz, not {record.sample_rate:g}")
-    if not record.samples.shape[-1]:
-        raise OptionError(f"{where}: there are no samples")
-    _refuse_large(record.samples, where)
+    for r in records:
+        place = f"{where}: {r.name or 'record'}"
+        if not 0 < r.sample_rate <= HIGHEST:
+            raise OptionError(f"{place}: a sample rate is positive and at most {HIGHEST:g} Hz, not {r.sample_rate:g}")
+        if not r.samples.shape[-1]:
+            raise OptionError(f"{place}: there are no samples")
+        _refuse_large(r.samples, place)
+    for frf in frfs:
+        _refuse_response(frf, f"{where}: responses of setup {frf.setup!r}" if frf.setup else f"{where}: responses")
 
 
 def _refuse_response(frf: MeasuredFRF, where: str) -> None:
-    if not len(frf.frequency_hz):
+    hz = frf.frequency_hz
+    if not len(hz):
         raise OptionError(f"{where}: there are no frequencies")
-    if not (np.isfinite(frf.frequency_hz).all() and frf.frequency_hz.min() >= 0 and frf.frequency_hz.max() <= HIGHEST):
-        span = f"{frf.frequency_hz.min():g} to {frf.frequency_hz.max():g}"
+    if not (np.isfinite(hz).all() and hz.min() >= 0 and hz.max() <= HIGHEST):
+        span = f"{hz.min():g} to {hz.max():g}"
         raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST:g} Hz, these from {span}")
-    if (np.diff(frf.frequency_hz) <= 0).any():
-        at = int(np.argmax(np.diff(frf.frequency_hz) <= 0))
-        pair = f"{frf.frequency_hz[at]:g} Hz comes before {frf.frequency_hz[at + 1]:g} Hz"
-        raise OptionError(f"{where}: frequencies ascend, each is given once; {pair}")
+    if (np.diff(hz) <= 0).any():
+        at = int(np.argmax(np.diff(hz) <= 0))
+        raise OptionError(
+            f"{where}: frequencies ascend, each is given once; {hz[at]:g} Hz comes before {hz[at + 1]:g} Hz"
+        )
     if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST):
         raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
     _refuse_large(frf.response, where)
-    if frf.coherence is None:
-        return
-    if frf.coherence.shape != frf.response.shape:
-        raise OptionError(f"{where}: coherence is {frf.coherence.shape}, responses are {frf.response.shape}")
-    _refuse_large(frf.coherence, f"{where}: coherence")
+    if frf.coherence is not None:
+        if frf.coherence.shape != frf.response.shape:
+            raise OptionError(f"{where}: coherence is {frf.coherence.shape}, responses are {frf.response.shape}")
+        _refuse_large(frf.coherence, f"{where}: coherence")
 
 
 def _refuse_large(values: np.ndarray, where: str) -> None:
@@ -433,7 +410,7 @@ def _refuse_large(values: np.ndarray, where: str) -> None:
 Repeated = Literal["average", "first", "last"]
 """What to make of them: their mean, or the one that comes first or last."""
 
-MOST_NAMED = 3
+MOST_PAIRS = 3
 """Pairs that are named in a note."""
 
 T = TypeVar("T")
@@ -452,15 +429,15 @@ def merged(values: Sequence[NDArray[Any]], how: Repeated) -> NDArray[Any]:
 
 def said_of(again: Sequence[tuple[str, int]], how: Repeated) -> str:
     """A note on pairs, each with how often it is given."""
-    named = ", ".join(f"{pair} ({count} times)" for pair, count in again[:MOST_NAMED])
-    more = f" and {len(again) - MOST_NAMED} more" if len(again) > MOST_NAMED else ""
+    named = ", ".join(f"{pair} ({count} times)" for pair, count in again[:MOST_PAIRS])
+    more = f" and {len(again) - MOST_PAIRS} more" if len(again) > MOST_PAIRS else ""
     done = {"average": "averaged", "first": "the first one is used", "last": "the last one is used"}[how]
     return f"given more than once, {done}: {named}{more}"
 
 
 def grouped(items: Sequence[T], key: Callable[[T], Any]) -> dict[Any, list[T]]:
     """Items of one key together, in their order."""
-    found: dict[Any, list[T]] = {}
+    groups: dict[Any, list[T]] = {}
     for item in items:
-        found.setdefault(key(item), []).append(item)
-    return found
+        groups.setdefault(key(item), []).append(item)
+    return groups
