@@ -19,10 +19,10 @@ from flexura.modal import ModePairing, frac
 from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.systems import DERIVATIVE, Channel, System, system
+from flexura.systems import Channel, System, system
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import IdentifiedModes, MeasuredFRF
-from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, pair_channels
+from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
 
 ReducedMass = Literal["serep", "guyan"]
 
@@ -186,22 +186,8 @@ def _system(
     if not built.is_damped:
         how: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
         built, damping = system(model, inputs=[], outputs=[], damping=how), "as identified"
-    p, m = len(outputs.rows), len(inputs.rows)
-    B, rows = inputs.rows.T, outputs.rows
-    return (
-        replace(
-            built,
-            B=B,
-            rows=rows,
-            derivative=np.array([DERIVATIVE.get(c.quantity, 0) for c in measured.outputs], dtype=np.intp),
-            D=np.zeros((p, m)),
-            residual=np.zeros((p, m)),
-            inputs=tuple(Channel(c.name, c.quantity) for c in measured.inputs),
-            outputs=tuple(Channel(c.name, c.quantity) for c in measured.outputs),
-            limits=((-np.inf, np.inf),) * m,
-        ),
-        damping,
-    )
+    ends = ([Channel(c.name, c.quantity) for c in channels] for channels in (measured.inputs, measured.outputs))
+    return replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows), damping
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from flexura.testing.rig.test_points import MassLoadedFamily as MassLoadedFamily
 from flexura.testing.rig.test_points import ModalTestRig as ModalTestRig
 from flexura.testing.rig.test_points import TrueModes as TrueModes
 from flexura.testing.rig.test_points import added_mass as added_mass
+from flexura.testing.rig.test_points import between as between
 from flexura.testing.rig.test_points import frequency_ratios as frequency_ratios
 from flexura.testing.rig.test_points import placement_frequencies as placement_frequencies
 from flexura.testing.rig.test_points import placements_of as placements_of
