@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arrays import Array, Complex
 from flexura.linalg import leading, turned
 from flexura.tables import in_hz
 from flexura.testing.identification.residues import Fit
-from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, Poles, ResponseMatrix, responses
+from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, ResponseMatrix, responses
 
 ALONG = 0.999
 """Cosine between the directions of an input and an output at one node that are a driving point."""
 
 ROTATIONS = ("rotation", "angular_velocity", "angular_acceleration")
 """Quantities whose partner in work is a moment."""
+
+LEAST_DRIVEN = 0.05
+"""A driving point scales a mode where it moves by more than this share of the largest entry of the shape."""
 
 HALF_FREQUENCY, HALF_DAMPING = 0.005, 0.25
 """Relative spreads of frequency and of damping that halve the confidence in a mode."""
@@ -47,121 +49,104 @@ def real_shapes(shapes: Complex) -> Array:
     return turned((shapes * np.exp(-1j * phase(shapes))).real)
 
 
-def scaled(
-    poles: Complex,
-    shapes: Complex,
-    participation: Complex,
-    inputs: Sequence[MeasuredChannel],
-    outputs: Sequence[MeasuredChannel],
+class DrivingPoint(NamedTuple):
+    """Positions of a force and of a motion along it at one place, and 1 or -1 where they look against each other."""
+
+    output: int
+    input: int
+    sign: float
+
+
+def driving_points(inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel]) -> list[DrivingPoint]:
+    """Pairs of a force and a motion along it at one place."""
+    points = []
+    for i, out in enumerate(outputs):
+        for j, into in enumerate(inputs):
+            if None in (out.node, into.node, out.direction, into.direction) or out.location != into.location:
+                continue
+            along = float(np.dot(out.direction or (), into.direction or ()))
+            works = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")
+            if works and abs(along) > ALONG:
+                points.append(DrivingPoint(i, j, float(np.sign(along))))
+    return points
+
+
+def finished(modes: IdentifiedModes, repeated: Sequence[Sequence[int]] = ()) -> IdentifiedModes:
+    """Modes with repeated ones untangled, shapes scaled, how real these are, and a note on damping that is gone."""
+    points = driving_points(modes.inputs, modes.outputs)
+    shapes, participation = modes.shapes.copy("K"), modes.participation.copy("K")
+    for group in map(list, repeated):
+        poles = modes.poles[group]
+        shapes[:, group], participation[:, group] = _untangled(poles, shapes[:, group], participation[:, group], points)
+    shapes, participation, scaling = _scaled(modes.poles, shapes, participation, points)
+    evidence = tuple(
+        replace(e, modal_phase_collinearity=float(c), mean_phase_deviation_deg=float(d))
+        for e, c, d in zip(modes.evidence, collinearity(shapes), phase_deviation(shapes), strict=True)
+    )
+    notes = modes.notes
+    if negative := ", ".join(f"{abs(s) / (2 * np.pi):.5g}" for s in modes.poles if s.real >= 0):
+        notes = (*notes, f"no damping is left at {negative} Hz once that of the exponential window is taken out")
+    return replace(
+        modes,
+        shapes=shapes,
+        real_shapes=real_shapes(shapes),
+        participation=participation,
+        evidence=evidence,
+        notes=notes,
+        scaling=scaling,
+    )
+
+
+def _scaled(
+    poles: Complex, shapes: Complex, participation: Complex, points: Sequence[DrivingPoint]
 ) -> tuple[Complex, Complex, tuple[str, ...]]:
     """Shapes and participation scaled to `unit modal mass` where a driving point moves, else to `unit participation`.
 
     With unit modal mass the residue at a driving point is shape^2 / (2 i Im s) (theory eq. I18). Shapes are turned
     towards the real axis, the largest entry positive.
     """
-    points = driving_points(inputs, outputs)
-    factor = np.ones(shapes.shape[1], dtype=complex)
-    how = ["unit participation"] * len(factor)
-    for r in range(len(factor)):
-        largest = np.abs(shapes[:, r]).max()
-        i, j, sign = max(points, key=lambda at: abs(shapes[at[0], r]), default=(0, 0, 0))
-        if sign and abs(shapes[i, r]) > 0.05 * largest:
-            factor[r] = np.sqrt(2j * poles[r].imag * sign * participation[j, r] / shapes[i, r])
-            how[r] = "unit modal mass"
-        else:
-            factor[r] = np.linalg.norm(participation[:, r])
+    factor = np.linalg.norm(participation, axis=0).astype(complex)
+    has_unit_mass = np.zeros(len(factor), dtype=bool)
+    for r, shape in enumerate(shapes.T):
+        i, j, sign = max(points, key=lambda point: abs(shape[point.output]), default=DrivingPoint(0, 0, 0.0))
+        if sign and abs(shape[i]) > LEAST_DRIVEN * np.abs(shape).max():
+            factor[r] = np.sqrt(2j * poles[r].imag * sign * participation[j, r] / shape[i])
+            has_unit_mass[r] = True
     left, right = shapes * factor, participation / factor
-    turn = np.where(np.array(how) == "unit modal mass", 1.0, np.exp(-1j * phase(left)))
+    turn = np.where(has_unit_mass, 1.0, np.exp(-1j * phase(left)))
     left, right = left * turn, right / turn
     sign = np.where(np.take_along_axis(left, leading(np.abs(left), axis=0)[None], axis=0)[0].real < 0, -1.0, 1.0)
-    return left * sign, right * sign, tuple(how)
+    return left * sign, right * sign, tuple(f"unit {'modal mass' if own else 'participation'}" for own in has_unit_mass)
 
 
-def untangled(
-    poles: Complex,
-    shapes: Complex,
-    participation: Complex,
-    group: Sequence[int],
-    inputs: Sequence[MeasuredChannel],
-    outputs: Sequence[MeasuredChannel],
+def _untangled(
+    poles: Complex, shapes: Complex, participation: Complex, points: Sequence[DrivingPoint]
 ) -> tuple[Complex, Complex]:
-    """Shapes (p, k) and participation (m, k) of a group of modes with one pole, as real as their residue allows.
+    """Shapes (p, k) and participation (m, k) of k modes with one pole, as real as their residue allows.
 
     Any mixture of repeated modes is one of their shapes. The right singular vectors of the real residue are taken,
     turned so that both have unit modal mass where there are as many driving points (theory eq. I19).
     """
-    k = list(group)
-    residue = shapes[:, k] @ participation[:, k].T
+    residue = shapes @ participation.T
     real = (residue * np.exp(-1j * phase(residue.reshape(-1, 1)))).real
-    right = np.linalg.svd(real)[2][: len(k)].T
+    right = np.linalg.svd(real)[2][: len(poles)].T
     left = residue @ right
-    points = driving_points(inputs, outputs)
-    if len(points) >= len(k):
-        at, of = [i for i, _, _ in points], [j for _, j, _ in points]
-        sign = np.array([s for _, _, s in points])[:, None]
-        G = (np.linalg.pinv(2j * poles[k].imag.mean() * left[at], rcond=1e-3) @ (sign * right[of])).real
+    if len(points) >= len(poles):
+        forced = np.array([[point.sign * row for row in right[point.input]] for point in points])
+        moved = left[[point.output for point in points]]
+        G = (np.linalg.pinv(2j * poles.imag.mean() * moved, rcond=1e-3) @ forced).real
         turn = np.linalg.eigh(G + G.T)[1]
         left, right = left @ turn, right @ turn
     return left, right.astype(complex)
 
 
-def driving_points(
-    inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel]
-) -> list[tuple[int, int, float]]:
-    """Pairs (output, input, sign) of a force and a motion along it at one place."""
-    found = []
-    for i, out in enumerate(outputs):
-        for j, into in enumerate(inputs):
-            if None in (out.node, into.node, out.direction, into.direction) or out.location != into.location:
-                continue
-            along = float(np.dot(out.direction or (), into.direction or ()))
-            fits = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")
-            if fits and abs(along) > ALONG:
-                found.append((i, j, float(np.sign(along))))
-    return found
-
-
-def confidence_of(
-    share: float, frequency_scatter: float, damping_scatter: float, frequency_sigma: float, damping_sigma: float
-) -> float:
-    """Confidence in a mode, 0 to 1 (theory eq. I14)."""
-    f = (frequency_scatter**2 + frequency_sigma**2) / HALF_FREQUENCY**2
-    z = (damping_scatter**2 + damping_sigma**2) / HALF_DAMPING**2
-    return float(share / ((1 + f) * (1 + z)))
-
-
-def assembled(
-    name: str,
-    modes: tuple[Complex, Complex, Complex],
-    channels: tuple[tuple[MeasuredChannel, ...], tuple[MeasuredChannel, ...]],
-    evidence: Sequence[ModeEvidence],
-    diagrams: tuple[Poles, ...],
-    error: float,
-    notes: tuple[str, ...],
-    repeated: Sequence[Sequence[int]] = (),
-) -> IdentifiedModes:
-    """Poles, shapes and participation with shapes scaled, their complexity, and notes on doubtful damping.
-
-    Groups of repeated modes are untangled.
-    """
-    poles, shapes, participation = modes
-    for group in repeated:
-        k = list(group)
-        shapes[:, k], participation[:, k] = untangled(poles, shapes, participation, group, *channels)
-    shapes, participation, how = scaled(poles, shapes, participation, *channels)
-    mpc, mpd = collinearity(shapes), phase_deviation(shapes)
-    full = [
-        replace(e, modal_phase_collinearity=float(c), mean_phase_deviation_deg=float(d))
-        for e, c, d in zip(evidence, mpc, mpd, strict=True)
-    ]
-    negative = [f"{abs(s) / (2 * np.pi):.5g}" for s in poles if s.real >= 0]
-    if negative:
-        listed = ", ".join(negative)
-        notes = (*notes, f"no damping is left at {listed} Hz once that of the exponential window is taken out")
-    real = real_shapes(shapes)
-    return IdentifiedModes(
-        name, poles, shapes, real, participation, *channels, tuple(full), diagrams, error, notes, how
-    )
+def evidence_of(
+    share: float, *, scatter: tuple[float, float], sigma: tuple[float, float], bias: tuple[float, float]
+) -> ModeEvidence:
+    """Evidence of a mode, its shape apart, from relative errors of frequency and of damping (theory eq. I14)."""
+    f, z = (a**2 + b**2 for a, b in zip(scatter, sigma, strict=True))
+    confidence = float(share / ((1 + f / HALF_FREQUENCY**2) * (1 + z / HALF_DAMPING**2)))
+    return ModeEvidence(confidence, *scatter, 1.0, 0.0, *sigma, share, frequency_bias=bias[0], damping_bias=bias[1])
 
 
 CARRIED, CARRIED_EACH = 30.0, 5.0
@@ -186,28 +171,36 @@ ALIKE = 0.9
 """Modal assurance criterion of residues that are alike."""
 
 
-def _term(matrix: ResponseMatrix, fit: Fit, k: int) -> Complex:
-    """What one mode adds to the scaled responses (f, p, m)."""
-    at = slice(k, k + 1)
-    one = responses(matrix.s, fit.poles[at], fit.shapes[:, at], fit.participation[:, at])
-    return one * matrix.s[:, None, None] ** matrix.power
+@dataclass(frozen=True)
+class _Near:
+    """What a mode adds to the scaled responses (l, p, m) at its lines, which are at `s` (l,); those and the misfit."""
+
+    pole: complex
+    s: Complex
+    part: Complex
+    data: Complex
+    misfit: Complex
 
 
-def _lines(matrix: ResponseMatrix, pole: complex) -> NDArray[np.intp]:
-    """Positions of the lines of a mode."""
+def _near(matrix: ResponseMatrix, fit: Fit, k: int) -> _Near:
+    """The lines of mode k."""
+    pole = complex(fit.poles[k])
     apart = np.abs(matrix.s.imag - abs(pole.imag))
-    inside = np.flatnonzero(apart < NEAR * abs(pole.real))
-    return inside if len(inside) >= NEAREST_LINES else np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
+    at = np.flatnonzero(apart < NEAR * abs(pole.real))
+    if len(at) < NEAREST_LINES:
+        at = np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
+    one = slice(k, k + 1)
+    s, data = matrix.s[at], matrix.scaled[at]
+    part = responses(s, fit.poles[one], fit.shapes[:, one], fit.participation[:, one])
+    return _Near(pole, s, part * s[:, None, None] ** matrix.power, data, data - fit.synthesis[at])
 
 
 def is_carried(matrix: ResponseMatrix, fit: Fit, k: int) -> bool:
     """Whether a mode adds more to the responses near its frequency than a pole that follows noise (theory eq. I24)."""
-    at = _lines(matrix, complex(fit.poles[k]))
-    own = float((np.abs(_term(matrix, fit, k)[at]) ** 2).sum())
-    left = np.abs((matrix.scaled - fit.synthesis)[at]) ** 2
-    whole = float((np.abs(matrix.scaled[at]) ** 2).sum())
-    noise = float(left.mean()) * (CARRIED + CARRIED_EACH * left[0].size)
-    return own > max(noise, ROUND_OFF * whole)
+    near = _near(matrix, fit, k)
+    added, whole = (float((np.abs(H) ** 2).sum()) for H in (near.part, near.data))
+    noise = float((np.abs(near.misfit) ** 2).mean()) * (CARRIED + CARRIED_EACH * near.misfit[0].size)
+    return added > max(noise, ROUND_OFF * whole)
 
 
 def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
@@ -215,14 +208,13 @@ def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
 
     By the part of the misfit that neighbouring lines share, and by the width of a line against that of the mode.
     """
-    pole = complex(fit.poles[k])
-    at = _lines(matrix, pole)
-    left = (matrix.scaled - fit.synthesis)[at]
-    uneven = float((np.abs(left[:-2] - 2 * left[1:-1] + left[2:]) ** 2).sum()) / 6 * len(at) / (len(at) - 2)
+    near = _near(matrix, fit, k)
+    pole, left = near.pole, near.misfit
+    uneven = float((np.abs(left[:-2] - 2 * left[1:-1] + left[2:]) ** 2).sum()) / 6 * len(left) / (len(left) - 2)
     square = float((np.abs(left) ** 2).sum())
-    slope = _term(matrix, fit, k)[at] / (matrix.s[at] - pole)[:, None, None]
     moved = 0.0
     if square > (1 + STRUCTURED / np.sqrt(left.size)) * uneven:
+        slope = near.part / (near.s - pole)[:, None, None]
         moved = float(np.sqrt((square - uneven) / max(float((np.abs(slope) ** 2).sum()), 1e-300)))
     step = 2 * np.pi * float(np.median(np.diff(matrix.frequency_hz)))
     width = min((step / (2 * abs(pole.real))) ** 2 / 3, 1.0)
@@ -234,23 +226,26 @@ def close_pairs(matrix: ResponseMatrix, fit: Fit, repeated: list[list[int]]) -> 
     """Notes on modes that lines cannot tell apart, or that are alike within their width."""
     hz = np.abs(fit.poles) / (2 * np.pi)
     step = float(np.median(np.diff(matrix.frequency_hz)))
-    left, right = (x / np.linalg.norm(x, axis=0) for x in (fit.shapes, fit.participation))
+    alike = residue_mac(fit)
     notes = []
     for k in range(len(hz) - 1):
         apart, width = float(hz[k + 1] - hz[k]), float(np.abs(fit.poles[k : k + 2].real).mean() / np.pi)
-        alike = float(
-            np.abs(left[:, k].conj() @ left[:, k + 1]) ** 2 * np.abs(right[:, k].conj() @ right[:, k + 1]) ** 2
-        )
         if any(k in group and k + 1 in group for group in repeated):
             continue
         if apart < step:
             why = f"closer than the lines, which are {in_hz(step, 3)} apart"
-        elif apart < width and alike > ALIKE:
+        elif apart < width and alike[k, k + 1] > ALIKE:
             why = "alike and closer than their half-power width"
         else:
             continue
         notes.append(f"modes at {in_hz(hz[k], 6)} and {in_hz(hz[k + 1], 6)} are {why}: they may be one")
     return notes
+
+
+def residue_mac(fit: Fit) -> Array:
+    """Modal assurance criterion (n, n) of the residues of modes, that of their shapes times that of participation."""
+    left, right = (x / np.linalg.norm(x, axis=0) for x in (fit.shapes, fit.participation))
+    return np.abs(left.conj().T @ left) ** 2 * np.abs(right.conj().T @ right) ** 2
 
 
 ABOVE = 1e3
@@ -291,18 +286,13 @@ def lone_peak(matrix: ResponseMatrix) -> LonePeak | None:
         low -= 1
     while high < len(hz) - 1 and power[high + 1] > power[k] / 2:
         high += 1
-    step, own = float(np.median(np.diff(hz))), slice(low, high + 1)
-    centre, width = float(np.average(hz[own], weights=power[own])), (high - low + 1) * step
+    peak = slice(low, high + 1)
+    centre = float(np.average(hz[peak], weights=power[peak]))
+    width = (high - low + 1) * float(np.median(np.diff(hz)))
     decay = max(np.pi * width - float(matrix.s.real[0]), LEAST_OF_WIDTH * np.pi * width)
     size = 2 * np.pi * centre
     participation = np.linalg.svd(H[k])[2][:1].conj().T
-    spread = width / (2 * centre)
-    evidence = ModeEvidence(
-        *(confidence_of(0.0, spread, 1.0, spread, 1.0), 0.0, 0.0, 1.0, 0.0),
-        share=0.0,
-        frequency_bias=spread,
-        damping_bias=1.0,
-    )
+    evidence = evidence_of(0.0, scatter=(0.0, 0.0), sigma=(0.0, 0.0), bias=(width / (2 * centre), 1.0))
     note = (
         f"no pole is stable over the orders: the mode at {in_hz(centre)} is that of a peak alone,"
         f" {10 * np.log10(power[k] / middle):.0f} dB above the median of the lines; its damping is the most that a peak"

@@ -11,7 +11,7 @@ from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.tables import in_hz
-from flexura.testing.identification.evidence import assembled
+from flexura.testing.identification.evidence import finished
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
     IdentifiedModes,
@@ -40,7 +40,7 @@ MOVING = 1e-3
 LEAST_SETUPS = 0.5
 """A mode is found in so many of the setups at least."""
 
-REPEATED = 0.25
+ONE_SPACE = 0.25
 """Modes nearer than so many half-power half-widths are merged as a space."""
 
 
@@ -53,40 +53,44 @@ def merged(
     together from the residues in all of them. Raises OptionError when no input and no output is shared, and when no
     mode is.
     """
-    each = [replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(found)]
+    each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(found))
     by_inputs, common = _shared(found)
     if not by_inputs:
-        found, matrices = [_flipped(own) for own in found], [own.transposed for own in matrices]
+        found, matrices = [_transposed(own) for own in found], [own.transposed for own in matrices]
     left_out = sorted({c.name for own in found for c in own.inputs if key_of(c) not in map(key_of, common)})
     if left_out:
         notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
-    pairs = [_ordered(common, own, matrix) for own, matrix in zip(found, matrices, strict=True)]
-    found, matrices = [own for own, _ in pairs], [matrix for _, matrix in pairs]
-    first = max(range(len(found)), key=lambda k: (len(found[k].poles), found[k].confidence.sum()))
-    members = _members(found, first)
+    found, matrices = zip(*(_with_inputs(common, *pair) for pair in zip(found, matrices, strict=True)), strict=True)
+    members = _members(found)
     if not len(members):
         raise OptionError("no mode is found in half of the setups; identify them one by one, or pick frequencies")
-    poles, evidence = _averaged(found, members)
-    at = np.argsort(np.abs(poles))
-    poles, members, evidence = poles[at], members[at], [evidence[k] for k in at]
+    means = sorted(((*_mean(found, row), row) for row in members), key=lambda mean: abs(mean[0]))
+    poles, members = np.array([pole for pole, _, _ in means]), np.array([row for _, _, row in means])
+    shifts = [e.setup_shift for _, e, _ in means]
     groups = _groups(poles)
-    lead = _leads(found, members, groups)
-    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _equal(found[s], members[g, s])]
+    lead = [_lead(found, members[group]) for group in groups]
+    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _have_one_pole(found[s], members[g, s])]
     for group in equal:
         poles[group] = poles[group].mean()
     base = _base(found, members, groups, lead)
     every = zip(found, matrices, members.T, strict=True)
-    parts = [_shapes(own, matrix, at, poles, base, groups) for own, matrix, at in every]
-    outputs, shapes = _stacked([own.outputs for own in found], parts)
-    channels = (found[0].inputs, outputs)
-    if not by_inputs:
-        shapes, base, channels = base, shapes, (outputs, found[0].inputs)
-    diagrams = tuple(d for own in found for d in own.diagram)
-    error = float(np.sqrt(np.mean([own.synthesis_error**2 for own in found])))
-    said = (*notes, *(note for own in found for note in own.notes), *_absent(poles, members), *_moving(poles, evidence))
-    repeated = [group.tolist() for group in equal]
-    modes = assembled(name, (poles, shapes, base), channels, evidence, diagrams, error, said, repeated)
-    return replace(modes, setups=tuple(each), band=found[0].band)
+    outputs, shapes = _stacked(found, [_shapes(own, matrix, at, poles, base, groups) for own, matrix, at in every])
+    modes = IdentifiedModes(
+        name,
+        poles,
+        shapes,
+        shapes.real,
+        base,
+        found[0].inputs,
+        outputs,
+        tuple(e for _, e, _ in means),
+        tuple(d for own in found for d in own.diagram),
+        float(np.sqrt(np.mean([own.synthesis_error**2 for own in found]))),
+        (*notes, *(note for own in found for note in own.notes), *_notes(poles, members, shifts)),
+        band=found[0].band,
+        setups=each,
+    )
+    return finished(modes if by_inputs else _transposed(modes), [group.tolist() for group in equal])
 
 
 def modes_of_setup(own: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
@@ -114,60 +118,50 @@ def _shared(found: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChanne
     return by_inputs, common[0 if by_inputs else 1]
 
 
-def _flipped(own: IdentifiedModes) -> IdentifiedModes:
+def _transposed(modes: IdentifiedModes) -> IdentifiedModes:
     """Inputs and outputs in each other's place."""
-    sides = {"inputs": own.outputs, "outputs": own.inputs, "shapes": own.participation, "participation": own.shapes}
-    residuals = {
-        "lower": None if own.lower is None else own.lower.T,
-        "upper": None if own.upper is None else own.upper.T,
-    }
-    return replace(own, **sides, **residuals)
+    lower, upper = (None if part is None else part.T for part in (modes.lower, modes.upper))
+    sides = {"inputs": modes.outputs, "outputs": modes.inputs}
+    columns = {"shapes": modes.participation, "participation": modes.shapes}
+    return replace(modes, lower=lower, upper=upper, **sides, **columns)
 
 
-def _ordered(
-    inputs: Sequence[MeasuredChannel], own: IdentifiedModes, matrix: ResponseMatrix
+def _with_inputs(
+    inputs: Sequence[MeasuredChannel], modes: IdentifiedModes, matrix: ResponseMatrix
 ) -> tuple[IdentifiedModes, ResponseMatrix]:
     """Modes and matrix of a setup with those inputs only, in their order."""
-    position = {key_of(c): k for k, c in enumerate(own.inputs)}
-    at = [position[key_of(c)] for c in inputs]
-    lists = {"inputs": tuple(own.inputs[k] for k in at)}
-    columns = {"response": matrix.response[:, :, at], "column_scale": matrix.column_scale[at]}
-    residuals = {
-        "lower": None if own.lower is None else own.lower[:, at],
-        "upper": None if own.upper is None else own.upper[:, at],
-    }
-    kept = replace(own, participation=own.participation[at], **residuals, **lists)
-    return kept, replace(matrix, **columns, **lists)
+    keys = [key_of(c) for c in modes.inputs]
+    at = [keys.index(key_of(c)) for c in inputs]
+    kept = tuple(modes.inputs[k] for k in at)
+    lower, upper = (None if part is None else part[:, at] for part in (modes.lower, modes.upper))
+    return (
+        replace(modes, participation=modes.participation[at], inputs=kept, lower=lower, upper=upper),
+        replace(matrix, response=matrix.response[:, :, at], column_scale=matrix.column_scale[at], inputs=kept),
+    )
 
 
-def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
-    """Which mode of each setup the merged modes are (n, setups), -1 for none."""
-    rows: list[list[int]] = [
-        [k if s == first else -1 for s in range(len(found))] for k in range(len(found[first].poles))
-    ]
-    for s, own in enumerate(found):
-        if s == first or not len(own.poles):
-            continue
-        lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
-        f = np.array([found[q].frequency_hz[k] for q, k in lead])
-        turn = np.array([found[q].participation[:, k] for q, k in lead]).T
+def _members(found: Sequence[IdentifiedModes]) -> Index:
+    """Which mode of each setup the merged modes are (n, setups), -1 for none; the richest setup is paired first."""
+    count = len(found)
+    first = max(range(count), key=lambda s: (len(found[s].poles), found[s].confidence.sum()))
+    rows: list[list[int]] = []
+    for s in (first, *(s for s in range(count) if s != first)):
+        own = found[s]
         partner = np.full(len(own.poles), -1)
-        if rows:
+        if rows and len(own.poles):
+            lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
+            f = np.array([found[q].frequency_hz[k] for q, k in lead])
+            participation = np.array([found[q].participation[:, k] for q, k in lead]).T
             far = np.abs(np.log(own.frequency_hz / f[:, None])) / SHIFT
-            partner = best_pairs(np.where(far < 1, PAIR - far - 0.5 * (1 - mac(turn, own.participation)), 0.0).T)
+            unlike = 0.5 * (1 - mac(participation, own.participation))
+            partner = best_pairs(np.where(far < 1, PAIR - far - unlike, 0.0).T)
         for k, row in enumerate(partner):
             if row >= 0:
                 rows[row][s] = k
             else:
-                rows.append([k if q == s else -1 for q in range(len(found))])
-    members = np.array(rows, dtype=np.intp).reshape(-1, len(found))
+                rows.append([k if q == s else -1 for q in range(count)])
+    members = np.array(rows, dtype=np.intp).reshape(-1, count)
     return members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
-
-
-def _averaged(found: Sequence[IdentifiedModes], members: Index) -> tuple[Complex, list[ModeEvidence]]:
-    """Poles (n,) of the merged modes, and their evidence."""
-    every = [_mean(found, row) for row in members]
-    return np.array([pole for pole, _ in every], dtype=complex), [e for _, e in every]
 
 
 def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
@@ -175,22 +169,20 @@ def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEv
 
     Scatter over setups is added to that over orders.
     """
-    own = [(s, int(k)) for s, k in enumerate(row) if k >= 0]
-    each = [found[s].evidence[k] for s, k in own]
-    f, z = (np.array([getattr(found[s], name)[k] for s, k in own]) for name in ("frequency_hz", "damping_ratio"))
-    var_f, var_z = (
-        np.array([_variance(getattr(e, f"{name}_sigma"), getattr(e, f"{name}_scatter")) for e in each]) * x**2
-        for name, x in (("frequency", f), ("damping", z))
-    )
+    own = [(found[s], int(k)) for s, k in enumerate(row) if k >= 0]
+    each = [modes.evidence[k] for modes, k in own]
+    f, z = (np.array([getattr(modes, name)[k] for modes, k in own]) for name in ("frequency_hz", "damping_ratio"))
+    var_f = np.array([_variance(e.frequency_sigma, e.frequency_scatter) for e in each]) * f**2
+    var_z = np.array([_variance(e.damping_sigma, e.damping_scatter) for e in each]) * z**2
     between = _between(f, var_f)
     hz, sigma_f, weight_f = _weighted(f, var_f, between)
     ratio, sigma_z, weight_z = _weighted(z, var_z, _between(z, var_z))
-    scatter = [np.array([getattr(e, f"{name}_scatter") for e in each]) for name in ("frequency", "damping")]
-    spread = [np.sqrt(weight @ (x - mean) ** 2) / mean for weight, x, mean in ((weight_f, f, hz), (weight_z, z, ratio))]
+    scatter_f = np.array([e.frequency_scatter for e in each])
+    scatter_z = np.array([e.damping_scatter for e in each])
     evidence = ModeEvidence(
         confidence=float(np.mean([e.confidence for e in each]) * len(own) / len(row)),
-        frequency_scatter=float(np.hypot(weight_f @ scatter[0], spread[0])),
-        damping_scatter=float(np.hypot(weight_z @ scatter[1], abs(spread[1]))),
+        frequency_scatter=float(np.hypot(weight_f @ scatter_f, np.sqrt(weight_f @ (f - hz) ** 2) / hz)),
+        damping_scatter=float(np.hypot(weight_z @ scatter_z, abs(np.sqrt(weight_z @ (z - ratio) ** 2) / ratio))),
         modal_phase_collinearity=1.0,
         mean_phase_deviation_deg=0.0,
         frequency_sigma=float(sigma_f / hz),
@@ -232,14 +224,14 @@ def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, 
     return float(weight @ x), float(np.sqrt((weight[used] ** 2) @ variance[used])), weight
 
 
-def _leads(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index]) -> list[int]:
-    """The setup that determines the modes of each group best, of those that have most of them."""
+def _lead(found: Sequence[IdentifiedModes], members: Index) -> int:
+    """The setup that determines the modes of a group, `members` (k, setups), best, of those that have most of them."""
 
-    def rank(group: Index, s: int) -> tuple[int, float]:
-        own = [found[s].evidence[k] for k in members[group, s] if k >= 0]
-        return -len(own), sum(_variance(e.damping_sigma, e.damping_scatter) for e in own)
+    def rank(s: int) -> tuple[int, float]:
+        evidence = [found[s].evidence[k] for k in members[:, s] if k >= 0]
+        return -len(evidence), sum(_variance(e.damping_sigma, e.damping_scatter) for e in evidence)
 
-    return [min(range(len(found)), key=lambda s, group=group: rank(group, s)) for group in groups]
+    return min(range(len(found)), key=rank)
 
 
 def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
@@ -255,13 +247,14 @@ def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Ind
 
 def _groups(poles: Complex) -> list[Index]:
     """Modes merged as a space: consecutive ones that lie nearer than a quarter of a half-power half-width."""
-    gap = np.abs(np.diff(poles)) > REPEATED * np.minimum(np.abs(poles.real[1:]), np.abs(poles.real[:-1]))
+    decay = np.abs(poles.real)
+    gap = np.abs(np.diff(poles)) > ONE_SPACE * np.minimum(decay[1:], decay[:-1])
     return [part for part in np.split(np.arange(len(poles)), np.flatnonzero(gap) + 1) if len(part)]
 
 
-def _equal(own: IdentifiedModes, at: Index) -> bool:
-    """Whether modes of a setup have one pole."""
-    return bool((at >= 0).all() and (own.poles[at] == own.poles[at[0]]).all())
+def _have_one_pole(modes: IdentifiedModes, at: Index) -> bool:
+    """Whether some modes of a setup, all of which it has, are repeated."""
+    return bool((at >= 0).all() and (modes.poles[at] == modes.poles[at[0]]).all())
 
 
 def _shapes(
@@ -286,42 +279,25 @@ def _shapes(
     return shapes
 
 
-def _stacked(
-    channels: Sequence[tuple[MeasuredChannel, ...]], parts: Sequence[Complex]
-) -> tuple[tuple[MeasuredChannel, ...], Complex]:
+def _stacked(found: Sequence[IdentifiedModes], parts: Sequence[Complex]) -> tuple[tuple[MeasuredChannel, ...], Complex]:
     """All channels, each once, and their shapes, means where several setups have the channel at one place."""
-    place: dict[object, int] = {}
-    kept: list[MeasuredChannel] = []
-    rows: list[list[Complex]] = []
-    for s, (own, part) in enumerate(zip(channels, parts, strict=True)):
-        for channel, row in zip(own, part, strict=True):
+    rows: dict[object, list[tuple[MeasuredChannel, Complex]]] = {}
+    for s, (modes, part) in enumerate(zip(found, parts, strict=True)):
+        for channel, row in zip(modes.outputs, part, strict=True):
             known = channel.node is not None or channel.position is not None
-            spot = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
-            if spot not in place:
-                place[spot] = len(kept)
-                kept.append(channel)
-                rows.append([])
-            rows[place[spot]].append(row)
-    return tuple(kept), np.array([np.mean(own, axis=0) for own in rows])
+            place = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
+            rows.setdefault(place, []).append((channel, row))
+    shapes = np.array([np.mean([row for _, row in same], axis=0) for same in rows.values()])
+    return tuple(same[0][0] for same in rows.values()), shapes
 
 
-def _absent(poles: Complex, members: Index) -> list[str]:
-    count = (members >= 0).sum(axis=1)
-    return [
-        f"the mode at {in_hz(abs(pole) / (2 * np.pi))} is found in {n} of {members.shape[1]} setups"
-        for pole, n in zip(poles, count, strict=True)
-        if n < members.shape[1]
-    ]
-
-
-def _moving(poles: Complex, evidence: Sequence[ModeEvidence]) -> list[str]:
-    found = [
-        f"{in_hz(abs(pole) / (2 * np.pi))} ({100 * e.setup_shift:.2g} %)"
-        for pole, e in zip(poles, evidence, strict=True)
-        if e.setup_shift > MOVING
-    ]
-    if not found:
-        return []
-    return [
-        f"frequencies differ between setups by more than their noise, as sensors' masses make them: {', '.join(found)}"
-    ]
+def _notes(poles: Complex, members: Index, shifts: Sequence[float]) -> list[str]:
+    """Modes that some setups lack, and those whose frequencies differ between setups."""
+    hz, setups = [in_hz(abs(pole) / (2 * np.pi)) for pole in poles], members.shape[1]
+    having = zip(hz, (members >= 0).sum(axis=1), strict=True)
+    notes = [f"the mode at {f} is found in {n} of {setups} setups" for f, n in having if n < setups]
+    moving = [f"{f} ({100 * shift:.2g} %)" for f, shift in zip(hz, shifts, strict=True) if shift > MOVING]
+    if moving:
+        why = "by more than their noise, as sensors' masses make them"
+        notes.append(f"frequencies differ between setups {why}: {', '.join(moving)}")
+    return notes
