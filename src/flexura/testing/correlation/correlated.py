@@ -5,7 +5,7 @@ SEREP expansion, mass matrices over the sensors, and measured responses over tho
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -15,19 +15,19 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite, scaled, unit_scale
-from flexura.modal import ModePairing, frac
+from flexura.modal import frac
 from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.systems import Channel, System, system
+from flexura.systems import Channel, system
 from flexura.tables import Facts, Table, percent
-from flexura.testing.measurement import IdentifiedModes, MeasuredFRF
+from flexura.testing.measurement import MeasuredFRF
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
 
 ReducedMass = Literal["serep", "guyan"]
 
-DEPENDENT = 1e-8
-"""Singular values below this, relative to the largest, are taken as zero."""
+DEPENDENT_SHAPES = 1e-8
+"""Singular values of shapes at sensors below this, relative to the largest, are taken as zero."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Expansion:
     @property
     def is_determined(self) -> bool:
         """True where sensors outnumber the shapes and tell them apart."""
-        return self.sensors >= len(self.coefficients) and self.condition < 1 / DEPENDENT
+        return self.sensors >= len(self.coefficients) and self.condition < 1 / DEPENDENT_SHAPES
 
 
 def serep(test_shapes: ArrayLike, model_shapes: ArrayLike) -> Expansion:
@@ -62,7 +62,7 @@ def serep(test_shapes: ArrayLike, model_shapes: ArrayLike) -> Expansion:
     size = np.linalg.norm(y, axis=0)
     size[size == 0] = 1.0
     s = np.linalg.svd(y / size, compute_uv=False)
-    c = np.linalg.lstsq(y / size, x, rcond=DEPENDENT)[0] / size[:, None]
+    c = np.linalg.lstsq(y / size, x, rcond=DEPENDENT_SHAPES)[0] / size[:, None]
     length = np.linalg.norm(x, axis=0)
     error = np.linalg.norm(x - y @ c, axis=0) / np.where(length > 0, length, 1.0)
     low = s[-1] if len(s) and len(x) >= y.shape[1] else 0.0
@@ -86,7 +86,7 @@ def sensor_mass(
     if method == "serep":
         if shapes is None:
             raise OptionError("a reduced mass by SEREP needs the model's shapes")
-        P = np.linalg.pinv(B @ np.asarray(shapes, dtype=float), rcond=DEPENDENT)
+        P = np.linalg.pinv(B @ np.asarray(shapes, dtype=float), rcond=DEPENDENT_SHAPES)
         return P.T @ P
     if not is_definite(model.K):
         raise SolverError("static reduction to the sensors needs a mechanism that is held; take serep")
@@ -94,15 +94,12 @@ def sensor_mass(
     F = B @ X
     d = unit_scale(F)
     F = scaled(F, d)
-    T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT, hermitian=True) * d)
+    T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT_SHAPES, hermitian=True) * d)
     mass = T.T @ (model.M @ T)
     return (mass + mass.T) / 2
 
 
-BAND = 1.25
-"""Responses are compared up to so many times the highest identified frequency."""
-
-MODES = 4.0
+SUMMED = 4.0
 """Modes up to so many times the highest frequency compared are summed; others enter as their static part."""
 
 
@@ -119,75 +116,43 @@ class FRFOverlay:
     damping: str
 
 
-def overlays(
-    model: FullOrderModel,
-    frfs: Sequence[MeasuredFRF],
-    identified: IdentifiedModes,
-    pairing: ModePairing,
-    model_hz: Array,
-    within: float | None,
-) -> tuple[FRFOverlay, ...]:
-    """The model's responses under all measured ones of which inputs and outputs are found in the model.
+def overlay(
+    model: FullOrderModel, frf: MeasuredFRF, ratios: tuple[float, ...], top: float, *, within: float | None = None
+) -> FRFOverlay | None:
+    """The model's responses under measured ones up to `top`, Hz; None where no input or no output is in the model.
 
-    The band ends at 1.25 times the highest identified frequency. Where the description has no damping, modes get the
-    identified ratios of their counterparts, and others the median. What an exponential window has added to the
-    measured decay is added to the model's.
+    Where the description has no damping, modes get the `ratios`. What an exponential window has added to the measured
+    decay is added to the model's.
     """
-    top = BAND * float(identified.frequency_hz.max())
-    found = []
-    for frf in frfs:
-        outputs, inputs = (pair_channels(model, c, within=within) for c in (frf.outputs, frf.inputs))
-        own = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
-        if not (outputs.matched and inputs.matched and len(own)):
-            continue
-        measured = _part(frf, own, outputs, inputs)
-        built, damping = _system(model, measured, outputs, inputs, _ratios(identified, pairing, model_hz))
-        modes = built.modal(up_to=MODES * top)
-        modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
-        H = modes.response(measured.frequency_hz)
-        finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))
-        measured = _part(measured, finite, None, None)
-        found.append(FRFOverlay(measured, H[finite], frac(measured.response, H[finite]), damping))
-    return tuple(found)
-
-
-def _part(frf: MeasuredFRF, own: Index, outputs: ChannelPairing | None, inputs: ChannelPairing | None) -> MeasuredFRF:
-    """Some frequencies, outputs and inputs of measured responses."""
-    o = np.arange(len(frf.outputs)) if outputs is None else outputs.at
-    i = np.arange(len(frf.inputs)) if inputs is None else inputs.at
-    at = np.ix_(own, o, i)
-    return replace(
-        frf,
-        frequency_hz=frf.frequency_hz[own],
-        response=frf.response[at],
-        coherence=None if frf.coherence is None else frf.coherence[at],
-        outputs=tuple(frf.outputs[k] for k in o),
-        inputs=tuple(frf.inputs[k] for k in i),
-    )
-
-
-def _ratios(identified: IdentifiedModes, pairing: ModePairing, model_hz: Array) -> tuple[float, ...]:
-    """Damping ratios of the model's modes from their counterparts in the test."""
-    ratios = np.full(len(model_hz), float(np.median(identified.damping_ratio)))
-    own = np.flatnonzero(pairing.partner >= 0)
-    ratios[pairing.partner[own]] = identified.damping_ratio[own]
-    return tuple(np.clip(ratios, 0.0, 0.99).tolist())
-
-
-def _system(
-    model: FullOrderModel,
-    measured: MeasuredFRF,
-    outputs: ChannelPairing,
-    inputs: ChannelPairing,
-    ratios: tuple[float, ...],
-) -> tuple[System, str]:
-    """The system between the places of the channels, and where its damping comes from."""
+    outputs, inputs = (pair_channels(model, c, within=within) for c in (frf.outputs, frf.inputs))
+    lines = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
+    if not (outputs.matched and inputs.matched and len(lines)):
+        return None
+    measured = _part(frf, lines, outputs.at, inputs.at)
     built, damping = system(model, inputs=[], outputs=[]), "as described"
     if not built.is_damped:
-        how: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
-        built, damping = system(model, inputs=[], outputs=[], damping=how), "as identified"
+        law: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
+        built, damping = system(model, inputs=[], outputs=[], damping=law), "as identified"
     ends = ([Channel(c.name, c.quantity) for c in channels] for channels in (measured.inputs, measured.outputs))
-    return replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows), damping
+    modes = replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows).modal(up_to=SUMMED * top)
+    modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
+    H = modes.response(measured.frequency_hz)
+    finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))
+    measured = _part(measured, finite, np.arange(len(measured.outputs)), np.arange(len(measured.inputs)))
+    return FRFOverlay(measured, H[finite], frac(measured.response, H[finite]), damping)
+
+
+def _part(frf: MeasuredFRF, lines: Index, outputs: Index, inputs: Index) -> MeasuredFRF:
+    """Some frequencies, outputs and inputs of measured responses."""
+    at = np.ix_(lines, outputs, inputs)
+    return replace(
+        frf,
+        frequency_hz=frf.frequency_hz[lines],
+        response=frf.response[at],
+        coherence=None if frf.coherence is None else frf.coherence[at],
+        outputs=tuple(frf.outputs[k] for k in outputs),
+        inputs=tuple(frf.inputs[k] for k in inputs),
+    )
 
 
 @dataclass(frozen=True)
@@ -266,8 +231,8 @@ class Correlation(Tabular):
     @property
     def unpaired_model(self) -> tuple[int, ...]:
         """Numbers of the model's modes below the highest test frequency that the test has not."""
-        own = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
-        return tuple(sorted(own - {p.model for p in self.pairs}))
+        below = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
+        return tuple(sorted(below - {p.model for p in self.pairs}))
 
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes over the mechanism."""
@@ -280,14 +245,7 @@ class Correlation(Tabular):
             "unpaired_test": self.unpaired_test,
             "unpaired_model": self.unpaired_model,
             "channels": [
-                {
-                    "name": m.channel.name,
-                    "node": m.node,
-                    "how": m.how,
-                    "distance": m.distance,
-                    "gain": g,
-                    "used": u,
-                }
+                {"name": m.channel.name, "node": m.node, "how": m.how, "distance": m.distance, "gain": g, "used": u}
                 for m, g, u in zip(self.matched, self.gain, self.used, strict=True)
             ],
             "unmatched": [
@@ -304,16 +262,16 @@ class Correlation(Tabular):
         return f"against {self.test_name}"
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.pairs
+        pairs = self.pairs
         columns = {
-            "test mode": [p.test for p in own],
-            "test [Hz]": [p.test_hz for p in own],
-            "model mode": [p.model for p in own],
-            "model [Hz]": [p.model_hz for p in own],
-            "error": [percent(p.error) for p in own],
-            "damping": [percent(p.damping_ratio) for p in own],
-            "MAC": [f"{p.mac:.3f}" for p in own],
-            "MAC of close modes": [f"{p.space_mac:.3f}" for p in own],
+            "test mode": [p.test for p in pairs],
+            "test [Hz]": [p.test_hz for p in pairs],
+            "model mode": [p.model for p in pairs],
+            "model [Hz]": [p.model_hz for p in pairs],
+            "error": [percent(p.error) for p in pairs],
+            "damping": [percent(p.damping_ratio) for p in pairs],
+            "MAC": [f"{p.mac:.3f}" for p in pairs],
+            "MAC of close modes": [f"{p.space_mac:.3f}" for p in pairs],
         }
         yield Table(columns, "pairs")
         alone = {"test": self.unpaired_test, "model": self.unpaired_model}
@@ -323,14 +281,14 @@ class Correlation(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """A row for each pair of modes."""
-        own = self.pairs
+        pairs = self.pairs
         return {
-            "test mode": [p.test for p in own],
-            "model mode": [p.model for p in own],
-            "test frequency [Hz]": [p.test_hz for p in own],
-            "model frequency [Hz]": [p.model_hz for p in own],
-            "relative error": [p.error for p in own],
-            "damping ratio": [p.damping_ratio for p in own],
-            "mac": [p.mac for p in own],
-            "space mac": [p.space_mac for p in own],
+            "test mode": [p.test for p in pairs],
+            "model mode": [p.model for p in pairs],
+            "test frequency [Hz]": [p.test_hz for p in pairs],
+            "model frequency [Hz]": [p.model_hz for p in pairs],
+            "relative error": [p.error for p in pairs],
+            "damping ratio": [p.damping_ratio for p in pairs],
+            "mac": [p.mac for p in pairs],
+            "space mac": [p.space_mac for p in pairs],
         }
