@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import FlexuraError, OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.mechanism import Mechanism, Parameter, bounds
@@ -72,38 +72,36 @@ def configurations(
     mechanism with nothing to move.
     """
     plans = [_plan(mechanism, at) for mechanism, _ in pairs]
-    known = [plan.mechanism.parameters for plan in plans]
+    every = {name for plan in plans for name in plan.mechanism.parameters}
     chosen = list(free_names(plans[0], free) if len(plans) == 1 or isinstance(free, str) else free)
-    for name in chosen:
-        if not any(name in own for own in known):
-            free_names(plans[0], [name])
-    for name, value in at.items():
-        if not any(name in own for own in known):
-            plans[0].verify({name: value})
-    found: list[Configuration] = []
-    for plan, (_, targets), own in zip(plans, pairs, known, strict=True):
-        names = [n for n in chosen if n in own]
-        label = plan.mechanism.name
+    if strange := [name for name in chosen if name not in every]:
+        free_names(plans[0], strange[:1])
+    if strange := [name for name in at if name not in every]:
+        plans[0].verify({strange[0]: at[strange[0]]})
+    together: list[Configuration] = []
+    for plan, (_, targets) in zip(plans, pairs, strict=True):
+        label, known = plan.mechanism.name, plan.mechanism.parameters
+        names = [name for name in chosen if name in known]
         if chosen and not names:
             raise OptionError(f"{label} has none of the free parameters {', '.join(chosen)}: it would add nothing")
         moved = free_names(plan, names)
-        values = {n: v for n, v in at.items() if n in own}
+        values = {name: value for name, value in at.items() if name in known}
         plan.verify(values)
-        fixed = {n: v for n, v in values.items() if n not in moved}
-        taken = {c.label for c in found}
+        fixed = {name: value for name, value in values.items() if name not in moved}
+        taken = {c.label for c in together}
         label = next(s for s in (label, *(f"{label} ({k})" for k in range(2, 99))) if s not in taken)
-        found.append(Configuration(label, plan, _unbounded(plan), moved, fixed, tuple(targets)))
-    return tuple(found)
+        together.append(Configuration(label, plan, _unbounded(plan), moved, fixed, tuple(targets)))
+    return tuple(together)
 
 
 def _unbounded(plan: Plan) -> Plan:
     """A plan whose parameters have no bounds: a search may look beyond them on its way."""
     plan.refuse_pose("calibration")
-    own = plan.mechanism
-    if all(p.minimum is None and p.maximum is None for p in own.parameters.values()):
+    parameters = plan.mechanism.parameters
+    if all(p.minimum is None and p.maximum is None for p in parameters.values()):
         return plan
-    free = {name: p.model_copy(update={"minimum": None, "maximum": None}) for name, p in own.parameters.items()}
-    return Plan(own.model_copy(update={"parameters": free}))
+    free = {name: p.model_copy(update={"minimum": None, "maximum": None}) for name, p in parameters.items()}
+    return Plan(plan.mechanism.model_copy(update={"parameters": free}))
 
 
 def _plan(mechanism: Mechanism | Plan, at: Mapping[str, float]) -> Plan:
@@ -147,19 +145,20 @@ class Unknowns:
     limits: Array
     reason: tuple[str, ...]
 
-    def theta(self, values: Array) -> Array:
-        """theta (P,) of values in SI."""
-        return np.where(self.is_log, np.log(np.where(self.is_log, values, 1.0)), values)
-
     def values(self, z: Array) -> Array:
         """Values (..., P) in SI of standard coordinates, within the limits."""
         theta = self.mean + self.deviation * z
-        found = np.where(self.is_log, np.exp(np.where(self.is_log, theta, 0.0)), theta)
-        return np.clip(found, *self.limits)
+        return np.clip(np.where(self.is_log, np.exp(np.where(self.is_log, theta, 0.0)), theta), *self.limits)
 
-    def z(self, values: Array) -> Array:
-        """Standard coordinates (P,) of values in SI."""
-        return (self.theta(values) - self.mean) / self.deviation
+    def named(self, z: Array) -> dict[str, float]:
+        """The same by name, for one design."""
+        return dict(zip(self.names, map(float, self.values(z)), strict=True))
+
+    @property
+    def z_start(self) -> Array:
+        """Standard coordinates (P,) of the start."""
+        theta = np.where(self.is_log, np.log(np.where(self.is_log, self.start, 1.0)), self.start)
+        return (theta - self.mean) / self.deviation
 
     def slope(self, z: Array) -> Array:
         """dp/dz (P,)."""
@@ -187,12 +186,12 @@ def unknowns(
     values = [own.bounded.parameter_values({n: at[n] for n in at if n in own.known}) for own in configurations]
     rows = []
     for name in names:
-        shared = [(own, v) for own, v in zip(configurations, values, strict=True) if name in own.free]
-        for own, v in shared[1:]:
-            _refuse_unequal(name, *shared[0], own, v)
-        rows.append(_row(shared[0][0].bounded, name, shared[0][1], given.get(name)))
+        (first, known), *others = ((c, v) for c, v in zip(configurations, values, strict=True) if name in c.free)
+        for other, others_values in others:
+            _refuse_unequal(name, first, known, other, others_values)
+        rows.append(_row(first.bounded, name, known, given.get(name)))
     is_log, mean, deviation, low, high, start, limits, reason = zip(*rows, strict=True)
-    m, d, a, b, x = (np.array(x, dtype=float) for x in (mean, deviation, low, high, start))
+    m, d, a, b, x = (np.array(part, dtype=float) for part in (mean, deviation, low, high, start))
     return Unknowns(tuple(names), np.array(is_log), m, d, a, b, x, np.array(limits, dtype=float).T, tuple(reason))
 
 
@@ -211,39 +210,37 @@ def _refuse_unequal(
 
 
 def _row(
-    plan: Plan, name: str, values: Mapping[str, object], prior: Prior | None
+    plan: Plan, name: str, values: Mapping[str, Any], prior: Prior | None
 ) -> tuple[bool, float, float, float, float, float, tuple[float, float], str]:
+    """Whether a parameter is logarithmic, then what `Unknowns` has of it, from its mean on."""
     parameter = plan.mechanism.parameters[name]
-    start = float(values[name])  # type: ignore[arg-type]
-    low, high = (float(np.asarray(b)) for b in bounds(name, parameter, values))  # type: ignore[arg-type]
+    start = float(values[name])
+    low, high = (float(np.asarray(b)) for b in bounds(name, parameter, values))
     if not low < high:
         raise OptionError(f"{name} has no room between its bounds {low:g} and {high:g}")
     is_log = start > 0 and not low < 0 < high and (low >= 0 or not np.isfinite(low))
     with np.errstate(divide="ignore"):
-        own = np.log([max(start, low), max(low, 0.0), high]) if is_log else np.array([start, low, high])
-    theta, bottom, top = (float(x) for x in own)
-    mean, deviation, reason = _prior(name, parameter.source, prior, theta, bottom, top, is_log, start)
-    return is_log, mean, deviation, bottom, top, start, (low, high), reason
-
-
-def _prior(
-    name: str, source: str, prior: Prior | None, theta: float, low: float, high: float, is_log: bool, start: float
-) -> tuple[float, float, str]:
+        theta = np.log([max(start, low), max(low, 0.0), high]) if is_log else np.array([start, low, high])
+    mean, bottom, top = (float(x) for x in theta)
     scale = 1.0 if is_log else abs(start) or 1.0
+    source = parameter.source.strip()
     if isinstance(prior, tuple | list):
-        mean, deviation = (float(x) for x in prior)
-        if not (np.isfinite(mean) and 0 < deviation < np.inf) or (is_log and mean <= 0):
+        centre, deviation = (float(x) for x in prior)
+        if not (np.isfinite(centre) and 0 < deviation < np.inf) or (is_log and centre <= 0):
             raise OptionError(f"the prior of {name} is a mean and a positive standard deviation, not {prior}")
-        return (np.log(mean), deviation / mean, "given") if is_log else (mean, deviation, "given")
-    if prior is not None:
+        mean, deviation = (float(np.log(centre)), deviation / centre) if is_log else (centre, deviation)
+        reason = "given"
+    elif prior is not None:
         if not 0 < float(prior) < np.inf:
             raise OptionError(f"the prior of {name} is a positive relative standard deviation, not {prior}")
-        return theta, float(prior) * scale, "given"
-    if source.strip().lower().startswith(KNOWN_SOURCES):
-        return theta, PRINTED * scale, f"known ({source.strip().split(',')[0].split(';')[0]})"
-    if np.isfinite(low) and np.isfinite(high):
-        return theta, (high - low) / (2 * BOUND_SPREAD), "bounds"
-    return theta, UNKNOWN * scale, "no bounds"
+        deviation, reason = float(prior) * scale, "given"
+    elif source.lower().startswith(KNOWN_SOURCES):
+        deviation, reason = PRINTED * scale, f"known ({source.split(',')[0].split(';')[0]})"
+    elif np.isfinite(bottom) and np.isfinite(top):
+        deviation, reason = (top - bottom) / (2 * BOUND_SPREAD), "bounds"
+    else:
+        deviation, reason = UNKNOWN * scale, "no bounds"
+    return is_log, mean, deviation, bottom, top, start, (low, high), reason
 
 
 EXTRA = 4
@@ -253,39 +250,49 @@ BEYOND = 2.0
 """Modes up to so many times the highest frequency of a response are in its modal sum."""
 
 
+@dataclass(frozen=True)
+class ModelOptions:
+    """Which models are compared: their order, with `keep` normal modes, and whether modes are tracked by shape."""
+
+    order: ModelOrder
+    keep: int | Mapping[str, int]
+    tracked: bool
+
+
 class TrackedModel:
-    """The model under one load of sensors, compared with the targets that were measured with it.
+    """The model of a configuration under one load of sensors, compared with the targets that were measured with it.
 
     `rows` are those of each target's channels among all readings.
     """
 
     def __init__(
         self,
-        plan: Plan,
+        configuration: Configuration,
         start: Mapping[str, float],
         targets: Sequence[Target],
         placements: Sequence[str],
-        order: ModelOrder,
-        keep: int | Mapping[str, int],
+        options: ModelOptions,
         reference: Array | None,
-        tracked: bool,
     ) -> None:
-        self._is_tracked, self._reference = tracked, reference
+        self.configuration = configuration
+        self.reference: Array | None = reference
+        """Shapes (n, k) that modes are compared with."""
+        self._is_tracked = options.tracked
+        plan, start = configuration.plan, configuration.point(start)
         channels = [c for t in targets for c in t.channels]
         readings = readings_of(full_order_model(Design.of(plan, start)), channels) if channels else []
         ends = np.cumsum([0, *(len(t.channels) for t in targets)])
         self.rows: list[slice] = [slice(int(a), int(b)) for a, b in pairwise(ends)]
-        bare = family_of(plan, order, start, keep, displacement_rows(readings))
+        bare = family_of(plan, options.order, start, options.keep, displacement_rows(readings))
         self.family: AnyFamily = MassLoadedFamily(bare, placements) if placements else bare
-        self._has_responses = any(isinstance(t, ResponseTarget) for t in targets)
-        self._has_shapes = bool(channels)
-        model = self.family.model(start)
+        responses = [t for t in targets if isinstance(t, ResponseTarget)]
+        self._has_responses, self._has_shapes = bool(responses), bool(channels)
         self.compared: int = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
         self.count: int = self.compared + EXTRA
-        for t in targets:
-            if isinstance(t, ResponseTarget):
-                limit = (2 * np.pi * BEYOND * float(t.hz.max())) ** 2
-                self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA)
+        model = self.family.model(start)
+        for t in responses:
+            limit = (2 * np.pi * BEYOND * float(t.hz.max())) ** 2
+            self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA)
         self.count = min(self.count, model.order)
         self.weakest: float = 1.0
         """Least modal assurance criterion of a mode between one accepted design and the next."""
@@ -293,43 +300,36 @@ class TrackedModel:
         if reference is None:
             self.accept(self.state(start))
 
-    @property
-    def reference(self) -> Array | None:
-        """Shapes (n, k) that modes are compared with."""
-        return self._reference
-
     def state(self, at: Mapping[str, float], names: Sequence[str] = ()) -> State:
         """The model at a design, its modes tracked, with derivatives by named parameters.
 
         Raises FlexuraError when it cannot be solved.
         """
         model = self.family.model(at)
-        pairs = whole_clusters(model.K, model.M, self.count)
-        pairs, tracked = self._tracked(pairs, model.M)
+        pairs, number = self._tracked(whole_clusters(model.K, model.M, self.count), model.M)
         G = static_vectors(self.family, at) if self._has_responses else np.zeros((model.order, 0))
-        vectors = np.hstack([pairs.vectors, G])
         Y = self.family.readings(at, pairs.vectors) if self._has_shapes else np.zeros((0, len(pairs.values)))
-        changes = self.family.changes(at, names, vectors) if names else []
+        changes = self.family.changes(at, names, np.hstack([pairs.vectors, G])) if names else []
         for name, change in zip(names, changes, strict=True):
             if not change.is_smooth:
                 raise SolverError(f"{name}: the design is at a kink, where nothing has a derivative by it")
-        own = [first_columns(c, len(pairs.values)) for c in changes]
-        moved = moved_clusters(model.K, model.M, pairs, own, shapes=self._has_shapes and bool(names))
-        return State(self.family, dict(at), pairs, Y, tracked, G, moved, changes)
+        of_modes = [first_columns(c, len(pairs.values)) for c in changes]
+        moved = moved_clusters(model.K, model.M, pairs, of_modes, shapes=self._has_shapes and bool(names))
+        return State(self.family, dict(at), pairs, Y, number, G, moved, changes)
 
     def accept(self, state: State) -> None:
         """Take the modes of a design as those to track from now on."""
-        self._reference = state.pairs.vectors[:, state.tracked].copy()
+        self.reference = state.pairs.vectors[:, state.tracked].copy()
         self.weakest = min(self.weakest, self._mac)
 
-    def _tracked(self, pairs: Eigenpairs, M: Any) -> tuple[Eigenpairs, NDArray[np.intp]]:
-        """Which modes are those compared, and vectors of repeated frequencies turned to meet them."""
-        if self._reference is None:
+    def _tracked(self, pairs: Eigenpairs, M: Any) -> tuple[Eigenpairs, Index]:
+        """Vectors of repeated frequencies turned to meet the modes that are compared, and which these are."""
+        if self.reference is None:
             return pairs, np.arange(min(self.compared, len(pairs.values)))
-        found = track_modes(self._reference, pairs.values, pairs.vectors, M)
-        self._mac = float(found.mac.min(initial=1.0))
-        number = found.number if self._is_tracked else np.arange(len(found.number))
-        return Eigenpairs(pairs.values, found.shapes), number
+        modes = track_modes(self.reference, pairs.values, pairs.vectors, M)
+        self._mac = float(modes.mac.min(initial=1.0))
+        number = modes.number if self._is_tracked else np.arange(len(modes.number))
+        return Eigenpairs(pairs.values, modes.shapes), number
 
 
 REFUSED = 1e4
@@ -341,69 +341,51 @@ class CalibrationProblem:
 
     Targets of one configuration that were measured with the sensors of the same placements share a model with their
     mass. Modes are those of the start, tracked by the modal assurance criterion from one accepted design to the next:
-    the shapes at the last `jacobian` are those to compare with. Without `tracked` they are those of the same number.
+    the shapes at the last `jacobian` are those to compare with. Without tracking they are those of the same number.
     """
 
     def __init__(
         self,
         configurations: Sequence[Configuration],
         unknown: Unknowns,
-        order: ModelOrder,
-        keep: int | Mapping[str, int],
+        options: ModelOptions,
         references: Sequence[Array | None] | None = None,
-        tracked: bool = True,
     ) -> None:
         self.configurations: tuple[Configuration, ...] = tuple(configurations)
         self.unknown = unknown
-        self.targets: list[Target] = [t for own in configurations for t in own.targets]
-        start = self._named(unknown.z(unknown.start))
-        loads = [(own, placements_of(own.plan, t.setups)) for own in configurations for t in own.targets]
-        keys = [(own.label, load) for own, load in loads]
-        self._members = list(dict(zip(keys, loads, strict=True)).values())
-        numbers = {key: g for g, key in enumerate(dict.fromkeys(keys))}
-        self._group = [numbers[key] for key in keys]
-        known = references or [None] * len(self._members)
-        self.models: list[TrackedModel] = [
-            TrackedModel(
-                own.plan,
-                own.point(start),
-                [t for t, group in zip(self.targets, self._group, strict=True) if group == g],
-                load,
-                order,
-                keep,
-                reference,
-                tracked,
-            )
-            for g, ((own, load), reference) in enumerate(zip(self._members, known, strict=True))
-        ]
+        self.options = options
+        measured = [(own, placements_of(own.plan, t.setups), t) for own in configurations for t in own.targets]
+        self.targets: list[Target] = [t for _, _, t in measured]
+        loads = [(own.label, placements) for own, placements, _ in measured]
+        each = list(dict.fromkeys(loads))
+        start = unknown.named(unknown.z_start)
+        self.models: list[TrackedModel] = []
         """Each with the sensors of some placements, with their mean mass."""
-        each = [iter(m.rows) for m in self.models]
-        self.rows: list[slice] = [next(each[g]) for g in self._group]
+        for load, reference in zip(each, references or [None] * len(each), strict=True):
+            own, placements, _ = measured[loads.index(load)]
+            targets = [t for t, other in zip(self.targets, loads, strict=True) if other == load]
+            self.models.append(TrackedModel(own, start, targets, placements, options, reference))
+        self._model: list[int] = [each.index(load) for load in loads]
+        """Which model each target is compared with."""
+        rows = [iter(m.rows) for m in self.models]
+        self.rows: list[slice] = [next(rows[k]) for k in self._model]
         self.refused: str | None = None
         self.evaluations: int = 0
         self._latest: Latest[list[State]] = Latest()
-
-    def _named(self, z: Array) -> dict[str, float]:
-        """Values of the unknowns by name."""
-        return dict(zip(self.unknown.names, map(float, self.unknown.values(z)), strict=True))
 
     def compared(self, z: Array) -> Iterator[tuple[Target, State, slice]]:
         """Every target with the model that it is compared with, and the rows of its channels.
 
         Raises FlexuraError when a model cannot be solved.
         """
-        return self._with(self._states(z))
+        states = self._latest.get(np.asarray(z).tobytes(), lambda: self._states(z))
+        return zip(self.targets, (states[k] for k in self._model), self.rows, strict=True)
 
-    def _with(self, states: Sequence[State]) -> Iterator[tuple[Target, State, slice]]:
-        return zip(self.targets, (states[g] for g in self._group), self.rows, strict=True)
-
-    def _states(self, z: Array) -> list[State]:
-        def found() -> list[State]:
-            values = self._named(z)
-            self.evaluations += 1
-            return [m.state(c.point(values)) for m, (c, _) in zip(self.models, self._members, strict=True)]
-
-        return self._latest.get(np.asarray(z).tobytes(), found)
+    def _states(self, z: Array, slopes: bool = False) -> list[State]:
+        values = self.unknown.named(z)
+        self.evaluations += 1
+        pairs = [(m, m.configuration) for m in self.models]
+        return [m.state(c.point(values), c.free if slopes else ()) for m, c in pairs]
 
     @property
     def references(self) -> list[Array | None]:
@@ -418,37 +400,23 @@ class CalibrationProblem:
     def residual(self, z: Array) -> Array:
         """Weighted residuals (r,) of all targets; large ones for a design that cannot be evaluated."""
         try:
-            found = np.concatenate([t.residual(state, r) for t, state, r in self.compared(z)])
-            if np.isfinite(found).all():
-                return found
+            r = np.concatenate([t.residual(state, rows) for t, state, rows in self.compared(z)])
+            if np.isfinite(r).all():
+                return r
             self.refused = "a residual that is not finite"
         except (FlexuraError, np.linalg.LinAlgError) as error:
             self.refused = str(error)
-        return np.full(self.size, REFUSED)
+        return np.full(sum(count for t in self.targets for _, count in t.parts), REFUSED)
 
     def jacobian(self, z: Array) -> Array:
         """d residual / dz (r, P); the modes found here are those tracked from now on."""
-        values = self._named(z)
-        self.evaluations += 1
-        states = [m.state(c.point(values), c.free) for m, (c, _) in zip(self.models, self._members, strict=True)]
-        found = []
-        for (t, state, rows), g in zip(self._with(states), self._group, strict=True):
-            own = t.jacobian(state, rows)
-            wide = np.zeros((len(own), len(self.unknown.names)))
-            wide[:, [self.unknown.names.index(n) for n in self._members[g][0].free]] = own
-            found.append(wide)
+        states = self._states(z, slopes=True)
+        blocks = []
+        for t, k, rows in zip(self.targets, self._model, self.rows, strict=True):
+            slope = t.jacobian(states[k], rows)
+            blocks.append(np.zeros((len(slope), len(self.unknown.names))))
+            blocks[-1][:, [self.unknown.names.index(n) for n in self.models[k].configuration.free]] = slope
         for model, state in zip(self.models, states, strict=True):
             model.accept(state)
         self._latest.clear()
-        return np.concatenate(found) * self.unknown.slope(z)
-
-    @property
-    def size(self) -> int:
-        """Number of residuals."""
-        count = 0
-        for t in self.targets:
-            if isinstance(t, ModalTarget):
-                count += len(t.frequency_hz) * (1 + (len(t.channels) if t.shapes is not None else 0))
-            else:
-                count += 2 * t.sigma.size
-        return count
+        return np.concatenate(blocks) * self.unknown.slope(z)
