@@ -116,11 +116,11 @@ def mac_with_spaces(reference: ArrayLike, shapes: ArrayLike, groups: Sequence[In
     Any mixture of modes of a repeated frequency is a mode as well (theory eqs. 57, L11). `weight` as in `mac`.
     """
     x = np.asarray(reference)
-    found = mac(x, shapes, weight=weight)
+    overlap = mac(x, shapes, weight=weight)
     for group in groups:
         if len(group) > 1:
-            found[group] = space_mac(shapes, x[:, group], weight)
-    return found
+            overlap[group] = space_mac(shapes, x[:, group], weight)
+    return overlap
 
 
 def pair_by_mac(overlap: Array, reference_hz: Array, frequency_hz: Array) -> Index:
@@ -197,31 +197,31 @@ def pair_modes(
         )
     if not 0 <= close < 1:
         raise OptionError(f"close is a relative difference of frequencies, 0 <= close < 1, not {close}")
-    own, spaces = mac(x, y), (close_groups(f, close), close_groups(g, close))
+    alone, spaces = mac(x, y), (close_groups(f, close), close_groups(g, close))
     if len(x) == 1:
         order = np.argsort(f)
         partner = np.full(len(f), -1, dtype=np.intp)
         partner[order] = np.array(in_order(np.sort(g), f[order]), dtype=np.intp)
-        return ModePairing(np.where(partner < 0, -1, np.argsort(g)[partner]), own, own, *spaces)
-    likeness = _likeness(x, y, own, *spaces)
+        return ModePairing(np.where(partner < 0, -1, np.argsort(g)[partner]), alone, alone, *spaces)
+    likeness = _likeness(x, y, alone, *spaces)
     distance = np.abs(np.log(np.maximum(f, 1e-300))[:, None] - np.log(np.maximum(g, 1e-300)))
-    gain = np.maximum(likeness + MAC_SHARE * own - FREQUENCY_SHARE * distance, 1e-6)
+    gain = np.maximum(likeness + MAC_SHARE * alone - FREQUENCY_SHARE * distance, 1e-6)
     partner = best_pairs(np.where(likeness >= HALF_WAY, gain, 0.0))
-    return ModePairing(partner, own, likeness, *spaces)
+    return ModePairing(partner, alone, likeness, *spaces)
 
 
-def _likeness(x: NDArray, y: NDArray, own: Array, tests: tuple[Index, ...], models: tuple[Index, ...]) -> Array:
+def _likeness(x: NDArray, y: NDArray, alone: Array, tests: tuple[Index, ...], models: tuple[Index, ...]) -> Array:
     """The best of shape by shape, test shape in the model's space, and model shape in the test's, beyond chance."""
-    found = _beyond_chance(own, 1, len(x))
+    likeness = _beyond_chance(alone, 1, len(x))
     for group in models:
         if 1 < len(group) < len(x):
             share = _beyond_chance(space_mac(x, y[:, group]), len(group), len(x))
-            found[:, group] = np.maximum(found[:, group], share[:, None])
+            likeness[:, group] = np.maximum(likeness[:, group], share[:, None])
     for group in tests:
         if 1 < len(group) < len(x):
             share = _beyond_chance(space_mac(y, x[:, group]), len(group), len(x))
-            found[group] = np.maximum(found[group], share)
-    return found
+            likeness[group] = np.maximum(likeness[group], share)
+    return likeness
 
 
 def _beyond_chance(share: Array, size: int, sensors: int) -> Array:
@@ -232,7 +232,7 @@ def _beyond_chance(share: Array, size: int, sensors: int) -> Array:
 REPEATED_EIGENVALUES = 1e-6
 """Eigenvalues closer than this, relative, are taken as repeated."""
 
-OWN_SHARE = 1e-3
+ALONE_SHARE = 1e-3
 """What the shapes one by one count beside the spaces, where modes are close: they decide within a space."""
 
 
@@ -274,11 +274,11 @@ def track_modes(
     for group in close_groups(lam, close):
         if len(group) > 1:
             likeness[:, group] = space_mac(x, y[:, group], mass)[:, None]
-            gain[:, group] = likeness[:, group] + OWN_SHARE * overlap[:, group] ** 2
+            gain[:, group] = likeness[:, group] + ALONE_SHARE * overlap[:, group] ** 2
     rows, columns = assignment(-gain)
-    number, found = np.full(len(overlap), -1, dtype=np.intp), np.zeros(len(overlap))
-    number[rows], found[rows] = columns, likeness[rows, columns]
-    return TrackedModes(number, found, y)
+    number, mac_of_pair = np.full(len(overlap), -1, dtype=np.intp), np.zeros(len(overlap))
+    number[rows], mac_of_pair[rows] = columns, likeness[rows, columns]
+    return TrackedModes(number, mac_of_pair, y)
 
 
 def _turn(overlap: Array) -> Array:

@@ -58,10 +58,10 @@ from flexura.testing.rig import (
 )
 
 
-def identified_modes(test: IdentifiedModes | Measurement, **how: Any) -> IdentifiedModes:
+def identified_modes(test: IdentifiedModes | Measurement, **options: Any) -> IdentifiedModes:
     """The modes of a test: as they are, identified from its data, or those that a file without data came with.
 
-    `how` are options of `identify`. Raises OptionError for anything else, and as `identify` does.
+    `options` are those of `identify`. Raises OptionError for anything else, and as `identify` does.
     """
     if isinstance(test, IdentifiedModes):
         return test
@@ -72,7 +72,7 @@ def identified_modes(test: IdentifiedModes | Measurement, **how: Any) -> Identif
         )
     if test.modes is not None and not test.frfs and not test.recordings:
         return test.modes
-    return identify(test, **how)
+    return identify(test, **options)
 
 
 @dataclass(frozen=True)
@@ -277,7 +277,7 @@ def correlate(
         counterparts=modes @ turn,
         modes=modes,
         expansion=expansion,
-        frfs=tuple(own for own in overlays if own is not None),
+        frfs=tuple(o for o in overlays if o is not None),
         model=full,
         sensors=sensors,
         notes=(
@@ -299,9 +299,9 @@ def _by_setup(
     pairs: Sequence[ModePair], test: IdentifiedModes, placements: Sequence[str], each: Array
 ) -> tuple[ModePair, ...]:
     """Pairs with errors that are means over setups, where each of these is known by the name of its placement."""
-    if tuple(own.setup for own in test.setups) != tuple(placements) or not placements:
+    if tuple(setup.setup for setup in test.setups) != tuple(placements) or not placements:
         return tuple(pairs)
-    hz = [own.frequency_hz for own in test.setups]
+    hz = [setup.frequency_hz for setup in test.setups]
     ratios = ((p, frequency_ratios(each, hz, p.test_hz, p.model - 1)) for p in pairs)
     return tuple(replace(p, model_hz=p.test_hz * r, error=r - 1) for p, r in ratios)
 

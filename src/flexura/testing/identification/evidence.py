@@ -116,7 +116,7 @@ def _scaled(
     turn = np.where(has_unit_mass, 1.0, np.exp(-1j * phase(left)))
     left, right = left * turn, right / turn
     sign = np.where(np.take_along_axis(left, leading(np.abs(left), axis=0)[None], axis=0)[0].real < 0, -1.0, 1.0)
-    return left * sign, right * sign, tuple(f"unit {'modal mass' if own else 'participation'}" for own in has_unit_mass)
+    return left * sign, right * sign, tuple(f"unit {'modal mass' if has else 'participation'}" for has in has_unit_mass)
 
 
 def _untangled(

@@ -135,17 +135,16 @@ def identify(
     options = _Options(order, select, refine, most_damped, least_confidence)
     name, frfs, notes = frfs_of(data)
     matrices = response_matrices(frfs, band, together=setups == "together")
-    found = [_one_setup(name, matrix, options) for matrix in matrices]
-    modes = [own for own, _ in found]
-    nowhere = set.intersection(*(set(lost) for _, lost in found))
+    modes, missing = zip(*(_one_setup(name, matrix, options) for matrix in matrices), strict=True)
+    nowhere = set.intersection(*map(set, missing))
     if nowhere:
         listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
         raise OptionError(
             f"there is no pole near {listed} Hz that adds more to the responses than noise does; see the stabilisation"
             " diagram"
         )
-    if not any(len(own.poles) for own in modes):
-        unsure = "".join(f"; {note}" for own in modes for note in own.notes if UNSURE in note)
+    if not any(len(setup.poles) for setup in modes):
+        unsure = "".join(f"; {note}" for setup in modes for note in setup.notes if UNSURE in note)
         raise OptionError(
             "no mode is stable over the orders: leave lines that are noise out of the band, raise the order, or pick"
             f" frequencies where the responses have peaks{unsure}"
@@ -203,7 +202,7 @@ def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[Id
         is_picked = None
         if wanted is not None:
             is_picked = [bool(t.picked) and _is_there(work, fit, k, t.picked) for k, t in enumerate(fitted)]
-            lost = [*lost, *(t.picked for t, own in zip(fitted, is_picked, strict=True) if t.picked and not own)]
+            lost = [*lost, *(t.picked for t, kept in zip(fitted, is_picked, strict=True) if t.picked and not kept)]
         kept, remarks = _kept(fit, evidence, is_picked, options.least_confidence)
     remarks += _left_over(work, fit)
     fit = fit.at(kept)
@@ -238,8 +237,8 @@ def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[Id
 
 def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, hz: float) -> bool:
     """Whether a mode that was picked at a frequency, Hz, is near it, and in the data."""
-    found = float(np.abs(fit.poles[k])) / (2 * np.pi)
-    return abs(found - hz) < REACH * hz and is_carried(matrix, fit, k)
+    mode_hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
+    return abs(mode_hz - hz) < REACH * hz and is_carried(matrix, fit, k)
 
 
 def default_order(matrix: ResponseMatrix) -> int:

@@ -45,7 +45,7 @@ ONE_SPACE = 0.25
 
 
 def merged(
-    name: str, found: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
+    name: str, setups: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
 ) -> IdentifiedModes:
     """Modes of several setups that share their inputs, or else their outputs (theory eqs. I20-I22).
 
@@ -53,63 +53,63 @@ def merged(
     together from the residues in all of them. Raises OptionError when no input and no output is shared, and when no
     mode is.
     """
-    each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(found))
-    by_inputs, common = _shared(found)
+    each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(setups))
+    by_inputs, common = _shared(setups)
     if not by_inputs:
-        found, matrices = [_transposed(own) for own in found], [own.transposed for own in matrices]
-    left_out = sorted({c.name for own in found for c in own.inputs if key_of(c) not in map(key_of, common)})
+        setups, matrices = [_transposed(modes) for modes in setups], [modes.transposed for modes in matrices]
+    left_out = sorted({c.name for modes in setups for c in modes.inputs if key_of(c) not in map(key_of, common)})
     if left_out:
         notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
-    found, matrices = zip(*(_with_inputs(common, *pair) for pair in zip(found, matrices, strict=True)), strict=True)
-    members = _members(found)
+    setups, matrices = zip(*(_with_inputs(common, *pair) for pair in zip(setups, matrices, strict=True)), strict=True)
+    members = _members(setups)
     if not len(members):
         raise OptionError("no mode is found in half of the setups; identify them one by one, or pick frequencies")
-    means = sorted(((*_mean(found, row), row) for row in members), key=lambda mean: abs(mean[0]))
+    means = sorted(((*_mean(setups, row), row) for row in members), key=lambda mean: abs(mean[0]))
     poles, members = np.array([pole for pole, _, _ in means]), np.array([row for _, _, row in means])
     shifts = [e.setup_shift for _, e, _ in means]
     groups = _groups(poles)
-    lead = [_lead(found, members[group]) for group in groups]
-    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _have_one_pole(found[s], members[g, s])]
+    lead = [_lead(setups, members[group]) for group in groups]
+    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _have_one_pole(setups[s], members[g, s])]
     for group in equal:
         poles[group] = poles[group].mean()
-    base = _base(found, members, groups, lead)
-    every = zip(found, matrices, members.T, strict=True)
-    outputs, shapes = _stacked(found, [_shapes(own, matrix, at, poles, base, groups) for own, matrix, at in every])
+    base = _base(setups, members, groups, lead)
+    every = zip(setups, matrices, members.T, strict=True)
+    outputs, shapes = _stacked(setups, [_shapes(modes, matrix, at, poles, base, groups) for modes, matrix, at in every])
     modes = IdentifiedModes(
         name,
         poles,
         shapes,
         shapes.real,
         base,
-        found[0].inputs,
+        setups[0].inputs,
         outputs,
         tuple(e for _, e, _ in means),
-        tuple(d for own in found for d in own.diagram),
-        float(np.sqrt(np.mean([own.synthesis_error**2 for own in found]))),
-        (*notes, *(note for own in found for note in own.notes), *_notes(poles, members, shifts)),
-        band=found[0].band,
+        tuple(d for modes in setups for d in modes.diagram),
+        float(np.sqrt(np.mean([modes.synthesis_error**2 for modes in setups]))),
+        (*notes, *(note for modes in setups for note in modes.notes), *_notes(poles, members, shifts)),
+        band=setups[0].band,
         setups=each,
     )
     return finished(modes if by_inputs else _transposed(modes), [group.tolist() for group in equal])
 
 
-def modes_of_setup(own: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
+def modes_of_setup(modes: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
     """Responses (f, p, m) that modes and residuals give back, in the quantity and with the window of a matrix."""
-    H = responses(matrix.s, own.poles, own.shapes, own.participation, own.lower, own.upper)
+    H = responses(matrix.s, modes.poles, modes.shapes, modes.participation, modes.lower, modes.upper)
     return H * matrix.s[:, None, None] ** matrix.power
 
 
-def _shared(found: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChannel]]:
+def _shared(setups: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChannel]]:
     """Whether setups are merged by their inputs, and the channels that all have.
 
     Inputs if all are shared, else outputs if all are, else some inputs, else some outputs. Raises OptionError for none.
     """
-    sides = [[own.inputs for own in found], [own.outputs for own in found]]
+    sides = [[modes.inputs for modes in setups], [modes.outputs for modes in setups]]
     common = []
     for side in sides:
-        keys = set.intersection(*({key_of(c) for c in own} for own in side))
+        keys = set.intersection(*({key_of(c) for c in channels} for channels in side))
         common.append([c for c in side[0] if key_of(c) in keys])
-    whole = [all(len(own) == len(shared) for own in side) for side, shared in zip(sides, common, strict=True)]
+    whole = [all(len(channels) == len(shared) for channels in side) for side, shared in zip(sides, common, strict=True)]
     if not (common[0] or common[1]):
         raise OptionError(
             "setups share neither inputs nor outputs, so their shapes have no common scale; identify them one by one"
@@ -140,20 +140,20 @@ def _with_inputs(
     )
 
 
-def _members(found: Sequence[IdentifiedModes]) -> Index:
+def _members(setups: Sequence[IdentifiedModes]) -> Index:
     """Which mode of each setup the merged modes are (n, setups), -1 for none; the richest setup is paired first."""
-    count = len(found)
-    first = max(range(count), key=lambda s: (len(found[s].poles), found[s].confidence.sum()))
+    count = len(setups)
+    first = max(range(count), key=lambda s: (len(setups[s].poles), setups[s].confidence.sum()))
     rows: list[list[int]] = []
     for s in (first, *(s for s in range(count) if s != first)):
-        own = found[s]
-        partner = np.full(len(own.poles), -1)
-        if rows and len(own.poles):
+        modes = setups[s]
+        partner = np.full(len(modes.poles), -1)
+        if rows and len(modes.poles):
             lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
-            f = np.array([found[q].frequency_hz[k] for q, k in lead])
-            participation = np.array([found[q].participation[:, k] for q, k in lead]).T
-            far = np.abs(np.log(own.frequency_hz / f[:, None])) / SHIFT
-            unlike = 0.5 * (1 - mac(participation, own.participation))
+            f = np.array([setups[q].frequency_hz[k] for q, k in lead])
+            participation = np.array([setups[q].participation[:, k] for q, k in lead]).T
+            far = np.abs(np.log(modes.frequency_hz / f[:, None])) / SHIFT
+            unlike = 0.5 * (1 - mac(participation, modes.participation))
             partner = best_pairs(np.where(far < 1, PAIR - far - unlike, 0.0).T)
         for k, row in enumerate(partner):
             if row >= 0:
@@ -164,14 +164,14 @@ def _members(found: Sequence[IdentifiedModes]) -> Index:
     return members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
 
 
-def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
+def _mean(setups: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
     """Pole of one mode by weights of inverse variance (theory eq. I21), and evidence.
 
     Scatter over setups is added to that over orders.
     """
-    own = [(found[s], int(k)) for s, k in enumerate(row) if k >= 0]
-    each = [modes.evidence[k] for modes, k in own]
-    f, z = (np.array([getattr(modes, name)[k] for modes, k in own]) for name in ("frequency_hz", "damping_ratio"))
+    having = [(setups[s], int(k)) for s, k in enumerate(row) if k >= 0]
+    each = [modes.evidence[k] for modes, k in having]
+    f, z = (np.array([getattr(modes, name)[k] for modes, k in having]) for name in ("frequency_hz", "damping_ratio"))
     var_f = np.array([_variance(e.frequency_sigma, e.frequency_scatter) for e in each]) * f**2
     var_z = np.array([_variance(e.damping_sigma, e.damping_scatter) for e in each]) * z**2
     between = _between(f, var_f)
@@ -180,7 +180,7 @@ def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEv
     scatter_f = np.array([e.frequency_scatter for e in each])
     scatter_z = np.array([e.damping_scatter for e in each])
     evidence = ModeEvidence(
-        confidence=float(np.mean([e.confidence for e in each]) * len(own) / len(row)),
+        confidence=float(np.mean([e.confidence for e in each]) * len(having) / len(row)),
         frequency_scatter=float(np.hypot(weight_f @ scatter_f, np.sqrt(weight_f @ (f - hz) ** 2) / hz)),
         damping_scatter=float(np.hypot(weight_z @ scatter_z, abs(np.sqrt(weight_z @ (z - ratio) ** 2) / ratio))),
         modal_phase_collinearity=1.0,
@@ -188,7 +188,7 @@ def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEv
         frequency_sigma=float(sigma_f / hz),
         damping_sigma=float(sigma_z / abs(ratio)),
         share=float(np.mean([e.share for e in each])),
-        setups=len(own),
+        setups=len(having),
         setup_shift=float(np.sqrt(between) / hz),
         frequency_bias=float(weight_f @ [e.frequency_bias for e in each]),
         damping_bias=float(weight_z @ [e.damping_bias for e in each]),
@@ -224,23 +224,23 @@ def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, 
     return float(weight @ x), float(np.sqrt((weight[used] ** 2) @ variance[used])), weight
 
 
-def _lead(found: Sequence[IdentifiedModes], members: Index) -> int:
+def _lead(setups: Sequence[IdentifiedModes], members: Index) -> int:
     """The setup that determines the modes of a group, `members` (k, setups), best, of those that have most of them."""
 
     def rank(s: int) -> tuple[int, float]:
-        evidence = [found[s].evidence[k] for k in members[:, s] if k >= 0]
+        evidence = [setups[s].evidence[k] for k in members[:, s] if k >= 0]
         return -len(evidence), sum(_variance(e.damping_sigma, e.damping_scatter) for e in evidence)
 
-    return min(range(len(found)), key=rank)
+    return min(range(len(setups)), key=rank)
 
 
-def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
+def _base(setups: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
     """Participation (m, n) to which all setups are scaled: that of the leading setup where it has the mode."""
     columns = []
     for group, first in zip(groups, lead, strict=True):
         for row in members[group]:
             s = first if row[first] >= 0 else int(np.argmax(row >= 0))
-            column = found[s].participation[:, row[s]]
+            column = setups[s].participation[:, row[s]]
             columns.append(column / np.linalg.norm(column))
     return np.array(columns).T
 
@@ -258,17 +258,17 @@ def _have_one_pole(modes: IdentifiedModes, at: Index) -> bool:
 
 
 def _shapes(
-    own: IdentifiedModes, matrix: ResponseMatrix, at: Index, poles: Complex, base: Complex, groups: Sequence[Index]
+    modes: IdentifiedModes, matrix: ResponseMatrix, at: Index, poles: Complex, base: Complex, groups: Sequence[Index]
 ) -> Complex:
     """Shapes (p, n) of a setup that belong to a common participation (theory eq. I22).
 
     Modes that the setup does not have are fitted to what its own leave over.
     """
     has = at >= 0
-    left, right = np.zeros((len(own.outputs), len(poles)), dtype=complex), base.copy()
-    left[:, has], right[:, has] = own.shapes[:, at[has]], own.participation[:, at[has]]
+    left, right = np.zeros((len(modes.outputs), len(poles)), dtype=complex), base.copy()
+    left[:, has], right[:, has] = modes.shapes[:, at[has]], modes.participation[:, at[has]]
     if not has.all():
-        rest = replace(matrix, response=matrix.response - modes_of_setup(own, matrix))
+        rest = replace(matrix, response=matrix.response - modes_of_setup(modes, matrix))
         fit = fit_shapes(rest, poles[~has], base[:, ~has] / matrix.column_scale[:, None])
         left[:, ~has] = fit.shapes * matrix.row_scale[:, None]
         right[:, ~has] = fit.participation * matrix.column_scale[:, None]
@@ -279,10 +279,12 @@ def _shapes(
     return shapes
 
 
-def _stacked(found: Sequence[IdentifiedModes], parts: Sequence[Complex]) -> tuple[tuple[MeasuredChannel, ...], Complex]:
+def _stacked(
+    setups: Sequence[IdentifiedModes], parts: Sequence[Complex]
+) -> tuple[tuple[MeasuredChannel, ...], Complex]:
     """All channels, each once, and their shapes, means where several setups have the channel at one place."""
     rows: dict[object, list[tuple[MeasuredChannel, Complex]]] = {}
-    for s, (modes, part) in enumerate(zip(found, parts, strict=True)):
+    for s, (modes, part) in enumerate(zip(setups, parts, strict=True)):
         for channel, row in zip(modes.outputs, part, strict=True):
             known = channel.node is not None or channel.position is not None
             place = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
@@ -293,9 +295,9 @@ def _stacked(found: Sequence[IdentifiedModes], parts: Sequence[Complex]) -> tupl
 
 def _notes(poles: Complex, members: Index, shifts: Sequence[float]) -> list[str]:
     """Modes that some setups lack, and those whose frequencies differ between setups."""
-    hz, setups = [in_hz(abs(pole) / (2 * np.pi)) for pole in poles], members.shape[1]
+    hz, count = [in_hz(abs(pole) / (2 * np.pi)) for pole in poles], members.shape[1]
     having = zip(hz, (members >= 0).sum(axis=1), strict=True)
-    notes = [f"the mode at {f} is found in {n} of {setups} setups" for f, n in having if n < setups]
+    notes = [f"the mode at {f} is found in {n} of {count} setups" for f, n in having if n < count]
     moving = [f"{f} ({100 * shift:.2g} %)" for f, shift in zip(hz, shifts, strict=True) if shift > MOVING]
     if moving:
         why = "by more than their noise, as sensors' masses make them"

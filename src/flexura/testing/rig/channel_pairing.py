@@ -129,14 +129,14 @@ def pair_channels(
     for a position that is not finite.
     """
     points = _ModelPoints(model, within)
-    found = [points.find(channel) for channel in channels]
-    places = {k: place for k, place in enumerate(found) if isinstance(place, _Place)}
-    unmatched = [own for own in found if isinstance(own, UnmatchedChannel)]
+    matches = [points.find(channel) for channel in channels]
+    places = {k: place for k, place in enumerate(matches) if isinstance(place, _Place)}
+    unmatched = [match for match in matches if isinstance(match, UnmatchedChannel)]
     rows = _rows(model, list(places.values()))
     moves: NDArray[np.bool_] = np.asarray(rows.any(axis=1), dtype=np.bool_)
-    held = [place.match for place, own in zip(places.values(), moves, strict=True) if not own]
+    held = [place.match for place, move in zip(places.values(), moves, strict=True) if not move]
     unmatched += [UnmatchedChannel(m.channel, "the model holds what it reads", m.node, m.distance) for m in held]
-    moving = [place for place, own in zip(places.values(), moves, strict=True) if own]
+    moving = [place for place, move in zip(places.values(), moves, strict=True) if move]
     return ChannelPairing(
         tuple(place.match for place in moving),
         tuple(unmatched),
@@ -268,19 +268,19 @@ class _ModelPoints:
             lacking = "direction" if channel.direction is None else "position, or node of the model"
             what = "actuator" if is_input else "sensor"
             return UnmatchedChannel(channel, f"it has no {lacking}, and no {what} or DOF has its name")
-        own = port.channel
-        if is_input and own.quantity not in FORCES:
+        described = port.channel
+        if is_input and described.quantity not in FORCES:
             return UnmatchedChannel(channel, f"{name} is no force or moment in the model")
-        if not is_input and own.quantity not in DERIVATIVE:
+        if not is_input and described.quantity not in DERIVATIVE:
             return UnmatchedChannel(channel, f"{name} reads no motion in the model")
-        if (own.quantity in TURNS) != (channel.quantity in TURNS):
+        if (described.quantity in TURNS) != (channel.quantity in TURNS):
             return UnmatchedChannel(channel, f"it is a {channel.quantity}, and {name} of the model is not")
-        if own.node is None or own.against is not None:
+        if described.node is None or described.against is not None:
             nowhere = np.full(3, np.nan)
             return _Place(ChannelMatch(channel, name, "name", None), -1, nowhere, nowhere, port.row)
-        number = int(self.topology.numbers([own.node])[0])
-        match = ChannelMatch(channel, own.node, "name", None)
-        return _Place(match, number, self.model.geometry.positions[number], np.array(own.direction), port.row)
+        number = int(self.topology.numbers([described.node])[0])
+        match = ChannelMatch(channel, described.node, "name", None)
+        return _Place(match, number, self.model.geometry.positions[number], np.array(described.direction), port.row)
 
     def hints(self, unmatched: Sequence[UnmatchedChannel]) -> list[str]:
         """What may be wrong with all positions together."""

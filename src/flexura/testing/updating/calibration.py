@@ -288,11 +288,11 @@ def _outcome(first: CalibrationProblem, before: Array, start: Sequence[_ModelMod
     )
 
 
-def _interval(own: Unknowns, z: Array, deviation: Array) -> list[tuple[float, float]]:
+def _interval(unknown: Unknowns, z: Array, deviation: Array) -> list[tuple[float, float]]:
     """95 % intervals in SI, cut at the bounds."""
-    low, high = own.z_bounds
+    low, high = unknown.z_bounds
     with np.errstate(over="ignore"):
-        ends = [own.values(np.clip(z + side * QUANTILE * deviation, low, high)) for side in (-1, 1)]
+        ends = [unknown.values(np.clip(z + side * QUANTILE * deviation, low, high)) for side in (-1, 1)]
     return [(float(a), float(b)) for a, b in zip(*ends, strict=True)]
 
 

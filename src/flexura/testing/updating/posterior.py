@@ -101,16 +101,16 @@ def misfits(targets: Sequence[Target], r: Array, J: Array, with_prior: bool) -> 
     U, s, _ = np.linalg.svd(J, full_matrices=False)
     determined = U[:, s > 1.0 if with_prior else _is_determined(s)]
     taken, left = (determined**2).sum(axis=1), r - determined @ (determined.T @ r)
-    found = []
+    result = []
     for kind, each in kinds.items():
         rows = np.concatenate(each)
         if len(rows):
             spare = max(len(rows) - float(taken[rows].sum()), 0.0)
-            found.append(Misfit(kind, len(rows), spare, float(left[rows] @ left[rows]), rows))
-    return tuple(found)
+            result.append(Misfit(kind, len(rows), spare, float(left[rows] @ left[rows]), rows))
+    return tuple(result)
 
 
-def widening(found: Sequence[Misfit], J: Array, with_prior: bool) -> Array:
+def widening(missed: Sequence[Misfit], J: Array, with_prior: bool) -> Array:
     """Covariance (P, P) of z that errors of the model add, of the size that the misfit shows (theory eq. K22).
 
     Errors of one kind may all push the same way: they do not average out over the data, as noise does. With few data
@@ -121,7 +121,7 @@ def widening(found: Sequence[Misfit], J: Array, with_prior: bool) -> Array:
     gain = s / (1 + s**2) if with_prior else np.where(sure, 1 / np.where(sure, s, 1.0), 0.0)
     slope = (Vt.T * gain) @ U.T  # dz/dr (P, r): (J'J + I)^-1 J' with the prior, else the pseudo-inverse
     extra = np.zeros((J.shape[1], J.shape[1]))
-    for misfit in found:
+    for misfit in missed:
         if misfit.is_testable and misfit.ratio > 1:
             t = float(stdtrit(misfit.spare, 0.975)) / QUANTILE
             part = slope[:, misfit.rows]
@@ -296,7 +296,7 @@ def directions(J: Array, names: tuple[str, ...]) -> tuple[Direction, ...]:
     _, s, Vt = np.linalg.svd(J, full_matrices=True)
     s = np.concatenate([s, np.zeros(len(names) - len(s))])
     weights = (dict(zip(names, turned(row).tolist(), strict=True)) for row in Vt)
-    return tuple(Direction(float(x**2 / (1 + x**2)), own) for x, own in zip(s, weights, strict=True))
+    return tuple(Direction(float(x**2 / (1 + x**2)), row) for x, row in zip(s, weights, strict=True))
 
 
 def covariance(J: Array, with_prior: bool) -> Array:

@@ -178,12 +178,12 @@ def unknowns(
     The middle of a prior is the start, or the nearest bound. Raises OptionError for priors and bounds without room, and
     for parameters that start elsewhere or have other bounds or units in another configuration.
     """
-    names = list(dict.fromkeys(name for own in configurations for name in own.free))
+    names = list(dict.fromkeys(name for c in configurations for name in c.free))
     given = dict(priors or {})
     strange = sorted(set(given) - set(names))
     if strange:
         raise OptionError(f"a prior is given for {strange[0]}, which is not free; free are {', '.join(names)}")
-    values = [own.bounded.parameter_values({n: at[n] for n in at if n in own.known}) for own in configurations]
+    values = [c.bounded.parameter_values({n: at[n] for n in at if n in c.known}) for c in configurations]
     rows = []
     for name in names:
         (first, known), *others = ((c, v) for c, v in zip(configurations, values, strict=True) if name in c.free)
@@ -199,14 +199,14 @@ def _refuse_unequal(
     name: str, first: Configuration, values: Mapping[str, Any], other: Configuration, others: Mapping[str, Any]
 ) -> None:
     """Raise OptionError for a shared parameter that is not the same in two configurations."""
-    p, q = (own.known[name] for own in (first, other))
+    p, q = (c.known[name] for c in (first, other))
     if p.unit and q.unit and p.dimension != q.dimension:
         raise OptionError(f"{name} is in {p.unit} in {first.label}, and in {q.unit} in {other.label}")
     one = (float(values[name]), *(float(np.asarray(b)) for b in bounds(name, p, values)))
     two = (float(others[name]), *(float(np.asarray(b)) for b in bounds(name, q, others)))
     if not np.allclose(one, two, rtol=1e-9, atol=0.0):
-        said = [f"{x[0]:g} within {x[1]:g} to {x[2]:g} in {own.label}" for x, own in ((one, first), (two, other))]
-        raise OptionError(f"{name} is {' and '.join(said)} (SI): give what is moved together one start and one range")
+        both = [f"{x[0]:g} within {x[1]:g} to {x[2]:g} in {c.label}" for x, c in ((one, first), (two, other))]
+        raise OptionError(f"{name} is {' and '.join(both)} (SI): give what is moved together one start and one range")
 
 
 def _row(
@@ -354,17 +354,17 @@ class CalibrationProblem:
         self.configurations: tuple[Configuration, ...] = tuple(configurations)
         self.unknown = unknown
         self.options = options
-        measured = [(own, placements_of(own.plan, t.setups), t) for own in configurations for t in own.targets]
+        measured = [(c, placements_of(c.plan, t.setups), t) for c in configurations for t in c.targets]
         self.targets: list[Target] = [t for _, _, t in measured]
-        loads = [(own.label, placements) for own, placements, _ in measured]
+        loads = [(c.label, placements) for c, placements, _ in measured]
         each = list(dict.fromkeys(loads))
         start = unknown.named(unknown.z_start)
         self.models: list[TrackedModel] = []
         """Each with the sensors of some placements, with their mean mass."""
         for load, reference in zip(each, references or [None] * len(each), strict=True):
-            own, placements, _ = measured[loads.index(load)]
+            configuration, placements, _ = measured[loads.index(load)]
             targets = [t for t, other in zip(self.targets, loads, strict=True) if other == load]
-            self.models.append(TrackedModel(own, start, targets, placements, options, reference))
+            self.models.append(TrackedModel(configuration, start, targets, placements, options, reference))
         self._model: list[int] = [each.index(load) for load in loads]
         """Which model each target is compared with."""
         rows = [iter(m.rows) for m in self.models]

@@ -341,7 +341,7 @@ def compared(
         names = list(rig.accelerometers)
         shapes = bare.shapes[[names.index(c.name) for c in identified.outputs]]
         partner = _paired(identified, mean, shapes[:, kept])
-    seen = [_nearest(own, setups.get(placement)) for own, placement in zip(hz, placements, strict=True)]
+    seen = [_nearest(true_hz, setups.get(name)) for true_hz, name in zip(hz, placements, strict=True)]
     rows = []
     for k in np.flatnonzero((mean >= band[0]) & (mean <= band[1])).tolist():
         alone, loaded = float(bare.frequency_hz[kept[k]]), float(mean[k])
