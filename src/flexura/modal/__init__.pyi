@@ -1,3 +1,4 @@
+from flexura.modal.criteria import DEPENDENT_SHAPES as DEPENDENT_SHAPES
 from flexura.modal.criteria import channel_gain as channel_gain
 from flexura.modal.criteria import comac as comac
 from flexura.modal.criteria import frac as frac

@@ -12,10 +12,10 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.linalg import inverse_roots, scaled
 
-IMPROVES = 0.02
+IMPROVED_MAC = 0.02
 """A channel without which the mean MAC of the pairs is higher by more than this is not trusted."""
 
-DEPENDENT = 1e-8
+DEPENDENT_SHAPES = 1e-8
 """Singular values below this, relative to the largest, are taken as zero: the sensors do not see that direction."""
 
 
@@ -51,7 +51,7 @@ def in_space(shapes: ArrayLike, space: ArrayLike, used: NDArray[np.bool_] | None
     """The nearest to each of the shapes (p, n) within the span of `space` (p, k), judged at the `used` (p,) sensors."""
     x, y = _shapes(shapes, space)
     at = slice(None) if used is None else used
-    return np.asarray(y @ np.linalg.lstsq(y[at], x[at], rcond=DEPENDENT)[0], dtype=complex)
+    return np.asarray(y @ np.linalg.lstsq(y[at], x[at], rcond=DEPENDENT_SHAPES)[0], dtype=complex)
 
 
 @verb
@@ -81,7 +81,7 @@ def trusted_channels(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
         mean = _mean_mac(*total)
         without = np.where(trusted, _mean_mac(total[0] - xx, total[1] - yy, total[2] - xy), -np.inf)
         worst = int(np.argmax(without))
-        if without[worst] <= mean + IMPROVES:
+        if without[worst] <= mean + IMPROVED_MAC:
             break
         trusted[worst] = False
     return trusted
@@ -170,11 +170,11 @@ def _basis(space: NDArray, weight: Any) -> NDArray:
     if weight is None:
         size = np.linalg.norm(space, axis=0)
         U, s, _ = np.linalg.svd(space[:, size > 0] / size[size > 0], full_matrices=False)
-        return U[:, s > DEPENDENT * s.max(initial=0.0)]
+        return U[:, s > DEPENDENT_SHAPES * s.max(initial=0.0)]
     gram = space.conj().T @ _weighted(weight, space)
     scale = inverse_roots(gram.diagonal())
     values, turn = np.linalg.eigh(scaled(gram, scale))
-    seen = values > DEPENDENT * values.max(initial=0.0)
+    seen = values > DEPENDENT_SHAPES * values.max(initial=0.0)
     return space @ (scale[:, None] * turn[:, seen] / np.sqrt(values[seen]))
 
 

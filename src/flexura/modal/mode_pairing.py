@@ -56,10 +56,10 @@ def close_groups(frequency: Array, gap: float) -> tuple[Index, ...]:
     return tuple(np.split(order, np.flatnonzero(np.diff(ascending) > gap * np.abs(ascending[1:])) + 1))
 
 
-SKIP = 0.02
+SKIP_PRICE = 0.02
 """Price of a reference mode without a partner, as a logarithm of frequency."""
 
-STRAY = 0.2
+STRAY_PRICE = 0.2
 """Price of a frequency without a partner."""
 
 
@@ -74,11 +74,15 @@ def in_order(reference: Array, frequencies: Array) -> list[int]:
     k, n = far.shape
     cost = np.full((k + 1, n + 1), np.inf)
     step = np.zeros((k + 1, n + 1), dtype=int)  # 0 a pair, 1 a reference skipped, 2 a frequency skipped
-    cost[0], step[0] = SKIP * np.arange(n + 1), 1
-    cost[:, 0], step[:, 0] = STRAY * np.arange(k + 1), 2
+    cost[0], step[0] = SKIP_PRICE * np.arange(n + 1), 1
+    cost[:, 0], step[:, 0] = STRAY_PRICE * np.arange(k + 1), 2
     for i in range(1, k + 1):
         for j in range(1, n + 1):
-            choices = (cost[i - 1, j - 1] + far[i - 1, j - 1], cost[i, j - 1] + SKIP, cost[i - 1, j] + STRAY)
+            choices = (
+                cost[i - 1, j - 1] + far[i - 1, j - 1],
+                cost[i, j - 1] + SKIP_PRICE,
+                cost[i - 1, j] + STRAY_PRICE,
+            )
             step[i, j] = int(np.argmin(choices))
             cost[i, j] = choices[step[i, j]]
     partner = [-1] * k
@@ -100,7 +104,7 @@ REPEATED = 1e-5
 CLOSE = 0.02
 """Modes whose frequencies differ by less than this, relative, may have mixed: they are compared as a space."""
 
-HALF_WAY = 0.5
+LEAST_LIKENESS = 0.5
 """Least likeness of a pair beyond chance: 0 is what random shapes have on average, 1 the same shape."""
 
 FREQUENCY_SHARE = 0.1
@@ -206,7 +210,7 @@ def pair_modes(
     likeness = _likeness(x, y, alone, *spaces)
     distance = np.abs(np.log(np.maximum(f, 1e-300))[:, None] - np.log(np.maximum(g, 1e-300)))
     gain = np.maximum(likeness + MAC_SHARE * alone - FREQUENCY_SHARE * distance, 1e-6)
-    partner = best_pairs(np.where(likeness >= HALF_WAY, gain, 0.0))
+    partner = best_pairs(np.where(likeness >= LEAST_LIKENESS, gain, 0.0))
     return ModePairing(partner, alone, likeness, *spaces)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite, scaled, unit_scale
-from flexura.modal import frac
+from flexura.modal import DEPENDENT_SHAPES, frac
 from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
@@ -25,9 +25,6 @@ from flexura.testing.measurement import MeasuredFRF
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
 
 ReducedMass = Literal["serep", "guyan"]
-
-DEPENDENT_SHAPES = 1e-8
-"""Singular values of shapes at sensors below this, relative to the largest, are taken as zero."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +96,7 @@ def sensor_mass(
     return (mass + mass.T) / 2
 
 
-SUMMED = 4.0
+SUMMED_UP_TO = 4.0
 """Modes up to so many times the highest frequency compared are summed; others enter as their static part."""
 
 
@@ -134,7 +131,7 @@ def overlay(
         law: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
         built, damping = system(model, inputs=[], outputs=[], damping=law), "as identified"
     ends = ([Channel(c.name, c.quantity) for c in channels] for channels in (measured.inputs, measured.outputs))
-    modes = replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows).modal(up_to=SUMMED * top)
+    modes = replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows).modal(up_to=SUMMED_UP_TO * top)
     modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
     H = modes.response(measured.frequency_hz)
     finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))

@@ -107,10 +107,10 @@ def shapes_of(test: IdentifiedModes) -> ShapesOfTest:
 Shapes = NDArray[np.inexact[Any]]
 """Shapes of modes, real or complex."""
 
-RELIABLE = 0.8
+RELIABLE_COMAC = 0.8
 """CoMAC of a channel from which its gain says something."""
 
-GAINS = (0.4, 2.5)
+FAULTLESS_GAINS = (0.4, 2.5)
 """A channel with a gain outside is faulty."""
 
 FEWEST_SENSORS = 3
@@ -145,7 +145,7 @@ def checked_pairing(test_hz: Array, x: Shapes, model_hz: Array, y: Array, close:
     used: NDArray[np.bool_] = np.ones(len(x), dtype=np.bool_)
     pairing = pair_modes(test_hz, x, model_hz=model_hz, model_shapes=y, close=close)
     alike, gain = _agreement(x, y, pairing, used)
-    faulty = (alike > RELIABLE) & ~((gain > GAINS[0]) & (gain < GAINS[1])) & np.isfinite(gain)
+    faulty = (alike > RELIABLE_COMAC) & ~((gain > FAULTLESS_GAINS[0]) & (gain < FAULTLESS_GAINS[1])) & np.isfinite(gain)
     if (pairing.partner >= 0).sum() < 2 or not faulty.any() or len(x) - faulty.sum() < FEWEST_SENSORS:
         return CheckedPairing(pairing, alike, gain, used)
     used = np.asarray(~faulty, dtype=np.bool_)
@@ -170,16 +170,16 @@ def _agreement(x: Shapes, y: Array, pairing: ModePairing, used: NDArray[np.bool_
     return comac(a, b), channel_gain(a, b)
 
 
-BEYOND = 1.5
+COMPARED_UP_TO = 1.5
 """Modes of the model up to so many times the highest test frequency are compared."""
 
 MOST_MODES = 200
 """At most so many modes of the model are compared."""
 
-BAND = 1.25
+OVERLAID_UP_TO = 1.25
 """Responses are compared up to so many times the highest identified frequency."""
 
-ALIASED = 0.5
+ALIASED_MAC = 0.5
 """MAC of two modes of the model from which the sensors hardly tell them apart."""
 
 UNSEEN = 1e-6
@@ -250,7 +250,7 @@ def correlate(
     if measurement is not None and (measurement.frfs or measurement.recordings):
         for frf in frfs_of(measurement)[1]:
             loaded = with_sensors(bare, placements_of(bare.plan, [(frf.setup, frf.outputs)]))
-            top = BAND * float(identified.frequency_hz.max())
+            top = OVERLAID_UP_TO * float(identified.frequency_hz.max())
             overlays.append(overlay(loaded, frf, ratios, top, within=within))
     return Correlation(
         name=full.plan.mechanism.name,
@@ -316,7 +316,7 @@ def _model_modes(
         M = M + added.on(added.motion @ low.recover(np.eye(low.order)))
     if n is not None and n < 1:
         raise OptionError(f"the number of modes is at least 1, not {n}")
-    count = count_below(K, M, (2 * np.pi * BEYOND * float(test_hz.max())) ** 2) if n is None else n
+    count = count_below(K, M, (2 * np.pi * COMPARED_UP_TO * float(test_hz.max())) ** 2) if n is None else n
     count = min(max(count, len(test_hz) if n is None else n), MOST_MODES, K.shape[0])
     if not placements:  # nothing but what is described
         modes = full_order_modes(full, count) if low is None else low_order_modes(low, full, count)
@@ -400,7 +400,7 @@ def _notes(
     if not top:
         return [*notes, "no mode of the test has a counterpart in the model"]
     alike = mac(y, y)
-    for i, j in np.argwhere(np.triu(alike[:top, :top] > ALIASED, 1)):
+    for i, j in np.argwhere(np.triu(alike[:top, :top] > ALIASED_MAC, 1)):
         if not any(i in g and j in g for g in pairing.model_spaces):
             notes.append(
                 f"the sensors hardly tell modes {i + 1} and {j + 1} of the model apart ({in_hz(hz[i], 4)} and"

@@ -14,7 +14,7 @@ from flexura.tables import in_hz
 from flexura.testing.identification.residues import Fit
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, ModeEvidence, ResponseMatrix, responses
 
-ALONG = 0.999
+COLLINEAR = 0.999
 """Cosine between the directions of an input and an output at one node that are a driving point."""
 
 ROTATIONS = ("rotation", "angular_velocity", "angular_acceleration")
@@ -66,7 +66,7 @@ def driving_points(inputs: Sequence[MeasuredChannel], outputs: Sequence[Measured
                 continue
             along = float(np.dot(out.direction or (), into.direction or ()))
             works = into.quantity == ("moment" if out.quantity in ROTATIONS else "force")
-            if works and abs(along) > ALONG:
+            if works and abs(along) > COLLINEAR:
                 points.append(DrivingPoint(i, j, float(np.sign(along))))
     return points
 
@@ -153,21 +153,21 @@ CARRIED, CARRIED_EACH = 30.0, 5.0
 """What a mode adds near its frequency, squared, is so many times the variance of a line of the misfit, and so many
 times more for each response: a pole that follows noise gains 2 for each of its numbers, and some by being chosen."""
 
-ROUND_OFF = 1e-12
+ROUND_OFF_OF_RESPONSES = 1e-12
 """What a mode adds near its frequency, squared, is also more than this share of the responses, squared: their round-off
 where they are free of noise."""
 
-STRUCTURED = 4.0
+STRUCTURED_MISFIT = 4.0
 """A misfit is more than white noise where its square exceeds what its second difference shows by so many of the
 standard deviations, roughly, of that ratio."""
 
-NEAR = 2.0
+NEAR_MODE = 2.0
 """Lines of a mode lie within so many half-power half-widths."""
 
 NEAREST_LINES = 9
 """So many lines nearest to a mode are its own where fewer lie that near."""
 
-ALIKE = 0.9
+ALIKE_RESIDUES = 0.9
 """Modal assurance criterion of residues that are alike."""
 
 
@@ -186,7 +186,7 @@ def _near(matrix: ResponseMatrix, fit: Fit, k: int) -> _Near:
     """The lines of mode k."""
     pole = complex(fit.poles[k])
     apart = np.abs(matrix.s.imag - abs(pole.imag))
-    at = np.flatnonzero(apart < NEAR * abs(pole.real))
+    at = np.flatnonzero(apart < NEAR_MODE * abs(pole.real))
     if len(at) < NEAREST_LINES:
         at = np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
     one = slice(k, k + 1)
@@ -200,7 +200,7 @@ def is_carried(matrix: ResponseMatrix, fit: Fit, k: int) -> bool:
     near = _near(matrix, fit, k)
     added, whole = (float((np.abs(H) ** 2).sum()) for H in (near.part, near.data))
     noise = float((np.abs(near.misfit) ** 2).mean()) * (CARRIED + CARRIED_EACH * near.misfit[0].size)
-    return added > max(noise, ROUND_OFF * whole)
+    return added > max(noise, ROUND_OFF_OF_RESPONSES * whole)
 
 
 def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
@@ -213,7 +213,7 @@ def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
     uneven = float((np.abs(left[:-2] - 2 * left[1:-1] + left[2:]) ** 2).sum()) / 6 * len(left) / (len(left) - 2)
     square = float((np.abs(left) ** 2).sum())
     moved = 0.0
-    if square > (1 + STRUCTURED / np.sqrt(left.size)) * uneven:
+    if square > (1 + STRUCTURED_MISFIT / np.sqrt(left.size)) * uneven:
         slope = near.part / (near.s - pole)[:, None, None]
         moved = float(np.sqrt((square - uneven) / max(float((np.abs(slope) ** 2).sum()), 1e-300)))
     step = 2 * np.pi * float(np.median(np.diff(matrix.frequency_hz)))
@@ -234,7 +234,7 @@ def close_pairs(matrix: ResponseMatrix, fit: Fit, repeated: list[list[int]]) -> 
             continue
         if apart < step:
             why = f"closer than the lines, which are {in_hz(step, 3)} apart"
-        elif apart < width and alike[k, k + 1] > ALIKE:
+        elif apart < width and alike[k, k + 1] > ALIKE_RESIDUES:
             why = "alike and closer than their half-power width"
         else:
             continue
@@ -248,7 +248,7 @@ def residue_mac(fit: Fit) -> Array:
     return np.abs(left.conj().T @ left) ** 2 * np.abs(right.conj().T @ right) ** 2
 
 
-ABOVE = 1e3
+PEAK_OVER_MEDIAN = 1e3
 """Square of a peak over the median of all lines from which it is no noise: 30 dB; the largest of 100 000 lines of noise
 has 12 dB."""
 
@@ -279,7 +279,7 @@ def lone_peak(matrix: ResponseMatrix) -> LonePeak | None:
     H, hz = matrix.scaled, matrix.frequency_hz
     power = (np.abs(H) ** 2).sum(axis=(1, 2))
     k, middle = int(np.argmax(power)), float(np.median(power))
-    if not power[k] > ABOVE * middle or k in (0, len(hz) - 1):
+    if not power[k] > PEAK_OVER_MEDIAN * middle or k in (0, len(hz) - 1):
         return None
     low = high = k
     while low > 0 and power[low - 1] > power[k] / 2:

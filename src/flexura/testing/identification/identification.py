@@ -17,7 +17,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
 from flexura.tables import in_hz
 from flexura.testing.identification.evidence import (
-    ALIKE,
+    ALIKE_RESIDUES,
     bias,
     close_pairs,
     evidence_of,
@@ -29,7 +29,7 @@ from flexura.testing.identification.evidence import (
 from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
 from flexura.testing.identification.stabilisation import (
-    REACH,
+    PICKED_WITHIN,
     OrderPoles,
     Track,
     chosen,
@@ -192,7 +192,7 @@ def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[Id
     wanted, lost = (None, []) if options.select is None else picked(every, options.select, orders)
     fitted = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
     peak = None if fitted else lone_peak(work)
-    away = [f for f in lost if peak is None or abs(f - peak.hz) > REACH * f]
+    away = [f for f in lost if peak is None or abs(f - peak.hz) > PICKED_WITHIN * f]
     if peak is not None and (wanted is None or len(away) < len(lost)):
         fit, lost = fit_shapes(work, np.array([peak.pole]), peak.participation), away
         evidence, kept, remarks = [peak.evidence], np.arange(1), [peak.note]
@@ -238,7 +238,7 @@ def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[Id
 def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, hz: float) -> bool:
     """Whether a mode that was picked at a frequency, Hz, is near it, and in the data."""
     mode_hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
-    return abs(mode_hz - hz) < REACH * hz and is_carried(matrix, fit, k)
+    return abs(mode_hz - hz) < PICKED_WITHIN * hz and is_carried(matrix, fit, k)
 
 
 def default_order(matrix: ResponseMatrix) -> int:
@@ -305,7 +305,7 @@ def _undetermined(fit: Fit, modes: Sequence[Track], free: NDArray[np.bool_], mos
     if spread.max(initial=0.0) > 1:
         return int(np.argmax(spread))
     near = np.abs(fit.poles[:, None] - fit.poles) < TWINS * np.minimum(decay[:, None], decay)
-    twins = np.argwhere(np.triu(near & (residue_mac(fit) > ALIKE) & (free | free[:, None]), 1))
+    twins = np.argwhere(np.triu(near & (residue_mac(fit) > ALIKE_RESIDUES) & (free | free[:, None]), 1))
     if not len(twins):
         return None
     return min(twins[0].tolist(), key=lambda k: (not free[k], len(modes[k].at)))

@@ -14,6 +14,7 @@ from flexura.tables import in_hz
 from flexura.testing.identification.evidence import finished
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
+    SAME_MODE_OF_SETUPS,
     IdentifiedModes,
     MeasuredChannel,
     ModeEvidence,
@@ -22,19 +23,16 @@ from flexura.testing.measurement import (
     responses,
 )
 
-SHIFT = 0.1
-"""Frequencies of one mode differ by less between setups, relative."""
-
-PAIR = 10.0
+WORTH_OF_PAIR = 10.0
 """What a pair of modes of two setups counts before its differences are taken off: more pairs go before nearer ones."""
 
-EXACT = 1e-9
+BEST_KNOWN = 1e-9
 """Frequencies and damping ratios are not known better than this, relative."""
 
-NOISE = 3.0
+NOISE_SIGMAS = 3.0
 """Values of setups within so many of their standard deviations from the mean do not differ by more than noise."""
 
-MOVING = 1e-3
+NAMED_SHIFT = 1e-3
 """Frequencies that differ by more between setups, relative, and more than by noise, are named."""
 
 LEAST_SETUPS = 0.5
@@ -56,7 +54,7 @@ def merged(
     each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(setups))
     by_inputs, common = _shared(setups)
     if not by_inputs:
-        setups, matrices = [_transposed(modes) for modes in setups], [modes.transposed for modes in matrices]
+        setups, matrices = [_transposed(modes) for modes in setups], [matrix.transposed for matrix in matrices]
     left_out = sorted({c.name for modes in setups for c in modes.inputs if key_of(c) not in map(key_of, common)})
     if left_out:
         notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
@@ -152,9 +150,9 @@ def _members(setups: Sequence[IdentifiedModes]) -> Index:
             lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
             f = np.array([setups[q].frequency_hz[k] for q, k in lead])
             participation = np.array([setups[q].participation[:, k] for q, k in lead]).T
-            far = np.abs(np.log(modes.frequency_hz / f[:, None])) / SHIFT
+            far = np.abs(np.log(modes.frequency_hz / f[:, None])) / SAME_MODE_OF_SETUPS
             unlike = 0.5 * (1 - mac(participation, modes.participation))
-            partner = best_pairs(np.where(far < 1, PAIR - far - unlike, 0.0).T)
+            partner = best_pairs(np.where(far < 1, WORTH_OF_PAIR - far - unlike, 0.0).T)
         for k, row in enumerate(partner):
             if row >= 0:
                 rows[row][s] = k
@@ -208,15 +206,15 @@ def _between(x: Array, variance: Array) -> float:
     Zero where noise explains all differences.
     """
     sure = np.isfinite(variance)
-    x, variance = x[sure], np.maximum(variance[sure], (EXACT * x[sure]) ** 2)
-    if len(x) < 2 or (np.abs(x - _weighted(x, variance, 0.0)[0]) <= NOISE * np.sqrt(variance)).all():
+    x, variance = x[sure], np.maximum(variance[sure], (BEST_KNOWN * x[sure]) ** 2)
+    if len(x) < 2 or (np.abs(x - _weighted(x, variance, 0.0)[0]) <= NOISE_SIGMAS * np.sqrt(variance)).all():
         return 0.0
     return float(max(0.0, x.var(ddof=1) - variance.mean()))
 
 
 def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, Array]:
     """Mean by inverse variance, the standard deviation that these variances give it, and weights of sum one."""
-    whole = np.where(np.isfinite(variance), np.maximum(variance, (EXACT * x) ** 2) + between, np.inf)
+    whole = np.where(np.isfinite(variance), np.maximum(variance, (BEST_KNOWN * x) ** 2) + between, np.inf)
     least = whole.min()
     weight = least / whole if np.isfinite(least) else np.ones(len(x))
     weight = weight / weight.sum()
@@ -298,7 +296,7 @@ def _notes(poles: Complex, members: Index, shifts: Sequence[float]) -> list[str]
     hz, count = [in_hz(abs(pole) / (2 * np.pi)) for pole in poles], members.shape[1]
     having = zip(hz, (members >= 0).sum(axis=1), strict=True)
     notes = [f"the mode at {f} is found in {n} of {count} setups" for f, n in having if n < count]
-    moving = [f"{f} ({100 * shift:.2g} %)" for f, shift in zip(hz, shifts, strict=True) if shift > MOVING]
+    moving = [f"{f} ({100 * shift:.2g} %)" for f, shift in zip(hz, shifts, strict=True) if shift > NAMED_SHIFT]
     if moving:
         why = "by more than their noise, as sensors' masses make them"
         notes.append(f"frequencies differ between setups {why}: {', '.join(moving)}")

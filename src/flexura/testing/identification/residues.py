@@ -10,22 +10,22 @@ from flexura.arrays import Array, Complex, Index
 from flexura.errors import SolverError
 from flexura.testing.measurement import ResponseMatrix, responses
 
-MOST_STEPS = 30
+MOST_FIT_STEPS = 30
 """Steps of the non-linear fit."""
 
-SETTLED = 1e-10
+SETTLED_FIT = 1e-10
 """The fit ends when a step lowers the misfit by less, relative."""
 
-BLIND = 1e-12
+LEAST_STEP_DAMPING = 1e-12
 """Least damping of a step, relative to the curvature of each parameter: mixing repeated modes changes no misfit."""
 
-FLAT = 1e-11
+UNDETERMINED_CURVATURE = 1e-11
 """Directions in which the misfit curves less, relative to the steepest, are not determined."""
 
-LOOSE = 1e-3
+UNDETERMINED_SHARE = 1e-3
 """Share of a pole in such directions with which it is not determined either."""
 
-INDEPENDENT = 1e-10
+INDEPENDENT_REGRESSORS = 1e-10
 """Directions of the regressors that are smaller, relative to the largest, are not used."""
 
 
@@ -102,7 +102,7 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         raise SolverError(f"{f} spectral lines do not determine {len(poles)} modes")
     solved = _project(_spanned(matrix, poles), participation)
     damping = 1e-3
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_FIT_STEPS):
         D, c = _derivatives(participation, solved)
         curvature = _gram(D, c)
         slope = np.einsum("kao,kao->k", c, (D.T @ solved.remainder).reshape(len(c), 2, -1))
@@ -121,7 +121,7 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         gained = solved.misfit - better.misfit
         (poles, participation), solved = trial, better
         damping = max(damping / 10, 1e-9)
-        if gained <= SETTLED * solved.misfit:
+        if gained <= SETTLED_FIT * solved.misfit:
             break
     return _result(matrix, poles, participation, solved, _sigma(participation, solved))
 
@@ -167,7 +167,7 @@ def _project(span: _Spanned, participation: Complex) -> _Projected:
     columns = _regressors(span, participation)
     size = np.linalg.norm(columns, axis=0)
     U, S, Vt = np.linalg.svd(columns / size, full_matrices=False)
-    is_used = INDEPENDENT * S[0] < S
+    is_used = INDEPENDENT_REGRESSORS * S[0] < S
     Q, S, Vt = U[:, is_used], S[is_used], Vt[is_used]
     along = Q.T @ span.data
     return _Projected(span, Q, (Vt.T @ (along / S[:, None])) / size[:, None], span.data - Q @ along)
@@ -202,7 +202,7 @@ def _step(curvature: Array, slope: Array, damping: float) -> Array:
     size = np.sqrt(np.diag(curvature))
     size = np.where(size > 1e-12 * size.max(initial=0.0), size, np.inf)
     scaled = curvature / np.outer(size, size)
-    return np.linalg.solve(scaled + max(damping, BLIND) * np.eye(len(scaled)), slope / size) / size
+    return np.linalg.solve(scaled + max(damping, LEAST_STEP_DAMPING) * np.eye(len(scaled)), slope / size) / size
 
 
 def _moved(poles: Complex, participation: Complex, step: Array) -> tuple[Complex, Complex]:
@@ -230,10 +230,10 @@ def _sigma(participation: Complex, solved: _Projected) -> Array:
     size = np.sqrt(np.diag(curvature))
     size = np.where(size > 0, size, np.inf)
     values, vectors = np.linalg.eigh(curvature / np.outer(size, size))
-    sharp = values > FLAT * values[-1]
+    sharp = values > UNDETERMINED_CURVATURE * values[-1]
     inverse = (vectors * np.where(sharp, 1 / np.maximum(values, 1e-300), 0.0)) @ vectors.T
     covariance = np.diag(inverse @ (spread / np.outer(size, size)) @ inverse)[: 2 * n] / size[: 2 * n] ** 2
-    loose = (vectors[: 2 * n, ~sharp] ** 2).sum(axis=1) > LOOSE
+    loose = (vectors[: 2 * n, ~sharp] ** 2).sum(axis=1) > UNDETERMINED_SHARE
     return np.sqrt(np.where(loose, np.inf, np.maximum(covariance, 0.0))).reshape(2, n).T
 
 

@@ -100,7 +100,7 @@ def _zeros(alpha: Array) -> tuple[Complex, Complex, Complex]:
         return 1 / x, right[-m:], left[:m]
 
 
-FREQUENCY, DAMPING, SHAPE = 1, 2, 4
+FREQUENCY_BIT, DAMPING_BIT, SHAPE_BIT = 1, 2, 4
 """Bits of a pole that is stable in this."""
 
 SAME_FREQUENCY = 0.01
@@ -112,19 +112,19 @@ SAME_DAMPING = 0.1
 SAME_SHAPE = 0.95
 """A shape lies by so much, squared, in the space of those near it at the order before."""
 
-LEAST_SHARE = 0.5
+LEAST_SHARE_OF_ORDERS = 0.5
 """A mode is found at so many of the orders from the first at which it is found."""
 
-LEAST_LENGTH = 0.2
+LEAST_LENGTH_OF_TRACK = 0.2
 """A mode is found at so many of all orders."""
 
-PARALLEL = 0.99
+PARALLEL_PARTICIPATION = 0.99
 """Participations of neighbours that are more alike, as MAC, are a poor start for telling them apart."""
 
-ABSENT = 10.0
+PRICE_OF_ABSENCE = 10.0
 """Price of an order that has not a mode, in tolerances of its frequency."""
 
-REACH = 0.02
+PICKED_WITHIN = 0.02
 """A frequency that a user picks may be off by so much, relative."""
 
 
@@ -175,7 +175,7 @@ def stability(orders: Sequence[OrderPoles]) -> list[NDArray[np.intp]]:
         near = np.abs(f0 - f[:, None]) < SAME_FREQUENCY * f[:, None]
         alike = near & (np.abs(z0 - z[:, None]) < SAME_DAMPING * z[:, None])
         inside = np.array([_within(order.shapes[:, r], before.shapes[:, near[r]]) for r in range(len(f))])
-        bits[k] = FREQUENCY * near.any(axis=1) + DAMPING * alike.any(axis=1) + SHAPE * (inside > SAME_SHAPE)
+        bits[k] = FREQUENCY_BIT * near.any(axis=1) + DAMPING_BIT * alike.any(axis=1) + SHAPE_BIT * (inside > SAME_SHAPE)
     return bits
 
 
@@ -205,7 +205,7 @@ def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> li
     That is what tells repeated modes apart: two poles of one place at every order make two tracks.
     """
     tracked: list[Track] = []
-    both = FREQUENCY | DAMPING
+    both = FREQUENCY_BIT | DAMPING_BIT
     for k, order in enumerate(orders):
         stable = np.flatnonzero((bits[k] & both) == both)
         partner = np.full(len(stable), -1)
@@ -225,8 +225,8 @@ def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> li
 
 def chosen(tracked: Sequence[Track], orders: int) -> list[Track]:
     """Tracks that are long and dense enough to be modes, ascending in frequency."""
-    least = max(3, LEAST_LENGTH * orders)
-    modes = (t for t in tracked if len(t.at) >= least and t.share(orders) >= LEAST_SHARE)
+    least = max(3, LEAST_LENGTH_OF_TRACK * orders)
+    modes = (t for t in tracked if len(t.at) >= least and t.share(orders) >= LEAST_SHARE_OF_ORDERS)
     return sorted(modes, key=lambda t: abs(t.pole))
 
 
@@ -245,9 +245,9 @@ def picked(
     modes: list[Track] = []
     lost: list[float] = []
     for w in np.sort(wanted):
-        near = free & (np.abs(size - w) < REACH * w)
+        near = free & (np.abs(size - w) < PICKED_WITHIN * w)
         if near.any():
-            price = np.abs(size - w) / (REACH * w) - length / max(length.max(), 1)
+            price = np.abs(size - w) / (PICKED_WITHIN * w) - length / max(length.max(), 1)
             best = int(np.argmin(np.where(near, price, np.inf)))
             free[best] = False
             track = tracked[best]
@@ -267,7 +267,7 @@ def _single(w: float, orders: Sequence[OrderPoles], taken: Sequence[Track]) -> T
     for k in range(len(orders) - 1, -1, -1):
         apart = np.abs(np.abs(orders[k].poles) - w)
         for r in np.argsort(apart):
-            if apart[r] < REACH * w and (k, int(r)) not in used:
+            if apart[r] < PICKED_WITHIN * w and (k, int(r)) not in used:
                 return Track([k], [int(r)], [complex(orders[k].poles[r])])
     return None
 
@@ -279,7 +279,7 @@ def start_values(modes: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[
     where they do not, the second starts across the first.
     """
     poles = np.array([t.pole for t in modes])
-    cost = np.full((len(modes), len(orders)), ABSENT)
+    cost = np.full((len(modes), len(orders)), PRICE_OF_ABSENCE)
     for row, t, pole in zip(cost, modes, poles, strict=True):
         row[t.at] = np.abs(np.array(t.poles) - pole) / (SAME_FREQUENCY * abs(pole))
     best = int(np.argmin(cost.sum(axis=0)))
@@ -288,7 +288,7 @@ def start_values(modes: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[
     participation = np.array(columns).T
     for r in range(1, len(poles)):
         near = np.flatnonzero(np.abs(poles[:r] - poles[r]) < SAME_FREQUENCY * abs(poles[r]))
-        if len(near) and np.max(mac(participation[:, near], participation[:, [r]])) > PARALLEL:
+        if len(near) and np.max(mac(participation[:, near], participation[:, [r]])) > PARALLEL_PARTICIPATION:
             rows = np.linalg.svd(participation[:, near].T)[2]
             if len(rows) > len(near):
                 participation[:, r] = rows[-1].conj()

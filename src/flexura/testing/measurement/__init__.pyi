@@ -11,6 +11,7 @@ from flexura.testing.measurement.channels import split_heading as split_heading
 from flexura.testing.measurement.channels import split_response as split_response
 from flexura.testing.measurement.channels import with_description as with_description
 from flexura.testing.measurement.estimation import estimate_frf as estimate_frf
+from flexura.testing.measurement.measurement import SAME_MODE_OF_SETUPS as SAME_MODE_OF_SETUPS
 from flexura.testing.measurement.measurement import IdentifiedModes as IdentifiedModes
 from flexura.testing.measurement.measurement import MeasuredFRF as MeasuredFRF
 from flexura.testing.measurement.measurement import Measurement as Measurement

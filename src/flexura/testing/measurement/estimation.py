@@ -16,10 +16,10 @@ from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
 
-CHANCE = 0.05
+LINES_BY_CHANCE = 0.05
 """Share of lines above its 95 % quantile that unrelated signals have."""
 
-RELATED = 2 * CHANCE
+RELATED_LINES = 2 * LINES_BY_CHANCE
 """Share of such lines from which signals are related."""
 
 
@@ -104,12 +104,12 @@ def unrelated(gamma: Array, averages: int, inputs: int = 1) -> bool:
     free = averages - inputs
     if free < 1 or len(gamma) < 20:
         return False
-    quantile = 1 - CHANCE ** (1 / free)
+    quantile = 1 - LINES_BY_CHANCE ** (1 / free)
     if inputs > 1:
         from scipy.stats import beta
 
-        quantile = float(beta.ppf(1 - CHANCE, inputs, free))
-    return bool(np.mean(gamma > quantile) < RELATED)
+        quantile = float(beta.ppf(1 - LINES_BY_CHANCE, inputs, free))
+    return bool(np.mean(gamma > quantile) < RELATED_LINES)
 
 
 def _nonzero(values: Any) -> Any:
@@ -119,10 +119,10 @@ def _nonzero(values: Any) -> Any:
 
 Estimator = Literal["H1", "H2", "Hv"]
 
-EXCITED = 1e-4
+EXCITED_POWER = 1e-4
 """Lines are kept until the power of the excitation first falls below so much of its largest."""
 
-JUDGED = 1e-2
+JUDGED_POWER = 1e-2
 """Coherence is judged where the power of the excitation is at least so much of its largest."""
 
 FEWEST_SAMPLES = 16
@@ -131,7 +131,7 @@ FEWEST_SAMPLES = 16
 SAME_RATE = 1e-5
 """Sample rates of one setup that differ by no more, relative, are the same."""
 
-NOTICEABLE = 0.005
+NOTICEABLE_LEAKAGE = 0.005
 """Share of the motion left at the end of a record from which a note says so."""
 
 MOST_LISTED = 8
@@ -340,7 +340,7 @@ def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
     notes: list[str] = []
     if left_out:
         notes.append(f"{at}: left out {len(left_out)} of {len(records)} records: {' | '.join(left_out)}")
-    if largest_leakage > NOTICEABLE:
+    if largest_leakage > NOTICEABLE_LEAKAGE:
         notes.append(
             f"{at}: {largest_leakage:.0%} of the motion is left at the end of records: peaks are wrong by about as much"
         )
@@ -404,7 +404,7 @@ def _combined(setup: str, groups: Sequence[_Group], options: _Options, band: tup
         notes += g.notes
         power = g.power[lines]
         peak = int(np.argmax(power))
-        low = np.flatnonzero(power.max() * JUDGED > power)
+        low = np.flatnonzero(power.max() * JUDGED_POWER > power)
         if len(low) and low[-1] > peak:
             edge = hz[low[low > peak][0]]
             notes.append(f"{', '.join(c.name for c in g.inputs)}: the excitation is 20 dB down at {in_hz(edge, 4)}")
@@ -448,7 +448,7 @@ def _lines(hz: Array, powers: Sequence[Array], band: tuple[float, float] | None)
     stop = len(hz)
     for power in powers:
         peak = int(np.argmax(power[1:])) + 1
-        weak = np.flatnonzero(power[peak:] < EXCITED * power[peak])
+        weak = np.flatnonzero(power[peak:] < EXCITED_POWER * power[peak])
         stop = min(stop, peak + int(weak[0]) if len(weak) else stop)
     return np.arange(1, max(stop, 3))
 
@@ -463,7 +463,7 @@ def _coherent(groups: Sequence[_Group], lines: Index, gamma: Array) -> tuple[Ind
     column = 0
     for g in groups:
         power, m = g.power[lines], len(g.inputs)
-        judged = power.max() * JUDGED <= power
+        judged = power.max() * JUDGED_POWER <= power
         for i in range(len(outputs)):
             bad[i, column : column + m] = unrelated(gamma[judged, i, column], g.spectra.averages, m)
         column += m

@@ -20,7 +20,7 @@ from flexura.testing.measurement.measurement import Recording
 Kind = Literal["not finite", "silent", "overload", "clipped", "double hit", "not at rest", "leakage", "incoherent"]
 KINDS: tuple[str, ...] = get_args(Kind)
 
-FULL = 0.999
+OVERLOADED = 0.999
 """Share of its full scale from which a channel is overloaded."""
 
 ONSET_OF_PEAK = 0.05
@@ -29,7 +29,7 @@ ONSET_OF_PEAK = 0.05
 ONSET_OF_NOISE = 8.0
 """A pulse begins where the force also exceeds so many times its rms before the hit."""
 
-PLATEAU = 3
+CLIPPED_SAMPLES = 3
 """Consecutive samples at the largest magnitude from which a channel is clipped."""
 
 SAME_LEVEL = 1e-9
@@ -38,7 +38,7 @@ SAME_LEVEL = 1e-9
 QUIET = 16
 """Samples before a hit from which offset and noise are known."""
 
-AT_REST = 0.1
+AT_REST_RMS = 0.1
 """Largest rms before a hit, of that after it, of responses that were at rest."""
 
 LEAKAGE = 0.05
@@ -94,7 +94,7 @@ def _amplitude(name: str, row: Array, scale: float) -> Defect | None:
     if np.ptp(row) == 0:
         return Defect("silent", name, f"all samples are {row[0]:g}: is it connected?")
     peak = float(np.abs(row).max())
-    if peak >= FULL * scale:
+    if peak >= OVERLOADED * scale:
         return Defect("overload", name, f"reaches {peak:.4g}, its full scale is {scale:.4g}")
     flat = _plateau(row)
     return Defect("clipped", name, f"{flat} consecutive samples at its largest magnitude, {peak:.4g}") if flat else None
@@ -108,7 +108,7 @@ def _plateau(row: Array) -> int:
     level = np.abs(row)
     round_off = SAME_LEVEL * level.max()
     starts, stops = _runs(np.abs(level - level.max()) <= round_off)
-    long = stops - starts >= PLATEAU
+    long = stops - starts >= CLIPPED_SAMPLES
     if not long.any():
         return 0
     steps = np.abs(np.diff(row))
@@ -160,7 +160,7 @@ def _hit(recording: Recording) -> list[Defect]:
     for k, (channel, row) in enumerate(zip(recording.channels, recording.samples, strict=True)):
         quiet, loud = row[:still], row[start : 5 * start]
         share = float(np.std(quiet) / max(np.std(loud), np.finfo(float).tiny))
-        if k != at and share > AT_REST and _correlated(quiet):
+        if k != at and share > AT_REST_RMS and _correlated(quiet):
             text = f"moves before the pulse, with {share:.0%} of its rms after"
             defects.append(Defect("not at rest", channel.name, text))
     return defects

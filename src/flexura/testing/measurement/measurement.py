@@ -184,6 +184,9 @@ def responses(
     return H if lower is None else H + lower / s[:, None, None] ** 2
 
 
+SAME_MODE_OF_SETUPS = 0.1
+"""Frequencies of one mode differ by less between setups, relative."""
+
 Setups = tuple[tuple[str, tuple[MeasuredChannel, ...]], ...]
 
 
@@ -345,10 +348,10 @@ def _median(values: Array) -> float:
     return float(np.sort(values, axis=None)[values.size // 2])
 
 
-HIGHEST = 1e12
+HIGHEST_HZ = 1e12
 """Highest frequency and sample rate, Hz: squares and powers of far higher ones overflow."""
 
-LARGEST = 1e100
+LARGEST_VALUE = 1e100
 """Largest value of a sample or a response."""
 
 
@@ -369,8 +372,10 @@ def refuse_implausible(measurement: Measurement, where: str) -> None:
             )
     for r in records:
         place = f"{where}: {r.name or 'record'}"
-        if not 0 < r.sample_rate <= HIGHEST:
-            raise OptionError(f"{place}: a sample rate is positive and at most {HIGHEST:g} Hz, not {r.sample_rate:g}")
+        if not 0 < r.sample_rate <= HIGHEST_HZ:
+            raise OptionError(
+                f"{place}: a sample rate is positive and at most {HIGHEST_HZ:g} Hz, not {r.sample_rate:g}"
+            )
         if not r.samples.shape[-1]:
             raise OptionError(f"{place}: there are no samples")
         _refuse_large(r.samples, place)
@@ -382,15 +387,15 @@ def _refuse_response(frf: MeasuredFRF, where: str) -> None:
     hz = frf.frequency_hz
     if not len(hz):
         raise OptionError(f"{where}: there are no frequencies")
-    if not (np.isfinite(hz).all() and hz.min() >= 0 and hz.max() <= HIGHEST):
+    if not (np.isfinite(hz).all() and hz.min() >= 0 and hz.max() <= HIGHEST_HZ):
         span = f"{hz.min():g} to {hz.max():g}"
-        raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST:g} Hz, these from {span}")
+        raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST_HZ:g} Hz, these from {span}")
     if (np.diff(hz) <= 0).any():
         at = int(np.argmax(np.diff(hz) <= 0))
         raise OptionError(
             f"{where}: frequencies ascend, each is given once; {hz[at]:g} Hz comes before {hz[at + 1]:g} Hz"
         )
-    if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST):
+    if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST_HZ):
         raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
     _refuse_large(frf.response, where)
     if frf.coherence is not None:
@@ -402,9 +407,9 @@ def _refuse_response(frf: MeasuredFRF, where: str) -> None:
 def _refuse_large(values: np.ndarray, where: str) -> None:
     """Values that are no numbers are judged elsewhere."""
     size = np.abs(values)
-    beyond = np.isfinite(size) & (size > LARGEST)
+    beyond = np.isfinite(size) & (size > LARGEST_VALUE)
     if beyond.any():
-        raise OptionError(f"{where}: a value of {size[beyond][0]:.3g}; at most {LARGEST:g} is expected")
+        raise OptionError(f"{where}: a value of {size[beyond][0]:.3g}; at most {LARGEST_VALUE:g} is expected")
 
 
 Repeated = Literal["average", "first", "last"]

@@ -21,16 +21,16 @@ from flexura.testing.measurement.measurement import MeasuredFRF, grouped
 NEAR_ZERO = 0.02
 """A band begins near 0 Hz when it does so below this share of its end."""
 
-GROWN = 3.0
+GROWN_TOWARDS_ZERO = 3.0
 """Responses have grown towards 0 Hz when the first lines exceed those at ten times their frequency by so much."""
 
-NOISY = 0.5
+NOISY_LINE = 0.5
 """Lines at which noise is more than this share of the response say nothing."""
 
-RUN = 9
+RUN_OF_LINES = 9
 """Lines over which noise and response are compared."""
 
-LOWEST = 0.25
+MOST_LINES_LEFT_OUT = 0.25
 """Lines are left out up to this share of the band at most."""
 
 
@@ -39,12 +39,12 @@ def grows_towards_zero(hz: Array, H: Complex) -> bool:
 
     The receptance of something held is flat there. What floats grows, too, but in phase from line to line.
     """
-    if hz[0] > NEAR_ZERO * hz[-1] or len(hz) < 4 * RUN:
+    if hz[0] > NEAR_ZERO * hz[-1] or len(hz) < 4 * RUN_OF_LINES:
         return False
     first = np.sqrt((np.abs(H[:3]) ** 2).mean(axis=0))
     at = int(np.searchsorted(hz, 10 * hz[1]))
-    later = np.median(np.abs(H[max(at - 3, 3) : at + RUN]), axis=0)
-    return bool(np.median(first > GROWN * later) > 0.5)
+    later = np.median(np.abs(H[max(at - 3, 3) : at + RUN_OF_LINES]), axis=0)
+    return bool(np.median(first > GROWN_TOWARDS_ZERO * later) > 0.5)
 
 
 def noisy_until(A: Complex) -> int:
@@ -54,11 +54,11 @@ def noisy_until(A: Complex) -> int:
     """
     level = (np.abs(A[1:-1]) ** 2).sum(axis=(1, 2))
     uneven = (np.abs(A[:-2] - 2 * A[1:-1] + A[2:]) ** 2).sum(axis=(1, 2)) / 6
-    window = np.ones(RUN)
+    window = np.ones(RUN_OF_LINES)
     share = np.convolve(uneven, window, mode="valid") / np.maximum(np.convolve(level, window, mode="valid"), 1e-300)
-    clear = np.flatnonzero(share < NOISY**2)
+    clear = np.flatnonzero(share < NOISY_LINE**2)
     stop = int(clear[0]) if len(clear) else len(A)
-    return 0 if stop == 0 else min(stop + RUN // 2, int(LOWEST * len(A)))
+    return 0 if stop == 0 else min(stop + RUN_OF_LINES // 2, int(MOST_LINES_LEFT_OUT * len(A)))
 
 
 Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float, float] | None]
@@ -66,7 +66,7 @@ Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float
 POWER = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_acceleration": 2}
 """Power of s by which a quantity is above a displacement; all others have none."""
 
-COHERENT = 0.3
+COHERENT_CHANNEL = 0.3
 """Coherence that a channel reaches at one line in ten at least, with one of its partners, to be fitted."""
 
 ACCELERATION = 2
@@ -78,7 +78,7 @@ NO_MOTIONS = (*FORCES, "voltage", "expansion")
 LEAST_LINES = 16
 """Spectral lines in a band below which nothing is fitted."""
 
-BALANCED = 20
+BALANCING_ROUNDS = 20
 """Rounds in which sizes of rows and columns are balanced against each other."""
 
 
@@ -168,7 +168,9 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
     power = ACCELERATION if integrated else power
     H = H * s[:, None, None] ** (power - powers)[:, None]
     first = noisy_until(H) if integrated else 0
-    used = [np.quantile(np.nan_to_num(coherence[first:]).max(axis=axis), 0.9, axis=0) >= COHERENT for axis in (2, 1)]
+    used = [
+        np.quantile(np.nan_to_num(coherence[first:]).max(axis=axis), 0.9, axis=0) >= COHERENT_CHANNEL for axis in (2, 1)
+    ]
     if not all(good.any() for good in used):
         raise OptionError(f"{where}coherence is near zero throughout the band: the outputs do not follow the inputs")
     rows, columns = (np.flatnonzero(good) for good in used)
@@ -257,7 +259,7 @@ def _scales(H: Complex) -> tuple[Array, Array]:
     """Sizes of rows and columns with which all rows and all columns have root mean squares of one."""
     power = np.mean(np.abs(H) ** 2, axis=0)
     row, column = np.ones(len(power)), np.ones(power.shape[1])
-    for _ in range(BALANCED):
+    for _ in range(BALANCING_ROUNDS):
         row = np.mean(power / column, axis=1)
         column = np.mean(power / row[:, None], axis=0)
     return np.sqrt(row), np.sqrt(column)

@@ -21,10 +21,10 @@ from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement import FORCES, MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
-WITHIN = 0.02
+WITHIN_OF_SIZE = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""
 
-POINT = 1e-3
+WITHIN_OF_POINT = 1e-3
 """Farthest a sensor may be from what it is taken to sit on, m, in a mechanism of a single point."""
 
 UNITS_OF_LENGTH = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
@@ -187,7 +187,7 @@ class _ModelPoints:
         self.placed = np.flatnonzero(self.topology.has_position)
         self.x = model.geometry.positions[self.placed]
         size = float(np.ptp(self.x, axis=0).max(initial=0.0))
-        self.within = (WITHIN * size or POINT) if within is None else float(within)
+        self.within = (WITHIN_OF_SIZE * size or WITHIN_OF_POINT) if within is None else float(within)
         if not self.within > 0:
             raise OptionError(f"within is a positive length in m, not {self.within:g}")
         self.described = Ports(model.design)

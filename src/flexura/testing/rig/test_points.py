@@ -21,10 +21,7 @@ from flexura.records import Latest
 from flexura.sensitivity import Change, Family, Matrices
 from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.systems import DERIVATIVE, Channel, InputPort, ModalSystem, OutputPort, System, system
-from flexura.testing.measurement import MeasuredChannel
-
-SAME_MODE_OF_SETUPS = 0.1
-"""Frequencies of one mode differ by less between setups, relative."""
+from flexura.testing.measurement import SAME_MODE_OF_SETUPS, MeasuredChannel
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParame
 from flexura.testing.updating.posterior import (
     LEAST_REDUCTION,
     QUANTILE,
-    UNLIKELY,
+    UNLIKELY_MISFIT,
     Direction,
     Misfit,
     covariance,
@@ -42,7 +42,7 @@ from flexura.testing.updating.targets import ModalTarget, Target, targets_of
 
 Pairing = Literal["tracked", "in_order"]
 
-ROUNDS = 4
+SETTLING_ROUNDS = 4
 """Times that the ends which corrections hold clamped are settled anew at the sizes found."""
 
 SETTLED_ENDS = 1e-6
@@ -149,7 +149,7 @@ def _search(first: CalibrationProblem, method: Method, max_steps: int) -> _Searc
     problem, z, evaluations, converged = first, unknown.z_start, 0, False
     mechanisms: list[Mechanism] = []
     notes: list[str] = []
-    for turn in range(ROUNDS):
+    for turn in range(SETTLING_ROUNDS):
         z, converged = _minimum(problem, z, method, max_steps)
         evaluations += problem.evaluations
         mechanisms = [_with_values(c, unknown.named(z), first.targets) for c in together]
@@ -161,7 +161,7 @@ def _search(first: CalibrationProblem, method: Method, max_steps: int) -> _Searc
         problem = settled
         if moved < SETTLED_ENDS:
             break
-        if turn == ROUNDS - 1:
+        if turn == SETTLING_ROUNDS - 1:
             notes.append("which ends count as clamped depends on the sizes: the residuals jump there")
     for c in together:
         c.bounded.verify(c.point(unknown.named(z)))
@@ -331,7 +331,7 @@ def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Diagnostic]
                 " something that the freed parameters cannot make up, or sigma is too small; intervals are widened for"
                 " an error of that size, not for one that the parameters have taken up"
             )
-            warnings.append(Diagnostic("misfit", misfit.kind, misfit.probability, UNLIKELY, "1", text))
+            warnings.append(Diagnostic("misfit", misfit.kind, misfit.probability, UNLIKELY_MISFIT, "1", text))
     return warnings
 
 

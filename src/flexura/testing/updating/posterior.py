@@ -23,7 +23,7 @@ from flexura.testing.updating.targets import Target
 LEAST_SPARE = 0.5
 """Data to spare, beyond what the parameters take up, from which on they can say something of the model."""
 
-UNLIKELY = 0.01
+UNLIKELY_MISFIT = 0.01
 """Probability of a misfit by chance below which it is the model's."""
 
 QUANTILE = 1.959963984540054
@@ -65,7 +65,7 @@ class Misfit:
     @property
     def is_unlikely(self) -> bool:
         """Whether chance does not explain it."""
-        return self.is_testable and self.probability < UNLIKELY
+        return self.is_testable and self.probability < UNLIKELY_MISFIT
 
     def to_dict(self) -> dict[str, float | str]:
         """Plain data."""
@@ -134,10 +134,10 @@ Cost = Callable[[Array], float]
 CHAINS = 4
 """Chains, from starts spread wider than the posterior."""
 
-SPREAD = 1.5
+SPREAD_OF_STARTS = 1.5
 """Standard deviation of the starts over that of the Gaussian approximation."""
 
-TUNING = 0.5
+TUNING_STEPS = 0.5
 """Steps that tune the proposals and are thrown away, over those that are kept."""
 
 LEAST_TUNING = 30
@@ -173,8 +173,8 @@ def metropolis(
     """
     rng, P = np.random.default_rng(seed), len(centre)
     keep = max(-(-count // CHAINS), 4)
-    tune = max(int(TUNING * keep), LEAST_TUNING * P)
-    starts = centre + SPREAD * rng.standard_normal((CHAINS, P)) @ _root(cov).T
+    tune = max(int(TUNING_STEPS * keep), LEAST_TUNING * P)
+    starts = centre + SPREAD_OF_STARTS * rng.standard_normal((CHAINS, P)) @ _root(cov).T
     walk = _Walk(rng, np.clip(starts, *bounds), bounds, cost, cov)
     kept = np.empty((keep, CHAINS, P))
     done, total = 0, tune + keep
@@ -264,7 +264,7 @@ def effective_draws(z: Array) -> Array:
 LEAST_REDUCTION = 0.5
 """A direction whose variance reduction is less is left to the prior."""
 
-ENOUGH = 50
+ENOUGH_DRAWS = 50
 """Effective sample size from which on intervals are given."""
 
 SETTLED_R_HAT = 1.05
@@ -337,7 +337,7 @@ class Sample(Tabular):
     @property
     def is_settled(self) -> bool:
         """Whether the chains agree and are long enough for their intervals."""
-        return self.r_hat < SETTLED_R_HAT and self.effective >= ENOUGH
+        return self.r_hat < SETTLED_R_HAT and self.effective >= ENOUGH_DRAWS
 
     def _data(self) -> dict[str, Any]:
         """Everything but the draws."""

@@ -116,10 +116,10 @@ def _plan(mechanism: Mechanism | Plan, at: Mapping[str, float]) -> Plan:
 Prior = float | tuple[float, float]
 """A relative standard deviation, or mean and standard deviation in SI."""
 
-PRINTED = 0.02
+PRINTED_SIGMA = 0.02
 """Relative standard deviation of a size whose source says paper, measured, drawing or datasheet."""
 
-UNKNOWN = 0.3
+UNBOUNDED_SIGMA = 0.3
 """Relative standard deviation of a parameter without bounds."""
 
 BOUND_SPREAD = 2.0
@@ -235,18 +235,18 @@ def _row(
             raise OptionError(f"the prior of {name} is a positive relative standard deviation, not {prior}")
         deviation, reason = float(prior) * scale, "given"
     elif source.lower().startswith(KNOWN_SOURCES):
-        deviation, reason = PRINTED * scale, f"known ({source.split(',')[0].split(';')[0]})"
+        deviation, reason = PRINTED_SIGMA * scale, f"known ({source.split(',')[0].split(';')[0]})"
     elif np.isfinite(bottom) and np.isfinite(top):
         deviation, reason = (top - bottom) / (2 * BOUND_SPREAD), "bounds"
     else:
-        deviation, reason = UNKNOWN * scale, "no bounds"
+        deviation, reason = UNBOUNDED_SIGMA * scale, "no bounds"
     return is_log, mean, deviation, bottom, top, start, (low, high), reason
 
 
-EXTRA = 4
+EXTRA_MODES = 4
 """Modes computed beyond those compared, so that a mode that moves up in the order is still found."""
 
-BEYOND = 2.0
+RESPONSE_MODES_UP_TO = 2.0
 """Modes up to so many times the highest frequency of a response are in its modal sum."""
 
 
@@ -288,11 +288,11 @@ class TrackedModel:
         responses = [t for t in targets if isinstance(t, ResponseTarget)]
         self._has_responses, self._has_shapes = bool(responses), bool(channels)
         self.compared: int = max([max(t.numbers) for t in targets if isinstance(t, ModalTarget)], default=0)
-        self.count: int = self.compared + EXTRA
+        self.count: int = self.compared + EXTRA_MODES
         model = self.family.model(start)
         for t in responses:
-            limit = (2 * np.pi * BEYOND * float(t.hz.max())) ** 2
-            self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA)
+            limit = (2 * np.pi * RESPONSE_MODES_UP_TO * float(t.hz.max())) ** 2
+            self.count = max(self.count, count_below(model.K, model.M, limit) + EXTRA_MODES)
         self.count = min(self.count, model.order)
         self.weakest: float = 1.0
         """Least modal assurance criterion of a mode between one accepted design and the next."""
@@ -332,7 +332,7 @@ class TrackedModel:
         return Eigenpairs(pairs.values, modes.shapes), number
 
 
-REFUSED = 1e4
+REFUSED_RESIDUAL = 1e4
 """Residual of a design that cannot be evaluated."""
 
 
@@ -406,7 +406,7 @@ class CalibrationProblem:
             self.refused = "a residual that is not finite"
         except (FlexuraError, np.linalg.LinAlgError) as error:
             self.refused = str(error)
-        return np.full(sum(count for t in self.targets for _, count in t.parts), REFUSED)
+        return np.full(sum(count for t in self.targets for _, count in t.parts), REFUSED_RESIDUAL)
 
     def jacobian(self, z: Array) -> Array:
         """d residual / dz (r, P); the modes found here are those tracked from now on."""

@@ -182,10 +182,10 @@ def _quantity(raw: Any, place: str) -> tuple[float, str]:
     return float(match[1]), match[2] or ""
 
 
-COHERENT = 0.5
+COHERENT_POINT = 0.5
 """Points of a frequency response with less coherence are left out."""
 
-SILENT = 1e-3
+SILENT_RESPONSE = 1e-3
 """Responses that stay below so much of the largest of their row and column are noise: symmetry makes them zero."""
 
 MOST_POINTS = 240
@@ -356,7 +356,7 @@ class ResponseTarget:
 
     def _is_compared(self, H: Complex) -> NDArray[np.bool_]:
         """Where there is something to compare (f, p, m): not where the model's response is zero by symmetry."""
-        return np.isfinite(self.sigma) & (np.abs(H) > SILENT**2 * np.abs(self.H))
+        return np.isfinite(self.sigma) & (np.abs(H) > SILENT_RESPONSE**2 * np.abs(self.H))
 
 
 class _Cut:
@@ -407,10 +407,10 @@ def _response_target(frf: MeasuredFRF, sigma: float, damping: float) -> Response
     if frf.coherence is not None:
         gamma = np.clip(frf.coherence, 1e-6, 1.0)
         sigmas = np.hypot(sigmas, np.sqrt((1 - gamma) / (2 * gamma * max(frf.averages or 1, 1))))
-        sigmas = np.where(frf.coherence >= COHERENT, sigmas, np.inf)
+        sigmas = np.where(frf.coherence >= COHERENT_POINT, sigmas, np.inf)
     good = np.isfinite(frf.response) & (np.abs(frf.response) > 0) & (frf.frequency_hz > 0)[:, None, None]
     peak = np.where(good, np.abs(frf.response), 0.0).max(axis=0)
-    loud = peak > SILENT * np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
+    loud = peak > SILENT_RESPONSE * np.sqrt(np.outer(peak.max(axis=1), peak.max(axis=0)))
     sigmas = np.where(good & loud, sigmas, np.inf)
     useful = np.flatnonzero(np.isfinite(sigmas).any(axis=(1, 2)))
     if not len(useful):

@@ -15,7 +15,7 @@ from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
-from flexura.modal import largest_motion, mac
+from flexura.modal import DEPENDENT_SHAPES, largest_motion, mac
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
@@ -24,10 +24,7 @@ from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
 
-UNDISTINGUISHED = 1e-8
-"""Singular values below this, relative to the largest, are taken as zero: a mixture of modes that no sensor sees."""
-
-MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
+ADD_MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
 
 ONE_PLACE = 1e-6
 """Sensors nearer than this are at one place, relative to half of the longest side."""
@@ -38,7 +35,7 @@ STILL = 1e-12
 EQUAL_BY_SYMMETRY = 1e-6
 """Relative difference of determinants and contributions that symmetry would make equal."""
 
-ROUNDS = 100
+MOST_EXCHANGES = 100
 """Most exchanges of sensors."""
 
 
@@ -145,7 +142,7 @@ def place_sensors(
     places = _candidates(full, candidates, pairs.vectors, u, reach)
     if len(places.names) < sensors:
         raise OptionError(
-            f"{sensors} sensors are asked for, but only {len(places.names)} candidates move in the modes: {MORE}"
+            f"{sensors} sensors are asked for, but only {len(places.names)} candidates move in the modes: {ADD_MORE}"
         )
     size = np.linalg.norm(places.shapes, axis=0)
     shapes = places.shapes / np.maximum(size, 1e-300)
@@ -271,7 +268,7 @@ def exchanged(shapes: Array, chosen: Index) -> tuple[Index, int]:
     Row j in place of i multiplies the determinant by (1 + E_jj)(1 - E_ii) + E_ij^2 (Fedorov 1972; theory eq. Q16).
     """
     chosen = chosen.copy()
-    for count in range(ROUNDS):
+    for count in range(MOST_EXCHANGES):
         rest = np.setdiff1d(np.arange(len(shapes)), chosen)
         Q, R = np.linalg.qr(shapes[chosen])
         P = np.linalg.solve(R.T, shapes[rest].T).T
@@ -280,13 +277,13 @@ def exchanged(shapes: Array, chosen: Index) -> tuple[Index, int]:
             return chosen, count
         i, j = np.unravel_index(int(np.flatnonzero(growth >= (1 - EQUAL_BY_SYMMETRY) * growth.max())[0]), growth.shape)
         chosen[i] = rest[j]
-    return chosen, ROUNDS
+    return chosen, MOST_EXCHANGES
 
 
 def log_determinant(shapes: Array) -> float:
     """ln det(Phi^T Phi) of shapes (k, n); minus infinity where they are dependent."""
     s = np.linalg.svd(shapes, compute_uv=False)
-    if len(s) < shapes.shape[1] or s[-1] <= UNDISTINGUISHED * s[0]:
+    if len(s) < shapes.shape[1] or s[-1] <= DEPENDENT_SHAPES * s[0]:
         return -np.inf
     return float(2 * np.log(s).sum())
 
@@ -301,12 +298,12 @@ def _refuse_dependent(shapes: Array, unseen: NDArray[np.bool_]) -> None:
     """Raise OptionError where the candidates do not tell the modes apart, naming the modes."""
     if unseen.any():
         modes = ", ".join(str(i + 1) for i in np.flatnonzero(unseen))
-        raise OptionError(f"none of the candidates moves in mode {modes}: {MORE}")
+        raise OptionError(f"none of the candidates moves in mode {modes}: {ADD_MORE}")
     _, s, Vt = np.linalg.svd(shapes, full_matrices=False)
-    if s[-1] <= UNDISTINGUISHED * s[0]:
+    if s[-1] <= DEPENDENT_SHAPES * s[0]:
         share = np.abs(Vt[-1])
         modes = ", ".join(str(i + 1) for i in np.flatnonzero(share > 0.1 * share.max()))
-        raise OptionError(f"the candidates do not distinguish modes {modes}: {MORE}")
+        raise OptionError(f"the candidates do not distinguish modes {modes}: {ADD_MORE}")
 
 
 def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:

@@ -26,10 +26,10 @@ from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
 
-TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
+PULSE_TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
 """Coefficients and exponents, in 2 pi i over the length, of the exponentials that make up a pulse (theory eq. H13)."""
 
-TOGETHER = 32
+POLES_TOGETHER = 32
 """Poles that are summed at a time."""
 
 EQUAL_EXPONENTS = 1e-6
@@ -59,8 +59,8 @@ def response_to_pulse(modes: ModalSystem, time: Array, start: float, length: flo
     r, (p, m) = modes.order, (len(modes.outputs), len(modes.inputs))
     order = np.asarray(modes.derivative)
     y = np.zeros((p, m, len(time)))
-    for first in range(0, len(every.poles), TOGETHER):
-        some = slice(first, first + TOGETHER)
+    for first in range(0, len(every.poles), POLES_TOGETHER):
+        some = slice(first, first + POLES_TOGETHER)
         poles = every.poles[some]
         q = convolved(poles, time - start, length)
         left = modes.C @ every.right[:r, some] * poles ** order[:, None]
@@ -82,7 +82,7 @@ def convolved(poles: Complex, time: Array, length: float) -> Complex:
     p = poles[:, None]
     within = np.zeros((len(poles), len(t)), dtype=complex)
     decayed = np.exp(p * inside)
-    for coefficient, multiple in TERMS:
+    for coefficient, multiple in PULSE_TERMS:
         s = 2j * np.pi * multiple / length
         gap = s - p
         near = np.abs(gap) * length < EQUAL_EXPONENTS
