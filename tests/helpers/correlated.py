@@ -5,7 +5,7 @@ import numpy as np
 import flexura as fx
 from flexura.linalg import lowest
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes, ModeEvidence
+from flexura.testing.measurement.measurement import IdentifiedModes, ModeEvidence
 
 X, Y, Z = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 EXAMPLES = "examples"

@@ -7,8 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from flexura.testing.measurement.identified import Poles
-from flexura.testing.measurement.measurement import MeasuredFRF
+from flexura.testing.measurement.measurement import MeasuredFRF, Poles
 from flexura.testing.measurement.response_matrices import response_matrices
 
 POWER_NAMES = {0: "receptance", 1: "mobility", 2: "accelerance"}

@@ -14,7 +14,7 @@ from flexura.errors import FlexuraError, ModelError
 from flexura.io.measurements import read_measurement, write_measurement
 from flexura.modelfile import dumps, load, loads
 from flexura.sizes import size_limits
-from flexura.testing.measurement.channel_descriptions import read_channel_descriptions
+from flexura.testing.measurement.channels import read_channel_descriptions
 from flexura.units import parse_quantity, parse_unit
 
 SMALL = {"nodes": 2_000, "elements": 2_000, "copies": 2_000, "file_bytes": 50_000_000, "model_values": 20_000}

@@ -15,7 +15,7 @@ from flexura.mechanism import with_rigid_roots
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.solution import pair
-from flexura.modal.frequency_pairing import in_order
+from flexura.modal.mode_pairing import in_order
 from flexura.structure import Plan, assemble
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from flexura.modal.assignment import assignment, best_pairs
+from flexura.modal.mode_pairing import assignment, best_pairs
 
 MANY = settings(derandomize=True, deadline=None, max_examples=100, database=None)
 SIZES = st.tuples(st.integers(1, 4), st.integers(1, 4))

@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from flexura.errors import OptionError
-from flexura.modal.close_modes import close_groups
-from flexura.modal.mode_pairing import mac_with_spaces, pair_by_mac, pair_modes
+from flexura.modal.mode_pairing import close_groups, mac_with_spaces, pair_by_mac, pair_modes
 
 FEW = settings(derandomize=True, deadline=None, max_examples=20, database=None)
 P = 9

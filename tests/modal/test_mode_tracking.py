@@ -6,7 +6,7 @@ import scipy.linalg as la
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flexura.modal.mode_tracking import track_modes
+from flexura.modal.mode_pairing import track_modes
 
 FEW = settings(derandomize=True, deadline=None, max_examples=20, database=None)
 MASS = np.diag([1.0, 2.0, 3.0, 4.0, 5.0])

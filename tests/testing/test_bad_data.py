@@ -9,7 +9,7 @@ import pytest
 
 import flexura as fx
 from flexura.testing.measurement.estimation import estimate_frf
-from flexura.testing.measurement.quality import inspect
+from flexura.testing.measurement.hits import inspect
 from helpers.hits import HAMMER, OUTPUTS, RATE, force, hit, receptance
 
 WINDOW = {"exponential": 1e-3}

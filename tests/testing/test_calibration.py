@@ -9,8 +9,7 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.cli.app import app
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
+from flexura.testing.measurement.measurement import IdentifiedModes, MeasuredFRF, Measurement
 from helpers import samples
 
 KX, KY, MASS = 4e3, 9e3, 0.4

@@ -8,8 +8,8 @@ import pytest
 import flexura as fx
 import helpers.correlated as c
 from flexura.errors import OptionError, SolverError
+from flexura.testing.correlation.correlated import sensor_mass, serep
 from flexura.testing.correlation.correlation import correlate
-from flexura.testing.correlation.expansion import sensor_mass, serep
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
 
 TURN = 0.6

@@ -6,7 +6,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.testing.measurement.channel_units import quantity_of
+from flexura.testing.measurement.channels import quantity_of
 
 pyuff = pytest.importorskip("pyuff")
 

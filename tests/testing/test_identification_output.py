@@ -9,8 +9,8 @@ import pytest
 import flexura as fx
 from flexura.cli import main
 from flexura.cli.tables import left
-from flexura.testing.identification.complexity import collinearity, driving_points, phase, phase_deviation, real_shapes
-from flexura.testing.identification.indicators import mode_indicators
+from flexura.testing.identification.evidence import collinearity, driving_points, phase, phase_deviation, real_shapes
+from flexura.testing.identification.identification import mode_indicators
 from flexura.testing.measurement.response_matrices import response_matrices
 from helpers.hits import POLES_HZ, RATIOS, SHAPES, hit
 from helpers.modal_systems import channels, measured, modal

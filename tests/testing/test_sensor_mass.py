@@ -5,8 +5,8 @@ import pytest
 
 import flexura as fx
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes
-from flexura.testing.rig.test_rig import ModalTestRig
+from flexura.testing.measurement.measurement import IdentifiedModes
+from flexura.testing.rig.test_points import ModalTestRig
 from helpers.tested_stage import STAGE, TEST
 
 HEAVY = TEST.replace("8 g", "40 g").replace("5 g", "25 g")

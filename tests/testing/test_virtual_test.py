@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 
 import flexura as fx
-from flexura.testing.rig.test_rig import ModalTestRig
+from flexura.testing.rig.test_points import ModalTestRig
 from flexura.testing.virtual.virtual_test import convolved, hammer_pulse, response_to_pulse
 from helpers.tested_stage import STAGE, TEST
 

@@ -1,6 +1,4 @@
-from flexura.modal.assignment import assignment as assignment
-from flexura.modal.assignment import best_pairs as best_pairs
-from flexura.modal.close_modes import close_groups as close_groups
+from flexura.modal.criteria import DEPENDENT_SHAPES as DEPENDENT_SHAPES
 from flexura.modal.criteria import channel_gain as channel_gain
 from flexura.modal.criteria import comac as comac
 from flexura.modal.criteria import frac as frac
@@ -10,12 +8,15 @@ from flexura.modal.criteria import mac as mac
 from flexura.modal.criteria import orthogonality as orthogonality
 from flexura.modal.criteria import space_mac as space_mac
 from flexura.modal.criteria import trusted_channels as trusted_channels
-from flexura.modal.frequency_pairing import in_order as in_order
 from flexura.modal.mode_pairing import CLOSE as CLOSE
 from flexura.modal.mode_pairing import REPEATED as REPEATED
+from flexura.modal.mode_pairing import REPEATED_EIGENVALUES as REPEATED_EIGENVALUES
 from flexura.modal.mode_pairing import ModePairing as ModePairing
+from flexura.modal.mode_pairing import assignment as assignment
+from flexura.modal.mode_pairing import best_pairs as best_pairs
+from flexura.modal.mode_pairing import close_groups as close_groups
+from flexura.modal.mode_pairing import in_order as in_order
 from flexura.modal.mode_pairing import mac_with_spaces as mac_with_spaces
 from flexura.modal.mode_pairing import pair_by_mac as pair_by_mac
 from flexura.modal.mode_pairing import pair_modes as pair_modes
-from flexura.modal.mode_tracking import REPEATED_EIGENVALUES as REPEATED_EIGENVALUES
-from flexura.modal.mode_tracking import track_modes as track_modes
+from flexura.modal.mode_pairing import track_modes as track_modes

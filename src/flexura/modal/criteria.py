@@ -12,10 +12,10 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.linalg import inverse_roots, scaled
 
-IMPROVES = 0.02
+IMPROVED_MAC = 0.02
 """A channel without which the mean MAC of the pairs is higher by more than this is not trusted."""
 
-DEPENDENT = 1e-8
+DEPENDENT_SHAPES = 1e-8
 """Singular values below this, relative to the largest, are taken as zero: the sensors do not see that direction."""
 
 
@@ -31,8 +31,7 @@ def mac(a: ArrayLike, b: ArrayLike, *, weight: Any = None) -> Array:
     x, y = _shapes(a, b)
     Wx, Wy = _weighted(weight, x), _weighted(weight, y)
     sizes = np.outer(np.einsum("ij,ij->j", x.conj(), Wx).real, np.einsum("ij,ij->j", y.conj(), Wy).real)
-    product = np.abs(x.conj().T @ Wy) ** 2
-    return np.clip(np.divide(product, sizes, out=np.zeros_like(sizes), where=sizes > 0), 0.0, 1.0)
+    return _share(np.abs(x.conj().T @ Wy) ** 2, sizes)
 
 
 def space_mac(shapes: ArrayLike, space: ArrayLike, weight: Any = None) -> Array:
@@ -45,15 +44,14 @@ def space_mac(shapes: ArrayLike, space: ArrayLike, weight: Any = None) -> Array:
     x, y = _shapes(shapes, space)
     Q, Wx = _basis(y, weight), _weighted(weight, x)
     size = np.einsum("ij,ij->j", x.conj(), Wx).real
-    part = (np.abs(Q.conj().T @ Wx) ** 2).sum(axis=0)
-    return np.clip(np.divide(part, size, out=np.zeros_like(size), where=size > 0), 0.0, 1.0)
+    return _share((np.abs(Q.conj().T @ Wx) ** 2).sum(axis=0), size)
 
 
 def in_space(shapes: ArrayLike, space: ArrayLike, used: NDArray[np.bool_] | None = None) -> Complex:
     """The nearest to each of the shapes (p, n) within the span of `space` (p, k), judged at the `used` (p,) sensors."""
     x, y = _shapes(shapes, space)
-    own = slice(None) if used is None else used
-    return np.asarray(y @ np.linalg.lstsq(y[own], x[own], rcond=DEPENDENT)[0], dtype=complex)
+    at = slice(None) if used is None else used
+    return np.asarray(y @ np.linalg.lstsq(y[at], x[at], rcond=DEPENDENT_SHAPES)[0], dtype=complex)
 
 
 @verb
@@ -65,9 +63,7 @@ def comac(a: ArrayLike, b: ArrayLike) -> Array:
     does.
     """
     x, y = (np.abs(s) for s in _paired(a, b))
-    sizes = (x**2).sum(axis=1) * (y**2).sum(axis=1)
-    product = (x * y).sum(axis=1) ** 2
-    return np.clip(np.divide(product, sizes, out=np.zeros_like(sizes), where=sizes > 0), 0.0, 1.0)
+    return _share((x * y).sum(axis=1) ** 2, (x**2).sum(axis=1) * (y**2).sum(axis=1))
 
 
 def trusted_channels(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
@@ -85,7 +81,7 @@ def trusted_channels(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
         mean = _mean_mac(*total)
         without = np.where(trusted, _mean_mac(total[0] - xx, total[1] - yy, total[2] - xy), -np.inf)
         worst = int(np.argmax(without))
-        if without[worst] <= mean + IMPROVES:
+        if without[worst] <= mean + IMPROVED_MAC:
             break
         trusted[worst] = False
     return trusted
@@ -106,9 +102,9 @@ def channel_gain(a: ArrayLike, b: ArrayLike) -> Array:
     """
     x, y = _paired(a, b)
     trusted = trusted_channels(x, y)[:, None]
-    cross, own = (np.where(trusted, part, 0) for part in (y.conj() * x, np.abs(y) ** 2))
-    without = cross.sum(axis=0) - cross, own.sum(axis=0) - own
-    expected = y * np.divide(*without, out=np.zeros_like(cross), where=without[1] > 0)
+    cross, power = (np.where(trusted, part, 0) for part in (y.conj() * x, np.abs(y) ** 2))
+    others, others_power = cross.sum(axis=0) - cross, power.sum(axis=0) - power
+    expected = y * np.divide(others, others_power, out=np.zeros_like(cross), where=others_power > 0)
     size = (np.abs(expected) ** 2).sum(axis=1)
     product = (expected.conj() * x).sum(axis=1).real
     return np.divide(product, size, out=np.full(len(size), np.nan), where=size > 0)
@@ -125,9 +121,7 @@ def frac(H: ArrayLike, G: ArrayLike) -> Array:
     if x.shape != y.shape or x.ndim != 3:
         raise OptionError(f"two frequency responses are of one shape (f, p, m), not {x.shape} and {y.shape}")
     _refuse_infinite(x, y)
-    sizes = (np.abs(x) ** 2).sum(axis=0) * (np.abs(y) ** 2).sum(axis=0)
-    product = np.abs((x * y.conj()).sum(axis=0)) ** 2
-    return np.clip(np.divide(product, sizes, out=np.zeros_like(sizes), where=sizes > 0), 0.0, 1.0)
+    return _share(np.abs((x * y.conj()).sum(axis=0)) ** 2, (np.abs(x) ** 2).sum(axis=0) * (np.abs(y) ** 2).sum(axis=0))
 
 
 def orthogonality(a: ArrayLike, b: ArrayLike, mass: ArrayLike) -> Array:
@@ -137,6 +131,11 @@ def orthogonality(a: ArrayLike, b: ArrayLike, mass: ArrayLike) -> Array:
     mass; with the shapes of the model for b it is the cross-orthogonality. Raises OptionError as `mac` does.
     """
     return np.sqrt(mac(a, b, weight=mass))
+
+
+def _share(part: Array, whole: Array) -> Array:
+    """part / whole between 0 and 1; 0 of nothing."""
+    return np.clip(np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0), 0.0, 1.0)
 
 
 def _shapes(a: ArrayLike, b: ArrayLike) -> tuple[NDArray, NDArray]:
@@ -171,12 +170,12 @@ def _basis(space: NDArray, weight: Any) -> NDArray:
     if weight is None:
         size = np.linalg.norm(space, axis=0)
         U, s, _ = np.linalg.svd(space[:, size > 0] / size[size > 0], full_matrices=False)
-        return U[:, s > DEPENDENT * s.max(initial=0.0)]
+        return U[:, s > DEPENDENT_SHAPES * s.max(initial=0.0)]
     gram = space.conj().T @ _weighted(weight, space)
     scale = inverse_roots(gram.diagonal())
     values, turn = np.linalg.eigh(scaled(gram, scale))
-    own = values > DEPENDENT * values.max(initial=0.0)
-    return space @ (scale[:, None] * turn[:, own] / np.sqrt(values[own]))
+    seen = values > DEPENDENT_SHAPES * values.max(initial=0.0)
+    return space @ (scale[:, None] * turn[:, seen] / np.sqrt(values[seen]))
 
 
 def largest_motion(modes: Array, reach: float) -> Array:

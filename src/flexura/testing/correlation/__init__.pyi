@@ -1,6 +1,6 @@
 from flexura.testing.correlation.correlated import Correlation as Correlation
+from flexura.testing.correlation.correlated import FRFOverlay as FRFOverlay
 from flexura.testing.correlation.correlated import ModePair as ModePair
 from flexura.testing.correlation.correlation import UNSEEN as UNSEEN
 from flexura.testing.correlation.correlation import correlate as correlate
-from flexura.testing.correlation.overlay import FRFOverlay as FRFOverlay
-from flexura.testing.correlation.test_shapes import identified_modes as identified_modes
+from flexura.testing.correlation.correlation import identified_modes as identified_modes

@@ -1,21 +1,155 @@
-"""What a correlation has found: pairs of modes, channels, and how alike test and model are."""
+"""What a correlation has found: pairs of modes and channels, expanded shapes, responses laid over each other.
+
+SEREP expansion, mass matrices over the sensors, and measured responses over those of the model between the same points.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
+from flexura.errors import OptionError, SolverError
+from flexura.linalg import is_definite, scaled, unit_scale
+from flexura.modal import DEPENDENT_SHAPES, frac
+from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
+from flexura.systems import Channel, system
 from flexura.tables import Facts, Table, percent
-from flexura.testing.correlation.expansion import Expansion
-from flexura.testing.correlation.overlay import FRFOverlay
-from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel
+from flexura.testing.measurement import MeasuredFRF
+from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
+
+ReducedMass = Literal["serep", "guyan"]
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Test shapes as a sum of model shapes: coefficients (k, n).
+
+    `error` (n,) is the part of each test shape at the sensors that no sum of the model's shapes has, relative; where
+    there are no more sensors than model shapes it is zero and proves nothing. `condition` is the condition number of
+    the model's shapes, each of length one, at the sensors.
+    """
+
+    coefficients: Array
+    error: Array
+    condition: float
+    sensors: int
+
+    @property
+    def is_determined(self) -> bool:
+        """True where sensors outnumber the shapes and tell them apart."""
+        return self.sensors >= len(self.coefficients) and self.condition < 1 / DEPENDENT_SHAPES
+
+
+def serep(test_shapes: ArrayLike, model_shapes: ArrayLike) -> Expansion:
+    """Expand test shapes (p, n) in model shapes (p, k) at the sensors by least squares: SEREP.
+
+    O'Callahan, Avitabile and Riemer (1989); theory eq. Q9. The whole mechanism follows with the model's shapes there
+    times the coefficients. Raises OptionError for arrays that do not fit together.
+    """
+    x, y = np.asarray(test_shapes, dtype=float), np.asarray(model_shapes, dtype=float)
+    if x.ndim != 2 or y.ndim != 2 or len(x) != len(y):
+        raise OptionError(f"shapes are arrays (sensors, modes) over the same sensors, not {x.shape} and {y.shape}")
+    size = np.linalg.norm(y, axis=0)
+    size[size == 0] = 1.0
+    s = np.linalg.svd(y / size, compute_uv=False)
+    c = np.linalg.lstsq(y / size, x, rcond=DEPENDENT_SHAPES)[0] / size[:, None]
+    length = np.linalg.norm(x, axis=0)
+    error = np.linalg.norm(x - y @ c, axis=0) / np.where(length > 0, length, 1.0)
+    low = s[-1] if len(s) and len(x) >= y.shape[1] else 0.0
+    condition = float(s[0] / low) if low > 0 else np.inf if len(s) else 1.0
+    return Expansion(c, error, condition, len(x))
+
+
+def sensor_mass(
+    model: FullOrderModel, rows: ArrayLike, shapes: ArrayLike | None = None, method: ReducedMass = "serep"
+) -> Array:
+    """Mass matrix (p, p) over the readings of sensors, `rows` (p, n) of the DOFs: the test-analysis model.
+
+    serep: Phi^+T Phi^+ of mass-normalised model shapes (n, k), exact for these and blind to everything else (Kammer
+    1987; theory eq. Q10). guyan: T^T M T with the displacements T of least strain energy that have the readings
+    (Guyan 1965; theory eq. Q11), which needs no modes. Raises OptionError for another method, and SolverError for
+    guyan of a mechanism that can move freely.
+    """
+    B = np.asarray(rows, dtype=float)
+    if method not in get_args(ReducedMass):
+        raise OptionError(f"the reduced mass is {' or '.join(get_args(ReducedMass))}, not {method!r}")
+    if method == "serep":
+        if shapes is None:
+            raise OptionError("a reduced mass by SEREP needs the model's shapes")
+        P = np.linalg.pinv(B @ np.asarray(shapes, dtype=float), rcond=DEPENDENT_SHAPES)
+        return P.T @ P
+    if not is_definite(model.K):
+        raise SolverError("static reduction to the sensors needs a mechanism that is held; take serep")
+    X = stored_flexibility(model.K, model.M, 0.0)(B.T)
+    F = B @ X
+    d = unit_scale(F)
+    F = scaled(F, d)
+    T = X @ (d[:, None] * np.linalg.pinv((F + F.T) / 2, rcond=DEPENDENT_SHAPES, hermitian=True) * d)
+    mass = T.T @ (model.M @ T)
+    return (mass + mass.T) / 2
+
+
+SUMMED_UP_TO = 4.0
+"""Modes up to so many times the highest frequency compared are summed; others enter as their static part."""
+
+
+@dataclass(frozen=True)
+class FRFOverlay:
+    """Measured responses of the matched channels and those of the model, `response` (f, p, m), at the same frequencies.
+
+    `frac` (p, m) is the frequency response assurance criterion; `damping` says where the model's damping comes from.
+    """
+
+    measured: MeasuredFRF
+    response: Complex
+    frac: Array
+    damping: str
+
+
+def overlay(
+    model: FullOrderModel, frf: MeasuredFRF, ratios: tuple[float, ...], top: float, *, within: float | None = None
+) -> FRFOverlay | None:
+    """The model's responses under measured ones up to `top`, Hz; None where no input or no output is in the model.
+
+    Where the description has no damping, modes get the `ratios`. What an exponential window has added to the measured
+    decay is added to the model's.
+    """
+    outputs, inputs = (pair_channels(model, c, within=within) for c in (frf.outputs, frf.inputs))
+    lines = np.flatnonzero((frf.frequency_hz > 0) & (frf.frequency_hz <= top))
+    if not (outputs.matched and inputs.matched and len(lines)):
+        return None
+    measured = _part(frf, lines, outputs.at, inputs.at)
+    built, damping = system(model, inputs=[], outputs=[]), "as described"
+    if not built.is_damped:
+        law: dict[str, Any] = {"ratio": float(np.median(ratios)), "ratios": ratios}
+        built, damping = system(model, inputs=[], outputs=[], damping=law), "as identified"
+    ends = ([Channel(c.name, c.quantity) for c in channels] for channels in (measured.inputs, measured.outputs))
+    modes = replace(between(built, *ends), B=inputs.rows.T, rows=outputs.rows).modal(up_to=SUMMED_UP_TO * top)
+    modes = replace(modes, damping=modes.damping + 2 * frf.decay * np.eye(modes.order))
+    H = modes.response(measured.frequency_hz)
+    finite = np.flatnonzero((np.isfinite(measured.response) & np.isfinite(H)).all(axis=(1, 2)))
+    measured = _part(measured, finite, np.arange(len(measured.outputs)), np.arange(len(measured.inputs)))
+    return FRFOverlay(measured, H[finite], frac(measured.response, H[finite]), damping)
+
+
+def _part(frf: MeasuredFRF, lines: Index, outputs: Index, inputs: Index) -> MeasuredFRF:
+    """Some frequencies, outputs and inputs of measured responses."""
+    at = np.ix_(lines, outputs, inputs)
+    return replace(
+        frf,
+        frequency_hz=frf.frequency_hz[lines],
+        response=frf.response[at],
+        coherence=None if frf.coherence is None else frf.coherence[at],
+        outputs=tuple(frf.outputs[k] for k in outputs),
+        inputs=tuple(frf.inputs[k] for k in inputs),
+    )
 
 
 @dataclass(frozen=True)
@@ -94,8 +228,8 @@ class Correlation(Tabular):
     @property
     def unpaired_model(self) -> tuple[int, ...]:
         """Numbers of the model's modes below the highest test frequency that the test has not."""
-        own = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
-        return tuple(sorted(own - {p.model for p in self.pairs}))
+        below = {int(k) + 1 for k in np.flatnonzero(self.model_hz <= self.test_hz.max(initial=0.0))}
+        return tuple(sorted(below - {p.model for p in self.pairs}))
 
     def _data(self) -> dict[str, Any]:
         """Everything but the shapes over the mechanism."""
@@ -108,14 +242,7 @@ class Correlation(Tabular):
             "unpaired_test": self.unpaired_test,
             "unpaired_model": self.unpaired_model,
             "channels": [
-                {
-                    "name": m.channel.name,
-                    "node": m.node,
-                    "how": m.how,
-                    "distance": m.distance,
-                    "gain": g,
-                    "used": u,
-                }
+                {"name": m.channel.name, "node": m.node, "how": m.how, "distance": m.distance, "gain": g, "used": u}
                 for m, g, u in zip(self.matched, self.gain, self.used, strict=True)
             ],
             "unmatched": [
@@ -132,16 +259,16 @@ class Correlation(Tabular):
         return f"against {self.test_name}"
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.pairs
+        pairs = self.pairs
         columns = {
-            "test mode": [p.test for p in own],
-            "test [Hz]": [p.test_hz for p in own],
-            "model mode": [p.model for p in own],
-            "model [Hz]": [p.model_hz for p in own],
-            "error": [percent(p.error) for p in own],
-            "damping": [percent(p.damping_ratio) for p in own],
-            "MAC": [f"{p.mac:.3f}" for p in own],
-            "MAC of close modes": [f"{p.space_mac:.3f}" for p in own],
+            "test mode": [p.test for p in pairs],
+            "test [Hz]": [p.test_hz for p in pairs],
+            "model mode": [p.model for p in pairs],
+            "model [Hz]": [p.model_hz for p in pairs],
+            "error": [percent(p.error) for p in pairs],
+            "damping": [percent(p.damping_ratio) for p in pairs],
+            "MAC": [f"{p.mac:.3f}" for p in pairs],
+            "MAC of close modes": [f"{p.space_mac:.3f}" for p in pairs],
         }
         yield Table(columns, "pairs")
         alone = {"test": self.unpaired_test, "model": self.unpaired_model}
@@ -151,14 +278,14 @@ class Correlation(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """A row for each pair of modes."""
-        own = self.pairs
+        pairs = self.pairs
         return {
-            "test mode": [p.test for p in own],
-            "model mode": [p.model for p in own],
-            "test frequency [Hz]": [p.test_hz for p in own],
-            "model frequency [Hz]": [p.model_hz for p in own],
-            "relative error": [p.error for p in own],
-            "damping ratio": [p.damping_ratio for p in own],
-            "mac": [p.mac for p in own],
-            "space mac": [p.space_mac for p in own],
+            "test mode": [p.test for p in pairs],
+            "model mode": [p.model for p in pairs],
+            "test frequency [Hz]": [p.test_hz for p in pairs],
+            "model frequency [Hz]": [p.model_hz for p in pairs],
+            "relative error": [p.error for p in pairs],
+            "damping ratio": [p.damping_ratio for p in pairs],
+            "mac": [p.mac for p in pairs],
+            "space mac": [p.space_mac for p in pairs],
         }

@@ -11,23 +11,31 @@ from numpy.typing import NDArray
 
 from flexura.analysis import FrequencyResponse
 from flexura.arguments import verb
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.systems import Channel
 from flexura.tables import in_hz
-from flexura.testing.identification.complexity import assembled, confidence_of
-from flexura.testing.identification.doubts import bias, close_pairs, is_carried
-from flexura.testing.identification.lone_peak import lone_peak
-from flexura.testing.identification.lscf import OrderPoles, poles_by_order
+from flexura.testing.identification.evidence import (
+    ALIKE_RESIDUES,
+    bias,
+    close_pairs,
+    evidence_of,
+    finished,
+    is_carried,
+    lone_peak,
+    residue_mac,
+)
 from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
 from flexura.testing.identification.stabilisation import (
-    REACH,
+    PICKED_WITHIN,
+    OrderPoles,
     Track,
     chosen,
     diagram,
     picked,
+    poles_by_order,
     stability,
     start_values,
     tracks,
@@ -64,10 +72,10 @@ UNSURE = "left out for want of confidence"
 UNSURE_FREQUENCY, UNSURE_DAMPING = 0.01, 0.3
 """A pole with larger standard deviations of these, relative, is no mode unless it is picked."""
 
-REPEATED = 3.0
+REPEATED_SIGMAS = 3.0
 """Poles that differ by less than so many standard deviations cannot be distinguished: the modes are repeated."""
 
-EQUAL = 1e-3
+EQUAL_POLES = 1e-3
 """Nor can poles that differ by so little of their decay rate."""
 
 LEFT_OVER, LEFT_SHARE, SMOOTHED = 4.0, 0.1, 5
@@ -75,9 +83,6 @@ LEFT_OVER, LEFT_SHARE, SMOOTHED = 4.0, 0.1, 5
 
 TWINS = 0.5
 """Modes nearer than so many half-power half-widths are one if their residues are alike too."""
-
-ALIKE = 0.9
-"""Modal assurance criterion of residues that are alike."""
 
 
 @dataclass(frozen=True)
@@ -127,31 +132,26 @@ def identify(
         raise OptionError(f"most_damped is a damping ratio between 0 and 1, not {most_damped:g}")
     if order is not None and not 2 <= order <= 500:
         raise OptionError(f"an order is between 2 and 500, not {order}")
-    how = _Options(order, select, refine, most_damped, least_confidence)
+    options = _Options(order, select, refine, most_damped, least_confidence)
     name, frfs, notes = frfs_of(data)
     matrices = response_matrices(frfs, band, together=setups == "together")
-    found: list[IdentifiedModes] = []
-    missing: list[set[float]] = []
-    for matrix in matrices:
-        own, lost = _one_setup(name, matrix, how)
-        found.append(own)
-        missing.append(set(lost))
-    nowhere = set.intersection(*missing)
+    modes, missing = zip(*(_one_setup(name, matrix, options) for matrix in matrices), strict=True)
+    nowhere = set.intersection(*map(set, missing))
     if nowhere:
         listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
         raise OptionError(
             f"there is no pole near {listed} Hz that adds more to the responses than noise does; see the stabilisation"
             " diagram"
         )
-    if not any(len(own.poles) for own in found):
-        unsure = "".join(f"; {note}" for own in found for note in own.notes if UNSURE in note)
+    if not any(len(setup.poles) for setup in modes):
+        unsure = "".join(f"; {note}" for setup in modes for note in setup.notes if UNSURE in note)
         raise OptionError(
             "no mode is stable over the orders: leave lines that are noise out of the band, raise the order, or pick"
             f" frequencies where the responses have peaks{unsure}"
         )
-    if len(found) == 1:
-        return replace(found[0], notes=(*notes, *found[0].notes))
-    return merged(name, found, matrices, notes)
+    if len(modes) == 1:
+        return replace(modes[0], notes=(*notes, *modes[0].notes))
+    return merged(name, modes, matrices, notes)
 
 
 def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
@@ -178,64 +178,67 @@ def _placed(channel: Channel) -> MeasuredChannel:
     return MeasuredChannel(channel.name, channel.quantity, node, (x, y, z))
 
 
-def _one_setup(name: str, matrix: ResponseMatrix, how: _Options) -> tuple[IdentifiedModes, list[float]]:
-    """Modes of one setup, and the frequencies picked, Hz, that it does not have."""
+def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[IdentifiedModes, list[float]]:
+    """Modes of one setup, and the frequencies picked, Hz, that it does not have.
+
+    The side with fewer channels participates: with more inputs than outputs the matrix is fitted transposed.
+    """
     p, m = matrix.response.shape[1:]
-    turned = m > p
-    work = matrix.transposed if turned else matrix
-    orders = poles_by_order(work, how.order or default_order(work), how.most_damped)
+    work = matrix.transposed if m > p else matrix
+    orders = poles_by_order(work, options.order or default_order(work), options.most_damped)
     bits = stability(orders)
     every = tracks(orders, bits)
     stable = chosen(every, len(orders))
-    wanted, lost = (None, []) if how.select is None else picked(every, how.select, orders)
-    own = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
-    peak = None if own else lone_peak(work)
-    away = [f for f in lost if peak is None or abs(f - peak.hz) > REACH * f]
+    wanted, lost = (None, []) if options.select is None else picked(every, options.select, orders)
+    fitted = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
+    peak = None if fitted else lone_peak(work)
+    away = [f for f in lost if peak is None or abs(f - peak.hz) > PICKED_WITHIN * f]
     if peak is not None and (wanted is None or len(away) < len(lost)):
         fit, lost = fit_shapes(work, np.array([peak.pole]), peak.participation), away
-        evidence, good, said = [peak.evidence], np.arange(1), [peak.note]
+        evidence, kept, remarks = [peak.evidence], np.arange(1), [peak.note]
     else:
-        fit, kept = _fitted(work, own, orders, how, wanted)
-        spread = zip(kept, fit.pole_sigma, fit.poles, strict=True)
-        evidence = [
-            _mode_evidence(track, len(orders), sigma, pole, bias(work, fit, k))
-            for k, (track, sigma, pole) in enumerate(spread)
-        ]
-        asked = None
+        fit, fitted = _fitted(work, fitted, orders, options, wanted)
+        evidence = [_evidence(track, len(orders), work, fit, k) for k, track in enumerate(fitted)]
+        is_picked = None
         if wanted is not None:
-            empty = [k for k, t in enumerate(kept) if t.asked and not _is_there(work, fit, k, t.asked)]
-            lost = [*lost, *(kept[k].asked for k in empty)]
-            asked = [bool(t.asked) and k not in empty for k, t in enumerate(kept)]
-        good, said = _good(fit, evidence, asked, how.least_confidence)
-    where = f"setup {matrix.setup!r}: " if matrix.setup else ""
-    leaves = _left_over(work, fit)
-    fit, evidence = _taken(fit, good), [evidence[k] for k in good]
+            is_picked = [bool(t.picked) and _is_there(work, fit, k, t.picked) for k, t in enumerate(fitted)]
+            lost = [*lost, *(t.picked for t, kept in zip(fitted, is_picked, strict=True) if t.picked and not kept)]
+        kept, remarks = _kept(fit, evidence, is_picked, options.least_confidence)
+    remarks += _left_over(work, fit)
+    fit = fit.at(kept)
     poles, repeated = _equal_poles(fit)
-    notes = [*matrix.notes, *(where + note for note in (*said, *leaves, *close_pairs(work, fit, repeated)))]
+    remarks += close_pairs(work, fit, repeated)
+    where = f"setup {matrix.setup!r}: " if matrix.setup else ""
     shapes, participation = fit.shapes * work.row_scale[:, None], fit.participation * work.column_scale[:, None]
     size = work.row_scale[:, None] * work.column_scale
     lower, upper = fit.lower * size, fit.upper * size
-    if turned:
+    if m > p:
         shapes, participation, lower, upper = participation, shapes, lower.T, upper.T
-    modes = assembled(
+    modes = IdentifiedModes(
         name,
-        (poles, shapes, participation),
-        (matrix.inputs, matrix.outputs),
-        evidence,
+        poles,
+        shapes,
+        shapes.real,
+        participation,
+        matrix.inputs,
+        matrix.outputs,
+        tuple(evidence[k] for k in kept),
         (diagram(orders, bits),),
         fit.error,
-        tuple(notes),
-        repeated,
+        (*matrix.notes, *(where + remark for remark in remarks)),
+        lower=lower,
+        upper=upper,
+        decay=float(matrix.s.real[0]),
+        band=(float(matrix.frequency_hz[0]), float(matrix.frequency_hz[-1])),
+        setup=matrix.setup,
     )
-    ends = (float(matrix.frequency_hz[0]), float(matrix.frequency_hz[-1]))
-    more = {"decay": float(matrix.s.real[0]), "band": ends, "setup": matrix.setup}
-    return replace(modes, lower=lower, upper=upper, **more), lost
+    return finished(modes, repeated), lost
 
 
-def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, asked: float) -> bool:
-    """Whether a mode that was picked is near that frequency, Hz, and in the data."""
-    hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
-    return abs(hz - asked) < REACH * asked and is_carried(matrix, fit, k)
+def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, hz: float) -> bool:
+    """Whether a mode that was picked at a frequency, Hz, is near it, and in the data."""
+    mode_hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
+    return abs(mode_hz - hz) < PICKED_WITHIN * hz and is_carried(matrix, fit, k)
 
 
 def default_order(matrix: ResponseMatrix) -> int:
@@ -246,37 +249,37 @@ def default_order(matrix: ResponseMatrix) -> int:
 
 def _fitted(
     matrix: ResponseMatrix,
-    own: list[Track],
+    modes: list[Track],
     orders: Sequence[OrderPoles],
-    how: _Options,
+    options: _Options,
     wanted: Sequence[Track] | None,
 ) -> tuple[Fit, list[Track]]:
     """The fit of the tracks that are modes; those that the data do not determine are dropped unless they are wanted."""
     while True:
-        poles, participation = start_values(own, orders)
+        poles, participation = start_values(modes, orders)
         participation = participation.reshape(matrix.response.shape[2], -1)
-        fit = (fit_modes if how.refine and own else fit_shapes)(matrix, poles, participation)
-        at = np.argsort(np.abs(fit.poles))
-        free = np.array([not any(t is w for w in wanted or ()) for t in own], dtype=bool)
-        drop = _doubtful(fit, own, free, how.most_damped)
+        fit = (fit_modes if options.refine and modes else fit_shapes)(matrix, poles, participation)
+        free = np.array([not any(t is w for w in wanted or ()) for t in modes], dtype=bool)
+        drop = _undetermined(fit, modes, free, options.most_damped)
         if drop is None:
-            return _taken(fit, at), [own[k] for k in at]
-        own = [t for k, t in enumerate(own) if k != drop]
+            order = np.argsort(np.abs(fit.poles))
+            return fit.at(order), [modes[k] for k in order]
+        modes = [t for k, t in enumerate(modes) if k != drop]
 
 
-def _good(
-    fit: Fit, evidence: Sequence[ModeEvidence], asked: Sequence[bool] | None, least: float
-) -> tuple[NDArray[np.intp], list[str]]:
+def _kept(
+    fit: Fit, evidence: Sequence[ModeEvidence], is_picked: Sequence[bool] | None, least: float
+) -> tuple[Index, list[str]]:
     """Positions of the modes to return, those picked or else those sure enough; notes on the others in the fit."""
-    own = np.array([e.confidence >= least for e in evidence] if asked is None else asked, dtype=bool)
-    hz = np.abs(fit.poles) / (2 * np.pi)
-    others = [(f"{hz[k]:.5g}", f"{in_hz(hz[k])} ({evidence[k].confidence:.2g})") for k in np.flatnonzero(~own).tolist()]
+    kept = np.array([e.confidence >= least for e in evidence] if is_picked is None else is_picked, dtype=bool)
+    hz, others = np.abs(fit.poles) / (2 * np.pi), np.flatnonzero(~kept).tolist()
     if not others:
-        return np.flatnonzero(own), []
-    note = f"poles at {', '.join(f for f, _ in others)} Hz took part in the fit and were not picked"
-    if asked is None:
-        note = f"{UNSURE}: {', '.join(said for _, said in others)}; they took part in the fit, and can be picked"
-    return np.flatnonzero(own), [note]
+        return np.flatnonzero(kept), []
+    note = f"poles at {', '.join(f'{hz[k]:.5g}' for k in others)} Hz took part in the fit and were not picked"
+    if is_picked is None:
+        listed = ", ".join(f"{in_hz(hz[k])} ({evidence[k].confidence:.2g})" for k in others)
+        note = f"{UNSURE}: {listed}; they took part in the fit, and can be picked"
+    return np.flatnonzero(kept), [note]
 
 
 def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
@@ -293,18 +296,7 @@ def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
     return [f"what the modes leave over peaks at {hz} Hz: a mode may be missing there, or one more beside another"]
 
 
-def _taken(fit: Fit, at: NDArray[np.intp]) -> Fit:
-    """Some modes of a fit."""
-    return replace(
-        fit,
-        poles=fit.poles[at],
-        shapes=fit.shapes[:, at],
-        participation=fit.participation[:, at],
-        pole_sigma=fit.pole_sigma[at],
-    )
-
-
-def _doubtful(fit: Fit, own: Sequence[Track], free: NDArray[np.bool_], most_damped: float) -> int | None:
+def _undetermined(fit: Fit, modes: Sequence[Track], free: NDArray[np.bool_], most_damped: float) -> int | None:
     """The free mode to drop: too damped, not determined in frequency, or twin of a mode on a longer track."""
     size, decay = np.abs(fit.poles), -fit.poles.real
     sigma = fit.pole_sigma.max(axis=1, initial=0.0)
@@ -312,14 +304,11 @@ def _doubtful(fit: Fit, own: Sequence[Track], free: NDArray[np.bool_], most_damp
     spread = np.where(free, np.where(decay > most_damped * size, np.inf, spread), 0.0)
     if spread.max(initial=0.0) > 1:
         return int(np.argmax(spread))
-    left, right = (x / np.linalg.norm(x, axis=0) for x in (fit.shapes, fit.participation))
-    alike = np.abs(left.conj().T @ left) ** 2 * np.abs(right.conj().T @ right) ** 2
     near = np.abs(fit.poles[:, None] - fit.poles) < TWINS * np.minimum(decay[:, None], decay)
-    twins = np.argwhere(np.triu(near & (alike > ALIKE) & (free | free[:, None]), 1))
+    twins = np.argwhere(np.triu(near & (residue_mac(fit) > ALIKE_RESIDUES) & (free | free[:, None]), 1))
     if not len(twins):
         return None
-    first, second = (int(k) for k in twins[0])
-    return min(first, second, key=lambda k: (not free[k], len(own[k].at)))
+    return min(twins[0].tolist(), key=lambda k: (not free[k], len(modes[k].at)))
 
 
 def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
@@ -327,9 +316,9 @@ def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
     poles, groups = fit.poles.copy(), []
     if not len(poles):
         return poles, groups
-    apart = np.abs(np.diff(poles))
     spread = np.hypot(*(np.linalg.norm(s, axis=1) for s in (fit.pole_sigma[1:], fit.pole_sigma[:-1])))
-    same = apart < np.maximum(REPEATED * np.where(np.isfinite(spread), spread, 0.0), EQUAL * np.abs(poles[1:].real))
+    tolerance = REPEATED_SIGMAS * np.where(np.isfinite(spread), spread, 0.0)
+    same = np.abs(np.diff(poles)) < np.maximum(tolerance, EQUAL_POLES * np.abs(poles[1:].real))
     for part in np.split(np.arange(len(poles)), np.flatnonzero(~same) + 1):
         if 1 < len(part) <= min(len(fit.participation), len(fit.shapes)):
             poles[part] = poles[part].mean()
@@ -337,22 +326,24 @@ def _equal_poles(fit: Fit) -> tuple[Complex, list[list[int]]]:
     return poles, groups
 
 
-def _mode_evidence(track: Track, orders: int, sigma: Array, pole: complex, off: tuple[float, float]) -> ModeEvidence:
-    """Evidence of one mode, its shape apart; sigma (2,) is that of the pole's real and imaginary part, `off` its bias
-    in frequency and damping."""
+def _evidence(track: Track, orders: int, matrix: ResponseMatrix, fit: Fit, k: int) -> ModeEvidence:
+    """Evidence of one mode, its shape apart, by the standard deviations of its pole's real and imaginary part."""
+    pole, (real, imaginary) = complex(fit.poles[k]), fit.pole_sigma[k]
     size = abs(pole)
-    frequency = float(np.hypot(pole.real * sigma[0], pole.imag * sigma[1]) / size**2)
-    damping = float(np.hypot(pole.imag * sigma[0], pole.real * sigma[1]) * abs(pole.imag / pole.real) / size**2)
-    spread = (track.frequency_scatter, track.damping_scatter, frequency, damping)
-    share = track.share(orders)
-    return ModeEvidence(
-        confidence_of(share, *spread),
-        *spread[:2],
-        1.0,
-        0.0,
-        frequency,
-        damping,
-        share,
-        frequency_bias=off[0],
-        damping_bias=off[1],
+    frequency = float(np.hypot(pole.real * real, pole.imag * imaginary) / size**2)
+    damping = float(np.hypot(pole.imag * real, pole.real * imaginary) * abs(pole.imag / pole.real) / size**2)
+    return evidence_of(
+        track.share(orders),
+        scatter=(track.frequency_scatter, track.damping_scatter),
+        sigma=(frequency, damping),
+        bias=bias(matrix, fit, k),
     )
+
+
+def mode_indicators(matrix: ResponseMatrix) -> Array:
+    """Complex mode indicator functions (f, min(p, m)): singular values of the responses, scaled to comparable size.
+
+    Each mode is a peak of the first; where a second one peaks at the same place, modes are repeated (theory eq. I23;
+    Shih, Tsuei, Allemang and Brown 1988, Mechanical Systems and Signal Processing 2).
+    """
+    return np.asarray(np.linalg.svd(matrix.scaled, compute_uv=False), dtype=np.float64)

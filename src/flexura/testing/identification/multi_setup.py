@@ -11,9 +11,10 @@ from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.tables import in_hz
-from flexura.testing.identification.complexity import assembled
+from flexura.testing.identification.evidence import finished
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
+    SAME_MODE_OF_SETUPS,
     IdentifiedModes,
     MeasuredChannel,
     ModeEvidence,
@@ -22,30 +23,27 @@ from flexura.testing.measurement import (
     responses,
 )
 
-SHIFT = 0.1
-"""Frequencies of one mode differ by less between setups, relative."""
-
-PAIR = 10.0
+WORTH_OF_PAIR = 10.0
 """What a pair of modes of two setups counts before its differences are taken off: more pairs go before nearer ones."""
 
-EXACT = 1e-9
+BEST_KNOWN = 1e-9
 """Frequencies and damping ratios are not known better than this, relative."""
 
-NOISE = 3.0
+NOISE_SIGMAS = 3.0
 """Values of setups within so many of their standard deviations from the mean do not differ by more than noise."""
 
-MOVING = 1e-3
+NAMED_SHIFT = 1e-3
 """Frequencies that differ by more between setups, relative, and more than by noise, are named."""
 
 LEAST_SETUPS = 0.5
 """A mode is found in so many of the setups at least."""
 
-REPEATED = 0.25
+ONE_SPACE = 0.25
 """Modes nearer than so many half-power half-widths are merged as a space."""
 
 
 def merged(
-    name: str, found: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
+    name: str, setups: Sequence[IdentifiedModes], matrices: Sequence[ResponseMatrix], notes: Sequence[str]
 ) -> IdentifiedModes:
     """Modes of several setups that share their inputs, or else their outputs (theory eqs. I20-I22).
 
@@ -53,59 +51,63 @@ def merged(
     together from the residues in all of them. Raises OptionError when no input and no output is shared, and when no
     mode is.
     """
-    each = [replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(found)]
-    by_inputs, common = _shared(found)
+    each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(setups))
+    by_inputs, common = _shared(setups)
     if not by_inputs:
-        found, matrices = [_flipped(own) for own in found], [own.transposed for own in matrices]
-    left_out = sorted({c.name for own in found for c in own.inputs if key_of(c) not in map(key_of, common)})
+        setups, matrices = [_transposed(modes) for modes in setups], [matrix.transposed for matrix in matrices]
+    left_out = sorted({c.name for modes in setups for c in modes.inputs if key_of(c) not in map(key_of, common)})
     if left_out:
         notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
-    pairs = [_ordered(common, own, matrix) for own, matrix in zip(found, matrices, strict=True)]
-    found, matrices = [own for own, _ in pairs], [matrix for _, matrix in pairs]
-    first = max(range(len(found)), key=lambda k: (len(found[k].poles), found[k].confidence.sum()))
-    members = _members(found, first)
+    setups, matrices = zip(*(_with_inputs(common, *pair) for pair in zip(setups, matrices, strict=True)), strict=True)
+    members = _members(setups)
     if not len(members):
         raise OptionError("no mode is found in half of the setups; identify them one by one, or pick frequencies")
-    poles, evidence = _averaged(found, members)
-    at = np.argsort(np.abs(poles))
-    poles, members, evidence = poles[at], members[at], [evidence[k] for k in at]
+    means = sorted(((*_mean(setups, row), row) for row in members), key=lambda mean: abs(mean[0]))
+    poles, members = np.array([pole for pole, _, _ in means]), np.array([row for _, _, row in means])
+    shifts = [e.setup_shift for _, e, _ in means]
     groups = _groups(poles)
-    lead = _leads(found, members, groups)
-    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _equal(found[s], members[g, s])]
+    lead = [_lead(setups, members[group]) for group in groups]
+    equal = [g for g, s in zip(groups, lead, strict=True) if len(g) > 1 and _have_one_pole(setups[s], members[g, s])]
     for group in equal:
         poles[group] = poles[group].mean()
-    base = _base(found, members, groups, lead)
-    every = zip(found, matrices, members.T, strict=True)
-    parts = [_shapes(own, matrix, at, poles, base, groups) for own, matrix, at in every]
-    outputs, shapes = _stacked([own.outputs for own in found], parts)
-    channels = (found[0].inputs, outputs)
-    if not by_inputs:
-        shapes, base, channels = base, shapes, (outputs, found[0].inputs)
-    diagrams = tuple(d for own in found for d in own.diagram)
-    error = float(np.sqrt(np.mean([own.synthesis_error**2 for own in found])))
-    said = (*notes, *(note for own in found for note in own.notes), *_absent(poles, members), *_moving(poles, evidence))
-    repeated = [group.tolist() for group in equal]
-    modes = assembled(name, (poles, shapes, base), channels, evidence, diagrams, error, said, repeated)
-    return replace(modes, setups=tuple(each), band=found[0].band)
+    base = _base(setups, members, groups, lead)
+    every = zip(setups, matrices, members.T, strict=True)
+    outputs, shapes = _stacked(setups, [_shapes(modes, matrix, at, poles, base, groups) for modes, matrix, at in every])
+    modes = IdentifiedModes(
+        name,
+        poles,
+        shapes,
+        shapes.real,
+        base,
+        setups[0].inputs,
+        outputs,
+        tuple(e for _, e, _ in means),
+        tuple(d for modes in setups for d in modes.diagram),
+        float(np.sqrt(np.mean([modes.synthesis_error**2 for modes in setups]))),
+        (*notes, *(note for modes in setups for note in modes.notes), *_notes(poles, members, shifts)),
+        band=setups[0].band,
+        setups=each,
+    )
+    return finished(modes if by_inputs else _transposed(modes), [group.tolist() for group in equal])
 
 
-def modes_of_setup(own: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
+def modes_of_setup(modes: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
     """Responses (f, p, m) that modes and residuals give back, in the quantity and with the window of a matrix."""
-    H = responses(matrix.s, own.poles, own.shapes, own.participation, own.lower, own.upper)
+    H = responses(matrix.s, modes.poles, modes.shapes, modes.participation, modes.lower, modes.upper)
     return H * matrix.s[:, None, None] ** matrix.power
 
 
-def _shared(found: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChannel]]:
+def _shared(setups: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChannel]]:
     """Whether setups are merged by their inputs, and the channels that all have.
 
     Inputs if all are shared, else outputs if all are, else some inputs, else some outputs. Raises OptionError for none.
     """
-    sides = [[own.inputs for own in found], [own.outputs for own in found]]
+    sides = [[modes.inputs for modes in setups], [modes.outputs for modes in setups]]
     common = []
     for side in sides:
-        keys = set.intersection(*({key_of(c) for c in own} for own in side))
+        keys = set.intersection(*({key_of(c) for c in channels} for channels in side))
         common.append([c for c in side[0] if key_of(c) in keys])
-    whole = [all(len(own) == len(shared) for own in side) for side, shared in zip(sides, common, strict=True)]
+    whole = [all(len(channels) == len(shared) for channels in side) for side, shared in zip(sides, common, strict=True)]
     if not (common[0] or common[1]):
         raise OptionError(
             "setups share neither inputs nor outputs, so their shapes have no common scale; identify them one by one"
@@ -114,89 +116,77 @@ def _shared(found: Sequence[IdentifiedModes]) -> tuple[bool, list[MeasuredChanne
     return by_inputs, common[0 if by_inputs else 1]
 
 
-def _flipped(own: IdentifiedModes) -> IdentifiedModes:
+def _transposed(modes: IdentifiedModes) -> IdentifiedModes:
     """Inputs and outputs in each other's place."""
-    sides = {"inputs": own.outputs, "outputs": own.inputs, "shapes": own.participation, "participation": own.shapes}
-    residuals = {
-        "lower": None if own.lower is None else own.lower.T,
-        "upper": None if own.upper is None else own.upper.T,
-    }
-    return replace(own, **sides, **residuals)
+    lower, upper = (None if part is None else part.T for part in (modes.lower, modes.upper))
+    sides = {"inputs": modes.outputs, "outputs": modes.inputs}
+    columns = {"shapes": modes.participation, "participation": modes.shapes}
+    return replace(modes, lower=lower, upper=upper, **sides, **columns)
 
 
-def _ordered(
-    inputs: Sequence[MeasuredChannel], own: IdentifiedModes, matrix: ResponseMatrix
+def _with_inputs(
+    inputs: Sequence[MeasuredChannel], modes: IdentifiedModes, matrix: ResponseMatrix
 ) -> tuple[IdentifiedModes, ResponseMatrix]:
     """Modes and matrix of a setup with those inputs only, in their order."""
-    position = {key_of(c): k for k, c in enumerate(own.inputs)}
-    at = [position[key_of(c)] for c in inputs]
-    lists = {"inputs": tuple(own.inputs[k] for k in at)}
-    columns = {"response": matrix.response[:, :, at], "column_scale": matrix.column_scale[at]}
-    residuals = {
-        "lower": None if own.lower is None else own.lower[:, at],
-        "upper": None if own.upper is None else own.upper[:, at],
-    }
-    kept = replace(own, participation=own.participation[at], **residuals, **lists)
-    return kept, replace(matrix, **columns, **lists)
+    keys = [key_of(c) for c in modes.inputs]
+    at = [keys.index(key_of(c)) for c in inputs]
+    kept = tuple(modes.inputs[k] for k in at)
+    lower, upper = (None if part is None else part[:, at] for part in (modes.lower, modes.upper))
+    return (
+        replace(modes, participation=modes.participation[at], inputs=kept, lower=lower, upper=upper),
+        replace(matrix, response=matrix.response[:, :, at], column_scale=matrix.column_scale[at], inputs=kept),
+    )
 
 
-def _members(found: Sequence[IdentifiedModes], first: int) -> Index:
-    """Which mode of each setup the merged modes are (n, setups), -1 for none."""
-    rows: list[list[int]] = [
-        [k if s == first else -1 for s in range(len(found))] for k in range(len(found[first].poles))
-    ]
-    for s, own in enumerate(found):
-        if s == first or not len(own.poles):
-            continue
-        lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
-        f = np.array([found[q].frequency_hz[k] for q, k in lead])
-        turn = np.array([found[q].participation[:, k] for q, k in lead]).T
-        partner = np.full(len(own.poles), -1)
-        if rows:
-            far = np.abs(np.log(own.frequency_hz / f[:, None])) / SHIFT
-            partner = best_pairs(np.where(far < 1, PAIR - far - 0.5 * (1 - mac(turn, own.participation)), 0.0).T)
+def _members(setups: Sequence[IdentifiedModes]) -> Index:
+    """Which mode of each setup the merged modes are (n, setups), -1 for none; the richest setup is paired first."""
+    count = len(setups)
+    first = max(range(count), key=lambda s: (len(setups[s].poles), setups[s].confidence.sum()))
+    rows: list[list[int]] = []
+    for s in (first, *(s for s in range(count) if s != first)):
+        modes = setups[s]
+        partner = np.full(len(modes.poles), -1)
+        if rows and len(modes.poles):
+            lead = [next((q, k) for q, k in enumerate(row) if k >= 0) for row in rows]
+            f = np.array([setups[q].frequency_hz[k] for q, k in lead])
+            participation = np.array([setups[q].participation[:, k] for q, k in lead]).T
+            far = np.abs(np.log(modes.frequency_hz / f[:, None])) / SAME_MODE_OF_SETUPS
+            unlike = 0.5 * (1 - mac(participation, modes.participation))
+            partner = best_pairs(np.where(far < 1, WORTH_OF_PAIR - far - unlike, 0.0).T)
         for k, row in enumerate(partner):
             if row >= 0:
                 rows[row][s] = k
             else:
-                rows.append([k if q == s else -1 for q in range(len(found))])
-    members = np.array(rows, dtype=np.intp).reshape(-1, len(found))
+                rows.append([k if q == s else -1 for q in range(count)])
+    members = np.array(rows, dtype=np.intp).reshape(-1, count)
     return members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
 
 
-def _averaged(found: Sequence[IdentifiedModes], members: Index) -> tuple[Complex, list[ModeEvidence]]:
-    """Poles (n,) of the merged modes, and their evidence."""
-    every = [_mean(found, row) for row in members]
-    return np.array([pole for pole, _ in every], dtype=complex), [e for _, e in every]
-
-
-def _mean(found: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
+def _mean(setups: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:
     """Pole of one mode by weights of inverse variance (theory eq. I21), and evidence.
 
     Scatter over setups is added to that over orders.
     """
-    own = [(s, int(k)) for s, k in enumerate(row) if k >= 0]
-    each = [found[s].evidence[k] for s, k in own]
-    f, z = (np.array([getattr(found[s], name)[k] for s, k in own]) for name in ("frequency_hz", "damping_ratio"))
-    var_f, var_z = (
-        np.array([_variance(getattr(e, f"{name}_sigma"), getattr(e, f"{name}_scatter")) for e in each]) * x**2
-        for name, x in (("frequency", f), ("damping", z))
-    )
+    having = [(setups[s], int(k)) for s, k in enumerate(row) if k >= 0]
+    each = [modes.evidence[k] for modes, k in having]
+    f, z = (np.array([getattr(modes, name)[k] for modes, k in having]) for name in ("frequency_hz", "damping_ratio"))
+    var_f = np.array([_variance(e.frequency_sigma, e.frequency_scatter) for e in each]) * f**2
+    var_z = np.array([_variance(e.damping_sigma, e.damping_scatter) for e in each]) * z**2
     between = _between(f, var_f)
     hz, sigma_f, weight_f = _weighted(f, var_f, between)
     ratio, sigma_z, weight_z = _weighted(z, var_z, _between(z, var_z))
-    scatter = [np.array([getattr(e, f"{name}_scatter") for e in each]) for name in ("frequency", "damping")]
-    spread = [np.sqrt(weight @ (x - mean) ** 2) / mean for weight, x, mean in ((weight_f, f, hz), (weight_z, z, ratio))]
+    scatter_f = np.array([e.frequency_scatter for e in each])
+    scatter_z = np.array([e.damping_scatter for e in each])
     evidence = ModeEvidence(
-        confidence=float(np.mean([e.confidence for e in each]) * len(own) / len(row)),
-        frequency_scatter=float(np.hypot(weight_f @ scatter[0], spread[0])),
-        damping_scatter=float(np.hypot(weight_z @ scatter[1], abs(spread[1]))),
+        confidence=float(np.mean([e.confidence for e in each]) * len(having) / len(row)),
+        frequency_scatter=float(np.hypot(weight_f @ scatter_f, np.sqrt(weight_f @ (f - hz) ** 2) / hz)),
+        damping_scatter=float(np.hypot(weight_z @ scatter_z, abs(np.sqrt(weight_z @ (z - ratio) ** 2) / ratio))),
         modal_phase_collinearity=1.0,
         mean_phase_deviation_deg=0.0,
         frequency_sigma=float(sigma_f / hz),
         damping_sigma=float(sigma_z / abs(ratio)),
         share=float(np.mean([e.share for e in each])),
-        setups=len(own),
+        setups=len(having),
         setup_shift=float(np.sqrt(between) / hz),
         frequency_bias=float(weight_f @ [e.frequency_bias for e in each]),
         damping_bias=float(weight_z @ [e.damping_bias for e in each]),
@@ -216,15 +206,15 @@ def _between(x: Array, variance: Array) -> float:
     Zero where noise explains all differences.
     """
     sure = np.isfinite(variance)
-    x, variance = x[sure], np.maximum(variance[sure], (EXACT * x[sure]) ** 2)
-    if len(x) < 2 or (np.abs(x - _weighted(x, variance, 0.0)[0]) <= NOISE * np.sqrt(variance)).all():
+    x, variance = x[sure], np.maximum(variance[sure], (BEST_KNOWN * x[sure]) ** 2)
+    if len(x) < 2 or (np.abs(x - _weighted(x, variance, 0.0)[0]) <= NOISE_SIGMAS * np.sqrt(variance)).all():
         return 0.0
     return float(max(0.0, x.var(ddof=1) - variance.mean()))
 
 
 def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, Array]:
     """Mean by inverse variance, the standard deviation that these variances give it, and weights of sum one."""
-    whole = np.where(np.isfinite(variance), np.maximum(variance, (EXACT * x) ** 2) + between, np.inf)
+    whole = np.where(np.isfinite(variance), np.maximum(variance, (BEST_KNOWN * x) ** 2) + between, np.inf)
     least = whole.min()
     weight = least / whole if np.isfinite(least) else np.ones(len(x))
     weight = weight / weight.sum()
@@ -232,50 +222,51 @@ def _weighted(x: Array, variance: Array, between: float) -> tuple[float, float, 
     return float(weight @ x), float(np.sqrt((weight[used] ** 2) @ variance[used])), weight
 
 
-def _leads(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index]) -> list[int]:
-    """The setup that determines the modes of each group best, of those that have most of them."""
+def _lead(setups: Sequence[IdentifiedModes], members: Index) -> int:
+    """The setup that determines the modes of a group, `members` (k, setups), best, of those that have most of them."""
 
-    def rank(group: Index, s: int) -> tuple[int, float]:
-        own = [found[s].evidence[k] for k in members[group, s] if k >= 0]
-        return -len(own), sum(_variance(e.damping_sigma, e.damping_scatter) for e in own)
+    def rank(s: int) -> tuple[int, float]:
+        evidence = [setups[s].evidence[k] for k in members[:, s] if k >= 0]
+        return -len(evidence), sum(_variance(e.damping_sigma, e.damping_scatter) for e in evidence)
 
-    return [min(range(len(found)), key=lambda s, group=group: rank(group, s)) for group in groups]
+    return min(range(len(setups)), key=rank)
 
 
-def _base(found: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
+def _base(setups: Sequence[IdentifiedModes], members: Index, groups: Sequence[Index], lead: Sequence[int]) -> Complex:
     """Participation (m, n) to which all setups are scaled: that of the leading setup where it has the mode."""
     columns = []
     for group, first in zip(groups, lead, strict=True):
         for row in members[group]:
             s = first if row[first] >= 0 else int(np.argmax(row >= 0))
-            column = found[s].participation[:, row[s]]
+            column = setups[s].participation[:, row[s]]
             columns.append(column / np.linalg.norm(column))
     return np.array(columns).T
 
 
 def _groups(poles: Complex) -> list[Index]:
     """Modes merged as a space: consecutive ones that lie nearer than a quarter of a half-power half-width."""
-    gap = np.abs(np.diff(poles)) > REPEATED * np.minimum(np.abs(poles.real[1:]), np.abs(poles.real[:-1]))
+    decay = np.abs(poles.real)
+    gap = np.abs(np.diff(poles)) > ONE_SPACE * np.minimum(decay[1:], decay[:-1])
     return [part for part in np.split(np.arange(len(poles)), np.flatnonzero(gap) + 1) if len(part)]
 
 
-def _equal(own: IdentifiedModes, at: Index) -> bool:
-    """Whether modes of a setup have one pole."""
-    return bool((at >= 0).all() and (own.poles[at] == own.poles[at[0]]).all())
+def _have_one_pole(modes: IdentifiedModes, at: Index) -> bool:
+    """Whether some modes of a setup, all of which it has, are repeated."""
+    return bool((at >= 0).all() and (modes.poles[at] == modes.poles[at[0]]).all())
 
 
 def _shapes(
-    own: IdentifiedModes, matrix: ResponseMatrix, at: Index, poles: Complex, base: Complex, groups: Sequence[Index]
+    modes: IdentifiedModes, matrix: ResponseMatrix, at: Index, poles: Complex, base: Complex, groups: Sequence[Index]
 ) -> Complex:
     """Shapes (p, n) of a setup that belong to a common participation (theory eq. I22).
 
     Modes that the setup does not have are fitted to what its own leave over.
     """
     has = at >= 0
-    left, right = np.zeros((len(own.outputs), len(poles)), dtype=complex), base.copy()
-    left[:, has], right[:, has] = own.shapes[:, at[has]], own.participation[:, at[has]]
+    left, right = np.zeros((len(modes.outputs), len(poles)), dtype=complex), base.copy()
+    left[:, has], right[:, has] = modes.shapes[:, at[has]], modes.participation[:, at[has]]
     if not has.all():
-        rest = replace(matrix, response=matrix.response - modes_of_setup(own, matrix))
+        rest = replace(matrix, response=matrix.response - modes_of_setup(modes, matrix))
         fit = fit_shapes(rest, poles[~has], base[:, ~has] / matrix.column_scale[:, None])
         left[:, ~has] = fit.shapes * matrix.row_scale[:, None]
         right[:, ~has] = fit.participation * matrix.column_scale[:, None]
@@ -287,41 +278,26 @@ def _shapes(
 
 
 def _stacked(
-    channels: Sequence[tuple[MeasuredChannel, ...]], parts: Sequence[Complex]
+    setups: Sequence[IdentifiedModes], parts: Sequence[Complex]
 ) -> tuple[tuple[MeasuredChannel, ...], Complex]:
     """All channels, each once, and their shapes, means where several setups have the channel at one place."""
-    place: dict[object, int] = {}
-    kept: list[MeasuredChannel] = []
-    rows: list[list[Complex]] = []
-    for s, (own, part) in enumerate(zip(channels, parts, strict=True)):
-        for channel, row in zip(own, part, strict=True):
+    rows: dict[object, list[tuple[MeasuredChannel, Complex]]] = {}
+    for s, (modes, part) in enumerate(zip(setups, parts, strict=True)):
+        for channel, row in zip(modes.outputs, part, strict=True):
             known = channel.node is not None or channel.position is not None
-            spot = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
-            if spot not in place:
-                place[spot] = len(kept)
-                kept.append(channel)
-                rows.append([])
-            rows[place[spot]].append(row)
-    return tuple(kept), np.array([np.mean(own, axis=0) for own in rows])
+            place = (channel.location, channel.direction, channel.quantity) if known else (s, channel.name)
+            rows.setdefault(place, []).append((channel, row))
+    shapes = np.array([np.mean([row for _, row in same], axis=0) for same in rows.values()])
+    return tuple(same[0][0] for same in rows.values()), shapes
 
 
-def _absent(poles: Complex, members: Index) -> list[str]:
-    count = (members >= 0).sum(axis=1)
-    return [
-        f"the mode at {in_hz(abs(pole) / (2 * np.pi))} is found in {n} of {members.shape[1]} setups"
-        for pole, n in zip(poles, count, strict=True)
-        if n < members.shape[1]
-    ]
-
-
-def _moving(poles: Complex, evidence: Sequence[ModeEvidence]) -> list[str]:
-    found = [
-        f"{in_hz(abs(pole) / (2 * np.pi))} ({100 * e.setup_shift:.2g} %)"
-        for pole, e in zip(poles, evidence, strict=True)
-        if e.setup_shift > MOVING
-    ]
-    if not found:
-        return []
-    return [
-        f"frequencies differ between setups by more than their noise, as sensors' masses make them: {', '.join(found)}"
-    ]
+def _notes(poles: Complex, members: Index, shifts: Sequence[float]) -> list[str]:
+    """Modes that some setups lack, and those whose frequencies differ between setups."""
+    hz, count = [in_hz(abs(pole) / (2 * np.pi)) for pole in poles], members.shape[1]
+    having = zip(hz, (members >= 0).sum(axis=1), strict=True)
+    notes = [f"the mode at {f} is found in {n} of {count} setups" for f, n in having if n < count]
+    moving = [f"{f} ({100 * shift:.2g} %)" for f, shift in zip(hz, shifts, strict=True) if shift > NAMED_SHIFT]
+    if moving:
+        why = "by more than their noise, as sensors' masses make them"
+        notes.append(f"frequencies differ between setups {why}: {', '.join(moving)}")
+    return notes

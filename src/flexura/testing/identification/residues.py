@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
 from flexura.errors import SolverError
 from flexura.testing.measurement import ResponseMatrix, responses
 
-MOST_STEPS = 30
+MOST_FIT_STEPS = 30
 """Steps of the non-linear fit."""
 
-SETTLED = 1e-10
+SETTLED_FIT = 1e-10
 """The fit ends when a step lowers the misfit by less, relative."""
 
-BLIND = 1e-12
+LEAST_STEP_DAMPING = 1e-12
 """Least damping of a step, relative to the curvature of each parameter: mixing repeated modes changes no misfit."""
 
-FLAT = 1e-11
+UNDETERMINED_CURVATURE = 1e-11
 """Directions in which the misfit curves less, relative to the steepest, are not determined."""
 
-LOOSE = 1e-3
+UNDETERMINED_SHARE = 1e-3
 """Share of a pole in such directions with which it is not determined either."""
 
-INDEPENDENT = 1e-10
+INDEPENDENT_REGRESSORS = 1e-10
 """Directions of the regressors that are smaller, relative to the largest, are not used."""
 
 
@@ -45,6 +45,11 @@ class Fit:
     synthesis: Complex
     pole_sigma: Array
     error: float
+
+    def at(self, modes: Index) -> Fit:
+        """Some modes of the fit."""
+        sides = {"shapes": self.shapes[:, modes], "participation": self.participation[:, modes]}
+        return replace(self, poles=self.poles[modes], pole_sigma=self.pole_sigma[modes], **sides)
 
 
 @dataclass(frozen=True)
@@ -97,16 +102,18 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         raise SolverError(f"{f} spectral lines do not determine {len(poles)} modes")
     solved = _project(_spanned(matrix, poles), participation)
     damping = 1e-3
-    for _ in range(MOST_STEPS):
-        curvature, slope = _curvature(participation, solved)
+    for _ in range(MOST_FIT_STEPS):
+        D, c = _derivatives(participation, solved)
+        curvature = _gram(D, c)
+        slope = np.einsum("kao,kao->k", c, (D.T @ solved.remainder).reshape(len(c), 2, -1))
         better = None
         while damping < 1e6:
             step = _step(curvature, slope, damping)
             trial = _moved(poles, participation, step)
             if (trial[0].real < 0).all() and (trial[0].imag > 0).all():
-                own = _project(_spanned(matrix, trial[0]), trial[1])
-                if own.misfit <= solved.misfit:
-                    better = own
+                projected = _project(_spanned(matrix, trial[0]), trial[1])
+                if projected.misfit <= solved.misfit:
+                    better = projected
                     break
             damping *= 10
         if better is None:
@@ -114,10 +121,9 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         gained = solved.misfit - better.misfit
         (poles, participation), solved = trial, better
         damping = max(damping / 10, 1e-9)
-        if gained <= SETTLED * solved.misfit:
+        if gained <= SETTLED_FIT * solved.misfit:
             break
-    sigma = _sigma(participation, solved)
-    return _result(matrix, poles, participation, solved, sigma)
+    return _result(matrix, poles, participation, solved, _sigma(participation, solved))
 
 
 def _spanned(matrix: ResponseMatrix, poles: Complex) -> _Spanned:
@@ -161,10 +167,10 @@ def _project(span: _Spanned, participation: Complex) -> _Projected:
     columns = _regressors(span, participation)
     size = np.linalg.norm(columns, axis=0)
     U, S, Vt = np.linalg.svd(columns / size, full_matrices=False)
-    own = INDEPENDENT * S[0] < S
-    along = U[:, own].T @ span.data
-    coefficients = (Vt[own].T @ (along / S[own, None])) / size[:, None]
-    return _Projected(span, U[:, own], coefficients, span.data - U[:, own] @ along)
+    is_used = INDEPENDENT_REGRESSORS * S[0] < S
+    Q, S, Vt = U[:, is_used], S[is_used], Vt[is_used]
+    along = Q.T @ span.data
+    return _Projected(span, Q, (Vt.T @ (along / S[:, None])) / size[:, None], span.data - Q @ along)
 
 
 def _derivatives(participation: Complex, solved: _Projected) -> tuple[Array, Array]:
@@ -192,18 +198,11 @@ def _gram(D: Array, c: Array) -> Array:
     return np.einsum("kalb->kl", ((D.T @ D) * (flat @ flat.T)).reshape(k, 2, k, 2))
 
 
-def _curvature(participation: Complex, solved: _Projected) -> tuple[Array, Array]:
-    """J^T J and J^T r."""
-    D, c = _derivatives(participation, solved)
-    slope = np.einsum("kao,kao->k", c, (D.T @ solved.remainder).reshape(len(c), 2, -1))
-    return _gram(D, c), slope
-
-
 def _step(curvature: Array, slope: Array, damping: float) -> Array:
     size = np.sqrt(np.diag(curvature))
     size = np.where(size > 1e-12 * size.max(initial=0.0), size, np.inf)
     scaled = curvature / np.outer(size, size)
-    return np.linalg.solve(scaled + max(damping, BLIND) * np.eye(len(scaled)), slope / size) / size
+    return np.linalg.solve(scaled + max(damping, LEAST_STEP_DAMPING) * np.eye(len(scaled)), slope / size) / size
 
 
 def _moved(poles: Complex, participation: Complex, step: Array) -> tuple[Complex, Complex]:
@@ -225,16 +224,16 @@ def _sigma(participation: Complex, solved: _Projected) -> Array:
     curvature, spread = _gram(D, c), np.zeros((len(c), len(c)))
     freedom = (solved.span.count - solved.Q.shape[1]) / m
     for j in range(m):
-        own = rows == j
-        noise = ((solved.remainder[own] ** 2).sum(axis=0) + solved.span.outside[j]) / freedom
-        spread += _gram(D[own], c * np.sqrt(noise))
+        of_input = rows == j
+        noise = ((solved.remainder[of_input] ** 2).sum(axis=0) + solved.span.outside[j]) / freedom
+        spread += _gram(D[of_input], c * np.sqrt(noise))
     size = np.sqrt(np.diag(curvature))
     size = np.where(size > 0, size, np.inf)
     values, vectors = np.linalg.eigh(curvature / np.outer(size, size))
-    sharp = values > FLAT * values[-1]
+    sharp = values > UNDETERMINED_CURVATURE * values[-1]
     inverse = (vectors * np.where(sharp, 1 / np.maximum(values, 1e-300), 0.0)) @ vectors.T
     covariance = np.diag(inverse @ (spread / np.outer(size, size)) @ inverse)[: 2 * n] / size[: 2 * n] ** 2
-    loose = (vectors[: 2 * n, ~sharp] ** 2).sum(axis=1) > LOOSE
+    loose = (vectors[: 2 * n, ~sharp] ** 2).sum(axis=1) > UNDETERMINED_SHARE
     return np.sqrt(np.where(loose, np.inf, np.maximum(covariance, 0.0))).reshape(2, n).T
 
 
@@ -243,9 +242,7 @@ def _result(matrix: ResponseMatrix, poles: Complex, participation: Complex, solv
     c = solved.coefficients
     shapes = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
     upper, lower = c[2 * n : 2 * n + m].T, c[2 * n + m :].T * np.abs(matrix.s).max() ** 2
-    synthesis = (
-        responses(matrix.s, poles, shapes, participation, lower, upper) * matrix.s[:, None, None] ** matrix.power
-    )
-    data = matrix.scaled
+    H = responses(matrix.s, poles, shapes, participation, lower, upper)
+    synthesis, data = H * matrix.s[:, None, None] ** matrix.power, matrix.scaled
     error = np.linalg.norm(data - synthesis) / np.linalg.norm(data)
     return Fit(poles, participation, shapes, lower, upper, synthesis, sigma, float(error))

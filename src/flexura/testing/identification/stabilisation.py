@@ -1,20 +1,106 @@
-"""Which poles stay where they are from one model order to the next, and which of them are modes."""
+"""Poles by poly-reference least squares at every model order, which of them stay where they are from one order to the
+next, and which are modes."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve, cholesky, eig, solve_triangular, toeplitz
 
 from flexura.arrays import Array, Complex
-from flexura.errors import OptionError
+from flexura.errors import OptionError, SolverError
 from flexura.modal import best_pairs, mac
-from flexura.testing.identification.lscf import OrderPoles
-from flexura.testing.measurement import Poles
+from flexura.testing.measurement import Poles, ResponseMatrix
 
-FREQUENCY, DAMPING, SHAPE = 1, 2, 4
+
+@dataclass(frozen=True)
+class OrderPoles:
+    """What one model order has: `poles` (r,), rad/s, ascending, `shapes` (p, r) and `participation` (m, r), scaled."""
+
+    order: int
+    poles: Complex
+    shapes: Complex
+    participation: Complex
+
+
+def poles_by_order(matrix: ResponseMatrix, order: int, most_damped: float) -> list[OrderPoles]:
+    """Poles of a right matrix-fraction model in z = exp(i (omega - omega_0) dt), of every order up to `order`.
+
+    theory eqs. I2-I6; Peeters, Van der Auweraer, Guillaume and Leuridan (2004), Shock and Vibration 11. The lowest
+    coefficient of the denominator is fixed, so that poles which only follow noise come out unstable and are dropped, as
+    are those outside the band or with a damping ratio above `most_damped`. Raises SolverError when the lines are too
+    few for the order.
+    """
+    omega = matrix.s.imag
+    start, dt = omega[0], np.pi / (omega[-1] - omega[0])
+    M, numerator = _normal_equations(matrix.scaled, matrix.weight, (omega - start) * dt, order)
+    decay = matrix.s.real[0]
+    by_order = []
+    for n in range(1, order + 1):
+        alpha = _denominator(M, matrix.response.shape[2], n)
+        z, right, left = _zeros(alpha)
+        with np.errstate(divide="ignore"):
+            poles = np.log(z) / dt + 1j * start + decay
+        is_mode = (np.abs(z) < 1) & (z.imag > 0) & np.isfinite(poles)
+        is_mode &= (-poles.real > 0) & (-poles.real < most_damped * np.abs(poles))
+        at = np.flatnonzero(is_mode)[np.argsort(np.abs(poles[is_mode]))]
+        beta = np.tensordot(numerator[:, :, : len(alpha)], alpha, 1)
+        powers = z[at] ** np.arange(order + 1)[:, None]
+        shapes = np.einsum("ar,apm,mr->pr", powers, beta, right[:, at], optimize=True)
+        by_order.append(OrderPoles(n, poles[at], shapes, left[:, at].conj()))
+    return by_order
+
+
+def _normal_equations(H: Complex, weight: Array, angle: Array, n: int) -> tuple[Array, Array]:
+    """Normal equations for the denominator, (n + 1) m square, and the numerator (n + 1, p, (n + 1) m) of it.
+
+    The numerators are eliminated (theory eqs. I4, I5); all blocks are Toeplitz in the powers.
+    """
+    _, p, m = H.shape
+    lags = np.exp(1j * angle * np.arange(-n, n + 1)[:, None]) * weight
+    r = lags.real.sum(axis=1)
+    S = -(lags @ H.reshape(len(angle), -1)).real.reshape(-1, p, m)
+    T = (lags @ (H.conj().transpose(0, 2, 1) @ H).reshape(len(angle), -1)).real.reshape(-1, m, m)
+    lag = np.arange(n + 1) - np.arange(n + 1)[:, None] + n
+    try:
+        R = cholesky(toeplitz(r[n:]), lower=True)
+    except np.linalg.LinAlgError:
+        raise SolverError(
+            f"{len(angle)} spectral lines do not determine a model of order {n}; lower the order or widen the band"
+        ) from None
+    S = S[lag].transpose(0, 2, 1, 3).reshape(n + 1, -1)
+    half = solve_triangular(R, S, lower=True).reshape(-1, (n + 1) * m)
+    M = T[lag].transpose(0, 2, 1, 3).reshape((n + 1) * m, -1) - half.T @ half
+    return (M + M.T) / 2, -cho_solve((R, True), S).reshape(n + 1, p, (n + 1) * m)
+
+
+def _denominator(normal: Array, m: int, n: int) -> Array:
+    """Coefficients (n + 1) m x m of the denominator, the lowest of them the identity (theory eq. I5)."""
+    size = (n + 1) * m
+    M, b = normal[m:size, m:size], -normal[m:size, :m]
+    try:
+        alpha = np.linalg.solve(M, b)
+    except np.linalg.LinAlgError:
+        alpha = np.linalg.lstsq(M, b)[0]
+    return np.concatenate([np.eye(m), alpha]).astype(np.float64)
+
+
+def _zeros(alpha: Array) -> tuple[Complex, Complex, Complex]:
+    """z at which the denominator is singular (r,), with its right and left null vectors (m, r) (theory eq. I6)."""
+    m = alpha.shape[1]
+    size = len(alpha) - m
+    companion = np.eye(size, k=-m)
+    companion[:m] = -alpha[m:].reshape(-1, m, m).transpose(1, 0, 2).reshape(m, size)
+    x, left, right = (np.asarray(part, dtype=np.complex128) for part in eig(companion, left=True, right=True))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 1 / x, right[-m:], left[:m]
+
+
+FREQUENCY_BIT, DAMPING_BIT, SHAPE_BIT = 1, 2, 4
 """Bits of a pole that is stable in this."""
 
 SAME_FREQUENCY = 0.01
@@ -26,16 +112,19 @@ SAME_DAMPING = 0.1
 SAME_SHAPE = 0.95
 """A shape lies by so much, squared, in the space of those near it at the order before."""
 
-LEAST_SHARE = 0.5
+LEAST_SHARE_OF_ORDERS = 0.5
 """A mode is found at so many of the orders from the first at which it is found."""
 
-LEAST_LENGTH = 0.2
+LEAST_LENGTH_OF_TRACK = 0.2
 """A mode is found at so many of all orders."""
 
-PARALLEL = 0.99
+PARALLEL_PARTICIPATION = 0.99
 """Participations of neighbours that are more alike, as MAC, are a poor start for telling them apart."""
 
-REACH = 0.02
+PRICE_OF_ABSENCE = 10.0
+"""Price of an order that has not a mode, in tolerances of its frequency."""
+
+PICKED_WITHIN = 0.02
 """A frequency that a user picks may be off by so much, relative."""
 
 
@@ -46,7 +135,7 @@ class Track:
     at: list[int] = field(default_factory=list)
     which: list[int] = field(default_factory=list)
     poles: list[complex] = field(default_factory=list)
-    asked: float = 0.0
+    picked: float = 0.0
     """Frequency, Hz, for which a user has picked it; zero where none has."""
 
     @property
@@ -78,16 +167,15 @@ class Track:
 
 def stability(orders: Sequence[OrderPoles]) -> list[NDArray[np.intp]]:
     """Bits of every pole of every order, against the poles of the order before (theory eqs. I7, I8)."""
-    bits = [np.zeros(len(own.poles), dtype=np.intp) for own in orders]
-    for k in range(1, len(orders)):
-        before, own = orders[k - 1], orders[k]
-        if not (len(before.poles) and len(own.poles)):
+    bits = [np.zeros(len(order.poles), dtype=np.intp) for order in orders]
+    for k, (before, order) in enumerate(pairwise(orders), 1):
+        if not (len(before.poles) and len(order.poles)):
             continue
-        (f0, z0), (f, z) = _moduli(before.poles), _moduli(own.poles)
+        (f0, z0), (f, z) = _moduli(before.poles), _moduli(order.poles)
         near = np.abs(f0 - f[:, None]) < SAME_FREQUENCY * f[:, None]
         alike = near & (np.abs(z0 - z[:, None]) < SAME_DAMPING * z[:, None])
-        inside = np.array([_within(own.shapes[:, r], before.shapes[:, near[r]]) for r in range(len(f))])
-        bits[k] = FREQUENCY * near.any(axis=1) + DAMPING * alike.any(axis=1) + SHAPE * (inside > SAME_SHAPE)
+        inside = np.array([_within(order.shapes[:, r], before.shapes[:, near[r]]) for r in range(len(f))])
+        bits[k] = FREQUENCY_BIT * near.any(axis=1) + DAMPING_BIT * alike.any(axis=1) + SHAPE_BIT * (inside > SAME_SHAPE)
     return bits
 
 
@@ -106,11 +194,9 @@ def _within(shape: Complex, space: Complex) -> float:
 
 def diagram(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> Poles:
     """All poles of all orders."""
-    poles = np.concatenate([own.poles for own in orders])
-    count = [len(own.poles) for own in orders]
-    order = np.repeat([own.order for own in orders], count)
-    size, ratio = _moduli(poles)
-    return Poles(order, size / (2 * np.pi), ratio, np.concatenate(bits))
+    size, ratio = _moduli(np.concatenate([order.poles for order in orders]))
+    numbers = np.repeat([order.order for order in orders], [len(order.poles) for order in orders])
+    return Poles(numbers, size / (2 * np.pi), ratio, np.concatenate(bits))
 
 
 def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> list[Track]:
@@ -118,63 +204,61 @@ def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> li
 
     That is what tells repeated modes apart: two poles of one place at every order make two tracks.
     """
-    found: list[Track] = []
-    wanted = FREQUENCY | DAMPING
-    for k, own in enumerate(orders):
-        stable = np.flatnonzero((bits[k] & wanted) == wanted)
+    tracked: list[Track] = []
+    both = FREQUENCY_BIT | DAMPING_BIT
+    for k, order in enumerate(orders):
+        stable = np.flatnonzero((bits[k] & both) == both)
         partner = np.full(len(stable), -1)
-        if len(stable) and found:
-            last = np.array([t.pole for t in found])
-            apart = np.abs(own.poles[stable][:, None] - last) / (SAME_FREQUENCY * np.abs(last))
+        if len(stable) and tracked:
+            last = np.array([t.pole for t in tracked])
+            apart = np.abs(order.poles[stable][:, None] - last) / (SAME_FREQUENCY * np.abs(last))
             partner = best_pairs(np.maximum(1.0 - apart, 0.0))
         for r, number in zip(stable, partner, strict=True):
-            track = found[number] if number >= 0 else Track()
+            track = tracked[number] if number >= 0 else Track()
             if number < 0:
-                found.append(track)
+                tracked.append(track)
             track.at.append(k)
             track.which.append(int(r))
-            track.poles.append(complex(own.poles[r]))
-    return found
+            track.poles.append(complex(order.poles[r]))
+    return tracked
 
 
-def chosen(found: Sequence[Track], orders: int) -> list[Track]:
+def chosen(tracked: Sequence[Track], orders: int) -> list[Track]:
     """Tracks that are long and dense enough to be modes, ascending in frequency."""
-    least = max(3, LEAST_LENGTH * orders)
-    own = [t for t in found if len(t.at) >= least and t.share(orders) >= LEAST_SHARE]
-    return sorted(own, key=lambda t: abs(t.pole))
+    least = max(3, LEAST_LENGTH_OF_TRACK * orders)
+    modes = (t for t in tracked if len(t.at) >= least and t.share(orders) >= LEAST_SHARE_OF_ORDERS)
+    return sorted(modes, key=lambda t: abs(t.pole))
 
 
 def picked(
-    found: Sequence[Track], wanted_hz: Sequence[float], orders: Sequence[OrderPoles]
+    tracked: Sequence[Track], wanted_hz: Sequence[float], orders: Sequence[OrderPoles]
 ) -> tuple[list[Track], list[float]]:
     """The tracks nearest to frequencies that a user picks, Hz, each once, longer ones before shorter; and what is lost.
 
     Where there is no track, the pole of the highest order that is near. Raises OptionError for impossible frequencies.
     """
-    size = np.array([abs(t.pole) for t in found])
     wanted = 2 * np.pi * np.asarray(wanted_hz, dtype=float)
     if wanted.ndim != 1 or not len(wanted) or not (np.isfinite(wanted) & (wanted > 0)).all():
         raise OptionError(f"picked frequencies are positive numbers in Hz, not {wanted_hz}")
-    result: list[Track] = []
+    size, length = np.array([abs(t.pole) for t in tracked]), np.array([len(t.at) for t in tracked])
+    free = np.ones(len(tracked), dtype=bool)
+    modes: list[Track] = []
     lost: list[float] = []
-    free = np.ones(len(found), dtype=bool)
-    length = np.array([len(t.at) for t in found])
     for w in np.sort(wanted):
-        near = free & (np.abs(size - w) < REACH * w)
+        near = free & (np.abs(size - w) < PICKED_WITHIN * w)
         if near.any():
-            price = np.abs(size - w) / (REACH * w) - length / max(length.max(), 1)
+            price = np.abs(size - w) / (PICKED_WITHIN * w) - length / max(length.max(), 1)
             best = int(np.argmin(np.where(near, price, np.inf)))
             free[best] = False
-            found[best].asked = w / (2 * np.pi)
-            result.append(found[best])
-            continue
-        single = _single(w, orders, result)
-        if single is None:
+            track = tracked[best]
+        else:
+            track = _single(w, orders, modes)
+        if track is None:
             lost.append(w / (2 * np.pi))
         else:
-            single.asked = w / (2 * np.pi)
-            result.append(single)
-    return sorted(result, key=lambda t: abs(t.pole)), lost
+            track.picked = w / (2 * np.pi)
+            modes.append(track)
+    return sorted(modes, key=lambda t: abs(t.pole)), lost
 
 
 def _single(w: float, orders: Sequence[OrderPoles], taken: Sequence[Track]) -> Track | None:
@@ -183,32 +267,29 @@ def _single(w: float, orders: Sequence[OrderPoles], taken: Sequence[Track]) -> T
     for k in range(len(orders) - 1, -1, -1):
         apart = np.abs(np.abs(orders[k].poles) - w)
         for r in np.argsort(apart):
-            if apart[r] < REACH * w and (k, int(r)) not in used:
+            if apart[r] < PICKED_WITHIN * w and (k, int(r)) not in used:
                 return Track([k], [int(r)], [complex(orders[k].poles[r])])
     return None
 
 
-def start_values(own: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Complex]:
+def start_values(modes: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Complex]:
     """Poles (n,) and participation (m, n) to start from: medians, and vectors of the order that fits these best.
 
     Vectors come from one order as far as it has the modes, so that those of repeated modes differ from each other;
     where they do not, the second starts across the first.
     """
-    poles = np.array([t.pole for t in own])
-    misfit = np.full(len(orders), 0.0)
-    for t, pole in zip(own, poles, strict=True):
-        cost = np.full(len(orders), 10.0)
-        cost[t.at] = np.abs(np.array(t.poles) - pole) / (SAME_FREQUENCY * abs(pole))
-        misfit += cost
-    best = int(np.argmin(misfit))
-    columns = []
-    for t in own:
-        k = int(np.argmin(np.abs(np.array(t.at) - best)))
-        columns.append(orders[t.at[k]].participation[:, t.which[k]])
+    poles = np.array([t.pole for t in modes])
+    cost = np.full((len(modes), len(orders)), PRICE_OF_ABSENCE)
+    for row, t, pole in zip(cost, modes, poles, strict=True):
+        row[t.at] = np.abs(np.array(t.poles) - pole) / (SAME_FREQUENCY * abs(pole))
+    best = int(np.argmin(cost.sum(axis=0)))
+    nearest = [int(np.argmin(np.abs(np.array(t.at) - best))) for t in modes]
+    columns = [orders[t.at[k]].participation[:, t.which[k]] for t, k in zip(modes, nearest, strict=True)]
     participation = np.array(columns).T
     for r in range(1, len(poles)):
         near = np.flatnonzero(np.abs(poles[:r] - poles[r]) < SAME_FREQUENCY * abs(poles[r]))
-        if len(near) and np.max(mac(participation[:, near], participation[:, [r]])) > PARALLEL:
+        if len(near) and np.max(mac(participation[:, near], participation[:, [r]])) > PARALLEL_PARTICIPATION:
             rows = np.linalg.svd(participation[:, near].T)[2]
-            participation[:, r] = rows[-1].conj() if len(rows) > len(near) else participation[:, r]
+            if len(rows) > len(near):
+                participation[:, r] = rows[-1].conj()
     return poles, participation

@@ -1,19 +1,198 @@
-"""Measured data: channels with their place and direction, time records, and frequency responses estimated from them."""
+"""Measured data: time records, frequency responses estimated from them, and modes identified from these.
+
+What readers of files hold them against, and what they make of responses that a file gives more than once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array, Complex
+from flexura.errors import OptionError
+from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.results import Result, Tabular
 from flexura.systems import response_columns, unit_of_response
-from flexura.tables import Facts, Table, counted, ends, in_hz, quantity
+from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.identified import IdentifiedModes
+
+
+@dataclass(frozen=True)
+class ModeEvidence:
+    """The confidence in one identified mode.
+
+    `confidence` is between 0 and 1 (theory eq. I14). `frequency_scatter` and `damping_scatter` are relative standard
+    deviations over the model orders (and setups) in which the pole was found. `modal_phase_collinearity` (MPC) is one
+    and `mean_phase_deviation_deg` (MPD) zero for a real shape (theory eqs. I16, I17). `frequency_sigma` and
+    `damping_sigma` are relative standard deviations by the misfit of the non-linear fit (theory eq. I13), zero where it
+    was not made. `share` is the share of model orders that have the mode, `setups` the number of setups that do.
+    `setup_shift` is the part of the scatter of frequency over setups, relative, that these do not explain: it is there
+    in a repeated test, as sensors' masses in other places are (theory eq. I21). `frequency_bias` and `damping_bias` are
+    how far both may be off by what is no noise, relative: leakage, modes that were not found, lines wider than the mode
+    (theory eqs. I25, I26).
+    """
+
+    confidence: float
+    frequency_scatter: float
+    damping_scatter: float
+    modal_phase_collinearity: float
+    mean_phase_deviation_deg: float
+    frequency_sigma: float = 0.0
+    damping_sigma: float = 0.0
+    share: float = 1.0
+    setups: int = 1
+    setup_shift: float = 0.0
+    frequency_bias: float = 0.0
+    damping_bias: float = 0.0
+
+    @property
+    def frequency_spread(self) -> float:
+        """How far the frequency may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.frequency_scatter, self.frequency_sigma, self.frequency_bias)
+
+    @property
+    def damping_spread(self) -> float:
+        """How far the damping ratio may be off, relative: the largest of scatter, noise and bias."""
+        return max(self.damping_scatter, self.damping_sigma, self.damping_bias)
+
+
+@dataclass(frozen=True)
+class Poles:
+    """All poles of a stabilisation diagram: model order, frequency, Hz, damping ratio, and how stable each is.
+
+    `stable` holds the bits 1 frequency, 2 damping, 4 shape or participation.
+    """
+
+    order: NDArray[np.intp]
+    frequency_hz: Array
+    damping_ratio: Array
+    stable: NDArray[np.intp]
+
+
+@dataclass(frozen=True, repr=False)
+class IdentifiedModes(Tabular):
+    """Modes of a test: `poles` (n,), rad/s, ascending in frequency, with `shapes` (p, n) and `participation` (m, n).
+
+    The residue of mode r from input j to output i is shapes[i, r] participation[j, r]. Shapes are displacements.
+    `real_shapes` (p, n) are the real ones nearest to them, the largest entry positive. `scaling` says of each mode
+    whether its shape has unit modal mass, which takes a driving point, or unit participation. `lower` and `upper`
+    (p, m) are what modes below and above the band add, over s^2 and constant. `synthesis_error` is the relative error
+    of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
+    With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
+    `poles` are weighted means.
+    """
+
+    _shown = ("name", "setup", "frequency_hz", "outputs")
+    _told = (
+        *("name", "setup", "frequency_hz", "angular_frequency", "damping_ratio", "shapes", "real_shapes"),
+        *("participation", "scaling", "inputs", "outputs", "evidence", "synthesis_error", "setups"),
+    )
+
+    name: str
+    poles: Complex
+    shapes: Complex
+    real_shapes: Array
+    participation: Complex
+    inputs: tuple[MeasuredChannel, ...]
+    outputs: tuple[MeasuredChannel, ...]
+    evidence: tuple[ModeEvidence, ...]
+    diagram: tuple[Poles, ...]
+    synthesis_error: float
+    notes: tuple[str, ...] = ()
+    scaling: tuple[str, ...] = ()
+    lower: Array | None = None
+    upper: Array | None = None
+    decay: float = 0.0
+    band: tuple[float, float] | None = None
+    setup: str = ""
+    setups: tuple[IdentifiedModes, ...] = ()
+
+    @property
+    def frequency_hz(self) -> Array:
+        """Undamped natural frequencies |s| / (2 pi) (n,), Hz."""
+        return self.angular_frequency / (2 * np.pi)
+
+    @property
+    def angular_frequency(self) -> Array:
+        """The same in rad/s, |s| (n,)."""
+        return np.abs(self.poles)
+
+    @property
+    def damping_ratio(self) -> Array:
+        """Damping ratios -Re s / |s| (n,)."""
+        return -self.poles.real / np.abs(self.poles)
+
+    @property
+    def confidence(self) -> Array:
+        """Confidence in every mode (n,), 0 to 1."""
+        return np.array([e.confidence for e in self.evidence])
+
+    def receptance(self, frequency_hz: ArrayLike) -> Complex:
+        """Displacements per unit input (f, p, m) of modes and residuals, at frequencies, Hz (theory eq. I1).
+
+        No exponential window is in it.
+        """
+        s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
+
+    def _title(self) -> str:
+        return f"fits responses within {percent(self.synthesis_error)}"
+
+    def _view(self) -> Iterator[Facts | Table]:
+        columns = {
+            "mode": range(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "±": [percent(e.frequency_spread) for e in self.evidence],
+            "damping": [percent(float(z)) for z in self.damping_ratio],
+            "± of it": [percent(e.damping_spread) for e in self.evidence],
+            "confidence": [f"{x:.2f}" for x in self.confidence],
+            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in self.evidence],
+        }
+        yield Table(columns, "modes")
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "mode": np.arange(1, len(self.poles) + 1),
+            "frequency [Hz]": self.frequency_hz,
+            "damping ratio": self.damping_ratio,
+            "confidence": self.confidence,
+            "frequency spread": [e.frequency_spread for e in self.evidence],
+            "damping spread": [e.damping_spread for e in self.evidence],
+            "modal phase collinearity": [e.modal_phase_collinearity for e in self.evidence],
+            "mean phase deviation [deg]": [e.mean_phase_deviation_deg for e in self.evidence],
+        }
+
+
+def responses(
+    s: Complex,
+    poles: Complex,
+    shapes: Complex,
+    participation: Complex,
+    lower: Array | None = None,
+    upper: Array | None = None,
+) -> Complex:
+    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1)."""
+    q = np.concatenate([1 / (s[:, None] - poles), 1 / (s[:, None] - poles.conj())], axis=1)
+    left, right = (np.concatenate([x, x.conj()], axis=1) for x in (shapes, participation))
+    H = np.einsum("fr,pr,mr->fpm", q, left, right, optimize=True)
+    if upper is not None:
+        H = H + upper
+    return H if lower is None else H + lower / s[:, None, None] ** 2
+
+
+SAME_MODE_OF_SETUPS = 0.1
+"""Frequencies of one mode differ by less between setups, relative."""
+
+Setups = tuple[tuple[str, tuple[MeasuredChannel, ...]], ...]
+
+
+def setups_of(data: IdentifiedModes) -> Setups:
+    """Names and outputs of the setups in which modes were measured."""
+    return tuple((one.setup, one.outputs) for one in data.setups or (data,))
 
 
 @dataclass(frozen=True, repr=False)
@@ -32,30 +211,21 @@ class Recording(Tabular):
     name: str = ""
 
     def _view(self) -> Iterator[Facts | Table]:
-        length = self.samples.shape[1] / self.sample_rate
-        yield Facts(
-            {
-                "duration": quantity(length, "s"),
-                "sample rate": in_hz(self.sample_rate),
-                "setup": self.setup,
-            }
-        )
+        duration = quantity(self.samples.shape[1] / self.sample_rate, "s")
+        yield Facts({"duration": duration, "sample rate": in_hz(self.sample_rate), "setup": self.setup})
+        rows = list(zip(self.channels, self.samples, strict=True))
         columns = {
             "channel": [c.name for c in self.channels],
             "": ["input" if k in self.inputs else "output" for k in range(len(self.channels))],
-            "largest": [
-                quantity(float(np.abs(x).max()), c.unit, 4) for c, x in zip(self.channels, self.samples, strict=True)
-            ],
-            "rms": [
-                quantity(float(np.sqrt(np.mean(x**2))), c.unit, 4)
-                for c, x in zip(self.channels, self.samples, strict=True)
-            ],
+            "largest": [quantity(float(np.abs(x).max()), c.unit, 4) for c, x in rows],
+            "rms": [quantity(float(np.sqrt(np.mean(x**2))), c.unit, 4) for c, x in rows],
         }
         yield Table(columns, "channels")
 
     def _data(self) -> dict[str, Any]:
-        own = {name: value for name, value in super()._data().items() if name != "sample_rate"}
-        return {**own, "sample_rate_hz": self.sample_rate}
+        data = dict(super()._data())
+        rate = data.pop("sample_rate")
+        return {**data, "sample_rate_hz": rate}
 
     def _columns(self) -> dict[str, Any]:
         time = {"time [s]": np.arange(self.samples.shape[1]) / self.sample_rate}
@@ -88,13 +258,14 @@ class MeasuredFRF(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}
         yield Facts({**facts, "exponential window [1/s]": self.decay or None})
-        pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
-        ends = [(self.outputs[i], self.inputs[j], np.abs(self.response[:, i, j])) for i, j in pairs]
+        pairs = list(np.ndindex(self.response.shape[1:]))
+        units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in pairs]
+        sizes = [np.abs(self.response[:, i, j]) for i, j in pairs]
         columns: dict[str, Any] = {
-            "output": [out.name for out, _, _ in ends],
-            "input": [into.name for _, into, _ in ends],
-            "peak": [quantity(float(H.max()), unit_of_response(out, into), 4) for out, into, H in ends],
-            "peak at [Hz]": [float(self.frequency_hz[H.argmax()]) for _, _, H in ends],
+            "output": [self.outputs[i].name for i, _ in pairs],
+            "input": [self.inputs[j].name for _, j in pairs],
+            "peak": [quantity(float(H.max()), unit, 4) for H, unit in zip(sizes, units, strict=True)],
+            "peak at [Hz]": [float(self.frequency_hz[H.argmax()]) for H in sizes],
         }
         if self.coherence is not None:
             columns["median coherence"] = [f"{_median(self.coherence[:, i, j]):.3f}" for i, j in pairs]
@@ -139,16 +310,16 @@ class Measurement(Result):
     modes: IdentifiedModes | None = None
 
     def _view(self) -> Iterator[Facts | Table]:
-        setups = dict.fromkeys(own.setup for own in (*self.recordings, *self.frfs))
+        setups = dict.fromkeys(data.setup for data in (*self.recordings, *self.frfs))
         counts = {"records": len(self.recordings), "frequency responses": len(self.frfs), "setups": ", ".join(setups)}
         yield Facts({**counts, "modes in the file": "" if self.modes is None else len(self.modes.poles)})
-        own = [frf._summary() for frf in self.frfs]
+        coherences = [frf.coherence for frf in self.frfs]
         columns = {
-            "responses of": [s["setup"] or str(k + 1) for k, s in enumerate(own)],
-            "inputs": [", ".join(s["inputs"]) for s in own],
-            "outputs": [", ".join(s["outputs"]) for s in own],
-            "band": [ends((s["from_hz"], s["to_hz"]), "Hz", 5) for s in own],
-            "median coherence": ["" if s["median_coherence"] is None else f"{s['median_coherence']:.3f}" for s in own],
+            "responses of": [frf.setup or str(k + 1) for k, frf in enumerate(self.frfs)],
+            "inputs": [", ".join(c.name for c in frf.inputs) for frf in self.frfs],
+            "outputs": [", ".join(c.name for c in frf.outputs) for frf in self.frfs],
+            "band": [ends((frf.frequency_hz[0], frf.frequency_hz[-1]), "Hz", 5) for frf in self.frfs],
+            "median coherence": ["" if gamma is None else f"{_median(gamma):.3f}" for gamma in coherences],
         }
         yield Table(columns, "sets of responses")
 
@@ -158,16 +329,16 @@ class Measurement(Result):
             "name": self.name,
             "recordings": [
                 {
-                    "name": own.name,
-                    "setup": own.setup,
-                    "channels": [c.name for c in own.channels],
-                    "inputs": own.inputs,
-                    "sample_rate_hz": own.sample_rate,
-                    "samples": own.samples.shape[1],
+                    "name": record.name,
+                    "setup": record.setup,
+                    "channels": [c.name for c in record.channels],
+                    "inputs": record.inputs,
+                    "sample_rate_hz": record.sample_rate,
+                    "samples": record.samples.shape[1],
                 }
-                for own in self.recordings
+                for record in self.recordings
             ],
-            "responses": [own._summary() for own in self.frfs],
+            "responses": [frf._summary() for frf in self.frfs],
             "modes": self.modes,
         }
 
@@ -175,3 +346,103 @@ class Measurement(Result):
 def _median(values: Array) -> float:
     """The upper median, one of the values."""
     return float(np.sort(values, axis=None)[values.size // 2])
+
+
+HIGHEST_HZ = 1e12
+"""Highest frequency and sample rate, Hz: squares and powers of far higher ones overflow."""
+
+LARGEST_VALUE = 1e100
+"""Largest value of a sample or a response."""
+
+
+def refuse_implausible(measurement: Measurement, where: str) -> None:
+    """Raise OptionError for numbers beyond all bounds, and for arrays of different sizes.
+
+    Names and setups are short and printable: they become parts of tables, pictures and messages.
+    """
+    records, frfs = measurement.recordings, measurement.frfs
+    channels = [*(c for r in records for c in r.channels), *(c for f in frfs for c in (*f.inputs, *f.outputs))]
+    names = [measurement.name, *(name for c in channels for name in (c.name, c.node or ""))]
+    names += [*(name for r in records for name in (r.name, r.setup)), *(f.setup for f in frfs)]
+    for name in names:
+        if len(name) > LONGEST_TITLE or CONTROL.search(name):
+            shown = repr(name if len(name) <= 40 else f"{name[:37]}...")
+            raise OptionError(
+                f"{where}: a name has at most {LONGEST_TITLE} characters and no control characters, not {shown}"
+            )
+    for r in records:
+        place = f"{where}: {r.name or 'record'}"
+        if not 0 < r.sample_rate <= HIGHEST_HZ:
+            raise OptionError(
+                f"{place}: a sample rate is positive and at most {HIGHEST_HZ:g} Hz, not {r.sample_rate:g}"
+            )
+        if not r.samples.shape[-1]:
+            raise OptionError(f"{place}: there are no samples")
+        _refuse_large(r.samples, place)
+    for frf in frfs:
+        _refuse_response(frf, f"{where}: responses of setup {frf.setup!r}" if frf.setup else f"{where}: responses")
+
+
+def _refuse_response(frf: MeasuredFRF, where: str) -> None:
+    hz = frf.frequency_hz
+    if not len(hz):
+        raise OptionError(f"{where}: there are no frequencies")
+    if not (np.isfinite(hz).all() and hz.min() >= 0 and hz.max() <= HIGHEST_HZ):
+        span = f"{hz.min():g} to {hz.max():g}"
+        raise OptionError(f"{where}: frequencies lie between 0 and {HIGHEST_HZ:g} Hz, these from {span}")
+    if (np.diff(hz) <= 0).any():
+        at = int(np.argmax(np.diff(hz) <= 0))
+        raise OptionError(
+            f"{where}: frequencies ascend, each is given once; {hz[at]:g} Hz comes before {hz[at + 1]:g} Hz"
+        )
+    if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST_HZ):
+        raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
+    _refuse_large(frf.response, where)
+    if frf.coherence is not None:
+        if frf.coherence.shape != frf.response.shape:
+            raise OptionError(f"{where}: coherence is {frf.coherence.shape}, responses are {frf.response.shape}")
+        _refuse_large(frf.coherence, f"{where}: coherence")
+
+
+def _refuse_large(values: np.ndarray, where: str) -> None:
+    """Values that are no numbers are judged elsewhere."""
+    size = np.abs(values)
+    beyond = np.isfinite(size) & (size > LARGEST_VALUE)
+    if beyond.any():
+        raise OptionError(f"{where}: a value of {size[beyond][0]:.3g}; at most {LARGEST_VALUE:g} is expected")
+
+
+Repeated = Literal["average", "first", "last"]
+"""What to make of them: their mean, or the one that comes first or last."""
+
+MOST_PAIRS = 3
+"""Pairs that are named in a note."""
+
+T = TypeVar("T")
+
+
+def checked(how: str | None) -> None:
+    """Raise OptionError for what is no way of merging; None is to refuse them."""
+    if how is not None and how not in get_args(Repeated):
+        raise OptionError(f"repeated is one of {', '.join(get_args(Repeated))}, not {how!r}")
+
+
+def merged(values: Sequence[NDArray[Any]], how: Repeated) -> NDArray[Any]:
+    """One of several arrays of a shape: their mean, the first or the last."""
+    return np.mean(values, axis=0) if how == "average" else values[0 if how == "first" else -1]
+
+
+def said_of(again: Sequence[tuple[str, int]], how: Repeated) -> str:
+    """A note on pairs, each with how often it is given."""
+    named = ", ".join(f"{pair} ({count} times)" for pair, count in again[:MOST_PAIRS])
+    more = f" and {len(again) - MOST_PAIRS} more" if len(again) > MOST_PAIRS else ""
+    done = {"average": "averaged", "first": "the first one is used", "last": "the last one is used"}[how]
+    return f"given more than once, {done}: {named}{more}"
+
+
+def grouped(items: Sequence[T], key: Callable[[T], Any]) -> dict[Any, list[T]]:
+    """Items of one key together, in their order."""
+    groups: dict[Any, list[T]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups

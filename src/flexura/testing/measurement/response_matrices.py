@@ -1,11 +1,11 @@
 """Frequency responses of a test as complete matrices, one for every setup, ready to be fitted.
 
-Receptances that were accelerations divided by omega^2: what noise and offset make of the lines near 0 Hz.
+Receptances that were accelerations divided by omega^2 are fitted as these, without the lines near 0 Hz that are noise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,23 +15,22 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.systems import UNITS
 from flexura.tables import ends, in_hz
-from flexura.testing.measurement.channel_descriptions import FORCES
-from flexura.testing.measurement.channels import MeasuredChannel
-from flexura.testing.measurement.measurement import MeasuredFRF
+from flexura.testing.measurement.channels import FORCES, MeasuredChannel
+from flexura.testing.measurement.measurement import MeasuredFRF, grouped
 
 NEAR_ZERO = 0.02
 """A band begins near 0 Hz when it does so below this share of its end."""
 
-GROWN = 3.0
+GROWN_TOWARDS_ZERO = 3.0
 """Responses have grown towards 0 Hz when the first lines exceed those at ten times their frequency by so much."""
 
-NOISY = 0.5
+NOISY_LINE = 0.5
 """Lines at which noise is more than this share of the response say nothing."""
 
-RUN = 9
+RUN_OF_LINES = 9
 """Lines over which noise and response are compared."""
 
-LOWEST = 0.25
+MOST_LINES_LEFT_OUT = 0.25
 """Lines are left out up to this share of the band at most."""
 
 
@@ -40,12 +39,12 @@ def grows_towards_zero(hz: Array, H: Complex) -> bool:
 
     The receptance of something held is flat there. What floats grows, too, but in phase from line to line.
     """
-    if hz[0] > NEAR_ZERO * hz[-1] or len(hz) < 4 * RUN:
+    if hz[0] > NEAR_ZERO * hz[-1] or len(hz) < 4 * RUN_OF_LINES:
         return False
     first = np.sqrt((np.abs(H[:3]) ** 2).mean(axis=0))
     at = int(np.searchsorted(hz, 10 * hz[1]))
-    later = np.median(np.abs(H[max(at - 3, 3) : at + RUN]), axis=0)
-    return bool(np.median(first > GROWN * later) > 0.5)
+    later = np.median(np.abs(H[max(at - 3, 3) : at + RUN_OF_LINES]), axis=0)
+    return bool(np.median(first > GROWN_TOWARDS_ZERO * later) > 0.5)
 
 
 def noisy_until(A: Complex) -> int:
@@ -55,11 +54,11 @@ def noisy_until(A: Complex) -> int:
     """
     level = (np.abs(A[1:-1]) ** 2).sum(axis=(1, 2))
     uneven = (np.abs(A[:-2] - 2 * A[1:-1] + A[2:]) ** 2).sum(axis=(1, 2)) / 6
-    window = np.ones(RUN)
+    window = np.ones(RUN_OF_LINES)
     share = np.convolve(uneven, window, mode="valid") / np.maximum(np.convolve(level, window, mode="valid"), 1e-300)
-    clear = np.flatnonzero(share < NOISY**2)
+    clear = np.flatnonzero(share < NOISY_LINE**2)
     stop = int(clear[0]) if len(clear) else len(A)
-    return 0 if stop == 0 else min(stop + RUN // 2, int(LOWEST * len(A)))
+    return 0 if stop == 0 else min(stop + RUN_OF_LINES // 2, int(MOST_LINES_LEFT_OUT * len(A)))
 
 
 Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float, float] | None]
@@ -67,16 +66,19 @@ Key = tuple[str, tuple[str | None, tuple[float, ...] | None], tuple[float, float
 POWER = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_acceleration": 2}
 """Power of s by which a quantity is above a displacement; all others have none."""
 
-COHERENT = 0.3
+COHERENT_CHANNEL = 0.3
 """Coherence that a channel reaches at one line in ten at least, with one of its partners, to be fitted."""
 
-DIFFERENTIATED = 2
+ACCELERATION = 2
 """Power of s of accelerances."""
+
+NO_MOTIONS = (*FORCES, "voltage", "expansion")
+"""Quantities of inputs that excite."""
 
 LEAST_LINES = 16
 """Spectral lines in a band below which nothing is fitted."""
 
-BALANCED = 20
+BALANCING_ROUNDS = 20
 """Rounds in which sizes of rows and columns are balanced against each other."""
 
 
@@ -108,9 +110,9 @@ class ResponseMatrix:
     @property
     def transposed(self) -> ResponseMatrix:
         """Inputs and outputs in each other's place."""
-        turned = self.response.transpose(0, 2, 1)
+        sides = {"inputs": self.outputs, "outputs": self.inputs}
         scales = {"row_scale": self.column_scale, "column_scale": self.row_scale}
-        return replace(self, response=turned, inputs=self.outputs, outputs=self.inputs, **scales)
+        return replace(self, response=self.response.transpose(0, 2, 1), **sides, **scales)
 
 
 def key_of(channel: MeasuredChannel) -> Key:
@@ -128,9 +130,9 @@ def response_matrices(
     """
     if not frfs:
         raise OptionError("there is no frequency response to identify modes from")
-    names = [""] if together else list(dict.fromkeys(frf.setup for frf in frfs))
-    groups = {name: [frf for frf in frfs if together or frf.setup == name] for name in names}
-    return [_matrix(name, group, band) for name, group in groups.items()]
+    return [
+        _matrix(setup, group, band) for setup, group in grouped(frfs, lambda f: "" if together else f.setup).items()
+    ]
 
 
 def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] | None) -> ResponseMatrix:
@@ -147,53 +149,50 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
                 f"{where}exponential windows differ, decay {frfs[0].decay:g} and {frf.decay:g} 1/s; give setups names"
             )
     lines = _lines(hz, band, where)
-    inputs = _channels(c for frf in frfs for c in frf.inputs)
-    outputs = _channels(c for frf in frfs for c in frf.outputs)
-    _refuse_inverted(inputs.values(), outputs.values(), where)
+    inputs = {key_of(c): c for frf in frfs for c in frf.inputs}
+    outputs = {key_of(c): c for frf in frfs for c in frf.outputs}
+    forces = [c for c in outputs.values() if c.quantity in FORCES]
+    motions = [c for c in inputs.values() if c.quantity in UNITS and c.quantity not in NO_MOTIONS]
+    if forces and motions:  # the poles of a force per motion are not those of the mechanism
+        raise OptionError(
+            f"{where}{forces[0].name} / {motions[0].name} is a force per motion (impedance): modes take motions per"
+            " force; invert it, all channels at once"
+        )
     H, coherence = _filled(frfs, inputs, outputs, where)
-    H, coherence = H[lines], coherence[lines]
-    _refuse_bad(H, inputs, outputs, hz[lines], where)
-    s = np.asarray(2j * np.pi * hz[lines] + frfs[0].decay, dtype=np.complex128)
-    power = np.array([POWER.get(c.quantity, 0) for c in outputs.values()])
-    largest = int(power.max())
-    first, said = 0, ""
-    if largest < DIFFERENTIATED and grows_towards_zero(hz[lines], H):
-        largest = DIFFERENTIATED
-        accelerance = H * s[:, None, None] ** (largest - power)[:, None]
-        first = noisy_until(accelerance)
-        said = f"{where}responses grow towards 0 Hz as accelerations divided by omega^2 do: they are fitted as these"
-        if first:
-            said += f", from {in_hz(hz[lines][first], 4)} on, below which they are mostly noise"
-    H = H[first:] * s[first:, None, None] ** (largest - power)[:, None]
-    hz, s, coherence = hz[lines][first:], s[first:], coherence[first:]
-    kept = [_coherent(coherence, axis) for axis in (2, 1)]
-    listed = [list(outputs.values()), list(inputs.values())]
-    notes = [
-        f"{where}{c.name} is left out: coherence near zero"
-        for channels, own in zip(listed, kept, strict=True)
-        for c, good in zip(channels, own, strict=True)
-        if not good
+    H, coherence, hz = H[lines], coherence[lines], hz[lines]
+    _refuse_bad(H, list(inputs.values()), list(outputs.values()), hz, where)
+    s = np.asarray(2j * np.pi * hz + frfs[0].decay, dtype=np.complex128)
+    powers = np.array([POWER.get(c.quantity, 0) for c in outputs.values()])
+    power = int(powers.max())
+    integrated = power < ACCELERATION and grows_towards_zero(hz, H)
+    power = ACCELERATION if integrated else power
+    H = H * s[:, None, None] ** (power - powers)[:, None]
+    first = noisy_until(H) if integrated else 0
+    used = [
+        np.quantile(np.nan_to_num(coherence[first:]).max(axis=axis), 0.9, axis=0) >= COHERENT_CHANNEL for axis in (2, 1)
     ]
-    if not (kept[0].any() and kept[1].any()):
+    if not all(good.any() for good in used):
         raise OptionError(f"{where}coherence is near zero throughout the band: the outputs do not follow the inputs")
-    if said:
-        notes.append(said)
-    elif len(set(power)) > 1:
+    rows, columns = (np.flatnonzero(good) for good in used)
+    channels = [*zip(outputs.values(), used[0], strict=True), *zip(inputs.values(), used[1], strict=True)]
+    notes = [f"{where}{c.name} is left out: coherence near zero" for c, good in channels if not good]
+    if integrated:
+        note = f"{where}responses grow towards 0 Hz as accelerations divided by omega^2 do: they are fitted as these"
+        notes.append(note + (f", from {in_hz(hz[first], 4)} on, below which they are mostly noise" if first else ""))
+    elif len(set(powers)) > 1:
         notes.append(f"{where}displacements and velocities were differentiated to be fitted beside accelerations")
-    H = H[:, kept[0]][:, :, kept[1]]
-    weight = np.gradient(hz)
-    row_scale, column_scale = _scales(H)
+    H = H[first:, rows][:, :, columns]
+    weight = np.gradient(hz[first:])
     return ResponseMatrix(
         setup,
-        hz,
-        s,
+        hz[first:],
+        s[first:],
         H,
-        largest,
+        power,
         weight / weight.mean(),
-        row_scale,
-        column_scale,
-        tuple(c for c, good in zip(listed[1], kept[1], strict=True) if good),
-        tuple(c for c, good in zip(listed[0], kept[0], strict=True) if good),
+        *_scales(H),
+        tuple(list(inputs.values())[k] for k in columns),
+        tuple(list(outputs.values())[k] for k in rows),
         tuple(notes),
     )
 
@@ -219,68 +218,48 @@ def _lines(hz: Array, band: tuple[float, float] | None, where: str) -> NDArray[n
     return lines
 
 
-def _channels(channels: Iterable[MeasuredChannel]) -> dict[Key, MeasuredChannel]:
-    return {key_of(c): c for c in channels}
-
-
 def _filled(
     frfs: Sequence[MeasuredFRF], inputs: dict[Key, MeasuredChannel], outputs: dict[Key, MeasuredChannel], where: str
 ) -> tuple[Complex, Array]:
     """All pairs in one matrix and their coherence, 1 where it is unknown. Raises OptionError for missing pairs."""
-    row, column = ({key: k for k, key in enumerate(keys)} for keys in (outputs, inputs))
+    row, column = list(outputs), list(inputs)
     shape = (len(frfs[0].frequency_hz), len(row), len(column))
     H, coherence = np.zeros(shape, dtype=complex), np.ones(shape)
     count = np.zeros(shape[1:], dtype=int)
     for frf in frfs:
-        at = np.ix_([row[key_of(c)] for c in frf.outputs], [column[key_of(c)] for c in frf.inputs])
+        at = np.ix_([row.index(key_of(c)) for c in frf.outputs], [column.index(key_of(c)) for c in frf.inputs])
         H[:, at[0], at[1]] = frf.response
         if frf.coherence is not None:
             coherence[:, at[0], at[1]] = frf.coherence
         np.add.at(count, at, 1)
     if (count != 1).any():
         i, j = np.argwhere(count != 1)[0]
-        pair = f"{list(outputs.values())[i].name} / {list(inputs.values())[j].name}"
+        pair = f"{outputs[row[i]].name} / {inputs[column[j]].name}"
         fault = "is missing" if count[i, j] == 0 else f"is given {count[i, j]} times"
         raise OptionError(f"{where}the response {pair} {fault}; every output needs every input once in a setup")
     return H, coherence
 
 
-def _refuse_bad(H: Complex, inputs: dict, outputs: dict, hz: Array, where: str) -> None:
+def _refuse_bad(
+    H: Complex, inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel], hz: Array, where: str
+) -> None:
+    """Raise OptionError for values that are not finite, and for channels without any signal."""
     bad = ~np.isfinite(H)
-    dead = ~bad.any(axis=0) & (np.abs(H).max(axis=0) == 0)
-    names = [[c.name for c in channels.values()] for channels in (outputs, inputs)]
     if bad.any():
         k, i, j = np.argwhere(bad)[0]
-        raise OptionError(f"{where}{names[0][i]} / {names[1][j]} is not finite at {in_hz(hz[k], 6)}")
-    for axis, kind in ((1, 0), (0, 1)):
-        silent = dead.all(axis=axis)
+        raise OptionError(f"{where}{outputs[i].name} / {inputs[j].name} is not finite at {in_hz(hz[k], 6)}")
+    dead = np.abs(H).max(axis=0) == 0
+    for channels, silent in ((outputs, dead.all(axis=1)), (inputs, dead.all(axis=0))):
         if silent.any():
-            raise OptionError(
-                f"{where}{names[kind][int(silent.argmax())]} has no signal at all: leave it out, or mend its cable"
-            )
-
-
-def _coherent(coherence: Array, axis: int) -> NDArray[np.bool_]:
-    """Channels of the other axis that are coherent with one partner at one line in ten."""
-    return np.quantile(np.nan_to_num(coherence).max(axis=axis), 0.9, axis=0) >= COHERENT
-
-
-def _refuse_inverted(inputs: Iterable[MeasuredChannel], outputs: Iterable[MeasuredChannel], where: str) -> None:
-    """Raise OptionError for forces per motion, whose poles are not those of the mechanism."""
-    forces = [c for c in outputs if c.quantity in FORCES]
-    motions = [c for c in inputs if c.quantity in UNITS and c.quantity not in (*FORCES, "voltage", "expansion")]
-    if forces and motions:
-        raise OptionError(
-            f"{where}{forces[0].name} / {motions[0].name} is a force per motion (impedance): modes take motions per"
-            " force; invert it, all channels at once"
-        )
+            name = channels[int(silent.argmax())].name
+            raise OptionError(f"{where}{name} has no signal at all: leave it out, or mend its cable")
 
 
 def _scales(H: Complex) -> tuple[Array, Array]:
     """Sizes of rows and columns with which all rows and all columns have root mean squares of one."""
     power = np.mean(np.abs(H) ** 2, axis=0)
     row, column = np.ones(len(power)), np.ones(power.shape[1])
-    for _ in range(BALANCED):
+    for _ in range(BALANCING_ROUNDS):
         row = np.mean(power / column, axis=1)
         column = np.mean(power / row[:, None], axis=0)
     return np.sqrt(row), np.sqrt(column)

@@ -14,16 +14,17 @@ from flexura.arrays import Array, Index
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
+from flexura.sensitivity import Reading
 from flexura.structure import FullOrderModel
 from flexura.systems import DERIVATIVE, Ports
 from flexura.tables import Facts, Table, quantity
-from flexura.testing.measurement import MeasuredChannel
+from flexura.testing.measurement import FORCES, MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
-WITHIN = 0.02
+WITHIN_OF_SIZE = 0.02
 """Farthest a sensor may be from what it is taken to sit on, relative to the longest side of the mechanism."""
 
-POINT = 1e-3
+WITHIN_OF_POINT = 1e-3
 """Farthest a sensor may be from what it is taken to sit on, m, in a mechanism of a single point."""
 
 UNITS_OF_LENGTH = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
@@ -89,17 +90,16 @@ class ChannelPairing(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """The matched channels."""
-        own = self.matched
         return {
-            "channel": [m.channel.name for m in own],
-            "node": [m.node for m in own],
-            "how": [m.how for m in own],
-            "distance [m]": [m.distance for m in own],
+            "channel": [m.channel.name for m in self.matched],
+            "node": [m.node for m in self.matched],
+            "how": [m.how for m in self.matched],
+            "distance [m]": [m.distance for m in self.matched],
         }
 
 
 @dataclass(frozen=True)
-class _Found:
+class _Place:
     """Where a channel sits: a node, the point `x` (3,) that it reads and its direction; or a described sensor's row."""
 
     match: ChannelMatch
@@ -107,6 +107,11 @@ class _Found:
     x: Array
     direction: Array
     row: Array | None = None
+
+    @property
+    def turns(self) -> bool:
+        """Whether it reads a rotation."""
+        return self.match.channel.quantity in TURNS
 
 
 @verb
@@ -124,32 +129,22 @@ def pair_channels(
     for a position that is not finite.
     """
     points = _ModelPoints(model, within)
-    found: list[_Found] = []
-    at: list[int] = []
-    unmatched: list[UnmatchedChannel] = []
-    for k, channel in enumerate(channels):
-        own = points.find(channel)
-        if isinstance(own, UnmatchedChannel):
-            unmatched.append(own)
-        else:
-            at.append(k)
-            found.append(own)
-    rows = _rows(model, found)
-    still: NDArray[np.bool_] = np.asarray(~rows.any(axis=1), dtype=np.bool_)
-    unmatched += [
-        UnmatchedChannel(f.match.channel, "the model holds what it reads", f.match.node, f.match.distance)
-        for f, held in zip(found, still.tolist(), strict=True)
-        if held
-    ]
-    moving = [f for f, held in zip(found, still.tolist(), strict=True) if not held]
+    matches = [points.find(channel) for channel in channels]
+    places = {k: place for k, place in enumerate(matches) if isinstance(place, _Place)}
+    unmatched = [match for match in matches if isinstance(match, UnmatchedChannel)]
+    rows = _rows(model, list(places.values()))
+    moves: NDArray[np.bool_] = np.asarray(rows.any(axis=1), dtype=np.bool_)
+    held = [place.match for place, move in zip(places.values(), moves, strict=True) if not move]
+    unmatched += [UnmatchedChannel(m.channel, "the model holds what it reads", m.node, m.distance) for m in held]
+    moving = [place for place, move in zip(places.values(), moves, strict=True) if move]
     return ChannelPairing(
-        tuple(f.match for f in moving),
+        tuple(place.match for place in moving),
         tuple(unmatched),
-        np.array(at, dtype=np.intp)[~still],
-        rows[~still],
-        np.array([f.match.channel.quantity in TURNS for f in moving], dtype=bool),
-        np.array([f.x for f in moving]).reshape(-1, 3),
-        np.array([f.direction for f in moving]).reshape(-1, 3),
+        np.array(list(places), dtype=np.intp)[moves],
+        rows[moves],
+        np.array([place.turns for place in moving], dtype=bool),
+        np.array([place.x for place in moving]).reshape(-1, 3),
+        np.array([place.direction for place in moving]).reshape(-1, 3),
         tuple(points.hints(unmatched)),
     )
 
@@ -165,22 +160,21 @@ def nothing_matched(name: str, sensors: ChannelPairing) -> str:
     return f"{name}: none of {len(sensors.unmatched)} channels is found in the model: {shown}{hint}"
 
 
-def _rows(model: FullOrderModel, found: list[_Found]) -> Array:
+def _rows(model: FullOrderModel, places: Sequence[_Place]) -> Array:
     """What channels read of the DOFs (q, n): d . (u + theta x arm), or d . theta."""
-    rows = np.zeros((len(found), model.plan.topology.n_dof))
-    own = [k for k, f in enumerate(found) if f.row is None]
-    if own:
-        numbers = np.array([found[k].number for k in own], dtype=np.intp)
-        x, d = (np.array([getattr(found[k], name) for k in own]) for name in ("x", "direction"))
-        turns = np.array([found[k].match.channel.quantity in TURNS for k in own])[:, None]
-        of_node = np.concatenate(
-            [np.where(turns, 0.0, d), np.where(turns, d, np.cross(x - model.geometry.positions[numbers], d))], axis=1
-        )
-        node_rows = np.asarray(model.design.node_rows(numbers).toarray()).reshape(len(own), 6, -1)
-        rows[own] = np.einsum("qi,qin->qn", of_node, node_rows)
-    for k, f in enumerate(found):
-        if f.row is not None:
-            rows[k] = f.row
+    rows = np.zeros((len(places), model.plan.topology.n_dof))
+    for row, place in zip(rows, places, strict=True):
+        if place.row is not None:
+            row[:] = place.row
+    at_nodes = [k for k, place in enumerate(places) if place.row is None]
+    if at_nodes:
+        numbers = np.array([places[k].number for k in at_nodes], dtype=np.intp)
+        x, d = (np.array([getattr(places[k], name) for k in at_nodes]) for name in ("x", "direction"))
+        turns = np.array([places[k].turns for k in at_nodes])[:, None]
+        about = np.where(turns, d, np.cross(x - model.geometry.positions[numbers], d))
+        of_node = np.concatenate([np.where(turns, 0.0, d), about], axis=1)
+        node_rows = np.asarray(model.design.node_rows(numbers).toarray()).reshape(len(at_nodes), 6, -1)
+        rows[at_nodes] = np.einsum("qi,qin->qn", of_node, node_rows)
     return rows
 
 
@@ -193,7 +187,7 @@ class _ModelPoints:
         self.placed = np.flatnonzero(self.topology.has_position)
         self.x = model.geometry.positions[self.placed]
         size = float(np.ptp(self.x, axis=0).max(initial=0.0))
-        self.within = (WITHIN * size or POINT) if within is None else float(within)
+        self.within = (WITHIN_OF_SIZE * size or WITHIN_OF_POINT) if within is None else float(within)
         if not self.within > 0:
             raise OptionError(f"within is a positive length in m, not {self.within:g}")
         self.described = Ports(model.design)
@@ -203,7 +197,7 @@ class _ModelPoints:
         self.accelerometers = {} if described is None else described.accelerometers
         self.points = [*self.hammer.values(), *self.accelerometers.values()]
 
-    def find(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
+    def find(self, channel: MeasuredChannel) -> _Place | UnmatchedChannel:
         """The place of a channel, or why there is none."""
         x = None if channel.position is None else np.array(channel.position, dtype=float)
         if x is not None and not np.isfinite(x).all():
@@ -220,7 +214,7 @@ class _ModelPoints:
                 return self._by_position(channel, x, d)
         return self._by_test(channel, x) or self._by_name(channel)
 
-    def _by_node(self, channel: MeasuredChannel, x: Array | None, d: Array) -> _Found | UnmatchedChannel | None:
+    def _by_node(self, channel: MeasuredChannel, x: Array | None, d: Array) -> _Place | UnmatchedChannel | None:
         if channel.node is None:
             return None
         try:
@@ -229,7 +223,7 @@ class _ModelPoints:
             return None
         at = self.model.geometry.positions[number]
         if x is None:
-            return _Found(ChannelMatch(channel, channel.node, "node", None), number, at, d)
+            return _Place(ChannelMatch(channel, channel.node, "node", None), number, at, d)
         distance = float(np.linalg.norm(x - at))
         root = self.topology.root
         distance = min([distance, *(_gap(p, x) for p in self.points if root[p.number] == root[number])])
@@ -238,9 +232,9 @@ class _ModelPoints:
         if distance > self.within:
             reason = f"node {channel.node} is not where the channel is declared"
             return UnmatchedChannel(channel, reason, channel.node, distance)
-        return _Found(ChannelMatch(channel, channel.node, "node", distance), number, x, d)
+        return _Place(ChannelMatch(channel, channel.node, "node", distance), number, x, d)
 
-    def _by_position(self, channel: MeasuredChannel, x: Array, d: Array) -> _Found | UnmatchedChannel:
+    def _by_position(self, channel: MeasuredChannel, x: Array, d: Array) -> _Place | UnmatchedChannel:
         distances = np.linalg.norm(self.x - x, axis=1)
         nearest = int(np.argmin(distances))
         number, distance, how = int(self.placed[nearest]), float(distances[nearest]), "position"
@@ -253,68 +247,40 @@ class _ModelPoints:
         if distance > self.within:
             reason = f"nothing of the model is within {quantity(self.within, 'm', 3)} of it"
             return UnmatchedChannel(channel, reason, self.names[number], distance)
-        return _Found(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
+        return _Place(ChannelMatch(channel, self.names[number], how, distance), number, x, d)
 
-    def _by_test(self, channel: MeasuredChannel, x: Array | None) -> _Found | None:
+    def _by_test(self, channel: MeasuredChannel, x: Array | None) -> _Place | None:
         """A channel that lacks its place or its direction, and has the name of a point of the described test."""
         point = (self.hammer if channel.quantity == "force" else self.accelerometers).get(channel.name)
         if point is None or channel.quantity in TURNS or (x is not None and _gap(point, x) > self.within):
             return None
-        own = point.channel if channel.direction is None else channel
         at = np.array(point.channel.position if x is None else x, dtype=float)
-        d = np.array(own.direction, dtype=float)
+        d = np.array(point.channel.direction if channel.direction is None else channel.direction, dtype=float)
         match = ChannelMatch(channel, self.names[point.number], "test", None if x is None else _gap(point, x))
-        return _Found(match, point.number, at, d / np.linalg.norm(d))
+        return _Place(match, point.number, at, d / np.linalg.norm(d))
 
-    def _by_name(self, channel: MeasuredChannel) -> _Found | UnmatchedChannel:
-        is_input = channel.quantity in ("force", "moment")
-        name, nowhere = channel.name, np.full(3, np.nan)
+    def _by_name(self, channel: MeasuredChannel) -> _Place | UnmatchedChannel:
+        """A channel with the name of a described sensor or actuator, or of a DOF."""
+        is_input, name = channel.quantity in FORCES, channel.name
         try:
-            if is_input:
-                placed = self.described.inputs([name])[0]
-                row, own = placed.row, placed.channel.quantity in TURNS
-                if placed.base is not None or placed.stiffness is not None:
-                    return UnmatchedChannel(channel, f"{name} is no force or moment in the model")
-            else:
-                out = self.described.outputs([name])[0]
-                row, own = out.row, out.channel.quantity in TURNS
-                if out.channel.quantity not in DERIVATIVE:
-                    return UnmatchedChannel(channel, f"{name} reads no motion in the model")
+            port = (self.described.inputs([name]) if is_input else self.described.outputs([name]))[0]
         except FlexuraError:
             lacking = "direction" if channel.direction is None else "position, or node of the model"
             what = "actuator" if is_input else "sensor"
             return UnmatchedChannel(channel, f"it has no {lacking}, and no {what} or DOF has its name")
-        if own != (channel.quantity in TURNS):
+        described = port.channel
+        if is_input and described.quantity not in FORCES:
+            return UnmatchedChannel(channel, f"{name} is no force or moment in the model")
+        if not is_input and described.quantity not in DERIVATIVE:
+            return UnmatchedChannel(channel, f"{name} reads no motion in the model")
+        if (described.quantity in TURNS) != (channel.quantity in TURNS):
             return UnmatchedChannel(channel, f"it is a {channel.quantity}, and {name} of the model is not")
-        node, _, dof = name.partition(":")[0].rpartition(".")
-        if dof[:1] in ("t", "r") and dof[1:] in ("x", "y", "z") and node in self.names:
-            number = int(self.topology.numbers([node])[0])
-            at = self.model.geometry.positions[number]
-            return _Found(ChannelMatch(channel, node, "name", None), number, at, np.eye(3)["xyz".index(dof[1])], row)
-        where = self._sensor_place(name, is_input)
-        if where is None:
-            return _Found(ChannelMatch(channel, name, "name", None), -1, nowhere, nowhere, row)
-        number, d = where
-        match = ChannelMatch(channel, self.names[number], "name", None)
-        return _Found(match, number, self.model.geometry.positions[number], d, row)
-
-    def _sensor_place(self, name: str, is_input: bool) -> tuple[int, Array] | None:
-        """Node and direction of a described sensor or actuator at a single node."""
-        kind = "actuator" if is_input else "sensor"
-        for prototype, placed in self.topology.copies.items():
-            channels = placed.part.channels
-            for copy, path in enumerate(placed.paths):
-                key = name.rpartition(".")[2]
-                if ".".join((*path, key)) != name or (kind, key) not in channels.nodes:
-                    continue
-                nodes = channels.nodes[kind, key]
-                direction = channels.number(kind, key, "direction", self.model.values)
-                if len(nodes) != 1 or direction is None:
-                    return None
-                Q = self.model.geometry.Q[self.topology.copies[prototype].number[copy]]
-                d = Q @ np.asarray(direction, dtype=float)
-                return placed.offset[copy] + nodes[0], d / np.linalg.norm(d)
-        return None
+        if described.node is None or described.against is not None:
+            nowhere = np.full(3, np.nan)
+            return _Place(ChannelMatch(channel, name, "name", None), -1, nowhere, nowhere, port.row)
+        number = int(self.topology.numbers([described.node])[0])
+        match = ChannelMatch(channel, described.node, "name", None)
+        return _Place(match, number, self.model.geometry.positions[number], np.array(described.direction), port.row)
 
     def hints(self, unmatched: Sequence[UnmatchedChannel]) -> list[str]:
         """What may be wrong with all positions together."""
@@ -357,7 +323,7 @@ class _SolidBody:
         return float(np.linalg.norm(np.maximum(np.abs(local) - self.size / 2, 0.0)))
 
 
-def _solid_bodies(model: FullOrderModel):  # type: ignore[no-untyped-def]
+def _solid_bodies(model: FullOrderModel) -> Iterator[_SolidBody]:
     """Every placed rigid body that has a solid."""
     plan, geometry = model.plan, model.geometry
     values = {k: float(np.asarray(v)) for k, v in plan.scoped_values(model.parameters).items()}
@@ -390,3 +356,24 @@ def _solid(body: RigidBody) -> tuple[Array, Array, bool] | None:
             axes: Array = np.array([first, np.cross(third, first), third], dtype=np.float64).T
             return np.asarray(turn @ axes, dtype=np.float64), np.array((d, d, length), dtype=float), True
     return None
+
+
+def readings_of(model: FullOrderModel, channels: Sequence[MeasuredChannel]) -> list[Reading]:
+    """Where channels sit on a mechanism: sensors stay where they are on their node while sizes change.
+
+    Raises OptionError for channels that have no counterpart in the model.
+    """
+    pairing = pair_channels(model, channels)
+    if pairing.unmatched:
+        lost = "; ".join(f"{u.channel.name}: {u.reason}" for u in pairing.unmatched[:3])
+        more = len(pairing.unmatched) - 3
+        raise OptionError(lost + (f"; and {more} more" if more > 0 else ""))
+    readings = []
+    for k, match in enumerate(pairing.matched):
+        if np.isfinite(pairing.positions[k]).all():
+            at = model.geometry.positions[model.plan.topology.numbers([match.node])[0]]
+            arm = pairing.positions[k] - at
+            readings.append(Reading(match.node, pairing.directions[k], bool(pairing.turns[k]), arm))
+        else:
+            readings.append(Reading(match.node, np.zeros(3), False, np.zeros(3), pairing.rows[k]))
+    return readings

@@ -1,10 +1,10 @@
 from flexura.testing.updating.calibrated import CalibratedMode as CalibratedMode
 from flexura.testing.updating.calibrated import CalibratedParameter as CalibratedParameter
 from flexura.testing.updating.calibrated import Calibration as Calibration
-from flexura.testing.updating.calibrated_file import save_calibrated as save_calibrated
+from flexura.testing.updating.calibrated import save_calibrated as save_calibrated
 from flexura.testing.updating.calibration import calibrate as calibrate
-from flexura.testing.updating.frequency_list import MeasuredFrequencies as MeasuredFrequencies
-from flexura.testing.updating.frequency_list import read_frequencies as read_frequencies
-from flexura.testing.updating.misfit import Misfit as Misfit
+from flexura.testing.updating.posterior import Misfit as Misfit
 from flexura.testing.updating.posterior import Sample as Sample
+from flexura.testing.updating.targets import MeasuredFrequencies as MeasuredFrequencies
+from flexura.testing.updating.targets import read_frequencies as read_frequencies
 from flexura.testing.updating.targets import setups_of as setups_of

@@ -1,21 +1,38 @@
-"""The outcome of a calibration: parameters with intervals, modes before and after, and what the data cannot
-determine."""
+"""The outcome of a calibration: parameters with intervals, modes before and after, what the data cannot determine.
+
+And the model file of the calibrated mechanism.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
+from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
-from flexura.mechanism import Mechanism
+from flexura.expressions import NUMBER
+from flexura.files import write_file
+from flexura.mechanism import Mechanism, parameter_dimensions
+from flexura.modelfile import Changed, variant_text
 from flexura.results import Tabular
 from flexura.tables import Facts, Table, ends, percent, quantity
-from flexura.testing.updating.misfit import Misfit
-from flexura.testing.updating.posterior import LEAST_REDUCTION, Direction, Sample, draw
-from flexura.testing.updating.residuals import CalibrationProblem
+from flexura.testing.updating.posterior import (
+    LEAST_REDUCTION,
+    Direction,
+    Misfit,
+    Sample,
+    effective_draws,
+    metropolis,
+    split_r_hat,
+)
+from flexura.testing.updating.problem import CalibrationProblem
+from flexura.units import format_quantity
 
 Method = Literal["map", "least_squares"]
 
@@ -99,6 +116,10 @@ class Calibration(Tabular):
     warnings: tuple[Diagnostic, ...] = ()
 
     _shown = ("name", "method", "parameters", "chi_square")
+    _plain = (
+        *("directions", "correlation", "chi_square", "start_chi_square"),
+        *("residuals", "evaluations", "converged", "misfits"),
+    )
 
     @property
     def name(self) -> str:
@@ -127,49 +148,50 @@ class Calibration(Tabular):
             raise OptionError("draws need a prior: calibrate with method map")
         if draws < 1:
             raise OptionError(f"the number of draws is at least 1, not {draws}")
-        own = self.problem
+        problem = self.problem
 
         def cost(z: Array) -> float:
-            r = own.residual(z)
+            r = problem.residual(z)
             return float(r @ r + z @ z) / 2
 
-        bounds, values = own.unknown.z_bounds, own.unknown.values
-        names = [p.name for p in self.parameters]
-        return draw(self.z, self.covariance, bounds, cost, values, names, draws, seed, progress)
+        chains = metropolis(self.z, self.covariance, problem.unknown.z_bounds, cost, draws, seed, progress)
+        values = problem.unknown.values(chains.z)
+        flat = values.reshape(-1, len(self.z))
+        return Sample(
+            tuple(p.name for p in self.parameters),
+            values,
+            float(effective_draws(chains.z).min()),
+            float(split_r_hat(chains.z).max()),
+            chains.acceptance,
+            flat.mean(axis=0),
+            np.quantile(flat, [0.025, 0.975], axis=0).T,
+            chains.is_whole,
+        )
 
     def _data(self) -> dict[str, Any]:
         """Everything but the mechanisms."""
         return {
             "name": self.name,
-            "also": [own.name for own in self.also],
+            "also": [mechanism.name for mechanism in self.also],
             "method": self.method,
             "parameters": self.parameters,
             "modes": [{**vars(m), "start_error": m.start_error, "error": m.error} for m in self.modes],
-            "directions": self.directions,
-            "correlation": self.correlation,
-            "chi_square": self.chi_square,
-            "start_chi_square": self.start_chi_square,
-            "residuals": self.residuals,
-            "evaluations": self.evaluations,
-            "converged": self.converged,
-            "misfits": self.misfits,
+            **{name: getattr(self, name) for name in self._plain},
         }
 
     def _title(self) -> str:
         return "" if self.converged else "not converged"
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.parameters
-        bounds = ["at its bound" if p.at_bound else ends(p.interval, p.unit) for p in own]
+        parameters, modes = self.parameters, self.modes
         columns = {
-            "parameter": [p.name for p in own],
-            "was": [quantity(p.start, p.unit) for p in own],
-            "is": [quantity(p.value, p.unit) for p in own],
-            "95 % interval": bounds,
-            "variance reduction": [percent(p.variance_reduction) for p in own],
+            "parameter": [p.name for p in parameters],
+            "was": [quantity(p.start, p.unit) for p in parameters],
+            "is": [quantity(p.value, p.unit) for p in parameters],
+            "95 % interval": ["at its bound" if p.at_bound else ends(p.interval, p.unit) for p in parameters],
+            "variance reduction": [percent(p.variance_reduction) for p in parameters],
         }
         yield Table(columns, "parameters")
-        modes = self.modes
         frequencies = {
             "mode": [m.number for m in modes],
             "measured [Hz]": [m.measured_hz for m in modes],
@@ -177,20 +199,48 @@ class Calibration(Tabular):
             "after": [percent(m.error) for m in modes],
         }
         yield Table(frequencies, "modes")
-        yield Facts(
-            {"chi-square": f"{self.chi_square:.4g} of {self.residuals} data, before {self.start_chi_square:.4g}"}
-        )
+        chi_square = f"{self.chi_square:.4g} of {self.residuals} data, before {self.start_chi_square:.4g}"
+        yield Facts({"chi-square": chi_square})
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter, in the unit of its own."""
-        own = self.parameters
+        parameters = self.parameters
         return {
-            "parameter": [p.name for p in own],
-            "unit": [p.unit for p in own],
-            "start [SI]": [p.start for p in own],
-            "value [SI]": [p.value for p in own],
-            "lower [SI]": [p.interval[0] for p in own],
-            "upper [SI]": [p.interval[1] for p in own],
-            "variance reduction": [p.variance_reduction for p in own],
-            "at bound": [p.at_bound for p in own],
+            "parameter": [p.name for p in parameters],
+            "unit": [p.unit for p in parameters],
+            "start [SI]": [p.start for p in parameters],
+            "value [SI]": [p.value for p in parameters],
+            "lower [SI]": [p.interval[0] for p in parameters],
+            "upper [SI]": [p.interval[1] for p in parameters],
+            "variance reduction": [p.variance_reduction for p in parameters],
+            "at bound": [p.at_bound for p in parameters],
         }
+
+
+DIGITS = 6
+"""Significant digits of calibrated values."""
+
+
+@verb
+def save_calibrated(calibration: Calibration, path: str | Path, *, base: str | Path, configuration: int = 0) -> Path:
+    """Write a model file that extends `base`, the file that was calibrated, with the new values and what they rest on.
+
+    Values have six digits. `configuration` counts the mechanisms that were calibrated together. Raises OptionError when
+    it cannot be written.
+    """
+    mechanism = (calibration.mechanism, *calibration.also)[configuration]
+    calibrated = calibration.problem.configurations[configuration]
+    dimensions = parameter_dimensions(mechanism.parameters)
+    moved = {p.name: p for p in calibration.parameters}
+    changed = {}
+    for name, value in calibrated.point(calibration.values).items():
+        comment, digits = "", None
+        if name in calibrated.free:
+            p, exponents = moved[name], dimensions[name] or NUMBER
+            low, high = (format_quantity(float(f"{x:.3g}"), exponents) for x in p.interval)
+            comment = f"95 %: {low} to {high}" + (", at its bound" if p.at_bound else "")
+            digits = None if p.at_bound else DIGITS
+        written = value if digits is None else float(f"{value:.{digits}g}")
+        changed[name] = Changed(written, mechanism.parameters[name].source, comment)
+    text = variant_text(mechanism, f"{mechanism.name}, calibrated", Path(base), Path(path), changed)
+    return write_file(Path(path), lambda file: file.write_text(text, encoding="utf-8", newline="\n"))

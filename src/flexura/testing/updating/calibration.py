@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, get_args
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import least_squares
 
 from flexura.arguments import verb
@@ -16,17 +18,35 @@ from flexura.mechanism import Mechanism
 from flexura.sensitivity import ModelOrder
 from flexura.structure import Plan, one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
-from flexura.testing.updating.configuration import Configuration, configurations
-from flexura.testing.updating.misfit import UNLIKELY, Misfit, misfits, widening
-from flexura.testing.updating.posterior import LEAST_REDUCTION, QUANTILE, Direction, covariance, directions
-from flexura.testing.updating.residuals import CalibrationProblem
+from flexura.testing.updating.posterior import (
+    LEAST_REDUCTION,
+    QUANTILE,
+    UNLIKELY_MISFIT,
+    Direction,
+    Misfit,
+    covariance,
+    directions,
+    misfits,
+    widening,
+)
+from flexura.testing.updating.problem import (
+    CalibrationProblem,
+    Configuration,
+    ModelOptions,
+    Prior,
+    Unknowns,
+    configurations,
+    unknowns,
+)
 from flexura.testing.updating.targets import ModalTarget, Target, targets_of
-from flexura.testing.updating.unknowns import Prior, Unknowns, unknowns
 
 Pairing = Literal["tracked", "in_order"]
 
-ROUNDS = 4
+SETTLING_ROUNDS = 4
 """Times that the ends which corrections hold clamped are settled anew at the sizes found."""
+
+SETTLED_ENDS = 1e-6
+"""Change of the residuals, in standard deviations, below which these ends have been settled."""
 
 AT_BOUND = 1e-3
 """Distance in prior standard deviations within which a parameter counts as at its bound."""
@@ -85,14 +105,18 @@ def calibrate(
         raise OptionError(f"damping is a ratio between 0 and 1, not {damping}")
     at = one_design(parameters)
     pairs = [
-        (own, targets_of(measured, sigma, shape_sigma, response_sigma, damping))
-        for own, measured in ((model, data), *also)
+        (mechanism, targets_of(measured, sigma, shape_sigma, response_sigma, damping))
+        for mechanism, measured in ((model, data), *also)
     ]
     together = configurations(pairs, free, at)
-    own = unknowns(together, at, priors)
+    unknown = unknowns(together, at, priors)
     if method == "least_squares":
-        _refuse_undetermined([t for c in together for t in c.targets], own.names)
-    return _solved(together, own, method, order, keep, max_steps, pairing == "tracked")
+        _refuse_undetermined([t for c in together for t in c.targets], unknown.names)
+    first = CalibrationProblem(together, unknown, ModelOptions(order, keep, pairing == "tracked"))
+    before = first.residual(unknown.z_start)
+    if first.refused is not None:
+        raise SolverError(f"the start cannot be compared with the data: {first.refused}")
+    return _outcome(first, before, _compared(first, unknown.z_start), _search(first, method, max_steps))
 
 
 def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> None:
@@ -106,44 +130,42 @@ def _refuse_undetermined(targets: Sequence[Target], chosen: Sequence[str]) -> No
         )
 
 
-def _solved(
-    together: tuple[Configuration, ...],
-    own: Unknowns,
-    method: Method,
-    order: ModelOrder,
-    keep: int | Mapping[str, int],
-    max_steps: int,
-    tracked: bool,
-) -> Calibration:
-    first = CalibrationProblem(together, own, order, keep, tracked=tracked)
-    z = own.z(own.start)
-    before = first.residual(z)
-    if first.refused is not None:
-        raise SolverError(f"the start cannot be compared with the data: {first.refused}")
-    start_modes = _compared(first, z)
-    problem, evaluations, converged = first, 0, False
-    mechanisms = [c.bounded.mechanism for c in together]
+@dataclass(frozen=True)
+class _Search:
+    """Where a search has ended: at z of the problem whose ends are those of the sizes found, with the mechanisms."""
+
+    method: Method
+    problem: CalibrationProblem
+    z: Array
+    mechanisms: list[Mechanism]
+    evaluations: int
+    converged: bool
+    notes: list[str]
+
+
+def _search(first: CalibrationProblem, method: Method, max_steps: int) -> _Search:
+    """The minimum, its ends settled anew at the sizes found until that changes nothing."""
+    together, unknown = first.configurations, first.unknown
+    problem, z, evaluations, converged = first, unknown.z_start, 0, False
+    mechanisms: list[Mechanism] = []
     notes: list[str] = []
-    for turn in range(ROUNDS):
+    for turn in range(SETTLING_ROUNDS):
         z, converged = _minimum(problem, z, method, max_steps)
         evaluations += problem.evaluations
-        mechanisms = [_with_values(c, own, z, first.targets) for c in together]
+        mechanisms = [_with_values(c, unknown.named(z), first.targets) for c in together]
         if not any(part.table.corrections.wanted.any() for c in together for part in c.plan.parts.values()):
             break
         anew = [c.settled(mechanism) for c, mechanism in zip(together, mechanisms, strict=True)]
-        settled = CalibrationProblem(anew, own, order, keep, problem.references, tracked)
+        settled = CalibrationProblem(anew, unknown, first.options, problem.references)
         moved = float(np.abs(settled.residual(z) - problem.residual(z)).max(initial=0.0))
         problem = settled
-        if moved < 1e-6:
+        if moved < SETTLED_ENDS:
             break
-        if turn == ROUNDS - 1:
+        if turn == SETTLING_ROUNDS - 1:
             notes.append("which ends count as clamped depends on the sizes: the residuals jump there")
-    values = dict(zip(own.names, map(float, own.values(z)), strict=True))
     for c in together:
-        c.bounded.verify(c.point(values))
-    J = problem.jacobian(z)
-    after = problem.residual(z)
-    return _outcome(problem, first, mechanisms, method, z, J, before, after, start_modes, evaluations, converged, notes)
+        c.bounded.verify(c.point(unknown.named(z)))
+    return _Search(method, problem, z, mechanisms, evaluations, converged, notes)
 
 
 def _minimum(problem: CalibrationProblem, z: Array, method: Method, max_steps: int) -> tuple[Array, bool]:
@@ -161,18 +183,17 @@ def _minimum(problem: CalibrationProblem, z: Array, method: Method, max_steps: i
         J = problem.jacobian(z)
         return np.concatenate([J, np.eye(len(z))]) if with_prior else J
 
-    found = least_squares(
+    minimum = least_squares(
         residual, start, jacobian, bounds=(low, high), xtol=1e-9, ftol=1e-10, gtol=1e-9, max_nfev=max_steps
     )
-    return np.clip(found.x, low, high), found.status > 0
+    return np.clip(minimum.x, low, high), minimum.status > 0
 
 
-def _with_values(configuration: Configuration, own: Unknowns, z: Array, targets: Sequence[Target]) -> Mechanism:
+def _with_values(configuration: Configuration, values: Mapping[str, float], targets: Sequence[Target]) -> Mechanism:
     """A mechanism with calibrated values as its own, their sources saying so."""
     described = configuration.bounded.mechanism
     parameters = dict(described.parameters)
-    what = _said(targets)
-    values = dict(zip(own.names, map(float, own.values(z)), strict=True))
+    what = _in_words(targets)
     for name in configuration.free:
         known = parameters[name].source
         source = f"calibrated to {what}" + (f"; before: {known}" if known else "")
@@ -182,7 +203,8 @@ def _with_values(configuration: Configuration, own: Unknowns, z: Array, targets:
     return described.model_copy(update={"parameters": parameters})
 
 
-def _said(targets: Sequence[Target]) -> str:
+def _in_words(targets: Sequence[Target]) -> str:
+    """What was measured."""
     frequencies = sum(len(t.frequency_hz) for t in targets if isinstance(t, ModalTarget))
     shapes = any(isinstance(t, ModalTarget) and t.shapes is not None for t in targets)
     responses = sum(not isinstance(t, ModalTarget) for t in targets)
@@ -192,168 +214,156 @@ def _said(targets: Sequence[Target]) -> str:
     return " and ".join(parts) + (f" of {names}" if names else "")
 
 
-def _compared(problem: CalibrationProblem, z: Array) -> list[tuple[Array, NDArray[np.intp], list[float | None]]]:
-    """For every modal target the model's frequencies, mode numbers and MAC."""
-    found = []
+class _ModelMode(NamedTuple):
+    """The model's mode for a measured one: its frequency, Hz, its number, from 0, and the MAC with it."""
+
+    hz: float
+    number: int
+    mac: float | None
+
+
+def _compared(problem: CalibrationProblem, z: Array) -> list[_ModelMode]:
+    """The model's mode for every measured one of all targets."""
+    modes: list[_ModelMode] = []
     for target, state, rows in problem.compared(z):
         if isinstance(target, ModalTarget):
             partner = target.partner(state, rows)
-            found.append((state.frequency_hz[partner], partner, target.mac(state, rows)))
-    return found
+            hz = state.frequency_hz[partner]
+            modes += map(_ModelMode, hz.tolist(), partner.tolist(), target.mac(state, rows))
+    return modes
 
 
-def _outcome(
-    problem: CalibrationProblem,
-    first: CalibrationProblem,
-    mechanisms: Sequence[Mechanism],
-    method: Method,
-    z: Array,
-    J: Array,
-    before: Array,
-    after: Array,
-    start_modes: list[tuple[Array, NDArray[np.intp], list[float | None]]],
-    evaluations: int,
-    converged: bool,
-    notes: list[str],
-) -> Calibration:
-    own = problem.unknown
-    missed = misfits(problem.targets, after, J, method == "map")
-    cov = covariance(J, method == "map") + widening(missed, J, method == "map")
-    deviation = np.sqrt(np.diagonal(cov))
-    low, high = own.z_bounds
-    at_bound = (z - low < AT_BOUND) | (high - z < AT_BOUND)
+def _outcome(first: CalibrationProblem, before: Array, start: Sequence[_ModelMode], search: _Search) -> Calibration:
+    """What a search from the residuals `before` and the modes of the `start` has found, with its uncertainty."""
+    problem, z, with_prior = search.problem, search.z, search.method == "map"
+    unknown = problem.unknown
+    J, after = problem.jacobian(z), problem.residual(z)
+    missed = misfits(problem.targets, after, J, with_prior)
+    cov = covariance(J, with_prior) + widening(missed, J, with_prior)
     informed = np.diagonal(covariance(J, True) + widening(missed, J, True))
-    intervals = [_interval(own, z, deviation), _interval(own, np.zeros_like(z), np.ones_like(z))]
-    values = own.values(z)
+    deviation = np.sqrt(np.diagonal(cov))
+    low, high = unknown.z_bounds
+    at_bound = (z - low < AT_BOUND) | (high - z < AT_BOUND)
+    values, intervals = unknown.values(z), _interval(unknown, z, deviation)
+    priors = _interval(unknown, np.zeros_like(z), np.ones_like(z))
     parameters = tuple(
         CalibratedParameter(
             name,
             next(c.known[name].unit for c in problem.configurations if name in c.free),
-            float(own.start[k]),
+            float(unknown.start[k]),
             float(values[k]),
-            intervals[0][k],
-            intervals[1][k],
-            own.reason[k],
+            intervals[k],
+            priors[k],
+            unknown.reason[k],
             float(np.clip(1 - informed[k], 0.0, 1.0)),
             bool(at_bound[k]),
         )
-        for k, name in enumerate(own.names)
+        for k, name in enumerate(unknown.names)
     )
-    modes = _modes(problem, z, start_modes)
-    warnings = _warnings(missed, None if converged else evaluations)
+    modes = _modes(problem, start, _compared(problem, z))
     with np.errstate(divide="ignore", invalid="ignore"):
         correlation = np.nan_to_num(cov / np.outer(deviation, deviation), nan=0.0)
     np.fill_diagonal(correlation, 1.0)
-    ways = directions(J, own.names)
-    chi, count = float(after @ after), int((np.abs(J).sum(axis=1) > 0).sum())
-    notes += _notes(problem, first, parameters, ways, modes, missed)
+    combinations = directions(J, unknown.names)
+    weakest = min(problem.weakest, first.weakest)
     return Calibration(
-        mechanisms[0],
-        method,
+        search.mechanisms[0],
+        search.method,
         parameters,
         modes,
-        ways,
+        combinations,
         correlation,
-        chi,
+        float(after @ after),
         float(before @ before),
-        count,
-        evaluations + problem.evaluations,
-        converged,
+        int((np.abs(J).sum(axis=1) > 0).sum()),
+        search.evaluations + problem.evaluations,
+        search.converged,
         problem,
         z,
         cov,
-        tuple(mechanisms[1:]),
+        tuple(search.mechanisms[1:]),
         missed,
-        tuple(notes),
-        tuple(warnings),
+        (*search.notes, *_notes(parameters, combinations, modes, missed, weakest)),
+        tuple(_warnings(missed, None if search.converged else search.evaluations)),
     )
 
 
-def _interval(own: Unknowns, z: Array, deviation: Array) -> list[tuple[float, float]]:
+def _interval(unknown: Unknowns, z: Array, deviation: Array) -> list[tuple[float, float]]:
     """95 % intervals in SI, cut at the bounds."""
-    low, high = own.z_bounds
+    low, high = unknown.z_bounds
     with np.errstate(over="ignore"):
-        ends = [own.values(np.clip(z + side * QUANTILE * deviation, low, high)) for side in (-1, 1)]
+        ends = [unknown.values(np.clip(z + side * QUANTILE * deviation, low, high)) for side in (-1, 1)]
     return [(float(a), float(b)) for a, b in zip(*ends, strict=True)]
 
 
 def _modes(
-    problem: CalibrationProblem, z: Array, start: list[tuple[Array, NDArray[np.intp], list[float | None]]]
+    problem: CalibrationProblem, start: Sequence[_ModelMode], now: Sequence[_ModelMode]
 ) -> tuple[CalibratedMode, ...]:
-    found = []
+    """Every measured mode beside the model's, before and after."""
     several = len(problem.configurations) > 1
-    labels = [c.label if several else "" for c in problem.configurations for t in c.targets]
-    modal = [(t, own) for t, own in zip(problem.targets, labels, strict=True) if isinstance(t, ModalTarget)]
-    for (target, label), before, after in zip(modal, start, _compared(problem, z), strict=True):
-        for k, hz in enumerate(target.frequency_hz):
-            found.append(
-                CalibratedMode(
-                    target.numbers[k],
-                    float(hz),
-                    float(target.sigma[k]),
-                    float(before[0][k]),
-                    float(after[0][k]),
-                    int(after[1][k]) + 1,
-                    before[2][k],
-                    after[2][k],
-                    label,
-                )
-            )
-    return tuple(found)
+    measured = [
+        (t, k, c.label if several else "")
+        for c in problem.configurations
+        for t in c.targets
+        if isinstance(t, ModalTarget)
+        for k in range(len(t.frequency_hz))
+    ]
+    return tuple(
+        CalibratedMode(
+            *(t.numbers[k], float(t.frequency_hz[k]), float(t.sigma[k])),
+            *(before.hz, after.hz, after.number + 1, before.mac, after.mac, label),
+        )
+        for (t, k, label), before, after in zip(measured, start, now, strict=True)
+    )
 
 
 def _warnings(missed: Sequence[Misfit], stopped: int | None) -> list[Diagnostic]:
     """What the data contradict, and that the search `stopped` after so many steps where it did not converge."""
-    found = []
+    warnings = []
     if stopped is not None:
         text = "the search stopped before it converged: allow more steps, or start nearer"
-        found.append(Diagnostic("convergence", "", float(stopped), float(stopped), "1", text))
-    for own in missed:
-        if own.is_unlikely:
+        warnings.append(Diagnostic("convergence", "", float(stopped), float(stopped), "1", text))
+    for misfit in missed:
+        if misfit.is_unlikely:
             text = (
-                f"the model misses the data: {own.kind} by {own.ratio:.2g} standard deviations where {own.spare:.2g} of"
-                f" {own.data} are to spare (probability {own.probability:.1g}): it lacks something that the freed"
-                " parameters cannot make up, or sigma is too small; intervals are widened for an error of that size,"
-                " not for one that the parameters have taken up"
+                f"the model misses the data: {misfit.kind} by {misfit.ratio:.2g} standard deviations where"
+                f" {misfit.spare:.2g} of {misfit.data} are to spare (probability {misfit.probability:.1g}): it lacks"
+                " something that the freed parameters cannot make up, or sigma is too small; intervals are widened for"
+                " an error of that size, not for one that the parameters have taken up"
             )
-            found.append(Diagnostic("misfit", own.kind, own.probability, UNLIKELY, "1", text))
-    return found
+            warnings.append(Diagnostic("misfit", misfit.kind, misfit.probability, UNLIKELY_MISFIT, "1", text))
+    return warnings
 
 
 def _notes(
-    problem: CalibrationProblem,
-    first: CalibrationProblem,
     parameters: Sequence[CalibratedParameter],
-    ways: Sequence[Direction],
+    combinations: Sequence[Direction],
     modes: Sequence[CalibratedMode],
     missed: Sequence[Misfit],
+    weakest: float,
 ) -> list[str]:
+    """What to beware of; `weakest` is the least MAC of a mode between one step and the next."""
     notes = []
     held = [p.name for p in parameters if p.at_bound]
     if held:
         notes.append(f"at a bound, where there is no interval: {', '.join(held)}")
-    unresolved = [d for d in ways if d.variance_reduction < LEAST_REDUCTION]
+    unresolved = [d for d in combinations if d.variance_reduction < LEAST_REDUCTION]
     if unresolved:
-        notes.append(f"{len(unresolved)} of {len(ways)} combinations of parameters are left to the prior")
-    for own in missed:
-        if not own.is_testable:
+        notes.append(f"{len(unresolved)} of {len(combinations)} combinations of parameters are left to the prior")
+    for misfit in missed:
+        if not misfit.is_testable:
             notes.append(
-                f"the parameters take up all {own.data} {own.kind}: nothing is left to check the model by, and"
+                f"the parameters take up all {misfit.data} {misfit.kind}: nothing is left to check the model by, and"
                 " intervals hold if sigma covers what it leaves out"
             )
-        elif own.ratio > 1 and not own.is_unlikely:
+        elif misfit.ratio > 1 and not misfit.is_unlikely:
             notes.append(
-                f"{own.kind} are met to {own.ratio:.2g} standard deviations: intervals are widened as if the model were"
-                " off by the rest"
+                f"{misfit.kind} are met to {misfit.ratio:.2g} standard deviations: intervals are widened as if the"
+                " model were off by the rest"
             )
-    weakest = min(problem.weakest, first.weakest)
     if weakest < 0.5:
         notes.append(f"modes changed a lot from one step to the next (MAC {weakest:.2f}): check which is which")
-    swapped = [
-        m.number
-        for k, m in enumerate(modes)
-        if k and m.number > modes[k - 1].number and m.model_mode < modes[k - 1].model_mode
-    ]
+    swapped = [m.number for last, m in pairwise(modes) if m.number > last.number and m.model_mode < last.model_mode]
     if swapped:
         notes.append(f"the model has measured mode {swapped[0]} below the one before it")
     return notes

@@ -15,25 +15,27 @@ from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
-from flexura.modal import largest_motion, mac
+from flexura.modal import DEPENDENT_SHAPES, largest_motion, mac
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import Ports
 from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
 
-DEPENDENT = 1e-8
-"""Singular values below this, relative to the largest, are taken as zero."""
+ADD_MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
 
-MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
+ONE_PLACE = 1e-6
+"""Sensors nearer than this are at one place, relative to half of the longest side."""
 
-EQUAL = 1e-6
+STILL = 1e-12
+"""A place moves that has more than this share of the largest motion in some mode."""
+
+EQUAL_BY_SYMMETRY = 1e-6
 """Relative difference of determinants and contributions that symmetry would make equal."""
 
-ROUNDS = 100
+MOST_EXCHANGES = 100
 """Most exchanges of sensors."""
 
 
@@ -77,14 +79,8 @@ class SensorPlacement(Tabular):
             "name": self.name,
             "frequency_hz": self.frequency_hz,
             "sensors": [
-                {
-                    "name": name,
-                    "position": x,
-                    "direction": d,
-                    "rotation": turn,
-                    "independence": own,
-                }
-                for name, x, d, turn, own in chosen
+                {"name": name, "position": x, "direction": d, "rotation": turn, "independence": share}
+                for name, x, d, turn, share in chosen
             ],
             "information": self.information,
             "mac": self.mac,
@@ -101,8 +97,8 @@ class SensorPlacement(Tabular):
         at = [in_mm(x) for x in self.positions]
         share = [percent(float(x)) for x in self.independence]
         yield Table({"sensor": self.sensors, "at [mm]": at, "modes are lost without it": share}, "sensors")
-        found = {"information": percent(self.information), "condition number": f"{self.condition:.4g}"}
-        yield Facts({**found, "largest MAC of two modes": f"{self.worst_mac:.3g}"})
+        quality = {"information": percent(self.information), "condition number": f"{self.condition:.4g}"}
+        yield Facts({**quality, "largest MAC of two modes": f"{self.worst_mac:.3g}"})
 
     def _columns(self) -> dict[str, Any]:
         """The sensors, the most important one first."""
@@ -132,43 +128,45 @@ def place_sensors(
     Raises ModelError, and OptionError for unknown candidates, fewer sensors than modes, and candidates that do not tell
     the modes apart.
     """
-    full, k = assemble(model, parameters), sensors
+    full = assemble(model, parameters)
     full.plan.refuse_pose("places of sensors")
-    if not 1 <= n <= k:
-        raise OptionError(f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {k} sensors")
+    if not 1 <= n <= sensors:
+        raise OptionError(
+            f"{n} modes need at least {n} sensors, and at least one mode is asked for; found {sensors} sensors"
+        )
     pairs = full_order_modes(full, n)
     if len(pairs.values) < n:
         raise OptionError(f"the model has only {counted(len(pairs.values), 'mode')}, not {n}")
     reach = 0.5 * float(np.ptp(full.geometry.positions, axis=0).max())
-    found = _candidates(full, candidates, pairs.vectors, reach)
-    if len(found.names) < k:
+    u = full.node_displacements(pairs.vectors)
+    places = _candidates(full, candidates, pairs.vectors, u, reach)
+    if len(places.names) < sensors:
         raise OptionError(
-            f"{k} sensors are asked for, but only {len(found.names)} candidates move in the modes: {MORE}"
+            f"{sensors} sensors are asked for, but only {len(places.names)} candidates move in the modes: {ADD_MORE}"
         )
-    unseen = np.linalg.norm(found.shapes, axis=0) < UNSEEN * found.largest
-    shapes = found.shapes / np.maximum(np.linalg.norm(found.shapes, axis=0), 1e-300)
-    _refuse_dependent(shapes, unseen)
-    chosen = effective_independence(shapes, k)
+    size = np.linalg.norm(places.shapes, axis=0)
+    shapes = places.shapes / np.maximum(size, 1e-300)
+    _refuse_dependent(shapes, size < UNSEEN * largest_motion(u, reach))
+    chosen = effective_independence(shapes, sensors)
     chosen, exchanges = exchanged(shapes, chosen) if exchange else (chosen, 0)
-    independence = _contribution(shapes[chosen])
-    order = ranked(independence)
-    chosen, independence = chosen[order], independence[order]
-    own = shapes[chosen]
+    order = ranked(_contribution(shapes[chosen]))
+    independence, chosen = _contribution(shapes[chosen])[order], chosen[order]
+    at_sensors = shapes[chosen]
     return SensorPlacement(
         full.plan.mechanism.name,
         np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi),
-        tuple(found.names[i] for i in chosen),
-        found.positions[chosen],
-        found.directions[chosen],
-        found.turns[chosen],
+        tuple(places.names[i] for i in chosen),
+        places.positions[chosen],
+        places.directions[chosen],
+        places.turns[chosen],
         independence,
-        float(np.exp((log_determinant(own) - log_determinant(shapes)) / n)),
-        mac(own, own),
-        float(np.linalg.cond(own)),
-        found.names,
+        float(np.exp((log_determinant(at_sensors) - log_determinant(shapes)) / n)),
+        mac(at_sensors, at_sensors),
+        float(np.linalg.cond(at_sensors)),
+        places.names,
         exchanges,
         full,
-        (f"rotations count as displacements {quantity(reach, 'm', 4)} away",) if found.turns.any() else (),
+        (f"rotations count as displacements {quantity(reach, 'm', 4)} away",) if places.turns.any() else (),
     )
 
 
@@ -181,65 +179,73 @@ class _Candidates:
     positions: Array
     directions: Array
     turns: NDArray[np.bool_]
-    largest: Array
-    """Largest displacement (n,) of any node in each mode."""
 
 
-def _candidates(model: FullOrderModel, wanted: Sequence[str] | None, vectors: Array, reach: float) -> _Candidates:
-    """Candidates that move, one for every place and direction."""
+def _candidates(
+    model: FullOrderModel, wanted: Sequence[str] | None, vectors: Array, u: Array, reach: float
+) -> _Candidates:
+    """Candidates that move in modes with `vectors` (n, k) and displacements `u` (n_nodes, 6, k), one for every place
+    and direction."""
     topology, x = model.plan.topology, model.geometry.positions
-    names = candidate_names(model, wanted)
-    u = model.node_displacements(vectors)
-    largest = largest_motion(u, reach)
-    described = [k for k, name in enumerate(names) if _sensor_type(model, name)]
-    dofs = [k for k, name in enumerate(names) if not _sensor_type(model, name)]
+    names, types = candidate_names(model, wanted), _sensor_types(model)
+    described = [k for k, name in enumerate(names) if name in types]
+    dofs = [k for k, name in enumerate(names) if name not in types]
     parts = [names[k].rpartition(".") for k in dofs]
-    for name, (node, _, dof) in zip((names[k] for k in dofs), parts, strict=True):
+    for k, (node, _, dof) in zip(dofs, parts, strict=True):
         if dof not in DOF_NAMES or not node:
-            raise OptionError(f"{name!r} is neither a described sensor nor a DOF such as NODE.tx")
-    number, dof = topology.numbers([p[0] for p in parts]), np.array([DOF_NAMES.index(p[2]) for p in parts], dtype=int)
-    shapes = np.zeros((len(names), vectors.shape[1]))
+            raise OptionError(f"{names[k]!r} is neither a described sensor nor a DOF such as NODE.tx")
+    number = topology.numbers([node for node, _, _ in parts])
+    dof = np.array([DOF_NAMES.index(dof) for _, _, dof in parts], dtype=int)
+    shapes, turns = np.zeros((len(names), vectors.shape[1])), np.zeros(len(names), dtype=bool)
     positions, directions = np.full((len(names), 3), np.nan), np.full((len(names), 3), np.nan)
-    turns = np.zeros(len(names), dtype=bool)
     shapes[dofs], positions[dofs], turns[dofs] = u[number, dof], x[number], dof >= 3
     directions[dofs] = np.eye(3)[dof % 3]
-    placed = pair_channels(model, [MeasuredChannel(names[k], _quantity(model, names[k])) for k in described])
-    own = np.array(described, dtype=np.intp)[placed.at]
-    shapes[own], turns[own] = placed.rows @ vectors, placed.turns
-    positions[own], directions[own] = placed.positions, placed.directions
+    kinds = ["rotation" if types[names[k]] in TURNS else "displacement" for k in described]
+    placed = pair_channels(model, [MeasuredChannel(names[k], q) for k, q in zip(described, kinds, strict=True)])
+    at = np.array(described, dtype=np.intp)[placed.at]
+    shapes[at], turns[at] = placed.rows @ vectors, placed.turns
+    positions[at], directions[at] = placed.positions, placed.directions
     shapes[turns] *= reach
     keys = np.zeros((len(names), 5))
     keys[:, 0] = -1.0 - np.arange(len(names))
-    keys[dofs] = np.column_stack([topology.root[number], dof, np.round(x[number] / (1e-6 * reach))])
-    _, first = np.unique(keys, axis=0, return_index=True)
-    first = np.sort(first)
-    first = first[(np.abs(shapes[first]) > 1e-12 * largest).any(axis=1)]
+    keys[dofs] = np.column_stack([topology.root[number], dof, np.round(x[number] / (ONE_PLACE * (reach or 1.0)))])
+    first = np.sort(np.unique(keys, axis=0, return_index=True)[1])
+    first = first[(np.abs(shapes[first]) > STILL * largest_motion(u, reach)).any(axis=1)]
     chosen = tuple(names[k] for k in first)
-    return _Candidates(chosen, shapes[first], positions[first], directions[first], turns[first], largest)
+    return _Candidates(chosen, shapes[first], positions[first], directions[first], turns[first])
 
 
 def candidate_names(model: FullOrderModel, wanted: Sequence[str] | None = None) -> tuple[str, ...]:
     """Names of candidate sensors, wildcards written out. Raises OptionError for names that mean nothing."""
-    described = [name for name in Ports(model.design).sensors if _sensor_type(model, name) != "force"]
+    described = [name for name, kind in _sensor_types(model).items() if kind != "force"]
     if wanted is None:
         return tuple(described or [f"{node}.{dof}" for node in _nodes(model, True) for dof in DOF_NAMES[:3]])
-    wanted = [wanted] if isinstance(wanted, str) else wanted
     every = [*described, *(f"{node}.{dof}" for node in _nodes(model) for dof in DOF_NAMES)]
-    found: list[str] = []
-    for name in wanted:
-        own = [e for e in every if _matches(e, name)] if is_pattern(name) else [name]
-        if not own:
+    names: list[str] = []
+    for name in [wanted] if isinstance(wanted, str) else wanted:
+        matching = [e for e in every if _matches(e, name)] if is_pattern(name) else [name]
+        if not matching:
             raise OptionError(f"no sensor or DOF matches {name!r}; DOFs are written NODE.tx, e.g. {every[0]}")
-        found += own
-    return tuple(dict.fromkeys(found))
+        names += matching
+    return tuple(dict.fromkeys(names))
+
+
+def _sensor_types(model: FullOrderModel) -> dict[str, str]:
+    """Types of the described sensors by name."""
+    return {
+        ".".join((*path, key)): str(sensor.type)
+        for placed in model.plan.topology.copies.values()
+        for path in placed.paths
+        for key, sensor in placed.part.channels.sensors.items()
+    }
 
 
 def _matches(name: str, pattern: str) -> bool:
     """Whether a name matches as a whole, or its node and DOF match those of the pattern."""
     node, _, dof = pattern.rpartition(".")
-    own, _, own_dof = name.rpartition(".")
+    own_node, _, own_dof = name.rpartition(".")
     if own_dof in DOF_NAMES and node:
-        return fnmatchcase(own, node) and fnmatchcase(own_dof, dof)
+        return fnmatchcase(own_node, node) and fnmatchcase(own_dof, dof)
     return fnmatchcase(name, pattern)
 
 
@@ -251,9 +257,8 @@ def effective_independence(shapes: Array, k: int) -> Index:
     """
     left = np.arange(len(shapes))
     while len(left) > k:
-        own = _contribution(shapes[left])
-        least = np.flatnonzero(own <= own.min() + EQUAL)[-1]
-        left = np.delete(left, least)
+        contribution = _contribution(shapes[left])
+        left = np.delete(left, np.flatnonzero(contribution <= contribution.min() + EQUAL_BY_SYMMETRY)[-1])
     return left
 
 
@@ -263,22 +268,22 @@ def exchanged(shapes: Array, chosen: Index) -> tuple[Index, int]:
     Row j in place of i multiplies the determinant by (1 + E_jj)(1 - E_ii) + E_ij^2 (Fedorov 1972; theory eq. Q16).
     """
     chosen = chosen.copy()
-    for count in range(ROUNDS):
+    for count in range(MOST_EXCHANGES):
         rest = np.setdiff1d(np.arange(len(shapes)), chosen)
         Q, R = np.linalg.qr(shapes[chosen])
         P = np.linalg.solve(R.T, shapes[rest].T).T
         growth = (1 + (P**2).sum(axis=1)) * (1 - (Q**2).sum(axis=1))[:, None] + (Q @ P.T) ** 2
-        if not growth.size or growth.max() <= 1 + EQUAL:
+        if not growth.size or growth.max() <= 1 + EQUAL_BY_SYMMETRY:
             return chosen, count
-        i, j = np.unravel_index(int(np.flatnonzero(growth >= (1 - EQUAL) * growth.max())[0]), growth.shape)
+        i, j = np.unravel_index(int(np.flatnonzero(growth >= (1 - EQUAL_BY_SYMMETRY) * growth.max())[0]), growth.shape)
         chosen[i] = rest[j]
-    return chosen, ROUNDS
+    return chosen, MOST_EXCHANGES
 
 
 def log_determinant(shapes: Array) -> float:
     """ln det(Phi^T Phi) of shapes (k, n); minus infinity where they are dependent."""
     s = np.linalg.svd(shapes, compute_uv=False)
-    if len(s) < shapes.shape[1] or s[-1] <= DEPENDENT * s[0]:
+    if len(s) < shapes.shape[1] or s[-1] <= DEPENDENT_SHAPES * s[0]:
         return -np.inf
     return float(2 * np.log(s).sum())
 
@@ -293,12 +298,12 @@ def _refuse_dependent(shapes: Array, unseen: NDArray[np.bool_]) -> None:
     """Raise OptionError where the candidates do not tell the modes apart, naming the modes."""
     if unseen.any():
         modes = ", ".join(str(i + 1) for i in np.flatnonzero(unseen))
-        raise OptionError(f"none of the candidates moves in mode {modes}: {MORE}")
+        raise OptionError(f"none of the candidates moves in mode {modes}: {ADD_MORE}")
     _, s, Vt = np.linalg.svd(shapes, full_matrices=False)
-    if s[-1] <= DEPENDENT * s[0]:
+    if s[-1] <= DEPENDENT_SHAPES * s[0]:
         share = np.abs(Vt[-1])
         modes = ", ".join(str(i + 1) for i in np.flatnonzero(share > 0.1 * share.max()))
-        raise OptionError(f"the candidates do not distinguish modes {modes}: {MORE}")
+        raise OptionError(f"the candidates do not distinguish modes {modes}: {ADD_MORE}")
 
 
 def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
@@ -312,20 +317,3 @@ def _nodes(model: FullOrderModel, described: bool = False) -> list[str]:
         for k, node in enumerate(placed.part.node_names[: placed.part.n_own if described else None])
         if moves[offset + k]
     ]
-
-
-def _sensor_type(model: FullOrderModel, name: str) -> str:
-    """The type of a described sensor."""
-    *path, key = name.split(".")
-    for placed in model.plan.topology.copies.values():
-        if tuple(path) in placed.paths and key in placed.part.channels.sensors:
-            return str(placed.part.channels.sensors[key].type)
-    return ""
-
-
-def _quantity(model: FullOrderModel, name: str) -> str:
-    """What a candidate reads: rotation or displacement."""
-    kind = _sensor_type(model, name)
-    if kind:
-        return "rotation" if kind in TURNS else "displacement"
-    return "rotation" if name.rpartition(".")[2][:1] == "r" else "displacement"

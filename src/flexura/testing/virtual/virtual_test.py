@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
 from flexura.deadline import Listener, told
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Damping, Mechanism, ModalTest
@@ -26,20 +26,27 @@ from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
 
-TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
+PULSE_TERMS = ((0.5, 0.0), (-0.25, 1.0), (-0.25, -1.0))
 """Coefficients and exponents, in 2 pi i over the length, of the exponentials that make up a pulse (theory eq. H13)."""
 
-TOGETHER = 32
+POLES_TOGETHER = 32
 """Poles that are summed at a time."""
 
-ALIKE = 1e-6
+EQUAL_EXPONENTS = 1e-6
 """Difference of two exponents over the time elapsed below which they are taken as equal."""
 
 
-def hammer_pulse(time: Array, start: float, length: float) -> Array:
-    """Force (N,) of unit peak, (1 - cos(2 pi t / length)) / 2 after `start`, s (theory eq. H13)."""
-    own = (time - start) / length
-    return np.where((own > 0) & (own < 1), 0.5 - 0.5 * np.cos(2 * np.pi * own), 0.0)
+def hammer_pulse(time: Array, start: float, length: float, derivative: int = 0) -> Array:
+    """Force (N,) of unit peak, (1 - cos(2 pi t / length)) / 2 after `start`, s, or its first or second derivative
+    (theory eq. H13)."""
+    share = (time - start) / length
+    if derivative == 0:
+        force = 0.5 - 0.5 * np.cos(2 * np.pi * share)
+    elif derivative == 1:
+        force = np.pi / length * np.sin(2 * np.pi * share)
+    else:
+        force = 2 * (np.pi / length) ** 2 * np.cos(2 * np.pi * share)
+    return np.where((share > 0) & (share < 1), force, 0.0)
 
 
 def response_to_pulse(modes: ModalSystem, time: Array, start: float, length: float) -> Array:
@@ -48,18 +55,18 @@ def response_to_pulse(modes: ModalSystem, time: Array, start: float, length: flo
     The convolution of the modes with the pulse in closed form (theory eq. H14); modes that are left out follow the
     force at once. Raises SolverError where there are no complex modes, as of something that floats.
     """
-    found = modes.complex_modes
+    every = modes.complex_modes
     r, (p, m) = modes.order, (len(modes.outputs), len(modes.inputs))
     order = np.asarray(modes.derivative)
     y = np.zeros((p, m, len(time)))
-    for first in range(0, len(found.poles), TOGETHER):
-        own = slice(first, first + TOGETHER)
-        poles = found.poles[own]
+    for first in range(0, len(every.poles), POLES_TOGETHER):
+        some = slice(first, first + POLES_TOGETHER)
+        poles = every.poles[some]
         q = convolved(poles, time - start, length)
-        left = modes.C @ found.right[:r, own] * poles ** order[:, None]
-        residues = left[:, None, :] * (found.left[own] @ modes.B).T[None]
+        left = modes.C @ every.right[:r, some] * poles ** order[:, None]
+        residues = left[:, None, :] * (every.left[some] @ modes.B).T[None]
         y += (residues.reshape(p * m, -1) @ q).real.reshape(p, m, -1)
-    force = [hammer_pulse(time, start, length), _first(time, start, length), _second(time, start, length)]
+    force = [hammer_pulse(time, start, length, derivative) for derivative in range(3)]
     direct = modes.C @ modes.B
     for k, d in enumerate(order):
         y[k] += modes.residual[k][:, None] * force[d] + modes.D[k][:, None] * force[0]
@@ -75,23 +82,13 @@ def convolved(poles: Complex, time: Array, length: float) -> Complex:
     p = poles[:, None]
     within = np.zeros((len(poles), len(t)), dtype=complex)
     decayed = np.exp(p * inside)
-    for coefficient, multiple in TERMS:
+    for coefficient, multiple in PULSE_TERMS:
         s = 2j * np.pi * multiple / length
         gap = s - p
-        near = np.abs(gap) * length < ALIKE
+        near = np.abs(gap) * length < EQUAL_EXPONENTS
         quotient = (np.exp(s * inside) - decayed) / np.where(near, 1.0, gap)
         within += coefficient * np.where(near, inside * decayed, quotient)
     return within * np.exp(p * (t - inside))
-
-
-def _first(time: Array, start: float, length: float) -> Array:
-    own = (time - start) / length
-    return np.where((own > 0) & (own < 1), np.pi / length * np.sin(2 * np.pi * own), 0.0)
-
-
-def _second(time: Array, start: float, length: float) -> Array:
-    own = (time - start) / length
-    return np.where((own > 0) & (own < 1), 2 * (np.pi / length) ** 2 * np.cos(2 * np.pi * own), 0.0)
 
 
 QUIET_SAMPLES = 40
@@ -100,7 +97,7 @@ QUIET_SAMPLES = 40
 SECOND_PULSE = 0.4
 """Peak of the second pulse of a double hit, relative."""
 
-NEAR = 0.05
+SAME_AS_TRUE = 0.05
 """An identified mode is the true one whose frequency, in the same placement, differs by less than this, relative."""
 
 
@@ -131,8 +128,8 @@ class FoundMode:
         """Identified over true frequency less one, with the sensors of those placements in which it was identified."""
         if self.identified_hz is None:
             return None
-        own = [true for true, found in self.placement_hz.values() if found is not None]
-        return self.identified_hz / (float(np.mean(own)) if own else self.mass_loaded_hz) - 1
+        true = [hz for hz, identified in self.placement_hz.values() if identified is not None]
+        return self.identified_hz / (float(np.mean(true)) if true else self.mass_loaded_hz) - 1
 
     @property
     def damping_error(self) -> float | None:
@@ -165,14 +162,13 @@ class VirtualTest(Tabular):
 
     def _data(self) -> dict[str, Any]:
         """Everything but records and responses."""
-        own = [{**vars(m), "error": m.error, "damping_error": m.damping_error} for m in self.modes]
         return {
             "name": self.name,
             "band": self.band,
             "seed": self.seed,
             "placements": self.test.placed(),
             "records": len(self.measurement.recordings),
-            "modes": own,
+            "modes": [{**vars(m), "error": m.error, "damping_error": m.damping_error} for m in self.modes],
             "false_hz": self.false_hz,
             "identified": self.identified,
         }
@@ -182,32 +178,32 @@ class VirtualTest(Tabular):
         return f"{records}, {ends((self.band[0], self.band[1]), 'Hz', 5)}, seed {self.seed}"
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.modes
+        modes = self.modes
         columns = {
-            "mode": [m.number for m in own],
-            "mass-loaded [Hz]": [m.mass_loaded_hz for m in own],
-            "identified [Hz]": [m.identified_hz for m in own],
-            "error": [percent(m.error) for m in own],
-            "damping": [percent(m.damping_ratio) for m in own],
-            "identified damping": [percent(m.identified_damping) for m in own],
-            "MAC": [None if m.mac is None else f"{m.mac:.3f}" for m in own],
+            "mode": [m.number for m in modes],
+            "mass-loaded [Hz]": [m.mass_loaded_hz for m in modes],
+            "identified [Hz]": [m.identified_hz for m in modes],
+            "error": [percent(m.error) for m in modes],
+            "damping": [percent(m.damping_ratio) for m in modes],
+            "identified damping": [percent(m.identified_damping) for m in modes],
+            "MAC": [None if m.mac is None else f"{m.mac:.3f}" for m in modes],
         }
         yield Table(columns, "modes")
         yield Facts({"found where there is no mode": ", ".join(in_hz(hz) for hz in self.false_hz)})
 
     def _columns(self) -> dict[str, Any]:
         """What was found of each mode, beside the truth."""
-        own = self.modes
+        modes = self.modes
         return {
-            "mode": [m.number for m in own],
-            "bare frequency [Hz]": [m.bare_hz for m in own],
-            "mass-loaded frequency [Hz]": [m.mass_loaded_hz for m in own],
-            "identified frequency [Hz]": [m.identified_hz for m in own],
-            "relative error": [m.error for m in own],
-            "damping ratio": [m.damping_ratio for m in own],
-            "identified damping ratio": [m.identified_damping for m in own],
-            "mac": [m.mac for m in own],
-            "confidence": [m.confidence for m in own],
+            "mode": [m.number for m in modes],
+            "bare frequency [Hz]": [m.bare_hz for m in modes],
+            "mass-loaded frequency [Hz]": [m.mass_loaded_hz for m in modes],
+            "identified frequency [Hz]": [m.identified_hz for m in modes],
+            "relative error": [m.error for m in modes],
+            "damping ratio": [m.damping_ratio for m in modes],
+            "identified damping ratio": [m.identified_damping for m in modes],
+            "mac": [m.mac for m in modes],
+            "confidence": [m.confidence for m in modes],
         }
 
 
@@ -251,8 +247,7 @@ def virtual_test(
     t = rig.test
     say("estimating frequency responses")
     notes: list[str] = []
-    found = None
-    frfs = ()
+    identified, frfs = None, ()
     try:
         frfs = estimate_frf(
             recordings,
@@ -268,14 +263,13 @@ def virtual_test(
     if frfs:
         say("identifying")
         try:
-            found = identify(measurement)
+            identified = identify(measurement)
+            notes += identified.notes
         except (OptionError, SolverError) as error:
             notes.append(f"no modes identified: {error}")
-    rows, false_hz = compared(rig, bare, mass_loaded, found, band)
-    notes += [] if found is None else found.notes
-    return VirtualTest(
-        rig.name, t, measurement, found, bare, tuple(mass_loaded), rows, false_hz, band, int(seed), tuple(notes)
-    )
+    rows, false_hz = compared(rig, bare, mass_loaded, identified, band)
+    truth = (bare, tuple(mass_loaded))
+    return VirtualTest(rig.name, t, measurement, identified, *truth, rows, false_hz, band, int(seed), tuple(notes))
 
 
 def true_modes(placement: str | None, modes: ModalSystem) -> TrueModes:
@@ -283,9 +277,9 @@ def true_modes(placement: str | None, modes: ModalSystem) -> TrueModes:
     if modes.is_proportional:
         hz, ratios = modes.frequency_hz, modes.total_ratios
     else:
-        own = modes.complex_modes
-        upper = own.poles.imag > 0
-        hz, ratios = own.frequency_hz[upper][: modes.order], own.ratios[upper][: modes.order]
+        every = modes.complex_modes
+        upper = np.flatnonzero(every.poles.imag > 0)[: modes.order]
+        hz, ratios = every.frequency_hz[upper], every.ratios[upper]
         if len(hz) < modes.order:
             raise SolverError("a mode is damped more than critically: a test has no resonance of it")
     return TrueModes(placement, np.asarray(hz), np.asarray(ratios), modes.C)
@@ -305,13 +299,11 @@ def _hits(
             f"test: before a pulse {quantity(start, 's', 3)} stay quiet; a record of {t.duration:g} s is too short"
         )
     names = list(t.accelerometers)
-    own = rig.placements[placement]
-    at = [names.index(place.channel.name) for place in own]
-    y = response_to_pulse(modes, time, start, length)[at]
+    channels = tuple(sensor.channel for sensor in rig.placements[placement])
+    y = response_to_pulse(modes, time, start, length)[[names.index(c.name) for c in channels]]
     f = hammer_pulse(time, start, length)
     again = start + max(4 * length, N / rate / 50)
-    channels = tuple(place.channel for place in own)
-    found = []
+    recordings = []
     for j, point in enumerate(rig.hammer):
         for k in range(int(t.hits) + double_hits):
             peak = float(t.peak) * max(1 + float(t.peak_scatter) * rng.normal(), 0.2)  # type: ignore[arg-type]
@@ -323,73 +315,76 @@ def _hits(
             noise[0] = float(t.force_noise)  # type: ignore[arg-type]
             samples += noise * rng.normal(size=samples.shape)
             label = f"{placement + ' ' if placement else ''}{point.channel.name} hit {k + 1}"
-            found.append(Recording(rate, samples, (point.channel, *channels), (0,), placement, label))
-    return found
+            recordings.append(Recording(rate, samples, (point.channel, *channels), (0,), placement, label))
+    return recordings
 
 
 def compared(
     rig: ModalTestRig,
     bare: TrueModes,
     mass_loaded: Sequence[TrueModes],
-    found: IdentifiedModes | None,
+    identified: IdentifiedModes | None,
     band: tuple[float, float],
 ) -> tuple[tuple[FoundMode, ...], tuple[float, ...]]:
     """Table of all modes that lie in the band with sensors on, and frequencies identified where there is none."""
-    tracked = np.stack([_tracked(bare, own) for own in mass_loaded])
+    tracked = np.stack([_tracked(bare, loaded) for loaded in mass_loaded])
     kept = np.flatnonzero((tracked >= 0).all(axis=0))
     hz, ratios = (
-        np.stack([getattr(own, name)[at[kept]] for own, at in zip(mass_loaded, tracked, strict=True)])
+        np.stack([getattr(loaded, name)[at[kept]] for loaded, at in zip(mass_loaded, tracked, strict=True)])
         for name in ("frequency_hz", "damping_ratio")
     )
-    mean = hz.mean(axis=0)
-    setups = {} if found is None else {own.setup: own for own in (found.setups or (found,))}
-    seen = [_nearest(own, setups.get(mass_loaded[s].placement or "")) for s, own in enumerate(hz)]
-    merged: dict[int, tuple[int, float]] = {}
-    if found is not None:
+    mean, placements = hz.mean(axis=0), [loaded.placement or "" for loaded in mass_loaded]
+    setups: dict[str, IdentifiedModes] = {}
+    partner: dict[int, tuple[int, float]] = {}
+    if identified is not None:
+        setups = {modes.setup: modes for modes in identified.setups or (identified,)}
         names = list(rig.accelerometers)
-        at = [names.index(c.name) for c in found.outputs]
-        shapes = bare.shapes[at][:, kept]
-        merged = _paired(found, mean, shapes)
+        shapes = bare.shapes[[names.index(c.name) for c in identified.outputs]]
+        partner = _paired(identified, mean, shapes[:, kept])
+    seen = [_nearest(true_hz, setups.get(name)) for true_hz, name in zip(hz, placements, strict=True)]
     rows = []
     for k in np.flatnonzero((mean >= band[0]) & (mean <= band[1])).tolist():
-        i, likeness = merged.get(k, (None, None))
-        each = {own.placement or "": (float(hz[s, k]), seen[s].get(k)) for s, own in enumerate(mass_loaded)}
-        own = (None, None, None, None)
-        if found is not None and i is not None:
-            own = (float(found.frequency_hz[i]), float(found.damping_ratio[i]), likeness, float(found.confidence[i]))
-        alone = float(bare.frequency_hz[kept[k]])
-        effect = float(mean[k]) / alone - 1
-        rows.append(FoundMode(len(rows) + 1, alone, float(mean[k]), effect, float(ratios[:, k].mean()), *own, each))
-    taken = {i for i, _ in merged.values()}
-    wrong = () if found is None else tuple(float(f) for i, f in enumerate(found.frequency_hz) if i not in taken)
-    return tuple(rows), wrong
+        alone, loaded = float(bare.frequency_hz[kept[k]]), float(mean[k])
+        merged = (None, None, None, None)
+        if identified is not None and k in partner:
+            i, likeness = partner[k]
+            merged = (
+                *(float(identified.frequency_hz[i]), float(identified.damping_ratio[i])),
+                *(likeness, float(identified.confidence[i])),
+            )
+        each = {name: (float(hz[s, k]), seen[s].get(k)) for s, name in enumerate(placements)}
+        truth = (alone, loaded, loaded / alone - 1, float(ratios[:, k].mean()))
+        rows.append(FoundMode(len(rows) + 1, *truth, *merged, each))
+    taken = {i for i, _ in partner.values()}
+    every = [] if identified is None else identified.frequency_hz.tolist()
+    return tuple(rows), tuple(f for i, f in enumerate(every) if i not in taken)
 
 
-def _paired(found: IdentifiedModes, hz: Array, shapes: Array) -> dict[int, tuple[int, float]]:
+def _paired(identified: IdentifiedModes, hz: Array, shapes: Array) -> dict[int, tuple[int, float]]:
     """The identified mode of every true one by number, and how alike they are, within the space of close modes."""
-    pairing = pair_modes(found.frequency_hz, found.shapes, model_hz=hz, model_shapes=shapes)
-    result = {}
+    pairing = pair_modes(identified.frequency_hz, identified.shapes, model_hz=hz, model_shapes=shapes)
+    partner = {}
     for i, k in enumerate(pairing.partner.tolist()):
         if k >= 0:
             space = pairing.space_of(i)[1]
-            likeness = space_mac(found.shapes[:, [i]], shapes[:, space])[0]
-            result[k] = (i, float(likeness) if len(space) < len(shapes) else float(pairing.mac[i, k]))
-    return result
+            likeness = space_mac(identified.shapes[:, [i]], shapes[:, space])[0]
+            partner[k] = (i, float(likeness) if len(space) < len(shapes) else float(pairing.mac[i, k]))
+    return partner
 
 
-def _tracked(bare: TrueModes, own: TrueModes) -> NDArray[np.intp]:
+def _tracked(bare: TrueModes, loaded: TrueModes) -> Index:
     """The mode of a placement that each of the bare modes has become, by frequency and shape; -1 for none."""
-    distance = np.abs(np.log(own.frequency_hz / bare.frequency_hz[:, None]))
-    rows, columns = assignment(distance - mac(bare.shapes, own.shapes))
-    found = np.full(len(bare.frequency_hz), -1, dtype=np.intp)
-    found[rows] = columns
-    return found
+    distance = np.abs(np.log(loaded.frequency_hz / bare.frequency_hz[:, None]))
+    rows, columns = assignment(distance - mac(bare.shapes, loaded.shapes))
+    number = np.full(len(bare.frequency_hz), -1, dtype=np.intp)
+    number[rows] = columns
+    return number
 
 
-def _nearest(hz: Array, found: IdentifiedModes | None) -> dict[int, float]:
+def _nearest(hz: Array, identified: IdentifiedModes | None) -> dict[int, float]:
     """Identified frequency of the true modes at `hz`, by number, where there is one."""
-    if found is None or not len(found.poles):
+    if identified is None or not len(identified.poles):
         return {}
-    distance = np.abs(np.log(found.frequency_hz / hz[:, None]))
-    partner = best_pairs(np.where(distance < NEAR, 2 * NEAR - distance, 0.0)).tolist()
-    return {k: float(found.frequency_hz[i]) for k, i in enumerate(partner) if i >= 0}
+    distance = np.abs(np.log(identified.frequency_hz / hz[:, None]))
+    partner = best_pairs(np.where(distance < SAME_AS_TRUE, 2 * SAME_AS_TRUE - distance, 0.0)).tolist()
+    return {k: float(identified.frequency_hz[i]) for k, i in enumerate(partner) if i >= 0}

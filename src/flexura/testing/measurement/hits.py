@@ -1,4 +1,7 @@
-"""What is wrong with a hit: numbers that are missing, overload, more than one pulse, a record that ends too early."""
+"""What is wrong with a hit: numbers that are missing, overload, more than one pulse, a record that ends too early.
+
+Equations H9-H12 of the theory.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +10,9 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.tables import quantity
 from flexura.testing.measurement.measurement import Recording
@@ -16,16 +20,25 @@ from flexura.testing.measurement.measurement import Recording
 Kind = Literal["not finite", "silent", "overload", "clipped", "double hit", "not at rest", "leakage", "incoherent"]
 KINDS: tuple[str, ...] = get_args(Kind)
 
-PULSE = 0.05
+OVERLOADED = 0.999
+"""Share of its full scale from which a channel is overloaded."""
+
+ONSET_OF_PEAK = 0.05
 """A pulse of a hammer begins where the force first exceeds so much of its peak."""
 
-NOISES = 8.0
+ONSET_OF_NOISE = 8.0
 """A pulse begins where the force also exceeds so many times its rms before the hit."""
 
-PLATEAU = 3
+CLIPPED_SAMPLES = 3
 """Consecutive samples at the largest magnitude from which a channel is clipped."""
 
-AT_REST = 0.1
+SAME_LEVEL = 1e-9
+"""Samples that differ by less, relative to the largest, are at one level of the converter."""
+
+QUIET = 16
+"""Samples before a hit from which offset and noise are known."""
+
+AT_REST_RMS = 0.1
 """Largest rms before a hit, of that after it, of responses that were at rest."""
 
 LEAKAGE = 0.05
@@ -46,55 +59,45 @@ class Defect:
 
 def accepted(kinds: Collection[str]) -> frozenset[str]:
     """The kinds of defects that are to be accepted. Raises OptionError for others."""
-    found = frozenset([kinds] if isinstance(kinds, str) else kinds)
-    unknown = sorted(found - set(KINDS))
+    wanted = frozenset([kinds] if isinstance(kinds, str) else kinds)
+    unknown = sorted(wanted - set(KINDS))
     if unknown:
         raise OptionError(f"accept: there is no defect {unknown[0]!r}; defects: {', '.join(KINDS)}")
-    if "not finite" in found:
+    if "not finite" in wanted:
         raise OptionError("accept: numbers that are not finite cannot be used")
-    return found
+    return wanted
 
 
 def inspect(recording: Recording, full_scale: Mapping[str, float] | None = None) -> tuple[Defect, ...]:
     """Defects of a record as it came from the channels, before any window (theory eqs. H9-H11).
 
-    `full_scale` is the largest magnitude that each channel can read, SI, by name. Raises OptionError for names that
-    the recording does not have.
+    `full_scale` is the largest magnitude that a channel can read, SI, by name. Raises OptionError where it is not
+    positive.
     """
-    scales = dict(full_scale or {})
-    names = [c.name for c in recording.channels]
+    scales = full_scale or {}
     for name, scale in scales.items():
-        if name not in names:
-            raise OptionError(f"full_scale: there is no channel {name!r}; known: {', '.join(names)}")
         if not (np.isfinite(scale) and scale > 0):
             raise OptionError(f"full_scale of {name} is a positive number, not {scale:g}")
-    x = recording.samples
-    broken = [_not_finite(name, row) for name, row in zip(names, x, strict=True) if not np.isfinite(row).all()]
-    if broken:
-        return tuple(broken)
-    found: list[Defect] = []
-    for name, row in zip(names, x, strict=True):
-        found += _amplitude(name, row, scales.get(name))
-    if len(recording.inputs) == 1 and not any(d.kind == "silent" for d in found):
-        found += _hit(recording)
-    return tuple(found)
+    rows = {c.name: x for c, x in zip(recording.channels, recording.samples, strict=True)}
+    bad = {name: at for name, x in rows.items() if len(at := np.flatnonzero(~np.isfinite(x)))}
+    if bad:
+        text = "{} samples are not finite numbers, the first at {}"
+        return tuple(Defect("not finite", name, text.format(len(at), at[0])) for name, at in bad.items())
+    defects = [d for name, x in rows.items() if (d := _amplitude(name, x, scales.get(name, np.inf))) is not None]
+    if len(recording.inputs) == 1 and not any(d.kind == "silent" for d in defects):
+        defects += _hit(recording)
+    return tuple(defects)
 
 
-def _not_finite(name: str, row: Array) -> Defect:
-    bad = np.flatnonzero(~np.isfinite(row))
-    return Defect("not finite", name, f"{len(bad)} samples are not finite numbers, the first at {bad[0]}")
-
-
-def _amplitude(name: str, row: Array, scale: float | None) -> list[Defect]:
+def _amplitude(name: str, row: Array, scale: float) -> Defect | None:
+    """What is wrong with the size of samples (N,)."""
     if np.ptp(row) == 0:
-        return [Defect("silent", name, f"all samples are {row[0]:g}: is it connected?")]
+        return Defect("silent", name, f"all samples are {row[0]:g}: is it connected?")
     peak = float(np.abs(row).max())
-    if scale is not None and peak >= 0.999 * scale:
-        return [Defect("overload", name, f"reaches {peak:.4g}, its full scale is {scale:.4g}")]
+    if peak >= OVERLOADED * scale:
+        return Defect("overload", name, f"reaches {peak:.4g}, its full scale is {scale:.4g}")
     flat = _plateau(row)
-    if flat:
-        return [Defect("clipped", name, f"{flat} consecutive samples at its largest magnitude, {peak:.4g}")]
-    return []
+    return Defect("clipped", name, f"{flat} consecutive samples at its largest magnitude, {peak:.4g}") if flat else None
 
 
 def _plateau(row: Array) -> int:
@@ -103,32 +106,32 @@ def _plateau(row: Array) -> int:
     A smooth maximum is flat too, within one step of the converter; a jump is more than two.
     """
     level = np.abs(row)
-    top = np.abs(level - level.max()) <= 1e-9 * level.max()
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], top.astype(int), [0]))))
-    starts, stops = edges[::2], edges[1::2]
-    long = stops - starts >= PLATEAU
+    round_off = SAME_LEVEL * level.max()
+    starts, stops = _runs(np.abs(level - level.max()) <= round_off)
+    long = stops - starts >= CLIPPED_SAMPLES
     if not long.any():
         return 0
     steps = np.abs(np.diff(row))
-    step = steps[steps > 1e-9 * level.max()].min()
     padded = np.concatenate(([0.0], steps, [0.0]))
-    jump = np.maximum(padded[starts], padded[stops]) > 2 * step
-    found = (stops - starts)[long & jump]
-    return int(found.max()) if len(found) else 0
+    jump = np.maximum(padded[starts], padded[stops]) > 2 * steps[steps > round_off].min()
+    return int((stops - starts)[long & jump].max(initial=0))
+
+
+def _runs(holds: NDArray[np.bool_]) -> tuple[Index, Index]:
+    """First sample of every run in which something holds, and the one after its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], holds.astype(int), [0]))))
+    return edges[::2], edges[1::2]
 
 
 def pulses(force: Array) -> list[tuple[int, int]]:
     """First and last sample of every pulse of a force (N,), by threshold with hysteresis (theory eq. H10)."""
     size = np.abs(force - np.median(force))
     peak = float(size.max())
-    before = size[: max(int(np.argmax(size >= PULSE * peak)) - 2, 0)]
+    before = size[: max(int(np.argmax(size >= ONSET_OF_PEAK * peak)) - 2, 0)]
     noise = float(np.sqrt(np.mean(before**2))) if len(before) >= 8 else 0.0
-    high = max(PULSE * peak, NOISES * noise)
-    loud = np.flatnonzero(size >= high)
-    inside = size >= high / 2
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside.astype(int), [0]))))
-    regions = zip(edges[::2], edges[1::2] - 1, strict=True)
-    return [(int(a), int(b)) for a, b in regions if np.searchsorted(loud, a) < np.searchsorted(loud, b, side="right")]
+    high = max(ONSET_OF_PEAK * peak, ONSET_OF_NOISE * noise)
+    starts, stops = _runs(size >= high / 2)
+    return [(a, b - 1) for a, b in zip(starts.tolist(), stops.tolist(), strict=True) if (size[a:b] >= high).any()]
 
 
 def trigger(force: Array) -> tuple[int, int]:
@@ -136,8 +139,7 @@ def trigger(force: Array) -> tuple[int, int]:
 
     As many samples as the pulse has are left between, for its foot.
     """
-    found = pulses(force)
-    start, stop = found[0] if found else (0, 0)
+    start, stop = next(iter(pulses(force)), (0, 0))
     return start, max(2 * start - stop - 3, 0)
 
 
@@ -146,23 +148,22 @@ def _hit(recording: Recording) -> list[Defect]:
     at = recording.inputs[0]
     name, force = recording.channels[at].name, recording.samples[at]
     hits = pulses(force)
-    found = []
+    defects = []
     if len(hits) > 1:
         peaks = sorted(float(np.abs(force[a : b + 1]).max()) for a, b in hits)
         times = ", ".join(quantity(a / recording.sample_rate, "s", 4) for a, _ in hits[:4])
         text = f"{len(hits)} pulses, at {times}; the second largest has {peaks[-2] / peaks[-1]:.0%} of the peak"
-        found.append(Defect("double hit", name, text))
+        defects.append(Defect("double hit", name, text))
     start, still = trigger(force)
-    if still < 16:
-        return found
-    for k, channel in enumerate(recording.channels):
-        row = recording.samples[k]
+    if still < QUIET:
+        return defects
+    for k, (channel, row) in enumerate(zip(recording.channels, recording.samples, strict=True)):
         quiet, loud = row[:still], row[start : 5 * start]
         share = float(np.std(quiet) / max(np.std(loud), np.finfo(float).tiny))
-        if k != at and share > AT_REST and _correlated(quiet):
+        if k != at and share > AT_REST_RMS and _correlated(quiet):
             text = f"moves before the pulse, with {share:.0%} of its rms after"
-            found.append(Defect("not at rest", channel.name, text))
-    return found
+            defects.append(Defect("not at rest", channel.name, text))
+    return defects
 
 
 def _correlated(row: Array) -> bool:
@@ -177,8 +178,7 @@ def leakage(response: Array, quiet: Array) -> float:
 
     `quiet` is what was read before the hit, with the same window.
     """
-    pieces = np.array_split(response, 20)
-    level = np.array([np.mean(piece**2) for piece in pieces])
-    noise = float(np.mean(quiet**2)) if len(quiet) >= 16 else 0.0
+    level = np.array([np.mean(piece**2) for piece in np.array_split(response, 20)])
+    noise = float(np.mean(quiet**2)) if len(quiet) >= QUIET else 0.0
     loudest = float(level.max()) - noise
     return float(np.sqrt(max(level[-1] - noise, 0.0) / loudest)) if loudest > 0 else 0.0
