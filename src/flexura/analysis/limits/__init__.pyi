@@ -1,4 +1,4 @@
-from flexura.analysis.limits.limits import EXACT as EXACT
+from flexura.analysis.limits.limits import LIMIT_ROUND_OFF as LIMIT_ROUND_OFF
 from flexura.analysis.limits.limits import States as States
 from flexura.analysis.limits.limits import command_limits as command_limits
 from flexura.analysis.limits.limits import force_limits as force_limits

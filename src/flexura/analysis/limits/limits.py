@@ -26,7 +26,7 @@ shorter by 0.6 % of their length."""
 
 HINT = "the theory is linear, and motions are small in it"
 
-EXACT = 1e-9
+LIMIT_ROUND_OFF = 1e-9
 """Relative distance beyond a limit that is round-off."""
 
 AT_LIMIT = 1e-4
@@ -183,13 +183,13 @@ def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
     """
     if states.amplitudes is None:
         size = np.sqrt((rows**2).sum(axis=1)) / scale[:, None]
-        if not size.size or not size.max() > 1 + EXACT:
+        if not size.size or not size.max() > 1 + LIMIT_ROUND_OFF:
             return None
         row, state = np.unravel_index(int(size.argmax()), size.shape)
         return _Worst(int(row), int(state), float(size[row, state]))
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
     bound = np.sqrt(((np.abs(rows) @ peak) ** 2).sum(axis=1)) / scale
-    order, worst, least = np.argsort(-bound), None, 1 + EXACT
+    order, worst, least = np.argsort(-bound), None, 1 + LIMIT_ROUND_OFF
     step = max(BLOCK // (3 * ROWS), 1)
     for first in range(0, len(order), ROWS):
         own = order[first : first + ROWS]
@@ -214,7 +214,7 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     says so where states are left that might be worse.
     """
     numbers, bound = _candidates(states, gravity)
-    worst, beyond, least, names = None, 0, 1 + EXACT, ()
+    worst, beyond, least, names = None, 0, 1 + LIMIT_ROUND_OFF, ()
     for first in range(0, min(len(numbers), MOST_STATES), ROWS):
         own = numbers[first : first + ROWS]
         if not bound[own[0]] > least:
