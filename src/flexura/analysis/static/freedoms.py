@@ -240,24 +240,24 @@ def _along_axes(space: Array, part: slice, K: Array, axes: Array) -> list[Array]
     if space.shape[1] < 2:
         return list(space.T)
     inverse = np.linalg.pinv(space[part])
-    directions = la.orth(space[part])
-    twists = space @ inverse @ directions
+    axes_in_space = la.orth(space[part])
+    twists = space @ inverse @ axes_in_space
     stiffness, Y = la.eigh(twists.T @ K @ twists)
-    found: list[Array] = []
+    directions: list[Array] = []
     first = 0
     for k in range(1, len(stiffness) + 1):
         if k == len(stiffness) or stiffness[k] > (1 + REPEATED_STIFFNESS) * stiffness[k - 1]:
-            group = directions @ Y[:, first:k]
-            found += [group[:, 0]] if k - first == 1 else _chosen(group, axes)
+            group = axes_in_space @ Y[:, first:k]
+            directions += [group[:, 0]] if k - first == 1 else _directions_in(group, axes)
             first = k
-    found.sort(key=lambda d: int(np.flatnonzero(np.abs(d) > np.abs(d).max() - SAME_DIRECTION)[0]))
-    return [space @ inverse @ d for d in found]
+    directions.sort(key=lambda d: int(np.flatnonzero(np.abs(d) > np.abs(d).max() - SAME_DIRECTION)[0]))
+    return [space @ inverse @ d for d in directions]
 
 
-def _chosen(space: Array, axes: Array) -> list[Array]:
+def _directions_in(space: Array, axes: Array) -> list[Array]:
     """Orthogonal directions that span a space (3, f): of the axes (n, 3) the first ones in it, else projections of the
     longest."""
-    found: list[Array] = []
+    directions: list[Array] = []
     rest = space
     while rest.shape[1]:
         inside = np.linalg.norm(axes @ rest, axis=1)
@@ -265,34 +265,30 @@ def _chosen(space: Array, axes: Array) -> list[Array]:
         best = within[0] if len(within) else np.flatnonzero(inside > inside.max() - SAME_DIRECTION)[0]
         d = rest @ (rest.T @ axes[best])
         d = d / np.linalg.norm(d)
-        found.append(d)
+        directions.append(d)
         rest = rest @ la.null_space((d @ rest)[None, :])
-    return found
+    return directions
 
 
 def _member_axes(model: FullOrderModel) -> Array:
     """Directions (n, 3) of the members' axes and the global ones, without their sign: first what most members have,
     and among equals the global ones."""
-    found = np.concatenate([np.eye(3), *_frames(model)])
-    found[np.abs(found) < SAME_DIRECTION] = 0.0
-    first = found[np.arange(len(found)), np.argmax(found != 0, axis=1)]
-    found *= np.sign(first)[:, None]
-    rounded = np.round(found / SAME_DIRECTION / 10)
+    axes = [np.eye(3)]
+    for name in model.matrices:
+        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
+        is_round = placed.part.table.is_round  # of which only the axis along them counts
+        local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
+        axes += [local @ model.geometry.Q[instance].T for instance in placed.number]
+    directions = np.concatenate(axes)
+    directions[np.abs(directions) < SAME_DIRECTION] = 0.0
+    first = directions[np.arange(len(directions)), np.argmax(directions != 0, axis=1)]
+    directions *= np.sign(first)[:, None]
+    rounded = np.round(directions / SAME_DIRECTION / 10)
     _, at, same, counts = np.unique(rounded, axis=0, return_index=True, return_inverse=True, return_counts=True)
     votes = counts.astype(float)
     votes[same[:3]] -= 0.5
     order = np.lexsort((at, -votes))
-    return found[at[order]]
-
-
-def _frames(model: FullOrderModel) -> Iterator[Array]:
-    """Axes (3m, 3) of the members of every placed part; of round ones those along them."""
-    for name in model.matrices:
-        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
-        is_round = placed.part.table.is_round
-        local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
-        for instance in placed.number:
-            yield local @ model.geometry.Q[instance].T
+    return directions[at[order]]
 
 
 def unit_freedom(twist: Array, kind: str, position: Array) -> Freedom:

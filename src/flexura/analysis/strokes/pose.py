@@ -161,7 +161,7 @@ def path_state(
     stiffness, stiffness_held = (
         {name: _stiffness(C, compliance[name]) for name, C in table.items()} for table in (compliance, compliance_held)
     )
-    found = StrokePose(
+    result = StrokePose(
         share=share,
         **values,
         reaction=dict(zip(names, state.drive.tolist(), strict=True)),
@@ -187,7 +187,7 @@ def path_state(
         stiffness=stiffness,
         stiffness_held=stiffness_held,
     )
-    return PathState(state, found, free.values, free.vectors, pose.M)
+    return PathState(state, result, free.values, free.vectors, pose.M)
 
 
 def stroke_poses(states: Sequence[PathState], yields: YieldRatios) -> Iterator[StrokePose]:

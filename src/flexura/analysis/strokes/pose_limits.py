@@ -16,7 +16,7 @@ from flexura.convex import overlapping_bounds, separations
 from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.motion import Frames, Pose, PosedDesign, beyond, pose_of, stiffness_errors
-from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
+from flexura.structure import FullOrderModel, solids_of
 from flexura.systems import Ports
 
 CONTRIBUTING_SHARE = 0.2
@@ -98,16 +98,16 @@ def solids_that_meet(model: FullOrderModel, poses: Sequence[Frames]) -> tuple[li
 
     Members are cut into convex pieces that follow the nodes of their elements.
     """
-    parts = _Parts(model, *solids_of(model))
+    parts = _Parts(model)
     if len(parts.names) < 2:
         return [], True
-    found: dict[tuple[int, int], list[int]] = {}
+    meetings: dict[tuple[int, int], Meeting] = {}
     apart: dict[tuple[int, int], bool] = {}
     looked = 0
     for k, frames in enumerate(poses):
         pairs = overlapping_bounds(*parts.bounds(frames), MOST_PAIRS)
         if pairs is None:
-            return _named(parts, found), False
+            return list(meetings.values()), False
         for i, j in pairs.tolist():
             if (i, j) not in apart:
                 apart[i, j] = parts.gap(None, i, j)[0] > parts.least_gap(i, j)
@@ -116,27 +116,26 @@ def solids_that_meet(model: FullOrderModel, poses: Sequence[Frames]) -> tuple[li
             gap, count = parts.gap(frames, i, j)
             looked += count
             if looked > MOST_PIECES:
-                return _named(parts, found), False
+                return list(meetings.values()), False
             if gap < 0:
-                found.setdefault((i, j), []).append(k)
-    return _named(parts, found), True
-
-
-def _named(parts: _Parts, found: dict[tuple[int, int], list[int]]) -> list[Meeting]:
-    return [Meeting(parts.names[i], parts.names[j], poses) for (i, j), poses in found.items()]
+                meetings.setdefault((i, j), Meeting(parts.names[i], parts.names[j], [])).poses.append(k)
+    return list(meetings.values()), True
 
 
 class _Parts:
     """Members, then bodies, wherever the nodes have moved."""
 
-    def __init__(self, model: FullOrderModel, bars: Bars, bodies: Bodies) -> None:
+    def __init__(self, model: FullOrderModel) -> None:
+        bars, bodies = solids_of(model)
         self.names = [*bars.names, *bodies.names]
         self._bars, self._bodies = bars, bodies
         self._root = model.plan.topology.root
         self._rest = model.geometry.positions[self._root]
         self._chains = list(_chains(model))
         self._size = np.concatenate([2 * bars.half.min(axis=1), 2 * bodies.half.min(axis=1)])
-        self._clusters = [set(own.tolist()) for own in bars.clusters] + [{own} for own in bodies.clusters.tolist()]
+        self._clusters = [set(roots) for roots in bars.clusters.tolist()] + [
+            {root} for root in bodies.clusters.tolist()
+        ]
         self._cut: dict[int, _Pieces] = {}
 
     def least_gap(self, i: int, j: int) -> float:
@@ -161,13 +160,13 @@ class _Parts:
             share = np.linspace(0.0, 1.0, len(chain) + 1)[:, None]
             points.append(bars.origin[k] + share * bars.length[k] * bars.axes[k, 0])
             nodes.append(np.append(chain[:, 0], chain[-1, 1]))
-            reach = np.linalg.norm(bars.half[k]) + LARGEST_BULGE * bars.length[k] / len(chain)
-            radii.append(np.full(len(share), reach))
+            radius = np.linalg.norm(bars.half[k]) + LARGEST_BULGE * bars.length[k] / len(chain)
+            radii.append(np.full(len(share), radius))
         corners = bodies.boxes(np.arange(len(bodies.names)))
         points += list(corners)
         nodes += [np.full(8, node) for node in bodies.nodes]
         radii += [np.zeros(8)] * len(corners)
-        first = np.cumsum([0, *(len(own) for own in points[:-1])])
+        first = np.cumsum([0, *(len(part) for part in points[:-1])])
         return np.concatenate(points), np.concatenate(nodes), np.concatenate(radii), first
 
     def _moved(self, frames: Frames, points: Array, nodes: Index) -> Array:
@@ -180,7 +179,7 @@ class _Parts:
         pairs of pieces were looked at. Pieces whose bounds do not meet are not."""
         first, second = (self._placed(frames, part) for part in (i, j))
         margin = 0.0 if frames is not None else self.least_gap(i, j)
-        (low_a, high_a), (low_b, high_b) = ((own.min(axis=1), own.max(axis=1)) for own in (first, second))
+        (low_a, high_a), (low_b, high_b) = ((x.min(axis=1), x.max(axis=1)) for x in (first, second))
         meets = (low_a[:, None] <= high_b + margin) & (low_b <= high_a[:, None] + margin)
         a, b = np.nonzero(meets.all(axis=-1))
         return float(separations(first[a], second[b]).min(initial=np.inf)), len(a)
@@ -189,11 +188,11 @@ class _Parts:
         """Corners (p, 8, 3) of the pieces of a part."""
         if part not in self._cut:
             self._cut[part] = self._pieces(part)
-        own = self._cut[part]
+        corners, nodes, share = self._cut[part]
         if frames is None:
-            return own.corners
-        ends = [self._moved(frames, own.corners, np.repeat(own.nodes[:, [end]], 8, axis=1)) for end in (0, 1)]
-        return ends[0] + own.share[..., None] * (ends[1] - ends[0])
+            return corners
+        first, second = (self._moved(frames, corners, np.repeat(nodes[:, [end]], 8, axis=1)) for end in (0, 1))
+        return first + share[..., None] * (second - first)
 
     def _pieces(self, part: int) -> _Pieces:
         count, bars = len(self._chains), self._bars
@@ -203,10 +202,11 @@ class _Parts:
             return _Pieces(corners, nodes, np.zeros(corners.shape[:2]))
         chain = self._chains[part]
         n = len(chain)
-        own = [bars.pieces(part, k / n, (k + 1) / n) for k in range(n)]
-        corners, nodes = np.concatenate(own), np.repeat(chain, [len(pieces) for pieces in own], axis=0)
+        cut = [bars.pieces(part, k / n, (k + 1) / n) for k in range(n)]
+        counts = [len(pieces) for pieces in cut]
+        corners, nodes = np.concatenate(cut), np.repeat(chain, counts, axis=0)
         along = (corners - bars.origin[part]) @ bars.axes[part, 0] / bars.length[part] * n
-        return _Pieces(corners, nodes, along - np.repeat(np.arange(n), [len(pieces) for pieces in own])[:, None])
+        return _Pieces(corners, nodes, along - np.repeat(np.arange(n), counts)[:, None])
 
 
 def _chains(model: FullOrderModel) -> Iterator[Index]:

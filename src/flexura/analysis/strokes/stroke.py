@@ -429,7 +429,7 @@ def _at_low_order(
 
     ends = (points.undeformed, points.first, points.last)
     loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
-    found = low_order_motion(full, [*requested.nodes.values(), *loaded], states, requested.modes)
-    path = paths[found.run]
+    best = low_order_motion(full, [*requested.nodes.values(), *loaded], states, requested.modes)
+    path = paths[best.run]
     path.stopped[:] = [f"at low order {why}; the full order may go further" for why in path.stopped]
-    return path, found.states[: len(path.states)], found.motion
+    return path, best.states[: len(path.states)], best.motion
