@@ -135,7 +135,7 @@ class Statics(Tabular):
     @cached_property
     def model_errors(self) -> ModelError:
         """How far the part may be from the model: in the energy of its members, in all `readings` of displacements, and
-        in the motion of the nodes that carry `loads`, along the way that each moves."""
+        in the motion of the nodes that carry `loads`, along the direction in which each moves."""
         u = self.displacement_vector
         rows = list(_displacement_rows(self.model, self.readings).values())
         for node in self.loads:

@@ -32,7 +32,7 @@ LOWEST_MODES = 6
 """Modes at a described pose whose stiffness is looked at for want of elements."""
 
 TOUCHING_GAP = 1e-6
-"""Gap at rest over the smaller part's least size up to which two parts touch there."""
+"""Gap when undeformed over the smaller part's least size up to which two parts touch there."""
 
 JOINED_GAP = 0.5
 """The same of two parts that are joined: where they meet they may be close."""
@@ -85,8 +85,8 @@ class Meeting(NamedTuple):
 
 
 class _Pieces(NamedTuple):
-    """Convex pieces of a part at rest: corners (p, 8, 3), m, the nodes (p, 2) that they follow, and how far from the
-    first to the second (p, 8)."""
+    """Convex pieces of an undeformed part: corners (p, 8, 3), m, the nodes (p, 2) that they follow, and how far from
+    the first to the second (p, 8)."""
 
     corners: Array
     nodes: Index
@@ -94,7 +94,8 @@ class _Pieces(NamedTuple):
 
 
 def solids_that_meet(model: FullOrderModel, poses: Sequence[Frames]) -> tuple[list[Meeting], bool]:
-    """Pairs of members and bodies that are apart at rest and share space in poses, and whether all were looked at.
+    """Pairs of members and bodies that are apart when undeformed and share space in poses, and whether all were looked
+    at.
 
     Members are cut into convex pieces that follow the nodes of their elements.
     """
@@ -139,7 +140,7 @@ class _Parts:
         self._cut: dict[int, _Pieces] = {}
 
     def least_gap(self, i: int, j: int) -> float:
-        """The gap at rest, m, beyond which two parts are apart."""
+        """The undeformed gap, m, beyond which two parts are apart."""
         joined = bool(self._clusters[i] & self._clusters[j])
         return (JOINED_GAP if joined else TOUCHING_GAP) * float(min(self._size[i], self._size[j]))
 
@@ -152,8 +153,8 @@ class _Parts:
 
     @cached_property
     def _outline(self) -> tuple[Array, Index, Array, Index]:
-        """Points (q, 3), m, around all parts at rest, the nodes (q,) they follow, radii (q,) about them, and the first
-        of every part."""
+        """Points (q, 3), m, around all undeformed parts, the nodes (q,) they follow, radii (q,) about them, and the
+        first of every part."""
         bars, bodies = self._bars, self._bodies
         points, nodes, radii = [], [], []
         for k, chain in enumerate(self._chains):
@@ -175,8 +176,8 @@ class _Parts:
         return frames.x[self._root[nodes]] + turned[..., 0]
 
     def gap(self, frames: Frames | None, i: int, j: int) -> tuple[float, int]:
-        """How far apart two parts are, m, negative where they overlap, at rest where there are no frames, and how many
-        pairs of pieces were looked at. Pieces whose bounds do not meet are not."""
+        """How far apart two parts are, m, negative where they overlap, undeformed where there are no frames, and how
+        many pairs of pieces were looked at. Pieces whose bounds do not meet are not."""
         first, second = (self._placed(frames, part) for part in (i, j))
         margin = 0.0 if frames is not None else self.least_gap(i, j)
         (low_a, high_a), (low_b, high_b) = ((x.min(axis=1), x.max(axis=1)) for x in (first, second))
@@ -222,7 +223,7 @@ def _chains(model: FullOrderModel) -> Iterator[Index]:
 
 
 def pose_limits(model: FullOrderModel) -> tuple[Diagnostic, ...]:
-    """Where the pose that a mechanism is described at is doubtful, whatever is asked about it: members that bend too
+    """Where the pose that a mechanism is described at is doubtful, for every result about it: members that bend too
     far for their elements or have too few of them, superelements that turn within themselves, edges that twist
     stretches, nodes of which one rotation is held, solids that meet, members beyond yield. Nothing without a pose."""
     posed = pose_of(model)

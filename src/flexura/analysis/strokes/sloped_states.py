@@ -49,7 +49,8 @@ class _State(Record):
     parameter moves, where something is zero of which the size counts, and at kinks of a description."""
 
     def stresses_within(self, share: float) -> LargestStresses:
-        """As `stresses`, with slopes of forces told apart in a share of the residual of equilibrium."""
+        """As `stresses`, where slopes of forces count as equal that differ by less than a share of the residual of
+        equilibrium."""
         raise NotImplementedError
 
     @cached_property

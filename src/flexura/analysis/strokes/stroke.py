@@ -50,7 +50,7 @@ STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is requested."""
 
 WATCHED_BODIES = 2
-"""Bodies whose displacements are told where nothing says of which nodes."""
+"""Bodies whose displacements are reported where nothing says of which nodes."""
 
 LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
 
@@ -84,7 +84,7 @@ class Stroke(Tabular):
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
     members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
-    `low_order` is what represents the full order, where that was asked for, `spectra` what `model_errors` need.
+    `low_order` is what represents the full order, where that was requested, `spectra` what `model_errors` need.
     """
 
     _shown = ("name", "poses")
@@ -249,7 +249,7 @@ class Stroke(Tabular):
     @property
     def frequencies_hz(self) -> Array:
         """Natural frequencies (poses, m), actuators free, each column one mode tracked by shape, those of the first
-        pose first; NaN where it is not among the lowest that were asked for."""
+        pose first; NaN where it is not among the lowest that were requested."""
         hertz = np.full((len(self.poses), max((len(pose.tracked) for pose in self.poses), default=0)), np.nan)
         for row, pose in zip(hertz, self.poses, strict=True):
             row[: len(pose.tracked)] = [pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked]
