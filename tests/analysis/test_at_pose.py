@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis import AtPose, at_pose
+from flexura.analysis import DisplacedState, displaced_state
 from flexura.structure import Design, Plan
 from helpers.richardson import derivative
 
@@ -38,20 +38,20 @@ def unbounded(example: str) -> Plan:
     return Plan(own.replaced({"parameters": free, "gravity": (0.5, -1.0, -9.81)}))
 
 
-def readings(at: AtPose, node: str) -> list[object]:
+def readings(at: DisplacedState, node: str) -> list[object]:
     """Numbers of one kind each: forces, motions and rotations, stresses, compliances with the drives held and free."""
     held, free = (np.diagonal(at.compliance(node, held=own)) for own in (True, False))
     u = at.displacement(node)
     return [*at.forces.values(), u[:3], u[3:], at.stresses.von_mises, held[:3], held[3:], free[:3], free[3:]]
 
 
-def single(at: AtPose) -> list[list[object]]:
+def single(at: DisplacedState) -> list[list[object]]:
     """Frequencies with the drives free and held and the buckling factor, those that are not repeated."""
     groups = at.frequencies(4), at.frequencies(4, held=True), [at.buckling_factor]
     return [[own for own in group if own is not None and len(own.at) == 1] for group in groups]
 
 
-def numbers(at: AtPose, node: str, of: list[list[object]]) -> np.ndarray:
+def numbers(at: DisplacedState, node: str, of: list[list[object]]) -> np.ndarray:
     found = [np.ravel(own) for own in readings(at, node)]
     groups = at.frequencies(5), at.frequencies(5, held=True), [at.buckling_factor]
     flat = [{j: own.value for own in group if own is not None for j in own.at} for group in groups]
@@ -74,7 +74,7 @@ def test_readings_at_a_pose_have_the_derivatives_of_differences(example):
     move = {f"{node}.{axis}": value for axis, value in POSES[example].items()}
     names = [key for key, p in plan.mechanism.parameters.items() if isinstance(p.value, float)]
     values = np.array([float(plan.parameter_values()[name]) for name in names])
-    own = at_pose(Design.with_slopes(plan, {}, names), move)
+    own = displaced_state(Design.with_slopes(plan, {}, names), move)
     found, alone = readings(own, node), single(own)
     assert all(alone[:2])
     kinds = [np.abs(np.ravel(kind.value)) for kind in found]
@@ -83,7 +83,7 @@ def test_readings_at_a_pose_have_the_derivatives_of_differences(example):
     slopes = np.concatenate([*slopes, *(o.slope[:, :, 0] for s in alone for o in s)], axis=1)
     for way in ways(names) * values:
         there = lambda x, way=way: numbers(  # noqa: E731
-            at_pose(Design.of(plan, dict(zip(names, values + x * way, strict=True))), move), node, alone
+            displaced_state(Design.of(plan, dict(zip(names, values + x * way, strict=True))), move), node, alone
         )
         slope, apart = (own / sizes for own in derivative(there, 0.0, STEPS))
         allowed = 1e-7 * np.maximum(1.0, np.abs(slope))

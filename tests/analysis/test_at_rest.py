@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis import AtRest, at_pose
+from flexura.analysis import LinearState, displaced_state
 from flexura.structure import Design, Plan
 from helpers.richardson import derivative
 
@@ -42,7 +42,7 @@ def per_cent(answer, values, names=NAMES):
 
 def test_a_cantilever_has_the_derivatives_of_its_closed_forms():
     plan, values = Plan(fx.loads(BEAM % "")), {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9, "Fz": 2.0}
-    own = AtRest(plan, {"Fz": 2.0}, [*NAMES, "Fz"])
+    own = LinearState(plan, {"Fz": 2.0}, [*NAMES, "Fz"])
     moved, _ = own.coupling("b.tz", "b")
     slopes = moved[2].slope * [values[k] for k in (*NAMES, "Fz")] / moved[2].value
     np.testing.assert_allclose(slopes, [3, -1, -3, -1, 0], atol=1e-9)
@@ -55,7 +55,7 @@ def test_a_cantilever_has_the_derivatives_of_its_closed_forms():
 def test_the_load_of_a_column_has_the_derivatives_of_eulers():
     plan, values = Plan(fx.loads(BEAM % "")), {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9, "Fx": -1.0}
     names = [*NAMES, "Fx"]
-    factor = AtRest(plan, {"Fx": -1.0, "Fz": 0.0}, names).buckling_factor
+    factor = LinearState(plan, {"Fx": -1.0, "Fz": 0.0}, names).buckling_factor
     assert factor is not None
     euler = np.pi**2 * 70e9 * 0.02 * 1e-9 / 12 / (4 * 0.1**2)
     assert factor.value == pytest.approx(euler, rel=1e-4)
@@ -65,7 +65,7 @@ def test_the_load_of_a_column_has_the_derivatives_of_eulers():
 
 def test_a_guided_leaf_has_the_derivatives_of_its_closed_forms():
     plan = Plan(fx.loads(BEAM.partition("loads:")[0] % ", b: {fixed: [ry]}"))
-    own = at_pose(Design.with_slopes(plan, {}, NAMES), {"b.z": 1e-7})
+    own = displaced_state(Design.with_slopes(plan, {}, NAMES), {"b.z": 1e-7})
     values = {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9}
     force, stress = own.forces["b.z"], own.stresses.von_mises[0, 0]
     assert force.value == pytest.approx(12 * 70e9 * 0.02 * 1e-9 / 12 / 1e-3 * 1e-7, rel=1e-6)
@@ -81,7 +81,7 @@ def test_linear_answers_have_the_derivatives_of_differences(example):
     plan = Plan(described.replaced({"parameters": free, "gravity": (3.0, -20.0, -50.0)}))
     names = [key for key, p in free.items() if isinstance(p.value, float)]
     values, node = plan.parameter_values(), plan.body_names[0]
-    own = AtRest(plan, {}, names)
+    own = LinearState(plan, {}, names)
     moved, travel = own.coupling(f"{node}.tz", node)
     stress, factor = own.stresses.von_mises[:, 0], own.buckling_factor
     assert factor is not None and len(factor.at) == 1

@@ -163,6 +163,14 @@ def test_a_column_that_is_pressed_together():
         assert -pose.move["p1.x"] == pytest.approx(bent + force / 1e6, abs=5e-5)
 
 
+def test_a_column_that_is_pulled_does_not_buckle_where_it_does_pressed():
+    stroke = fx.stroke(column(1e6), move={"p1.x": (-1e-5, 1e-5)}, steps=5, n=1)
+    (fork,) = [w for w in stroke.warnings if w.kind == "bifurcation"]
+    assert float(str(fork).split("p1.x = ")[1].split()[0]) == pytest.approx(-(np.pi**2) / 4 / 1e6, rel=1e-3)
+    stroke = fx.stroke(column(1e6), move={"p1.x": (1e-5, -1e-5)}, steps=5, n=1)
+    assert [str(fork)] == [str(w) for w in stroke.warnings if w.kind == "bifurcation"]
+
+
 def test_lateral_buckling_of_a_strip():
     EI, GJ = 1.0, 1.0
     section = f"A: 1e6 m^2, Iy: {EI!r} m^4, Iz: 1e4 m^4, J: {2 * GJ!r} m^4, ky: 1e6, kz: 1e6"

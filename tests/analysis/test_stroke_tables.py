@@ -8,7 +8,7 @@ import pytest
 
 import flexura as fx
 from flexura.analysis.strain.stress import YieldRatios
-from flexura.analysis.strokes.pose import Measured, stroke_poses
+from flexura.analysis.strokes.pose import PathState, stroke_poses
 from flexura.mechanism import DOF_NAMES
 from helpers.shell import flexura, refused
 
@@ -134,7 +134,7 @@ def test_a_mode_that_leaves_the_lowest_ones_is_not_joined_to_the_one_that_comes(
     pose = fx.stroke(fx.load(GUIDE), move={"carriage.x": 1e-3}, n=1).poses[0]
     shapes, mass = np.eye(4), np.eye(4)
     steps = [(shapes[:, [0, 1, 2]], (1.0, 2.0, 3.0)), (shapes[:, [0, 1, 3]], (1.0, 2.0, 3.1))]
-    found = [Measured(pose, np.array(values), own, mass) for own, values in (*steps, steps[0])]
+    found = [PathState(None, pose, np.array(values), own, mass) for own, values in (*steps, steps[0])]
     nothing = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
     assert [own.tracked for own in stroke_poses(found, nothing)] == [(0, 1, 2), (0, 1, -1, 2), (0, 1, 2, -1)]
 

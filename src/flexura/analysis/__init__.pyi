@@ -33,7 +33,6 @@ from flexura.analysis.responses.signals import read_signals as read_signals
 from flexura.analysis.responses.slopes import SlopedResponse as SlopedResponse
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response
-from flexura.analysis.static.at_rest import AtRest as AtRest
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
 from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics
@@ -60,9 +59,10 @@ from flexura.analysis.strain.stress import ratios_to_yield as ratios_to_yield
 from flexura.analysis.strain.stress import stress_rows as stress_rows
 from flexura.analysis.strain.stress import worst_stresses as worst_stresses
 from flexura.analysis.strain.tangent import tangent_stiffness as tangent_stiffness
-from flexura.analysis.strokes.at_pose import AtPose as AtPose
-from flexura.analysis.strokes.at_pose import Way as Way
-from flexura.analysis.strokes.at_pose import at_pose as at_pose
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
+from flexura.analysis.strokes.sloped_states import DisplacedState as DisplacedState
+from flexura.analysis.strokes.sloped_states import DisplacementPath as DisplacementPath
+from flexura.analysis.strokes.sloped_states import LinearState as LinearState
+from flexura.analysis.strokes.sloped_states import displaced_state as displaced_state
 from flexura.analysis.strokes.stroke import Stroke as Stroke
 from flexura.analysis.strokes.stroke import stroke as stroke

@@ -1,4 +1,4 @@
-from flexura.analysis.limits.limits import EXACT as EXACT
+from flexura.analysis.limits.limits import LIMIT_ROUND_OFF as LIMIT_ROUND_OFF
 from flexura.analysis.limits.limits import States as States
 from flexura.analysis.limits.limits import command_limits as command_limits
 from flexura.analysis.limits.limits import force_limits as force_limits
@@ -11,4 +11,4 @@ from flexura.analysis.limits.preload import preload as preload
 from flexura.analysis.limits.stiffening import bent_most as bent_most
 from flexura.analysis.limits.stiffening import not_looked_at as not_looked_at
 from flexura.analysis.limits.stiffening import stiffening_limits as stiffening_limits
-from flexura.analysis.limits.workspace_limits import workspace_limits as workspace_limits
+from flexura.analysis.limits.stiffening import workspace_limits as workspace_limits

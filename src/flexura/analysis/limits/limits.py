@@ -9,40 +9,39 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.strain import element_motions, end_forces, ratios_to_yield, yield_ratios
+from flexura.analysis.strain import YieldRatios, element_motions, end_forces, ratios_to_yield, yield_ratios
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic
-from flexura.structure import FullOrderModel, Posed
+from flexura.structure import FullOrderModel
 from flexura.systems import InputPort, Ports
 from flexura.tables import quantity
 
-ROTATION = 0.1
+LARGE_ROTATION = 0.1
 """Rotation, rad, from which sin and cos of it are no longer it and one: they are off by 0.2 % and 0.5 %."""
 
-BENT = 0.1
+LARGE_DEFLECTION = 0.1
 """Deflection over length of a member from which shortening and stiffening show: the leaves of a parallel guide are then
 shorter by 0.6 % of their length."""
 
 HINT = "the theory is linear, and motions are small in it"
 
-EXACT = 1e-9
+LIMIT_ROUND_OFF = 1e-9
 """Relative distance beyond a limit that is round-off."""
 
-AT_LIMIT = 1e-4
+DATA_SHEET_DIGITS = 1e-4
 """Relative distance beyond the range of a command that the digits of a data sheet leave: it is at its limit."""
 
-ROWS = 64
+ROWS_AT_A_TIME = 64
 """Rows that are evaluated at a time, those of the largest bounds first."""
 
-BLOCK = 4_000_000
+LARGEST_BLOCK = 4_000_000
 """Numbers that are held at a time."""
 
 MOST_STATES = 2048
 """States whose stresses are worked out, those of the largest bounds first."""
 
-
-TOGETHER = np.vstack([np.eye(6), np.eye(6)[1:3]])
+UNIT_FORCES = np.vstack([np.eye(6), np.eye(6)[1:3]])
 """Internal forces that are looked at one by one: each alike at both ends of an element, and shear that changes."""
 
 
@@ -71,8 +70,8 @@ class States:
 
     def of(self, row: Array) -> Array:
         """What a row (n,) reads (N,)."""
-        own = row @ self.columns
-        return own if self.amplitudes is None else own @ self.amplitudes
+        read = row @ self.columns
+        return read if self.amplitudes is None else read @ self.amplitudes
 
 
 class _Worst(NamedTuple):
@@ -96,28 +95,29 @@ def motion_limits(states: States) -> tuple[Diagnostic, ...]:
 
 def _rotation(states: States) -> Iterator[Diagnostic]:
     topology = states.model.plan.topology
-    own = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
-    rows = states.model.node_displacements(states.columns)[own, 3:]
-    worst = largest(rows, np.full(len(own), ROTATION), states)
+    roots = np.flatnonzero((topology.root == np.arange(topology.n_nodes)) & topology.has_position)
+    rows = states.model.node_displacements(states.columns)[roots, 3:]
+    worst = largest(rows, np.full(len(roots), LARGE_ROTATION), states)
     if worst is not None:
-        name, inside, _ = topology.node_names[own[worst.row]].partition("[")
-        angle = worst.value * ROTATION
+        name, inside, _ = topology.node_names[roots[worst.row]].partition("[")
+        angle = worst.value * LARGE_ROTATION
         most = "up to " if inside else ""
-        text = f"{name} turns by {most}{angle:.3g} rad{states.when(worst.state)}, above {ROTATION:g} rad: {HINT}"
-        yield Diagnostic("rotation", name, angle, ROTATION, "rad", text)
+        text = f"{name} turns by {most}{angle:.3g} rad{states.when(worst.state)}, above {LARGE_ROTATION:g} rad: {HINT}"
+        yield Diagnostic("rotation", name, angle, LARGE_ROTATION, "rad", text)
 
 
 def _deflection(states: States) -> Iterator[Diagnostic]:
     names, length, rows = member_rows(states.model, states.columns)
-    worst = largest(rows, BENT * length, states)
+    worst = largest(rows, LARGE_DEFLECTION * length, states)
     if worst is not None:
         name, L = names[worst.row // 2], float(length[worst.row])
-        shift = worst.value * BENT * L
+        ratio = worst.value * LARGE_DEFLECTION
+        shift = ratio * L
         text = (
-            f"{name} is deflected by {quantity(shift, 'm', 4)}{states.when(worst.state)}, {worst.value * BENT:.3g}"
-            f" times its length of {quantity(L, 'm', 4)}, above {BENT:g}: {HINT}"
+            f"{name} is deflected by {quantity(shift, 'm', 4)}{states.when(worst.state)}, {ratio:.3g}"
+            f" times its length of {quantity(L, 'm', 4)}, above {LARGE_DEFLECTION:g}: {HINT}"
         )
-        yield Diagnostic("displacement", name, shift, BENT * L, "m", text)
+        yield Diagnostic("displacement", name, shift, LARGE_DEFLECTION * L, "m", text)
 
 
 def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:
@@ -127,53 +127,45 @@ def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array
     lengths, rows = [np.empty(0)], [np.empty((0, 3, columns.shape[1]))]
     posed = model.design.posed
     if posed is not None:
-        names, length, seen = _posed_member_rows(posed, model.node_displacements(columns))
-        lengths, rows = [length], [seen]
+        names, node, arm, position = posed.member_ends()
+        u = model.node_displacements(columns)
+        ends = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]
+        apart = position[:, 1] - position[:, 0]
+        rows.append(_relative_motion(ends[:, 0], ends[:, 1], apart))
+        lengths.append(np.repeat(np.linalg.norm(apart, axis=1), 2))
     for name in model.matrices:
         part, placed = model.plan.parts[name], model.plan.topology.copies[name]
         if part.members and posed is None:
-            own = model.geometry.parts[name].length
-            one = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
-            other = element_motions(model, name, columns, part.first[1:] - 1)[:, :, 6:]
-            arm = np.stack([own, 0 * own, 0 * own], axis=1)
-            seen = other - rigid_arm(arm) @ one, one - rigid_arm(-arm) @ other
-            rows.append(np.stack([d[:, :, :3] for d in seen], axis=2).reshape(-1, 3, columns.shape[1]))
-            lengths.append(np.tile(np.repeat(own, 2), len(placed.paths)))
+            length = model.geometry.parts[name].length
+            first = element_motions(model, name, columns, part.first[:-1])[:, :, :6]
+            last = element_motions(model, name, columns, part.first[1:] - 1)[:, :, 6:]
+            rows.append(_relative_motion(first, last, length[:, None] * np.array([1.0, 0.0, 0.0])))
+            lengths.append(np.tile(np.repeat(length, 2), len(placed.paths)))
             names += [".".join((*path, member)) for path in placed.paths for member in part.members]
         if part.superelements:
-            found = _superelement_rows(model, name, columns)
-            names, lengths, rows = names + found[0], [*lengths, found[1]], [*rows, found[2]]
+            u, x = model.node_displacements(columns), model.positions
+            for superelement, a, b in _superelement_ends(model, name):
+                if (length := float(np.linalg.norm(x[b] - x[a]))) > 0:
+                    rows.append(_relative_motion(u[a], u[b], x[b] - x[a]))
+                    lengths.append(np.array([length, length]))
+                    names.append(superelement)
     return names, np.concatenate(lengths), np.concatenate(rows)
 
 
-def _posed_member_rows(posed: Posed, u: Array) -> tuple[list[str], Array, Array]:
-    """As `member_rows` for all members, from displacements u (n_nodes, 6, c) of all nodes from a pose."""
-    names, node, arm, position = posed.member_ends()
-    own = rigid_arm(arm) @ np.concatenate([u, np.zeros((1, *u.shape[1:]))])[node]
-    apart = position[:, 1] - position[:, 0]
-    seen = own[:, 1] - rigid_arm(apart) @ own[:, 0], own[:, 0] - rigid_arm(-apart) @ own[:, 1]
-    rows = np.stack([motion[:, :3] for motion in seen], axis=1)
-    return names, np.repeat(np.linalg.norm(apart, axis=1), 2), rows.reshape(-1, 3, u.shape[2])
-
-
-def _superelement_rows(model: FullOrderModel, name: str, columns: Array) -> tuple[list[str], Array, Array]:
-    """As `member_rows` for the superelements of a prototype: its first node and each other one of them."""
+def _superelement_ends(model: FullOrderModel, name: str) -> Iterator[tuple[str, int, int]]:
+    """By placed superelement of a prototype, its first node and each other one."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
-    u, x = model.node_displacements(columns), model.positions
-    names: list[str] = []
-    lengths: list[float] = []
-    rows = [np.empty((0, 3, columns.shape[1]))]
     for offset, path in zip(placed.offset, placed.paths, strict=True):
         for key, (nodes, _, _) in part.superelements.items():
-            a, *others = (offset + node for node in nodes if node < part.n_positioned)
-            for b in others:
-                arm = x[b] - x[a]
-                if (length := float(np.linalg.norm(arm))) > 0:
-                    seen = u[b] - rigid_arm(arm) @ u[a], u[a] - rigid_arm(-arm) @ u[b]
-                    rows.append(np.stack([motion[:3] for motion in seen]))
-                    lengths += [length, length]
-                    names.append(".".join((*path, key)))
-    return names, np.array(lengths), np.concatenate(rows)
+            first, *others = (offset + node for node in nodes if node < part.n_positioned)
+            yield from ((".".join((*path, key)), first, other) for other in others)
+
+
+def _relative_motion(first: Array, last: Array, apart: Array) -> Array:
+    """Translations (2k, 3, c) of each of two ends (..., 6, c) seen in a frame that moves with the other; `apart`
+    (..., 3) is the arm from the first to the last."""
+    seen = last - rigid_arm(apart) @ first, first - rigid_arm(-apart) @ last
+    return np.stack([motion[..., :3, :] for motion in seen], axis=-3).reshape(-1, 3, first.shape[-1])
 
 
 def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
@@ -183,26 +175,25 @@ def largest(rows: Array, scale: Array, states: States) -> _Worst | None:
     """
     if states.amplitudes is None:
         size = np.sqrt((rows**2).sum(axis=1)) / scale[:, None]
-        if not size.size or not size.max() > 1 + EXACT:
+        if not size.size or not size.max() > 1 + LIMIT_ROUND_OFF:
             return None
         row, state = np.unravel_index(int(size.argmax()), size.shape)
         return _Worst(int(row), int(state), float(size[row, state]))
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
     bound = np.sqrt(((np.abs(rows) @ peak) ** 2).sum(axis=1)) / scale
-    order, worst, least = np.argsort(-bound), None, 1 + EXACT
-    step = max(BLOCK // (3 * ROWS), 1)
-    for first in range(0, len(order), ROWS):
-        own = order[first : first + ROWS]
-        if not bound[own[0]] > least:
+    order, worst, least = np.argsort(-bound), None, 1 + LIMIT_ROUND_OFF
+    step = max(LARGEST_BLOCK // (3 * ROWS_AT_A_TIME), 1)
+    for first in range(0, len(order), ROWS_AT_A_TIME):
+        block = order[first : first + ROWS_AT_A_TIME]
+        if not bound[block[0]] > least:
             break
         for start in range(0, states.count, step):
-            moved = rows[own].reshape(-1, rows.shape[2]) @ states.amplitudes[:, start : start + step]
-            size = (moved.reshape(len(own), 3, -1) ** 2).sum(axis=1)
-            size = np.sqrt(size) / scale[own, None]
+            moved = rows[block].reshape(-1, rows.shape[2]) @ states.amplitudes[:, start : start + step]
+            size = np.sqrt((moved.reshape(len(block), 3, -1) ** 2).sum(axis=1)) / scale[block, None]
             if size.max() > least:
                 row, state = np.unravel_index(int(size.argmax()), size.shape)
                 least = float(size[row, state])
-                worst = _Worst(int(own[row]), int(state) + start, least)
+                worst = _Worst(int(block[row]), int(state) + start, least)
     return worst
 
 
@@ -214,17 +205,17 @@ def stress_limits(states: States, gravity: Sequence[float] | None = None) -> tup
     says so where states are left that might be worse.
     """
     numbers, bound = _candidates(states, gravity)
-    worst, beyond, least, names = None, 0, 1 + EXACT, ()
-    for first in range(0, min(len(numbers), MOST_STATES), ROWS):
-        own = numbers[first : first + ROWS]
-        if not bound[own[0]] > least:
+    worst, beyond, least, names = None, 0, 1 + LIMIT_ROUND_OFF, ()
+    for first in range(0, min(len(numbers), MOST_STATES), ROWS_AT_A_TIME):
+        block = numbers[first : first + ROWS_AT_A_TIME]
+        if not bound[block[0]] > least:
             break
-        names, ratio, _ = yield_ratios(states.model, states.at(own), gravity)
-        ratio = np.where(np.isfinite(ratio), ratio, 0.0)
+        yields = yield_ratios(states.model, states.at(block), gravity)
+        names, ratio = yields.names, _finite(yields)
         if ratio.size and ratio.max() > least:
             member, state = np.unravel_index(int(ratio.argmax()), ratio.shape)
             least = float(ratio[member, state])
-            worst, beyond = _Worst(int(member), int(own[state]), least), int((ratio.max(axis=1) > 1).sum())
+            worst, beyond = _Worst(int(member), int(block[state]), least), int((ratio.max(axis=1) > 1).sum())
     rest = len(numbers) - MOST_STATES
     left = ""
     if rest > 0 and bound[numbers[MOST_STATES]] > least:
@@ -247,24 +238,27 @@ def _candidates(states: States, gravity: Sequence[float] | None) -> tuple[NDArra
     """
     if states.amplitudes is None:
         K, u = states.model.K, states.columns
-        if states.count > len(TOGETHER) and not (_together(states.model, u, gravity) > 1).any():
+        if states.count > len(UNIT_FORCES) and not (_together(states.model, u, gravity) > 1).any():
             return np.empty(0, dtype=np.intp), np.zeros(states.count)
         energy = np.einsum("nk,nk->k", u, K @ u) if states.count > MOST_STATES else np.zeros(states.count)
         return np.argsort(-energy, kind="stable"), np.full(states.count, np.inf)
     peak = np.abs(states.amplitudes).max(axis=1, initial=0.0)
-    each = yield_ratios(states.model, states.columns * peak).ratio
-    each = np.where(np.isfinite(each), each, 0.0)
+    each = _finite(yield_ratios(states.model, states.columns * peak))
     there = np.zeros((len(each), 1))
     if states.model.plan.is_posed:  # what is there without motion is in every column
-        there = yield_ratios(states.model, np.zeros((states.model.order, 1))).ratio
-        there = np.where(np.isfinite(there), there, 0.0)
+        there = _finite(yield_ratios(states.model, np.zeros((states.model.order, 1))))
         each = each + there
-    own = each.sum(axis=1) + there[:, 0] > 1
-    if not own.any():
+    may_yield = each.sum(axis=1) + there[:, 0] > 1
+    if not may_yield.any():
         return np.empty(0, dtype=np.intp), np.zeros(states.count)
     share = np.abs(states.amplitudes) / np.where(peak > 0, peak, 1.0)[:, None]
-    bound = (each[own] @ share + there[own]).max(axis=0)
+    bound = (each[may_yield] @ share + there[may_yield]).max(axis=0)
     return np.argsort(-bound)[: int((bound > 1).sum())], bound
+
+
+def _finite(yields: YieldRatios) -> Array:
+    """Stress over yield stress (m, k), zero where it is not known."""
+    return np.where(np.isfinite(yields.ratio), yields.ratio, 0.0)
 
 
 def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) -> Array:
@@ -277,22 +271,21 @@ def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) 
 
     def forces(name: str) -> tuple[Array, Array]:
         start, end = end_forces(model, name, u, g)
-        most = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * TOGETHER[:6].T
-        changed = np.abs(end - start).max(axis=-1, keepdims=True) * TOGETHER[6:].T / 2
+        most = np.maximum(np.abs(start), np.abs(end)).max(axis=-1, keepdims=True) * UNIT_FORCES[:6].T
+        changed = np.abs(end - start).max(axis=-1, keepdims=True) * UNIT_FORCES[6:].T / 2
         return np.concatenate([most, -changed], axis=-1), np.concatenate([most, changed], axis=-1)
 
-    each = ratios_to_yield(model, forces, len(TOGETHER)).ratio
-    return np.where(np.isfinite(each), each, 0.0).sum(axis=1)
+    return _finite(ratios_to_yield(model, forces, len(UNIT_FORCES))).sum(axis=1)
 
 
-def merged(found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+def merged(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """The worst of each kind, of commands and forces for each place and side."""
     worst: dict[tuple[str, str, bool], Diagnostic] = {}
-    for own in found:
-        each = own.kind in ("command", "force")
-        key = (own.kind, own.place if each else "", each and own.value < 0)
-        if key not in worst or abs(own.value) * abs(worst[key].limit) > abs(worst[key].value) * abs(own.limit):
-            worst[key] = own
+    for new in warnings:
+        each = new.kind in ("command", "force")
+        key = (new.kind, new.place if each else "", each and new.value < 0)
+        if key not in worst or abs(new.value) * abs(worst[key].limit) > abs(worst[key].value) * abs(new.limit):
+            worst[key] = new
     return tuple(worst.values())
 
 
@@ -301,46 +294,45 @@ def command_limits(
 ) -> tuple[Diagnostic, ...]:
     """Commands (m, N) to inputs beyond their range, above and below: a stack's free stroke or blocked force, or the
     limit of a force or moment."""
-    found = []
-    for own, u in zip(inputs, commands, strict=True):
-        low, high = own.limits
+    warnings = []
+    for port, u in zip(inputs, commands, strict=True):
+        low, high = port.limits
         for state, limit in ((int(u.argmax()), high), (int(u.argmin()), low)):
             value = float(u[state])
-            side, margin = np.sign(limit) or -1.0, AT_LIMIT * (high - low)
+            side, margin = np.sign(limit) or -1.0, DATA_SHEET_DIGITS * (high - low)
             if not (np.isfinite(limit) and side * (value - limit) > margin):
                 continue
-            name, unit = own.channel.name, own.channel.unit
+            name, unit = port.channel.name, port.channel.unit
             head = f"{name} is driven with {quantity(value, unit, 4)}{when(state)}"
-            if own.stiffness is None:
+            if port.stiffness is None:
                 text = f"{head}, {times(value / limit)} times its limit of {quantity(high, unit, 4)}"
             elif value > high:
                 text = f"{head}, {times(value / high)} times what gives its free stroke, {quantity(high, unit, 4)}"
             else:
                 text = f"{head}, below its range from 0 to {quantity(high, unit, 4)}: a stack is driven to one side"
-            found.append(Diagnostic("command", name, value, limit, unit, text))
-    return tuple(found)
+            warnings.append(Diagnostic("command", name, value, limit, unit, text))
+    return tuple(warnings)
 
 
 def force_limits(states: States, ports: Ports, commands: dict[str, Array]) -> tuple[Diagnostic, ...]:
     """Forces in piezo stacks, driven or not, beyond their blocked force: stiffness times free stroke."""
-    found = []
-    for own in ports.inputs(ports.actuators):
-        if own.stiffness is None or not np.isfinite(own.limits[1]):
+    warnings = []
+    for port in ports.inputs(ports.actuators):
+        if port.stiffness is None or not np.isfinite(port.limits[1]):
             continue
-        most = own.stiffness * own.stroke * own.limits[1]
-        free = own.stiffness * own.stroke * commands.get(own.channel.name, np.zeros(1))
-        force = free - own.stiffness * states.of(own.row)
+        name, blocked = port.channel.name, port.stiffness * port.stroke * port.limits[1]
+        unloaded = port.stiffness * port.stroke * commands.get(name, np.zeros(1))
+        force = unloaded - port.stiffness * states.of(port.row)
         state = int(np.abs(force).argmax())
         value = float(force[state])
-        if abs(value) > most * (1 + AT_LIMIT):
+        if abs(value) > blocked * (1 + DATA_SHEET_DIGITS):
             pushes = "pushes" if value > 0 else "is pulled"
-            name = own.channel.name
             text = (
-                f"{name} {pushes} with {quantity(abs(value), 'N', 4)}{states.when(state)}, {times(value / most)}"
-                f" times its blocked force of {quantity(most, 'N', 4)}"
+                f"{name} {pushes} with {quantity(abs(value), 'N', 4)}{states.when(state)}, {times(value / blocked)}"
+                f" times its blocked force of {quantity(blocked, 'N', 4)}"
             )
-            found.append(Diagnostic("force", name, value, most if value > 0 else -most, "N", text))
-    return tuple(found)
+            warnings.append(Diagnostic("force", name, value, blocked if value > 0 else -blocked, "N", text))
+    return tuple(warnings)
 
 
 def times(ratio: float) -> str:

@@ -65,12 +65,12 @@ class Preload(Tabular):
     def to_dict(self, n: int = 6) -> dict[str, Any]:
         """Plain data for JSON, with up to `n` buckling factors and frequencies; under loads beyond buckling there are
         no frequencies."""
-        own = {
+        values = {
             "buckling_factors": self.buckling_factors(n),
             "loaded": None if self.buckled else self.natural_frequencies(n),
             "unloaded": self.natural_frequencies(n, 0.0),
         }
-        return {**plain(own), **super().to_dict()}
+        return {**plain(values), **super().to_dict()}
 
     def _title(self) -> str:
         return f"{self.model.plan.name} under dead loads"
@@ -81,19 +81,11 @@ class Preload(Tabular):
             f"at {number(float(factors[0]))} times these loads" if len(factors) else "under no load of this direction"
         )
         yield Facts({"buckles": buckles})
-        forces = sorted(self.axial_force.items(), key=lambda own: -max(map(abs, own[1])))[:MOST_MEMBERS]
-        least, largest = ([own[k] for _, own in forces] for k in (0, 1))
-        columns = {
-            "member": [name for name, _ in forces],
-            "least axial force [N]": least,
-            "largest axial force [N]": largest,
-        }
-        yield Table(columns, "members", count=len(self.axial_force))
+        most = sorted(self.axial_force.items(), key=lambda item: -max(map(abs, item[1])))[:MOST_MEMBERS]
+        yield Table(_force_columns(dict(most)), "members", count=len(self.axial_force))
 
     def _columns(self) -> dict[str, Any]:
-        """Axial forces of the members, tension positive."""
-        least, largest = zip(*self.axial_force.values(), strict=True) if self.axial_force else ((), ())
-        return {"member": list(self.axial_force), "least axial force [N]": least, "largest axial force [N]": largest}
+        return _force_columns(self.axial_force)
 
     def stiffness(self, factor: float = 1.0) -> sp.csc_matrix:
         """K (n, n) about the state under `factor` times the loads."""
@@ -115,8 +107,8 @@ class Preload(Tabular):
         Raises SolverError when that state is beyond buckling.
         """
         self._definite(factor)
-        own = chained(self.model, geometric=factor * self.K_g)
-        return certificate(own, lowest_pairs(own, n), n)
+        full = chained(self.model, geometric=factor * self.K_g)
+        return certificate(full, lowest_pairs(full, n), n)
 
     @cached_property
     def buckling_factor(self) -> float:
@@ -157,6 +149,12 @@ class Preload(Tabular):
         return K
 
 
+def _force_columns(forces: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    """Axial forces of members, tension positive."""
+    least, largest = ([ends[k] for ends in forces.values()] for k in (0, 1))
+    return {"member": list(forces), "least axial force [N]": least, "largest axial force [N]": largest}
+
+
 @verb
 def preload(
     model: Mechanism | Plan | FullOrderModel,
@@ -178,9 +176,9 @@ def preload(
     """
     given = {node: finite_numbers(f"load on {node}", value, 6) for node, value in (loads or {}).items()}
     model = unloaded(model, parameters)
-    own = model.plan.loads
-    g = own.gravity(model.values) if gravity is None else finite_numbers("gravity", gravity, 3)
-    wrenches = own.wrenches(model.values)
+    described = model.plan.loads
+    g = described.gravity(model.values) if gravity is None else finite_numbers("gravity", gravity, 3)
+    wrenches = described.wrenches(model.values)
     for node, wrench in given.items():
         wrenches[node] = wrenches.get(node, 0.0) + wrench
     commands = {name: float(value) for name, value in (actuators or {}).items()}
@@ -198,20 +196,20 @@ def _count(n: int) -> int:
 def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:
     """What actuator commands do to a state."""
     ports = Ports(model.design)
-    named = [(own, float(value)) for name, value in actuators.items() for own in ports.inputs([name])]
-    if any(own.base is not None or not np.isfinite(value) for own, value in named):
+    driven = [(port, value) for name, value in actuators.items() for port in ports.inputs([name])]
+    if any(port.base is not None or not np.isfinite(value) for port, value in driven):
         raise OptionError("commands are finite numbers of forces, moments and piezo stacks; a base at rest is assumed")
-    load = sum((value * own.load for own, value in named), np.zeros(model.order))
-    expansion = {own.channel.name: own.stroke * value for own, value in named if own.stiffness is not None}
-    pushes = [push for own, value in named if own.stiffness is None for push in _pushes(model, own, value)]
+    load = sum((value * port.load for port, value in driven), np.zeros(model.order))
+    expansion = {port.channel.name: port.stroke * value for port, value in driven if port.stiffness is not None}
+    pushes = [push for port, value in driven if port.stiffness is None for push in _pushes(model, port, value)]
     return Drive(load, tuple(pushes), expansion)
 
 
-def _pushes(model: FullOrderModel, own: InputPort, force: float) -> Iterator[Pushes]:
+def _pushes(model: FullOrderModel, port: InputPort, force: float) -> Iterator[Pushes]:
     """Rigid arms that a force pushes on."""
     topology, x = model.plan.topology, model.geometry.positions
-    for node in own.nodes:
+    for node in port.nodes:
         root = topology.root[node]
         if topology.is_rigid[node] and root != node:
             dof = topology.dof[root]
-            yield Pushes.of(dof, -force * np.append(own.row, 0.0)[dof[:3]], x[node] - x[root])
+            yield Pushes.of(dof, -force * np.append(port.row, 0.0)[dof[:3]], x[node] - x[root])

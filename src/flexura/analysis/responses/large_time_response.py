@@ -87,7 +87,7 @@ def large_time_response(built: System, asked: Asked, order: str) -> Answer:
     if order == "low":
         nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
         found = low_order_motion(equations, nodes, run, MODES)
-        said, own = found.said, runs[found.walk]
+        said, own = found.motion, runs[found.run]
     else:
         run(equations)
         own = runs[-1]

@@ -1,4 +1,3 @@
-from flexura.analysis.static.at_rest import AtRest as AtRest
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
 from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics

@@ -19,25 +19,25 @@ from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, counted, in_mm, number, quantity
 
-GAP = 10.0
+LEAST_GAP = 10.0
 """Least ratio of compliances between freedoms and constraints where there are no actuators."""
 
-OUTSTANDING = 2.0
+OUTSTANDING_GAP = 2.0
 """How many times the second largest ratio of neighbouring compliances the largest must be."""
 
-LENGTHS = (2**-0.5, 2**0.5)
+LENGTH_FACTORS = (2**-0.5, 2**0.5)
 """Factors of the characteristic length with which freedoms have to be the same."""
 
-TURNS = 0.1
+TURNING_SHARE = 0.1
 """Share of rotation in a freedom, lengths over the characteristic length, below which it is a translation."""
 
-EQUAL = 1e-3
+REPEATED_STIFFNESS = 1e-3
 """Stiffnesses that differ by no more are repeated: their axes are a matter of choice."""
 
-PARALLEL = 1e-6
+SAME_DIRECTION = 1e-6
 """Directions are the same when their components differ by no more."""
 
-NOISE = 1e-9
+COMPLIANCE_NOISE = 1e-9
 """Compliances below so much of the largest are round-off."""
 
 
@@ -68,8 +68,8 @@ class Freedom(Record):
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON, the screw axis by its `direction`, `point` and `pitch`."""
         axis = {"direction": self.axis.direction, "point": self.axis.point, "pitch": self.axis.pitch}
-        own = {name: value for name, value in vars(self).items() if name != "axis"}
-        return plain({"kind": self.kind, "twist": self.twist, **axis, **own})
+        values = {name: value for name, value in vars(self).items() if name != "axis"}
+        return plain({"kind": self.kind, "twist": self.twist, **axis, **values})
 
 
 @dataclass(frozen=True, repr=False)
@@ -97,18 +97,21 @@ class ComplianceSpectrum(Result):
 
     def _view(self) -> Iterator[Facts | Table]:
         yield Table({"": range(1, 7), "compliance [m/N]": self.compliance}, "compliances")
-        gap = f"{number(self.gap, 4)} after the {self.count}."
-        yield Facts(
-            {
-                "largest gap": gap,
-                "rotations counted at": quantity(self.length, "m", 4),
-                "centre [mm]": in_mm(self.centre),
-            }
-        )
+        gap, length = f"{number(self.gap, 4)} after the {self.count}.", quantity(self.length, "m", 4)
+        yield Facts({"largest gap": gap, "rotations counted at": length, "centre [mm]": in_mm(self.centre)})
 
     def _data(self) -> dict[str, Any]:
-        own = {name: value for name, value in vars(self).items() if name != "length"}
-        return {**own, "characteristic_length": self.length}
+        values = {name: value for name, value in vars(self).items() if name != "length"}
+        return {**values, "characteristic_length": self.length}
+
+    @property
+    def why_unclear(self) -> str:
+        """Why no freedoms are named where it is not clear."""
+        if self.gap < LEAST_GAP:
+            return f"no clear freedoms: compliances are at most {self.gap:.2g} times each other"
+        if self.is_outstanding:
+            return "no clear freedoms: where the largest gap is depends on the length at which rotations are counted"
+        return f"no clear freedoms: another gap is nearly as large as the largest, {self.gap:.2g} times"
 
 
 def compliance_spectrum(model: FullOrderModel, number: int, C: Array) -> ComplianceSpectrum:
@@ -120,32 +123,32 @@ def compliance_spectrum(model: FullOrderModel, number: int, C: Array) -> Complia
     depend on which node of the platform is named.
     """
     middle, spread = _holders(model, number)
-    at = model.geometry.positions[number]
-    centre = middle.mean(axis=0) if len(middle) else at
+    position = model.geometry.positions[number]
+    centre = middle.mean(axis=0) if len(middle) else position
     square = float((((middle - centre) ** 2).sum(axis=1) + spread).mean()) if len(middle) else 0.0
-    A = rigid_arm(centre - at)
-    own = A @ C @ A.T
+    A = rigid_arm(centre - position)
+    at_centre = A @ C @ A.T
     if not square > 0:
         root = model.plan.topology.root
         cluster = model.geometry.positions[root == root[number]]
         square = float(((cluster - centre) ** 2).sum(axis=1).max())
     if not square > 0:
-        turning = float(np.trace(own[3:, 3:]))
-        square = float(np.trace(own[:3, :3])) / turning if turning > 0 else 1.0
+        turning = float(np.trace(at_centre[3:, 3:]))
+        square = float(np.trace(at_centre[:3, :3])) / turning if turning > 0 else 1.0
     length = float(np.sqrt(square))
-    values, axes = _scaled(own, length)
-    count, gap, others = _largest_gap(values)
-    same = all(_largest_gap(_scaled(own, factor * length)[0])[0] == count for factor in LENGTHS)
-    outstanding = gap >= OUTSTANDING * others
-    clear = gap >= GAP and outstanding and same
-    return ComplianceSpectrum(values, axes, centre, length, gap, count, outstanding, clear)
+    values, axes = _scaled(at_centre, length)
+    count, gap, next_gap = _largest_gap(values)
+    is_outstanding = gap >= OUTSTANDING_GAP * next_gap
+    is_same = all(_largest_gap(_scaled(at_centre, factor * length)[0])[0] == count for factor in LENGTH_FACTORS)
+    is_clear = gap >= LEAST_GAP and is_outstanding and is_same
+    return ComplianceSpectrum(values, axes, centre, length, gap, count, is_outstanding, is_clear)
 
 
 def _scaled(C: Array, length: float) -> tuple[Array, Array]:
     """Compliances (6,), m/N, largest first, and their axes (6, 6), rotations as lengths."""
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     values, axes = la.eigh(C * scale[:, None] * scale)
-    return np.maximum(values[::-1], NOISE * values[-1]), axes[:, ::-1]
+    return np.maximum(values[::-1], COMPLIANCE_NOISE * values[-1]), axes[:, ::-1]
 
 
 def _largest_gap(values: Array) -> tuple[int, float, float]:
@@ -154,8 +157,8 @@ def _largest_gap(values: Array) -> tuple[int, float, float]:
     What is held does not move at all: the step down to it counts only where there is no gap above it.
     """
     ratio = values[:-1] / values[1:]
-    elastic = np.where(values[1:] > NOISE * values[0], ratio, 1.0)
-    if elastic.max() < GAP and (elastic < ratio).any():
+    elastic = np.where(values[1:] > COMPLIANCE_NOISE * values[0], ratio, 1.0)
+    if elastic.max() < LEAST_GAP and (elastic < ratio).any():
         elastic = ratio
     first = int(np.argmax(elastic))
     return first + 1, float(elastic[first]), float(np.delete(elastic, first).max())
@@ -165,26 +168,26 @@ def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
     """Middles (k, 3), m, of the members, springs, stacks and superelements on the rigid cluster of a node, and their
     mean squares of distance from there (k,), m^2."""
     topology = model.plan.topology
-    mine = topology.root == topology.root[number]
+    on_platform = topology.root == topology.root[number]
     middle: list[Array] = []
     spread: list[float] = []
     for name in model.matrices:
         placed, geometry = topology.copies[name], model.geometry.parts[name]
         part = placed.part
         ends = geometry.positions[part.ends] + geometry.offsets
-        discrete_elements = [(own.nodes, 0.0) for own in part.springs.values()]
-        discrete_elements += [(own.nodes, 1 / 3) for own in part.channels.piezos.values()]
+        discrete_elements = [(spring.nodes, 0.0) for spring in part.springs.values()]
+        discrete_elements += [(stack.nodes, 1 / 3) for stack in part.channels.piezos.values()]
         discrete_elements += [
             ([n for n in nodes if n < part.n_positioned], 1.0) for nodes, _, _ in part.superelements.values()
         ]
         for instance, offset in zip(placed.number, placed.offset, strict=True):
-            m = np.flatnonzero(mine[offset + part.ends].sum(axis=1) == 1)
+            m = np.flatnonzero(on_platform[offset + part.ends].sum(axis=1) == 1)
             middle += list(ends[m].mean(axis=1) @ model.geometry.Q[instance].T + model.geometry.t[instance])
             spread += (geometry.length[m] ** 2 / 12).tolist()
             for nodes, share in discrete_elements:
-                own = offset + np.array(nodes, dtype=np.intp)
-                if mine[own].any() and not (mine[own].all() and len(own) > 1):
-                    x = model.geometry.positions[own]
+                held_by = offset + np.array(nodes, dtype=np.intp)
+                if on_platform[held_by].any() and not (on_platform[held_by].all() and len(held_by) > 1):
+                    x = model.geometry.positions[held_by]
                     middle.append(x.mean(axis=0))
                     spread.append(share * float(((x - middle[-1]) ** 2).sum(axis=1).mean()))
     return np.array(middle).reshape(-1, 3), np.array(spread)
@@ -202,12 +205,12 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
             for instance, offset in zip(placed.number, placed.offset, strict=True):
                 rows = model.design.node_rows(np.array([offset + n for n in discrete.nodes]))
                 Q = model.geometry.Q[instance].T
-                own = block_rotation(Q)
-                own[3:, 3:] *= round(float(np.linalg.det(Q)))
-                B = sp.csr_matrix(np.kron(np.eye(len(discrete.nodes)), own)) @ rows
+                turned = block_rotation(Q)
+                turned[3:, 3:] *= round(float(np.linalg.det(Q)))
+                B = sp.csr_matrix(np.kron(np.eye(len(discrete.nodes)), turned)) @ rows
                 K = K - B.T @ sp.csc_matrix(discrete.K) @ B
-    left = K.diagonal()
-    if not any(part.springs for part in model.plan.parts.values()) or (left < NOISE * model.K.diagonal()).any():
+    has_springs = any(part.springs for part in model.plan.parts.values())
+    if not has_springs or (K.diagonal() < COMPLIANCE_NOISE * model.K.diagonal()).any():
         return None
     K = sp.csc_matrix((K + K.T) / 2)
     return K if is_definite(K) else None
@@ -224,79 +227,75 @@ def screws(basis: Array, C: Array, model: FullOrderModel) -> list[tuple[Array, s
         return []
     _, cosines, Vt = la.svd(basis[3:])
     cosines = np.append(cosines, np.zeros(max(0, basis.shape[1] - len(cosines))))
-    turning = cosines > TURNS
-    K = np.asarray(la.pinvh(C, rtol=NOISE), dtype=np.float64)
+    turning = cosines > TURNING_SHARE
+    K = np.asarray(la.pinvh(C, rtol=COMPLIANCE_NOISE), dtype=np.float64)
     axes = _member_axes(model)
     turns = _along_axes(basis @ Vt[turning].T, slice(3, 6), K, axes)
     slides = _along_axes(basis @ Vt[~turning].T, slice(0, 3), K, axes)
     return [(t, "R") for t in turns] + [(t, "T") for t in slides]
 
 
-def _along_axes(space: Array, own: slice, K: Array, axes: Array) -> list[Array]:
+def _along_axes(space: Array, part: slice, K: Array, axes: Array) -> list[Array]:
     """Twists of unit directions that span a space (6, f), in the order of the coordinate axes that they are nearest."""
     if space.shape[1] < 2:
         return list(space.T)
-    inverse = np.linalg.pinv(space[own])
-    directions = la.orth(space[own])
-    twists = space @ inverse @ directions
+    inverse = np.linalg.pinv(space[part])
+    axes_in_space = la.orth(space[part])
+    twists = space @ inverse @ axes_in_space
     stiffness, Y = la.eigh(twists.T @ K @ twists)
-    found: list[Array] = []
+    directions: list[Array] = []
     first = 0
     for k in range(1, len(stiffness) + 1):
-        if k == len(stiffness) or stiffness[k] > (1 + EQUAL) * stiffness[k - 1]:
-            group = directions @ Y[:, first:k]
-            found += [group[:, 0]] if k - first == 1 else _chosen(group, axes)
+        if k == len(stiffness) or stiffness[k] > (1 + REPEATED_STIFFNESS) * stiffness[k - 1]:
+            group = axes_in_space @ Y[:, first:k]
+            directions += [group[:, 0]] if k - first == 1 else _directions_in(group, axes)
             first = k
-    found.sort(key=lambda d: int(np.flatnonzero(np.abs(d) > np.abs(d).max() - PARALLEL)[0]))
-    return [space @ inverse @ d for d in found]
+    directions.sort(key=lambda d: int(np.flatnonzero(np.abs(d) > np.abs(d).max() - SAME_DIRECTION)[0]))
+    return [space @ inverse @ d for d in directions]
 
 
-def _chosen(space: Array, axes: Array) -> list[Array]:
+def _directions_in(space: Array, axes: Array) -> list[Array]:
     """Orthogonal directions that span a space (3, f): of the axes (n, 3) the first ones in it, else projections of the
     longest."""
-    found: list[Array] = []
+    directions: list[Array] = []
     rest = space
     while rest.shape[1]:
         inside = np.linalg.norm(axes @ rest, axis=1)
-        within = np.flatnonzero(inside > 1 - PARALLEL)
-        best = within[0] if len(within) else np.flatnonzero(inside > inside.max() - PARALLEL)[0]
+        within = np.flatnonzero(inside > 1 - SAME_DIRECTION)
+        best = within[0] if len(within) else np.flatnonzero(inside > inside.max() - SAME_DIRECTION)[0]
         d = rest @ (rest.T @ axes[best])
         d = d / np.linalg.norm(d)
-        found.append(d)
+        directions.append(d)
         rest = rest @ la.null_space((d @ rest)[None, :])
-    return found
+    return directions
 
 
 def _member_axes(model: FullOrderModel) -> Array:
     """Directions (n, 3) of the members' axes and the global ones, without their sign: first what most members have,
     and among equals the global ones."""
-    found = np.concatenate([np.eye(3), *_frames(model)])
-    found[np.abs(found) < PARALLEL] = 0.0
-    first = found[np.arange(len(found)), np.argmax(found != 0, axis=1)]
-    found *= np.sign(first)[:, None]
-    _, at, same, counts = np.unique(np.round(found / PARALLEL / 10), axis=0, return_index=True, return_inverse=True,
-                                    return_counts=True)  # fmt: skip
+    axes = [np.eye(3)]
+    for name in model.matrices:
+        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
+        is_round = placed.part.table.is_round  # of which only the axis along them counts
+        local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
+        axes += [local @ model.geometry.Q[instance].T for instance in placed.number]
+    directions = np.concatenate(axes)
+    directions[np.abs(directions) < SAME_DIRECTION] = 0.0
+    first = directions[np.arange(len(directions)), np.argmax(directions != 0, axis=1)]
+    directions *= np.sign(first)[:, None]
+    rounded = np.round(directions / SAME_DIRECTION / 10)
+    _, at, same, counts = np.unique(rounded, axis=0, return_index=True, return_inverse=True, return_counts=True)
     votes = counts.astype(float)
     votes[same[:3]] -= 0.5
     order = np.lexsort((at, -votes))
-    return found[at[order]]
+    return directions[at[order]]
 
 
-def _frames(model: FullOrderModel) -> Iterator[Array]:
-    """Axes (3m, 3) of the members of every placed part; of round ones those along them."""
-    for name in model.matrices:
-        placed, R = model.plan.topology.copies[name], model.geometry.parts[name].R
-        is_round = placed.part.table.is_round
-        local = np.concatenate([R[is_round, 0], R[~is_round].reshape(-1, 3)])
-        for instance in placed.number:
-            yield local @ model.geometry.Q[instance].T
-
-
-def freedom(twist: Array, kind: str, at: Array) -> Freedom:
+def unit_freedom(twist: Array, kind: str, position: Array) -> Freedom:
     """A freedom of unit size from a twist (6,) at a point (3,), m and rad, without what actuators make of it."""
-    own = twist[3:] if kind == "R" else twist[:3]
-    largest = np.flatnonzero(np.abs(own) > (1 - PARALLEL) * np.abs(own).max())[0]
-    twist = twist / (np.linalg.norm(own) * np.sign(own[largest]))
+    moving = twist[3:] if kind == "R" else twist[:3]
+    largest = np.flatnonzero(np.abs(moving) > (1 - SAME_DIRECTION) * np.abs(moving).max())[0]
+    twist = twist / (np.linalg.norm(moving) * np.sign(moving[largest]))
     twist[np.abs(twist) < 1e-9 * np.abs(twist).max()] = 0.0
-    axis = screw_axis(twist if kind == "R" else [*twist[:3], 0, 0, 0], at, at=at)
+    axis = screw_axis(twist if kind == "R" else [*twist[:3], 0, 0, 0], position, at=position)
     return Freedom(kind, tuple(float(x) for x in twist), axis, np.nan, ())

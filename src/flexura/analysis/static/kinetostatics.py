@@ -13,14 +13,14 @@ from numpy.typing import ArrayLike
 from flexura.analysis.limits import States, motion_limits, not_looked_at, workspace_limits
 from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of
 from flexura.analysis.static.freedoms import (
-    GAP,
-    NOISE,
+    COMPLIANCE_NOISE,
+    LEAST_GAP,
     ComplianceSpectrum,
     Freedom,
     compliance_spectrum,
-    freedom,
     screws,
     stiffness_without_springs,
+    unit_freedom,
 )
 from flexura.analysis.static.statics import Statics, response_to
 from flexura.analysis.strain import finite_numbers, motion_meshes, screw_axis, tangent_stiffness
@@ -32,19 +32,19 @@ from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import Channel, Ports
+from flexura.systems import Channel, InputPort, Ports
 from flexura.tables import ROUND_OFF, Facts, Table, in_mm, number, percent, quantity, scale_for
 
-OWNED = 0.5
+OWNED_SHARE = 0.5
 """Share of a compliance that locking the actuators takes away, from which it is a freedom."""
 
-HELD = 1e-9
-"""Compliances below so much of what they stand beside are none."""
+LOCKED_COMPLIANCE = 1e-9
+"""Compliances with actuators locked below so much of those with actuators free are none."""
 
-LEAST = 1e-7
+LEAST_DRIFT = 1e-7
 """Drifts below this, m or rad, are round-off."""
 
-ROUNDING = 1e-8
+COMPLIANCE_ROUND_OFF = 1e-8
 """Compliances below so much of their bound, sqrt(S_ii S_jj), are round-off."""
 
 
@@ -88,9 +88,9 @@ class Kinetostatics(Result):
     def model_error(self) -> dict[str, Any]:
         """Where the part's `stiffness` (6,), `input_stiffness` (a,) and `coupling` (6, a) lie: between 1 + low and
         1 + high times those given; None where there is no evidence, or nothing moves."""
-        own, a = self.model_errors.intervals, len(self.inputs)
-        rows = [list(own[k : k + a]) for k in range(6 + a, 6 + 7 * a, max(a, 1))]
-        return {"stiffness": list(own[:6]), "input_stiffness": list(own[6 : 6 + a]), "coupling": rows}
+        intervals, a = self.model_errors.intervals, len(self.inputs)
+        rows = [list(intervals[k : k + a]) for k in range(6 + a, 6 + 7 * a, max(a, 1))]
+        return {"stiffness": list(intervals[:6]), "input_stiffness": list(intervals[6 : 6 + a]), "coupling": rows}
 
     @property
     def kind(self) -> str:
@@ -104,18 +104,18 @@ class Kinetostatics(Result):
     def stiffness(self) -> Array:
         """Output stiffness (6,), N/m and N m/rad: force over displacement in each coordinate, the others free; infinite
         where supports hold it."""
-        own = np.diagonal(self.compliance)
-        return np.divide(1.0, own, out=np.full(6, np.inf), where=own != 0)
+        diagonal = np.diagonal(self.compliance)
+        return np.divide(1.0, diagonal, out=np.full(6, np.inf), where=diagonal != 0)
 
     def amplification(self, command: ArrayLike | None = None) -> Array:
         """Displacement (6,) of the platform per mean elongation, m/m and rad/m, of the actuators under a command (a,).
 
         By default all are driven alike. Raises OptionError for commands that do not fit or stretch nothing.
         """
-        n = len(self.inputs)
-        given = np.ones(n) if command is None else finite_numbers("a command", command, n)
-        own = self.elongation @ given
-        driven = own[given != 0] if (given != 0).any() else own
+        a = len(self.inputs)
+        given = np.ones(a) if command is None else finite_numbers("a command", command, a)
+        elongation = self.elongation @ given
+        driven = elongation[given != 0] if (given != 0).any() else elongation
         if not np.abs(driven).max(initial=0.0) > 0:
             raise OptionError("these commands stretch no actuator")
         return self.coupling @ given / np.abs(driven).mean()
@@ -149,29 +149,27 @@ class Kinetostatics(Result):
     def freedom_columns(self) -> dict[str, Any]:
         """A row for each freedom: its screw axis, how far commands within their limits take it, how the axis drifts
         there, and how far it goes before something yields."""
-        free = self.freedoms
-        turns = [f.kind == "R" for f in free]
-        drifts = [
-            "" if f.shift is None or f.tilt is None else f"{_drift(f.shift, 'm')}, {_drift(f.tilt, 'rad')}"
-            for f in free
-        ]
-        ranges = [quantity(f.stroke, UNITS[f.kind == "R"], 4) for f in free]
-        ends = [quantity(f.yield_stroke, UNITS[f.kind == "R"], 4) for f in free]
-        beyond = ["" if f.yields_in_range else ", beyond linear theory" for f in free]
+        freedoms = [(f, f.kind == "R") for f in self.freedoms]
         return {
-            "freedom": ["rotation" if turn else "translation" for turn in turns],
-            "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f in free],
-            "through mm": [in_mm(f.axis.point) if turn else "" for f, turn in zip(free, turns, strict=True)],
-            "pitch [m/rad]": [f.axis.pitch if turn else None for f, turn in zip(free, turns, strict=True)],
-            "owned": [percent(f.share, 4) for f in free],
-            "range": [f"± {text}" if text else "" for text in ranges],
-            "axis drifts": drifts,
-            "stroke to yield": [own + more for own, more in zip(ends, beyond, strict=True)],
+            "freedom": ["rotation" if turns else "translation" for _, turns in freedoms],
+            "axis": [" ".join(f"{x:+.4f}" for x in f.axis.direction) for f, _ in freedoms],
+            "through mm": [in_mm(f.axis.point) if turns else "" for f, turns in freedoms],
+            "pitch [m/rad]": [f.axis.pitch if turns else None for f, turns in freedoms],
+            "owned": [percent(f.share, 4) for f, _ in freedoms],
+            "range": ["" if f.stroke is None else f"± {quantity(f.stroke, UNITS[turns], 4)}" for f, turns in freedoms],
+            "axis drifts": [
+                "" if f.shift is None or f.tilt is None else f"{_drift(f.shift, 'm')}, {_drift(f.tilt, 'rad')}"
+                for f, _ in freedoms
+            ],
+            "stroke to yield": [
+                quantity(f.yield_stroke, UNITS[turns], 4) + ("" if f.yields_in_range else ", beyond linear theory")
+                for f, turns in freedoms
+            ],
         }
 
     def coupling_columns(self) -> dict[str, Any]:
         """What a unit of each command moves the platform by, and what each actuator has to push against."""
-        largest = [np.abs(own).max(initial=0.0) for own in (self.coupling[:3], self.coupling[3:])]
+        largest = [np.abs(rows).max(initial=0.0) for rows in (self.coupling[:3], self.coupling[3:])]
         columns: dict[str, Any] = {"per unit command": [*DOF_NAMES, "input stiffness"]}
         for j, channel in enumerate(self.inputs):
             per = f"({channel.unit})" if "*" in channel.unit else channel.unit
@@ -187,16 +185,17 @@ class Kinetostatics(Result):
         """Stiffness of the platform, one coordinate at a time, and with actuators also with these free and locked, and
         where they take it within their limits."""
 
-        def told(compliance: float, k: int, beside: float = 0.0) -> str:
-            return "held" if compliance <= HELD * beside else quantity(1 / compliance, STIFFNESS_UNITS[k > 2], 4)
+        def stiffness(compliance: float, k: int, unlocked: float = 0.0) -> str:
+            is_held = compliance <= LOCKED_COMPLIANCE * unlocked
+            return "held" if is_held else quantity(1 / compliance, STIFFNESS_UNITS[k > 2], 4)
 
-        own, free, locked = (
+        mounted, free, locked = (
             np.diagonal(C).tolist() for C in (self.compliance, self.compliance_free, self.compliance_locked)
         )
         columns: dict[str, Any] = {
             "coordinate": DOF_NAMES,
-            "stiffness": [told(c, k) for k, c in enumerate(own)],
-            "model error": ["" if c == 0 else text for c, text in zip(own, self.model_errors.texts, strict=False)],
+            "stiffness": [stiffness(c, k) for k, c in enumerate(mounted)],
+            "model error": ["" if c == 0 else text for c, text in zip(mounted, self.model_errors.texts, strict=False)],
         }
         if not self.inputs:
             return columns
@@ -206,27 +205,15 @@ class Kinetostatics(Result):
             is_known = np.isfinite([low, high]).all()
             spans.append(f"{number(low / scale.size, 4)} to {scale.text(high, 4)}" if is_known else "no limits")
         return columns | {
-            "actuators free": [told(c, k) for k, c in enumerate(free)],
-            "actuators locked": [told(c, k, free[k]) for k, c in enumerate(locked)],
+            "actuators free": [stiffness(c, k) for k, c in enumerate(free)],
+            "actuators locked": [stiffness(c, k, free[k]) for k, c in enumerate(locked)],
             "workspace": spans,
         }
 
     def _data(self) -> dict[str, Any]:
-        return {
-            "platform": self.platform,
-            "kind": self.kind,
-            "inputs": self.inputs,
-            **{
-                name: getattr(self, name)
-                for name in (
-                    *("coupling", "compliance", "compliance_free", "compliance_locked", "jacobian"),
-                    *("input_stiffness", "stiffness", "elongation", "workspace"),
-                )
-            },
-            "spectrum": self.spectrum,
-            "freedoms": self.freedoms,
-            "model_error": self.model_error,
-        }
+        arrays = ("coupling", "compliance", "compliance_free", "compliance_locked", "jacobian", "input_stiffness")
+        names = ("platform", "kind", "inputs", *arrays, "stiffness", "elongation", "workspace")
+        return {name: getattr(self, name) for name in (*names, "spectrum", "freedoms", "model_error")}
 
 
 @verb
@@ -249,85 +236,71 @@ def kinetostatics(
     """
     model = assemble(model, parameters)
     model.plan.refuse_pose("kinetostatics")
-    node = _platform(model, platform)
-    ports = Ports(model.design)
-    inputs = ports.inputs(actuators)
-    if any(i.base is not None for i in inputs):
-        inputs = [i for i in inputs if i.base is None]
-    number = model.plan.topology.numbers([node])
-    P = model.design.node_rows(number).toarray()
-    a = len(inputs)
-    R = np.stack([i.row for i in inputs]) if a else np.zeros((0, model.order))
-    rows = np.vstack([P, R])
+    node = _platform_node(model, platform)
+    inputs = [port for port in Ports(model.design).inputs(actuators) if port.base is None]
+    [number] = model.plan.topology.numbers([node]).tolist()
+    P, a = model.design.node_rows(np.array([number])).toarray(), len(inputs)
+    rows = np.vstack([P, *(port.row for port in inputs)])
     moved = flexibility(model).held(np.ascontiguousarray(rows.T))
     S = rows @ moved
     S = (S + S.T) / 2
     size = np.sqrt(np.outer(np.diagonal(S), np.diagonal(S)))
-    S[np.abs(S) < ROUNDING * size] = 0.0
-    k = np.array([i.stiffness or 0.0 for i in inputs])
+    S[np.abs(S) < COMPLIANCE_ROUND_OFF * size] = 0.0
+    k = np.array([port.stiffness or 0.0 for port in inputs])
+    gain = np.array([(port.stiffness * port.stroke if port.stiffness else 1.0) for port in inputs])
     free = _without_stiffness(S, k)
     p, q = slice(0, 6), slice(6, 6 + a)
     jacobian = np.asarray(np.linalg.solve(free[q, q], free[q, p]).T, dtype=np.float64)
     locked = free[p, p] - jacobian @ free[q, p]
-    gain = np.array([(i.stiffness * i.stroke if i.stiffness else 1.0) for i in inputs])
-    coupling, elongation = S[p, q] * gain, S[q, q] * gain
-    own = np.diagonal(S[q, q])
-    limits = tuple(i.limits for i in inputs)
-    spectrum, said = _spectrum(model, P, int(number[0]), free[p, p], a > 0)
-    freedoms, notes = _freedoms(model, free[p, p], locked, coupling, spectrum, int(number[0]))
-    names = [i.channel.name for i in inputs]
-    driven = [f"of {node} by a load along its {dof}" for dof in DOF_NAMES] + [f"by {name}" for name in names]
-    found = [
-        _drifted(model, P, node, f, names, ports, limits) if a else _yielding(model, node, f, free[p, p], spectrum)
-        for f in freedoms
-    ]
+    coupling = S[p, q] * gain
+    spectrum, spectrum_notes = _spectrum(model, P, number, free[p, p], a > 0)
+    output = _Platform(model, node, number, P, inputs, coupling, free[p, p], locked, spectrum)
+    freedoms, notes = output.freedoms()
     loaded = (f"{STATE}, whose own stress the strokes at yield leave out",) if model.plan.is_loaded else ()
+    directions = [f"of {node} by a load along its {dof}" for dof in DOF_NAMES]
+    driven = [*directions, *(f"by {port.channel.name}" for port in inputs)]
     return Kinetostatics(
-        node,
-        tuple(i.channel for i in inputs),
-        coupling,
-        S[p, p],
-        free[p, p],
-        locked,
-        jacobian,
-        1 / own - k,
-        elongation,
-        _workspace(coupling, limits),
-        limits,
-        tuple(found),
-        spectrum,
-        bool(a) or spectrum.is_clear,
-        (*said, *notes, *loaded, *(not_looked_at(model) if a else ())),
-        (*workspace_limits(model, moved[:, q] * gain, inputs), *motion_meshes(model, moved, driven)),
-        errors_of(model, moved, lambda E: _numbers(S + E, k)),
+        platform=node,
+        inputs=tuple(port.channel for port in inputs),
+        coupling=coupling,
+        compliance=S[p, p],
+        compliance_free=free[p, p],
+        compliance_locked=locked,
+        jacobian=jacobian,
+        input_stiffness=1 / np.diagonal(S[q, q]) - k,
+        elongation=S[q, q] * gain,
+        workspace=_workspace(coupling, output.limits),
+        limits=tuple(port.limits for port in inputs),
+        freedoms=tuple(freedoms),
+        spectrum=spectrum,
+        is_clear=bool(a) or spectrum.is_clear,
+        notes=(*spectrum_notes, *notes, *loaded, *(not_looked_at(model) if a else ())),
+        warnings=(*workspace_limits(model, moved[:, q] * gain, inputs), *motion_meshes(model, moved, driven)),
+        model_errors=errors_of(model, moved, lambda E: _stiffness_and_coupling(S + E, k)),
     )
 
 
-def _numbers(S: Array, k: Array) -> Array:
+def _stiffness_and_coupling(S: Array, k: Array) -> Array:
     """Stiffness (6,), input stiffness (a,) and coupling (6 a,), per force, of compliances S (6 + a, 6 + a) with springs
     k (a,) in the actuators; zero where nothing moves."""
-    own = np.diagonal(S)
-    stiff = np.divide(1.0, own, out=np.zeros(len(own)), where=own != 0)
-    stiff[6:] -= k
-    return np.append(stiff, S[:6, 6:])
+    diagonal = np.diagonal(S)
+    stiffness = np.divide(1.0, diagonal, out=np.zeros(len(diagonal)), where=diagonal != 0)
+    stiffness[6:] -= k
+    return np.append(stiffness, S[:6, 6:])
 
 
 def _drift(value: float, unit: str) -> str:
     """How far an axis drifts."""
-    return quantity(value if abs(value) >= LEAST else 0.0, unit, 3)
+    return quantity(value if abs(value) >= LEAST_DRIFT else 0.0, unit, 3)
 
 
-def _platform(model: FullOrderModel, platform: str | None) -> str:
+def _platform_node(model: FullOrderModel, platform: str | None) -> str:
+    plan = model.plan
     if platform is not None:
-        if model.plan.topology.held[model.plan.topology.root[model.plan.topology.numbers([platform])]].all():
+        if plan.topology.held[plan.topology.root[plan.topology.numbers([platform])]].all():
             raise OptionError(f"{platform} is held")
         return platform
-    bodies = [
-        ".".join((*path, key))
-        for name, part in model.plan.parts.items()
-        for path in model.plan.topology.copies[name].paths
-        for key in part.bodies
-    ]
+    bodies = plan.body_names
     if len(bodies) != 1:
         raise OptionError(f"name the platform: there are {len(bodies)} rigid bodies ({', '.join(bodies[:8])})")
     return bodies[0]
@@ -335,50 +308,18 @@ def _platform(model: FullOrderModel, platform: str | None) -> str:
 
 def _without_stiffness(S: Array, k: Array) -> Array:
     """Compliances S (6 + a, 6 + a) when springs k (a,) of the last a coordinates are taken out (theory eq. T20)."""
-    own = np.flatnonzero(k)
-    if not len(own):
+    sprung = np.flatnonzero(k)
+    if not len(sprung):
         return S
-    at = 6 + own
-    return S + S[:, at] @ np.linalg.solve(np.diag(1 / k[own]) - S[np.ix_(at, at)], S[at])
+    at = 6 + sprung
+    return S + S[:, at] @ np.linalg.solve(np.diag(1 / k[sprung]) - S[np.ix_(at, at)], S[at])
 
 
-def _workspace(coupling: Array, limits: Sequence[tuple[float, float]]) -> Array:
+def _workspace(coupling: Array, limits: Array) -> Array:
     """Least and largest displacement (6, 2) in each coordinate."""
-    box = np.array(limits).reshape(-1, 2)
     with np.errstate(invalid="ignore"):
-        ends = np.where(coupling[:, :, None] == 0, 0.0, coupling[:, :, None] * box)
+        ends = np.where(coupling[:, :, None] == 0, 0.0, coupling[:, :, None] * limits)
     return np.stack([ends.min(axis=2).sum(axis=1), ends.max(axis=2).sum(axis=1)], axis=1)
-
-
-def _freedoms(
-    model: FullOrderModel, free: Array, locked: Array, coupling: Array, spectrum: ComplianceSpectrum, number: int
-) -> tuple[list[Freedom], tuple[str, ...]]:
-    """Freedoms as rotations about axes and translations, and what else is to be said (theory eqs. T21-T24)."""
-    at = model.geometry.positions[number]
-    scale = np.repeat([1.0, spectrum.length], 3)
-    arm = rigid_arm(spectrum.centre - at)
-    own, held = ((arm @ C @ arm.T) * scale[:, None] * scale for C in (free, locked))
-    notes: list[str] = []
-    if coupling.shape[1]:
-        left, W = la.eigh(held, own)
-        taken = left < 1 - OWNED
-        basis = la.orth(own @ W[:, taken]) if taken.any() else np.zeros((6, 0))
-        if taken.any() and not taken.all():
-            rest = la.eigh(held, eigvals_only=True)
-            if rest[-1] > spectrum.compliance[taken.sum() - 1] / GAP:
-                notes.append("the platform is compliant, beside its freedoms, in motions that no actuator controls")
-    else:
-        basis = spectrum.axes[:, : spectrum.count if spectrum.is_clear else 0]
-        if not spectrum.is_clear:
-            notes.append(_unclear(spectrum))
-    found = []
-    couples = own[:, 3:] @ la.pinvh(own[3:, 3:], rtol=NOISE)
-    for motion, kind in screws(basis, own, model):
-        alone = kind == "R" and not coupling.shape[1]
-        twist = (couples @ motion[3:] if alone else motion) / scale
-        one = freedom(rigid_arm(at - spectrum.centre) @ twist, kind, at)
-        found.append(_commanded(one, coupling, free, locked, scale) if coupling.shape[1] else one)
-    return found, tuple(notes)
 
 
 def _spectrum(
@@ -386,96 +327,121 @@ def _spectrum(
 ) -> tuple[ComplianceSpectrum, tuple[str, ...]]:
     """The spectrum of a compliance C (6, 6); where freedoms are not clear, that without springs in which they are."""
     spectrum = compliance_spectrum(model, number, C)
-    if driven or spectrum.is_clear:
-        return spectrum, ()
-    K = stiffness_without_springs(model)
+    K = None if driven or spectrum.is_clear else stiffness_without_springs(model)
     if K is None:
         return spectrum, ()
-    own = compliance_spectrum(model, number, P @ stored_flexibility(K, model.M, 0.0)(np.ascontiguousarray(P.T)))
-    if not own.is_clear:
+    C_without = P @ stored_flexibility(K, model.M, 0.0)(np.ascontiguousarray(P.T))
+    without = compliance_spectrum(model, number, C_without)
+    if not without.is_clear:
         return spectrum, ()
     values = " ".join(f"{1e6 * c:.4g}" for c in spectrum.compliance)
-    return own, (
+    return without, (
         "freedoms and compliances are those without springs, which stiffen them; with the springs no freedoms are "
         f"clear cut: {values} um/N",
     )
 
 
-def _unclear(spectrum: ComplianceSpectrum) -> str:
-    """Why no freedoms are named."""
-    if spectrum.gap < GAP:
-        return f"no clear freedoms: compliances are at most {spectrum.gap:.2g} times each other"
-    if spectrum.is_outstanding:
-        return "no clear freedoms: where the largest gap is depends on the length at which rotations are counted"
-    return f"no clear freedoms: another gap is nearly as large as the largest, {spectrum.gap:.2g} times"
+@dataclass(frozen=True)
+class _Platform:
+    """A platform, a node by its `number`, rows `P` (6, n) that read its displacement, the actuators that drive it by
+    their `coupling` (6, a), its compliances (6, 6) with these `free` and `locked`, and the spectrum of its freedoms."""
+
+    model: FullOrderModel
+    node: str
+    number: int
+    P: Array
+    inputs: Sequence[InputPort]
+    coupling: Array
+    free: Array
+    locked: Array
+    spectrum: ComplianceSpectrum
+
+    @property
+    def limits(self) -> Array:
+        """Least and largest commands (a, 2)."""
+        return np.array([port.limits for port in self.inputs]).reshape(-1, 2)
+
+    @property
+    def scale(self) -> Array:
+        """What rotations are multiplied by (6,) to be lengths."""
+        return np.repeat([1.0, self.spectrum.length], 3)
+
+    def freedoms(self) -> tuple[list[Freedom], list[str]]:
+        """Freedoms as rotations about axes and translations, and notes on them (theory eqs. T21-T24)."""
+        spectrum, scale, position = self.spectrum, self.scale, self.model.geometry.positions[self.number]
+        arm = rigid_arm(spectrum.centre - position)
+        free, held = ((arm @ C @ arm.T) * scale[:, None] * scale for C in (self.free, self.locked))
+        notes: list[str] = []
+        if self.inputs:
+            left, W = la.eigh(held, free)
+            owned = left < 1 - OWNED_SHARE
+            basis = la.orth(free @ W[:, owned]) if owned.any() else np.zeros((6, 0))
+            if owned.any() and not owned.all():
+                rest = la.eigh(held, eigvals_only=True)
+                if rest[-1] > spectrum.compliance[owned.sum() - 1] / LEAST_GAP:
+                    notes.append("the platform is compliant, beside its freedoms, in motions that no actuator controls")
+        else:
+            basis = spectrum.axes[:, : spectrum.count if spectrum.is_clear else 0]
+            if not spectrum.is_clear:
+                notes.append(spectrum.why_unclear)
+        freedoms = []
+        couples = free[:, 3:] @ la.pinvh(free[3:, 3:], rtol=COMPLIANCE_NOISE)
+        for motion, kind in screws(basis, free, self.model):
+            by_couple = kind == "R" and not self.inputs
+            twist = (couples @ motion[3:] if by_couple else motion) / scale
+            unit = unit_freedom(rigid_arm(position - spectrum.centre) @ twist, kind, position)
+            freedoms.append(self._with_commands(unit) if self.inputs else self._with_wrench(unit))
+        return freedoms, notes
+
+    def _with_wrench(self, freedom: Freedom) -> Freedom:
+        """The freedom with the stroke at which something yields under the wrench at the node that makes its twist."""
+        scale = self.scale
+        stiffness = la.pinvh(self.free * scale[:, None] * scale, rtol=COMPLIANCE_NOISE)
+        wrench = scale * (stiffness @ (scale * np.array(freedom.twist)))
+        return _with_yield(freedom, response_to(self.model, loads={self.node: wrench}))
+
+    def _with_commands(self, freedom: Freedom) -> Freedom:
+        """The freedom with the commands that make it, the share that actuators own of it, its strokes, and the drift of
+        its axis from the state without commands to half their range (theory eq. S22)."""
+        twist, scale = np.array(freedom.twist), self.scale
+        command = np.linalg.lstsq(self.coupling * scale[:, None], twist * scale, rcond=1e-9)[0]
+        wrench = np.linalg.solve(self.free, twist)
+        share = 1 - float(wrench @ self.locked @ wrench) / float(wrench @ twist)
+        command[np.abs(command) < 1e-8 * np.abs(command).max(initial=0.0)] = 0.0
+        freedom = replace(freedom, share=share, command=tuple(command.tolist()))
+        if not np.abs(command).max() > 0:
+            return freedom
+        names = [port.channel.name for port in self.inputs]
+        unit = response_to(self.model, dict(zip(names, command.tolist(), strict=True)))
+        freedom = _with_yield(freedom, unit)
+        if not np.isfinite(self.limits).all():
+            return freedom
+        half = (self.limits[:, 1] - self.limits[:, 0]) / 2
+        used = command != 0
+        stroke = float((half[used] / np.abs(command[used])).min())
+        displaced = stroke * unit.displacement_vector
+        try:
+            K_t = tangent_stiffness(self.model, displaced)
+        except OptionError:
+            return replace(freedom, stroke=stroke)
+        load = sum((c * port.load for c, port in zip(command, self.inputs, strict=True)), np.zeros(self.model.order))
+        moving = self.P @ stored_flexibility(K_t, self.model.M, 0.0)(load[:, None])[:, 0]
+        before, shift = np.array(freedom.axis.direction), 0.0
+        if freedom.kind == "T":
+            after = moving[:3] / np.linalg.norm(moving[:3])
+        else:
+            position = self.model.geometry.positions[self.number]
+            axis = screw_axis(moving, position, at=position + (self.P @ displaced)[:3])
+            after = np.array(axis.direction)
+            shift = float(np.linalg.norm(np.subtract(axis.point, freedom.axis.point)))
+        tilt = float(np.arctan2(np.linalg.norm(np.cross(before, after)), abs(before @ after)))
+        return replace(freedom, stroke=stroke, shift=shift, tilt=tilt)
 
 
-def _commanded(one: Freedom, coupling: Array, free: Array, locked: Array, scale: Array) -> Freedom:
-    """The freedom with the commands that make it and the share that actuators own of it."""
-    twist = np.array(one.twist)
-    command = np.linalg.lstsq(coupling * scale[:, None], twist * scale, rcond=1e-9)[0]
-    wrench = np.linalg.solve(free, twist)
-    share = 1 - float(wrench @ locked @ wrench) / float(wrench @ twist)
-    command[np.abs(command) < 1e-8 * np.abs(command).max(initial=0.0)] = 0.0
-    return replace(one, share=share, command=tuple(float(x) for x in command))
-
-
-def _yielding(
-    model: FullOrderModel, node: str, one: Freedom, compliance: Array, spectrum: ComplianceSpectrum
-) -> Freedom:
-    """The freedom with the stroke at which something yields under the wrench at the node that makes its twist."""
-    scale = np.repeat([1.0, spectrum.length], 3)
-    stiffness = la.pinvh(compliance * scale[:, None] * scale, rtol=NOISE)
-    wrench = scale * (stiffness @ (scale * np.array(one.twist)))
-    return _with_yield(one, response_to(model, loads={node: wrench}))
-
-
-def _with_yield(one: Freedom, unit: Statics) -> Freedom:
+def _with_yield(freedom: Freedom, unit: Statics) -> Freedom:
     """The freedom with the stroke at yield from the response to a unit of it, and whether motions are small there."""
     stroke = unit.stresses().factor_to_yield
     if stroke is None or not np.isfinite(stroke):
-        return one
+        return freedom
     beyond = motion_limits(States(unit.model, stroke * unit.displacement_vector[:, None]))
-    return replace(one, yield_stroke=stroke, yields_in_range=not beyond)
-
-
-def _drifted(
-    model: FullOrderModel,
-    P: Array,
-    node: str,
-    one: Freedom,
-    names: list[str],
-    ports: Ports,
-    limits: Sequence[tuple[float, float]],
-) -> Freedom:
-    """The freedom with the drift of its axis from rest to half the commands' range (theory eq. S22)."""
-    box, command = np.array(limits).reshape(-1, 2), np.array(one.command)
-    if not len(command) or not np.abs(command).max() > 0:
-        return one
-    unit = response_to(model, dict(zip(names, command, strict=True)))
-    one = _with_yield(one, unit)
-    if not np.isfinite(box).all():
-        return one
-    half = (box[:, 1] - box[:, 0]) / 2
-    used = np.abs(command) > 1e-9 * np.abs(command).max()
-    stroke = float((half[used] / np.abs(command[used])).min())
-    displaced = stroke * unit.displacement_vector
-    load = sum(c * i.load for c, i in zip(command, ports.inputs(names), strict=True))
-    try:
-        K_t = tangent_stiffness(model, displaced)
-    except OptionError:
-        return replace(one, stroke=stroke)
-    twist = P @ stored_flexibility(K_t, model.M, 0.0)(np.asarray(load)[:, None])[:, 0]
-    number = model.plan.topology.numbers([node])[0]
-    at = model.geometry.positions[number]
-    moved = at + (P @ displaced)[:3]
-    if one.kind == "T":
-        slide = twist[:3] / np.linalg.norm(twist[:3])
-        before = np.array(one.axis.direction)
-        tilt = float(np.arctan2(np.linalg.norm(np.cross(before, slide)), abs(before @ slide)))
-        return replace(one, stroke=stroke, shift=0.0, tilt=tilt)
-    axis = screw_axis(twist, at, at=moved)
-    before, after = np.array(one.axis.direction), np.array(axis.direction)
-    tilt = float(np.arctan2(np.linalg.norm(np.cross(before, after)), abs(before @ after)))
-    shift = float(np.linalg.norm(np.subtract(axis.point, one.axis.point)))
-    return replace(one, stroke=stroke, shift=shift, tilt=tilt)
+    return replace(freedom, yield_stroke=stroke, yields_in_range=not beyond)

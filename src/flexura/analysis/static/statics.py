@@ -41,10 +41,10 @@ from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import InputPort, Ports, matched
+from flexura.systems import Ports, matched
 from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
-NOTCH_FACTOR = 0.05
+NOTCH_FACTOR_ERROR = 0.05
 """How far off, relative, the stress factors of notches may be."""
 
 MOST_NODES = 6
@@ -96,7 +96,8 @@ class Statics(Tabular):
 
     def stress_profiles(self) -> dict[str, tuple[StressProfile, ...]]:
         """Stresses along the members of every prototype."""
-        states, weight = self.displacement_vector[:, None], np.array(self.gravity) if any(self.gravity) else None
+        states = self.displacement_vector[:, None]
+        weight = None if self._weight is None else np.array(self._weight)
 
         def forces(name: str) -> tuple[Array, Array]:
             return end_forces(self.model, name, states, weight)
@@ -112,14 +113,14 @@ class Statics(Tabular):
     def warnings(self) -> tuple[Diagnostic, ...]:
         """Where this response stops holding: large motion, ranges of actuators, yield, buckling, coarse meshes."""
         states = States(self.model, self.displacement_vector[:, None])
-        ports = Ports(self.model.design)
-        commands = {a.name: np.array([a.command]) for a in self.actuators}
-        inputs, given = ports.inputs(list(commands)), np.array([a.command for a in self.actuators])
+        ports, commands = Ports(self.model.design), np.array([actuator.command for actuator in self.actuators])
+        inputs = ports.inputs([actuator.name for actuator in self.actuators])
+        by_name = {actuator.name: np.array([actuator.command]) for actuator in self.actuators}
         return (
-            *command_limits(inputs, given[:, None]),
-            *force_limits(states, ports, commands),
+            *command_limits(inputs, commands[:, None]),
+            *force_limits(states, ports, by_name),
             *motion_limits(states),
-            *stiffening_limits(self.model, bent_most(states), inputs, given),
+            *stiffening_limits(self.model, bent_most(states), inputs, commands),
             *stress_limits(states, self._weight),
             *self._buckling[0],
             *pose_limits(self.model),
@@ -134,22 +135,22 @@ class Statics(Tabular):
     @cached_property
     def model_errors(self) -> ModelError:
         """How far the part may be from the model: in the energy of its members, in all `readings` of displacements, and
-        in the motion of the nodes that carry `loads`, along the way that each moves."""
-        plan, u = self.model.plan, self.displacement_vector
+        in the motion of the nodes that carry `loads`, along the direction in which each moves."""
+        u = self.displacement_vector
         rows = list(_displacement_rows(self.model, self.readings).values())
         for node in self.loads:
-            at = self.model.design.node_rows(plan.topology.numbers([node])).toarray()[:3]
-            moved = at @ u
-            rows.append(moved @ at / (np.linalg.norm(moved) or 1.0))
-        own = np.reshape(rows, (-1, self.model.order))
-        states = np.column_stack([u, flexibility(self.model).held(np.ascontiguousarray(own.T))])
+            moved = self.displacement(node)[:3]
+            translation = self.model.design.node_rows(self.model.plan.topology.numbers([node])).toarray()[:3]
+            rows.append(moved @ translation / (np.linalg.norm(moved) or 1.0))
+        R = np.reshape(rows, (-1, self.model.order))
+        states = np.column_stack([u, flexibility(self.model).held(np.ascontiguousarray(R.T))])
         spring = KINDS.index("spring")
         strained = [
             2 * float(np.delete(kinds[:, 0], spring).sum())
             for part in energies(self.model, self.model.node_displacements(u[:, None]))
             for kinds in part.strain.values()
         ]
-        base = np.array([sum(strained), *(own @ u)])
+        base = np.array([sum(strained), *(R @ u)])
         return errors_of(self.model, states, lambda E: base + E[:, 0])
 
     @property
@@ -164,8 +165,8 @@ class Statics(Tabular):
         """Where the part's stresses lie, relative to those given; None where there is no evidence. They change by no
         more than the stiffness of what is bent, and factors of notches (Neuber 1958) are off by 5 % at most. A sharp
         corner where a member ends has no finite stress, which is not in it."""
-        own = self.model_errors.intervals[0]
-        most = None if own is None else max(map(abs, own)) + NOTCH_FACTOR
+        interval = self.model_errors.intervals[0]
+        most = None if interval is None else max(map(abs, interval)) + NOTCH_FACTOR_ERROR
         return None if most is None else (-most, most)
 
     @cached_property
@@ -208,11 +209,11 @@ class Statics(Tabular):
         table, named = self._columns(), {*self.loads, *self.model.plan.body_names}
         moved = np.abs([table[name] for name in list(table)[1:4]]).max(axis=0)
         first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
-        names = list(table)
-        for own in (names[1:4], names[4:]):
-            least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in own)
-            table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in own}
-        yield Table({name: [own[k] for k in first] for name, own in table.items()}, "nodes", count=len(moved))
+        headings = list(table)
+        for alike in (headings[1:4], headings[4:]):
+            least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in alike)
+            table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in alike}
+        yield Table({name: [column[k] for k in first] for name, column in table.items()}, "nodes", count=len(moved))
         yield Table(self.reading_columns(), "sensors")
         yield Table(self.actuator_columns(), "actuators")
         yield self.stresses().most_loaded(MOST_MEMBERS)
@@ -225,18 +226,18 @@ class Statics(Tabular):
             quantity(value if abs(value) > ROUND_OFF * largest[units[name]] else 0.0, units[name])
             for name, value in self.readings.items()
         ]
-        errors = {name: interval_text(own) for name, own in self.model_error.items()}
-        told = [errors.get(name, "") for name in self.readings]
-        return {"sensor": list(self.readings), "reading": readings, "model error": told}
+        errors = {name: interval_text(interval) for name, interval in self.model_error.items()}
+        texts = [errors.get(name, "") for name in self.readings]
+        return {"sensor": list(self.readings), "reading": readings, "model error": texts}
 
     def actuator_columns(self) -> dict[str, Any]:
         """What each actuator is commanded to, how far it moves, and the force or moment with which it does."""
-        turns = [a.unit == "N*m" for a in self.actuators]
+        actuators = self.actuators
         return {
-            "actuator": [a.name for a in self.actuators],
-            "command": [quantity(a.command, a.unit) for a in self.actuators],
-            "elongation": [quantity(a.elongation, UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
-            "force": [quantity(a.force, FORCE_UNITS[turn]) for a, turn in zip(self.actuators, turns, strict=True)],
+            "actuator": [a.name for a in actuators],
+            "command": [quantity(a.command, a.unit) for a in actuators],
+            "elongation": [quantity(a.elongation, UNITS[a.unit == "N*m"]) for a in actuators],
+            "force": [quantity(a.force, FORCE_UNITS[a.unit == "N*m"]) for a in actuators],
         }
 
     def _columns(self) -> dict[str, Any]:
@@ -281,9 +282,13 @@ def statics(
         if gravity is not None:
             raise OptionError("gravity is on at the pose that is described: change it in the description")
         return response_to(model, actuators, loads)
-    g = _gravity(model, gravity)
+    described = model.plan.loads.gravity(model.values)
+    g = described if gravity is None else finite_numbers("gravity", gravity, 3)
+    if described.any() and not np.array_equal(described, g):
+        text = ", ".join(f"{c:g}" for c in described)
+        raise OptionError(f"gravity is described as [{text}] m/s^2, about which the stiffness is: change it there")
     dead = dead_load(model, g, model.plan.loads.wrenches(model.values))
-    return _about(model, g, dead, loads or {}, actuators or {})
+    return _response(model, g, dead, loads or {}, actuators or {})
 
 
 def response_to(
@@ -293,62 +298,49 @@ def response_to(
 ) -> Statics:
     """What actuator commands and loads add to the state under the loads and gravity that are described; as
     `statics`."""
-    return _about(model, np.zeros(3), np.zeros(model.order), loads or {}, actuators or {})
+    return _response(model, np.zeros(3), np.zeros(model.order), loads or {}, actuators or {})
 
 
-def _about(
+def _response(
     model: FullOrderModel, g: Array, load: Array, loads: Mapping[str, ArrayLike], actuators: Mapping[str, float]
 ) -> Statics:
+    """The response to a load vector (n,), which has gravity, and what `loads` and `actuators` add to it."""
     ports = Ports(model.design)
-    forces = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
-    for node, force in forces.items():
-        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ force
-    named = matched(actuators, ports.actuators)
-    commands = {own: _number(name, value) for name, value in actuators.items() for own in named[name]}
+    wrenches = {node: finite_numbers(f"load on {node}", value, 6) for node, value in loads.items()}
+    for node, wrench in wrenches.items():
+        load = load + model.design.node_rows(model.plan.topology.numbers([node])).T @ wrench
+    names = matched(actuators, ports.actuators)
+    commands = {name: _command(pattern, value) for pattern, value in actuators.items() for name in names[pattern]}
     driven = ports.inputs(list(commands))
     base = np.zeros(6)
-    for own, value in zip(driven, commands.values(), strict=True):
-        load = load + value * own.load
-        if own.base is not None:
-            base += value * own.base
+    for port, command in zip(driven, commands.values(), strict=True):
+        load = load + command * port.load
+        if port.base is not None:
+            base += command * port.base
     load = load - model.base_inertia_forces @ base
     u = flexibility(model).held(load[:, None])[:, 0]
-    known = {i.channel.name: i for i in ports.inputs(ports.actuators)} | {i.channel.name: i for i in driven}
-    states = tuple(_state(own, commands.get(name, 0.0), u) for name, own in known.items() if own.base is None)
+    states = []
+    for port in {port.channel.name: port for port in (*ports.inputs(ports.actuators), *driven)}.values():
+        if port.base is None:
+            command, elongation = commands.get(port.channel.name, 0.0), float(port.row @ u)
+            force = command if port.stiffness is None else port.stiffness * (port.stroke * command - elongation)
+            states.append(ActuatorState(port.channel.name, command, port.channel.unit, elongation, force))
     readings = {}
     for out in ports.outputs(ports.sensors):
         if out.derivative == 0:
-            fed = sum(out.feed.get(name, 0.0) * value for name, value in commands.items())
+            fed = sum(out.feed.get(name, 0.0) * command for name, command in commands.items())
             readings[out.channel.name] = float(out.row @ u + fed)
-    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, states, forces)
+    return Statics(model, load, u, (float(g[0]), float(g[1]), float(g[2])), readings, tuple(states), wrenches)
 
 
-def _gravity(model: FullOrderModel, given: Sequence[float] | None) -> Array:
-    """Gravity (3,), m/s^2, of the description or as given."""
-    own = model.plan.loads.gravity(model.values)
-    if given is None:
-        return own
-    g = finite_numbers("gravity", given, 3)
-    if own.any() and not np.array_equal(own, g):
-        shown = ", ".join(f"{c:g}" for c in own)
-        raise OptionError(f"gravity is described as [{shown}] m/s^2, about which the stiffness is: change it there")
-    return g
-
-
-def _number(name: str, value: object) -> float:
+def _command(name: str, value: object) -> float:
     try:
-        number = float(value)  # type: ignore[arg-type]
+        command = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         raise OptionError(f"the command of {name} is a number, not {value!r}") from None
-    if not np.isfinite(number):
-        raise OptionError(f"the command of {name} is a finite number, not {number}")
-    return number
-
-
-def _state(own: InputPort, command: float, u: Array) -> ActuatorState:
-    elongation = float(own.row @ u)
-    force = command if own.stiffness is None else own.stiffness * (own.stroke * command - elongation)
-    return ActuatorState(own.channel.name, command, own.channel.unit, elongation, force)
+    if not np.isfinite(command):
+        raise OptionError(f"the command of {name} is a finite number, not {command}")
+    return command
 
 
 @verb

@@ -1,4 +1,4 @@
-"""Large motion at low order: substructures as fine as the motion asks for, and how far the result is off."""
+"""Large motion at low order: substructures as fine as the motion needs, and how far the result is off."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, SolverError
 from flexura.motion import (
-    Comparison,
     Equations,
     Equilibrium,
     Pose,
@@ -21,29 +20,29 @@ from flexura.motion import (
 )
 from flexura.records import Record
 
-TOLERANCE = 1e-3
+FORCE_TOLERANCE = 1e-3
 """Error of motions and forces above which substructures are made finer, and of which results warn."""
 
-FREQUENCIES = 5e-3
-"""Difference of frequencies at rest from those of the full order, likewise."""
+FREQUENCY_TOLERANCE = 5e-3
+"""Difference of frequencies of the undeformed mechanism from those of the full order, likewise."""
 
-ROUGH = 0.05
+ROUGH_FREQUENCIES = 0.05
 """Difference of frequencies at the ends above which substructures are made finer."""
 
-ROUNDS = 6
+REFINEMENTS = 6
 """Times that substructures are made finer at most."""
 
-MODES = 24
+MOST_KEPT_MODES = 24
 """Modes of kinds of substructures that are kept at most."""
 
-LEADING = 0.3
+LEADING_SHARE = 0.3
 """Share of the largest error from which a kind of substructures is made finer."""
 
-RIGID = 1e-3
+RIGID_FREQUENCY = 1e-3
 """Frequency over the largest one, below which something moves freely."""
 
-SHOWN = 3
-"""Names that are told."""
+NAMED_SUBSTRUCTURES = 3
+"""Substructures made finer that are named."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,8 +60,8 @@ class LowOrderMotion(Record):
     @property
     def note(self) -> str:
         """How it was found."""
-        more = " and others" if len(self.finer) > SHOWN else ""
-        finer = f"; made finer for this: {', '.join(self.finer[:SHOWN])}{more}" if self.finer else ""
+        more = " and others" if len(self.finer) > NAMED_SUBSTRUCTURES else ""
+        finer = f"; made finer for this: {', '.join(self.finer[:NAMED_SUBSTRUCTURES])}{more}" if self.finer else ""
         return (
             f"corotational reduced model, {self.coordinates} coordinates instead of {self.full}: off by"
             f" {self.error:.1g} in displacements and forces of drives, by the step to equilibrium that is left to the"
@@ -72,63 +71,61 @@ class LowOrderMotion(Record):
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
         """Where it is not as close to the full order as it should be."""
-        found = []
-        for value, limit, what in (
-            (self.error, TOLERANCE, "displacements or forces of drives"),
-            (self.frequency_error, FREQUENCIES, "frequencies"),
+        warnings = []
+        for error, limit, what in (
+            (self.error, FORCE_TOLERANCE, "displacements or forces of drives"),
+            (self.frequency_error, FREQUENCY_TOLERANCE, "frequencies"),
         ):
-            if not value <= limit:
-                text = f"the low order is off by {value:.2g} in {what}: take the full order"
-                found.append(Diagnostic("reduction", "", value, limit, "1", text))
-        return tuple(found)
+            if not error <= limit:
+                text = f"the low order is off by {error:.2g} in {what}: take the full order"
+                warnings.append(Diagnostic("reduction", "", error, limit, "1", text))
+        return tuple(warnings)
 
 
-class Settled(NamedTuple):
-    """The number of the walk, the equations of its low order, its states on the full one, and what is to be said."""
+class Converged(NamedTuple):
+    """The number of the run on the best low order, its states on the full one, and how far it is off."""
 
-    walk: int
-    equations: Equations
-    compared: Comparison
-    said: LowOrderMotion
+    run: int
+    states: list[Equilibrium]
+    motion: LowOrderMotion
 
 
 def low_order_motion(
-    full: Equations, nodes: Iterable[int], walk: Callable[[Equations], list[Equilibrium]], n: int
-) -> Settled:
-    """The low order on which a motion is as near to the full one as is asked for, or as it gets.
+    full: Equations, nodes: Iterable[int], run: Callable[[Equations], list[Equilibrium]], n: int
+) -> Converged:
+    """The low order on which a motion is as near to the full one as is wanted, or as it gets.
 
-    `walk` finds the states of the motion. The frames of `nodes`, by number, are kept, and `n` frequencies compared.
-    Where it finds none, all substructures are made finer. Raises SolverError for what `walk` does then, too, and for
-    substructures without equilibrium at rest.
+    `run` finds the states of the motion. The frames of `nodes`, by number, are kept, and `n` frequencies compared.
+    Where it finds none, all substructures are made finer. Raises SolverError for what `run` does then, too, and for
+    substructures without equilibrium when undeformed.
     """
     kept = kept_frames(full.model)
     kept[full.model.root[list(nodes)]] = True
     kept[[drive.root for drive in full.drives]] = True
-    turning, off = _quick_enough(full, TurningModel.of(full.model, kept), n)
-    best: Settled | None = None
+    turning, undeformed_error = _with_modes(full, TurningModel.of(full.model, kept), n)
+    best: Converged | None = None
     number = 0
-    for left in reversed(range(ROUNDS)):
+    for remaining in reversed(range(REFINEMENTS)):
         equations = Equations(turning.low, full.drives)
         try:
-            states = walk(equations)
+            states = run(equations)
         except SolverError:
-            finer = turning.finer(range(len(turning.kinds))) if left else None
+            finer = turning.finer(range(len(turning.kinds))) if remaining else None
             if finer is None and best is None:
                 raise
-            if finer is None:
-                break
-            turning = finer
-            continue
-        compared = against_full(turning, equations, full, states)
-        error = float(compared.error.max(initial=0.0))
-        ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
-        now = max([off, *(_off(Pose(equations, own), Pose(full, there), n) for own, there in ends)])
-        said = LowOrderMotion(turning.low.n_dof, full.model.n_dof, error, now, turning.made_finer)
-        if best is None or max(error, now) < max(best.said.error, best.said.frequency_error):
-            best = Settled(number, equations, compared, said)
-        number += 1
-        coarse = compared.share if error > TOLERANCE else compared.stiffness if now > ROUGH else None
-        finer = None if coarse is None else turning.finer(_worst(coarse))
+        else:
+            compared = against_full(turning, equations, full, states)
+            error = float(compared.error.max(initial=0.0))
+            ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
+            poses = [(Pose(equations, low), Pose(full, there)) for low, there in ends]
+            frequency_error = max([undeformed_error, *(_frequency_error(*pair, n) for pair in poses)])
+            motion = LowOrderMotion(turning.low.n_dof, full.model.n_dof, error, frequency_error, turning.made_finer)
+            if best is None or max(error, frequency_error) < max(best.motion.error, best.motion.frequency_error):
+                best = Converged(number, compared.states, motion)
+            number += 1
+            is_rough = frequency_error > ROUGH_FREQUENCIES
+            errors = compared.share if error > FORCE_TOLERANCE else compared.stiffness if is_rough else None
+            finer = None if errors is None else turning.finer(_leading(errors))
         if finer is None:
             break
         turning = finer
@@ -136,38 +133,38 @@ def low_order_motion(
     return best
 
 
-def _worst(of_kinds: Mapping[int, Array]) -> list[int]:
-    """The kinds that are furthest off."""
-    most = {kind: float(np.nan_to_num(own, nan=np.inf).max(initial=0.0)) for kind, own in of_kinds.items()}
-    return [kind for kind, own in most.items() if own >= LEADING * max(most.values())]
+def _leading(errors: Mapping[int, Array]) -> list[int]:
+    """The kinds of substructures that are furthest off."""
+    largest = {kind: float(np.nan_to_num(error, nan=np.inf).max(initial=0.0)) for kind, error in errors.items()}
+    return [kind for kind, error in largest.items() if error >= LEADING_SHARE * max(largest.values())]
 
 
-def _quick_enough(full: Equations, turning: TurningModel, n: int) -> tuple[TurningModel, float]:
-    """A low order whose n lowest frequencies at rest are those of the full one, and by how much they differ.
+def _with_modes(full: Equations, turning: TurningModel, n: int) -> tuple[TurningModel, float]:
+    """A low order whose n lowest frequencies when undeformed are those of the full one, and by how much they differ.
 
     Modes of substructures by themselves are kept, from the slowest on.
     """
     zero = np.zeros(len(full.drives))
     exact = Pose(full, full.solve(full.model.rest, targets=zero))
-    for _ in range(MODES):
+    for _ in range(MOST_KEPT_MODES):
         equations = Equations(turning.low, full.drives)
-        error = _off(Pose(equations, equations.solve(full.model.rest, targets=zero)), exact, n)
-        quicker = turning.quicker() if error > FREQUENCIES else None
+        error = _frequency_error(Pose(equations, equations.solve(full.model.rest, targets=zero)), exact, n)
+        quicker = turning.quicker() if error > FREQUENCY_TOLERANCE else None
         if quicker is None:
             break
         turning = quicker
     return turning, error
 
 
-def _off(own: Pose, exact: Pose, n: int) -> float:
+def _frequency_error(low: Pose, exact: Pose, n: int) -> float:
     """The largest relative difference of n frequencies, actuators free and locked."""
-    found = 0.0
+    error = 0.0
     for held in (False, True):
-        f, g = (_frequencies(pose, n, held) for pose in (own, exact))
+        f, g = (_frequencies(pose, n, held) for pose in (low, exact))
         if len(f) < len(g):
             return np.inf
-        found = max(found, float((np.abs(f - g) / np.maximum(np.abs(g), RIGID * np.abs(g).max())).max()))
-    return found
+        error = max(error, float((np.abs(f - g) / np.maximum(np.abs(g), RIGID_FREQUENCY * np.abs(g).max())).max()))
+    return error
 
 
 def _frequencies(pose: Pose, n: int, held: bool) -> Array:

@@ -1,37 +1,35 @@
-"""What a mechanism is at one pose of its stroke."""
+"""What a mechanism is at one pose of its stroke, and poses as tables."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from math import isfinite, isnan
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.analysis.model_error import ModelError
 from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
-from flexura.analysis.strokes.ways import Varied
+from flexura.analysis.strokes.pose_limits import mesh_errors
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.errors import Diagnostic
-from flexura.linalg import Eigenpairs, Matrix, counted_intervals, inverse_roots, leading, scaled
+from flexura.linalg import Matrix, counted_intervals, inverse_roots, leading, scaled
+from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, is_rotation
 from flexura.modal import track_modes
-from flexura.motion import Equations, Equilibrium, Pose, buckling_factor, stiffness_errors
+from flexura.motion import Equations, Equilibrium, Pose, buckling_factor
 from flexura.records import Record
-from flexura.structure import FullOrderModel
+from flexura.tables import number
 
-GOOD_SHARE = 0.2
-"""Share of the most that any member has in an error, from which on this is also that of the member."""
+FORCE_NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
-ACCURATE = 0.01
-"""Estimated relative error of stiffness from which on elements are too few."""
+FEW_NODES = 2
+"""Nodes that tell how far a mechanism goes, where commands and loads alone move it."""
 
-NO_ERROR = 1e-4
-"""Errors of stiffness that are not told."""
-
-ALIKE = 0.5
+SAME_MODE_MAC = 0.5
 """MAC of a mode with one of the pose before from which on it is the same: else another has come among the lowest."""
 
-HELD = 1e-9
+HELD_COMPLIANCE = 1e-9
 """Part of the compliance with actuators free that is left where these hold a displacement, by round-off."""
 
 
@@ -105,39 +103,67 @@ class StrokePose(Record):
         return {**self.move, **self.load, **self.actuators}
 
 
-class Asked(NamedTuple):
-    """What is asked of every pose: how many modes, the displacements of which nodes, numbers by name, and whether also
-    their compliances."""
+class Requested(NamedTuple):
+    """What is worked out at every pose: how many modes, the displacements of which nodes, numbers by name, and whether
+    also their compliances."""
 
     modes: int
     nodes: Mapping[str, int]
     compliance: bool
 
 
-class Measured(NamedTuple):
-    """What the mechanism is at a state by itself, with eigenvalues (k,), mode shapes (n, k) and the mass (n, n) in
-    which they are orthonormal, actuators free."""
+class PathState(NamedTuple):
+    """A state of a stroke with what the mechanism is there by itself, eigenvalues (k,) and mode shapes (n, k), and the
+    mass (n, n) in which these are orthonormal, actuators free."""
 
+    state: Equilibrium
     pose: StrokePose
     values: Array
     vectors: Array
     M: Matrix
 
+    @property
+    def buckling_modes(self) -> int:
+        """In how many modes it is unstable with actuators locked."""
+        return sum(hertz < 0 for hertz in self.pose.frequency_hz_held)
 
-def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked) -> Measured:
-    """What the mechanism is at a state with what is prescribed there, but for modes that are tracked and stress."""
+    def without_mesh_error(self) -> PathState:
+        """Where a stiffness vanishes, it is off by any factor however fine the mesh."""
+        return self._replace(pose=replace(self.pose, mesh_error={}))
+
+
+def path_state(
+    equations: Equations,
+    state: Equilibrium,
+    share: float,
+    values: Mapping[str, dict[str, float]],
+    requested: Requested,
+) -> PathState:
+    """What the mechanism is at a state, but for modes that are tracked and stress; `values` are those that are
+    prescribed there, by kind."""
     checkpoint()
     pose = Pose(equations, state)
-    names = [drive.name for drive in equations.drives]
-    free, held = pose.modes(asked.modes), pose.held_values(asked.modes)
+    drives, nodes = equations.drives, requested.nodes
+    names = [drive.name for drive in drives]
+    free, held = pose.modes(requested.modes), pose.held_values(requested.modes)
     lower, upper, proven = counted_intervals(pose.K, pose.M, free.values, free.vectors)
-    support = _support(pose, asked)
-    compliance, compliance_held, stiffness, stiffness_held = _tables(pose, asked)
-    found = StrokePose(
-        share=at.share,
-        move=at.move,
-        load=at.load,
-        actuators=at.actuators,
+    node = drives[0].node if drives else next(iter(nodes.values()), None)
+    support = _support_stiffness(pose, node)
+    motions, energies = free.vectors, free.values
+    if node is not None:
+        elastic = [k for k, stiffness in enumerate(support) if 0 < stiffness < np.inf]
+        motions = np.concatenate([motions, pose.pushed(node, held=True)[:, elastic]], axis=1)
+        energies = np.append(energies, 1 / np.array(support)[elastic])
+    compliance, compliance_held = (
+        {name: pose.compliance(k, held=held) for name, k in nodes.items()} if requested.compliance else {}
+        for held in (False, True)
+    )
+    stiffness, stiffness_held = (
+        {name: _stiffness(C, compliance[name]) for name, C in table.items()} for table in (compliance, compliance_held)
+    )
+    result = StrokePose(
+        share=share,
+        **values,
         reaction=dict(zip(names, state.drive.tolist(), strict=True)),
         drive_stiffness=dict(zip(names, pose.drive_stiffness().tolist(), strict=True)),
         frequency_hz=_hertz(free.values),
@@ -145,13 +171,13 @@ def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked)
         frequency_interval_hz=tuple(zip(_hertz(lower), _hertz(upper), strict=True)),
         proven=proven,
         tracked=tuple(range(len(free.values))),
-        displacement={name: tuple(pose.displacement(k).tolist()) for name, k in asked.nodes.items()},
+        displacement={name: tuple(pose.displacement(k).tolist()) for name, k in nodes.items()},
         support_stiffness=support,
-        screw_axis={name: _axis(pose, k) for k, name in enumerate(names)},
+        screw_axis={name: _screw_axis(pose, k) for k, name in enumerate(names)},
         ground_reaction=tuple(equations.ground_reaction(state).tolist()),
         energy=state.tangent.forces.energy,
         energy_by_part=_energies(state),
-        mesh_error=_mesh_errors(pose, asked, free, support),
+        mesh_error=mesh_errors(pose, motions, energies),
         stress_margin=None,
         stress_member=None,
         stress_position=None,
@@ -161,137 +187,162 @@ def measured(equations: Equations, state: Equilibrium, at: Varied, asked: Asked)
         stiffness=stiffness,
         stiffness_held=stiffness_held,
     )
-    return Measured(found, free.values, free.vectors, pose.M)
+    return PathState(state, result, free.values, free.vectors, pose.M)
 
 
-def stroke_poses(found: Sequence[Measured], yields: YieldRatios) -> Iterator[StrokePose]:
-    """Poses with their modes tracked from one to the next, and with their stress."""
-    before: Array | None = None
-    for k, own in enumerate(found):
-        number = np.arange(len(own.values))
-        if before is None:
-            before = own.vectors
+def stroke_poses(states: Sequence[PathState], yields: YieldRatios) -> Iterator[StrokePose]:
+    """Poses with their modes tracked from one to the next, and with their stress: yield stress over stress where that
+    is least, in which member, and where along it."""
+    shapes: Array | None = None
+    for k, (_, pose, values, vectors, M) in enumerate(states):
+        number = np.arange(len(values))
+        if shapes is None:
+            shapes = vectors
         else:
-            tracked = track_modes(before, own.values, own.vectors, own.M, close=0.02)
-            number = np.where(tracked.mac >= ALIKE, tracked.number, -1)
-            before = np.where(number >= 0, tracked.shapes[:, number], before)
-            new = np.setdiff1d(np.arange(len(own.values)), number)
-            number, before = np.append(number, new), np.hstack([before, tracked.shapes[:, new]])
-        margin, member, position = _margin(yields, k)
-        yield replace(
-            own.pose,
-            tracked=tuple(int(k) for k in number),
-            stress_margin=margin,
-            stress_member=member,
-            stress_position=position,
-        )
+            tracked = track_modes(shapes, values, vectors, M, close=0.02)
+            number = np.where(tracked.mac >= SAME_MODE_MAC, tracked.number, -1)
+            shapes = np.where(number >= 0, tracked.shapes[:, number], shapes)
+            new = np.setdiff1d(np.arange(len(values)), number)
+            number, shapes = np.append(number, new), np.hstack([shapes, tracked.shapes[:, new]])
+        stressed = replace(pose, tracked=tuple(number.tolist()))
+        if yields.names:
+            worst = int(leading(yields.ratio[:, k]))
+            ratio, position = float(yields.ratio[worst, k]), float(yields.position[worst, k])
+            margin = 1 / ratio if ratio else np.inf
+            member = yields.names[worst]
+            stressed = replace(stressed, stress_margin=margin, stress_member=member, stress_position=position)
+        yield stressed
 
 
-def _support(pose: Pose, asked: Asked) -> tuple[float, ...]:
-    """One over the diagonal of the compliance (6,) at the first driven node, actuators locked; without these at the
-    first node that is asked for, or none."""
-    node = _first(pose, asked)
+def _support_stiffness(pose: Pose, node: int | None) -> tuple[float, ...]:
+    """One over the diagonal of the compliance (6,) of a node, actuators locked; NaN where these hold it."""
     if node is None:
         return (np.nan,) * 6
     support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
     with np.errstate(divide="ignore"):
-        return tuple(np.where(np.abs(support) > HELD * np.abs(loose), 1 / support, np.nan).tolist())
+        return tuple(np.where(np.abs(support) > HELD_COMPLIANCE * np.abs(loose), 1 / support, np.nan).tolist())
 
 
-def _first(pose: Pose, asked: Asked) -> int | None:
-    """The first driven node, or without drives the first that is asked for."""
-    drives = pose.equations.drives
-    return drives[0].node if drives else next(iter(asked.nodes.values()), None)
-
-
-def _mesh_errors(pose: Pose, asked: Asked, free: Eigenpairs, support: Sequence[float]) -> dict[str, float]:
-    """By member, the largest error of a stiffness in all members together of which it has a good share."""
-    motions, energies, node = free.vectors, free.values, _first(pose, asked)
-    if node is not None:
-        kept = [k for k, stiffness in enumerate(support) if 0 < stiffness < np.inf]
-        motions = np.concatenate([motions, pose.pushed(node, held=True)[:, kept]], axis=1)
-        energies = np.append(energies, 1 / np.array(support)[kept])
-    return mesh_errors_of(pose, motions, energies)
-
-
-def coarse(model: FullOrderModel, name: str, error: float, where: str) -> Diagnostic | None:
-    """The warning of an error of stiffnesses that is owed to a member with few elements, or to a superelement that
-    bends; None where it is small."""
-    if not error > ACCURATE:
-        return None
-    copies = model.plan.topology.copies.values()
-    inside = {".".join((*path, key)) for own in copies for path in own.paths for key in own.part.superelements}
-    off = f"{where} support stiffnesses or squares of frequencies are too large by some {100 * error:.2g} %"
-    if name in inside and error >= 1:
-        text = (
-            f"superelement {name}: {where} a beam of its stiffness would have lost its stability: it is linear inside"
-        )
-    elif name in inside:
-        text = f"superelement {name}: {off}, as far as it is a beam: it is linear inside, and bending softens beams"
-    else:
-        text = f"member {name}: {off}, the error of its mesh: refine it"
-    return Diagnostic("mesh", name, error, ACCURATE, "1", text)
-
-
-def mesh_errors_of(pose: Pose, motions: Array, energies: Array) -> dict[str, float]:
-    """By member, the largest relative error of the stiffness that free displacements (n, k) from a pose meet in all
-    members together, of those errors of which it has a good share; `energies` (k,), N m, are twice those of the
-    displacements."""
-    stable = energies > 0
-    errors = stiffness_errors(pose.equations.model, pose.state.frames, motions[:, stable], energies[stable])
-    if not errors or not stable.any():
-        return {}
-    own = np.stack(list(errors.values()))
-    total = np.where(own >= GOOD_SHARE * own.max(axis=0), own.sum(axis=0), 0.0).max(axis=1)
-    return {name: float(error) for name, error in zip(errors, total, strict=True) if error > NO_ERROR}
-
-
-def _tables(pose: Pose, asked: Asked) -> Iterator[dict[str, Array]]:
-    """Compliances of nodes, actuators free and locked, then stiffnesses; empty where they are not asked for."""
-    nodes = asked.nodes if asked.compliance else {}
-    tables = [{name: pose.compliance(k, held=held) for name, k in nodes.items()} for held in (False, True)]
-    yield from tables
-    for table in tables:
-        yield {name: _inverse(C, tables[0][name]) for name, C in table.items()}
-
-
-def _inverse(C: Array, loose: Array) -> Array:
+def _stiffness(C: Array, loose: Array) -> Array:
     """The stiffness (6, 6) of a compliance; NaN where a motion that may be there when it is `loose` is held."""
     d = inverse_roots(np.diag(loose))
-    own = scaled(C, d)
-    if not np.abs(np.linalg.eigvalsh(own)).min() > HELD:
+    unitless = scaled(C, d)
+    if not np.abs(np.linalg.eigvalsh(unitless)).min() > HELD_COMPLIANCE:
         return np.full(C.shape, np.nan)
-    return scaled(np.linalg.inv(own), d)
+    return scaled(np.linalg.inv(unitless), d)
 
 
-def _axis(pose: Pose, drive: int) -> ScrewAxis:
+def _screw_axis(pose: Pose, drive: int) -> ScrewAxis:
     """The axis about which the node of a drive moves, by its point nearest to where the node is."""
     model, frames, node = pose.equations.model, pose.state.frames, pose.equations.drives[drive].node
     root = model.root[node]
-    here = frames.x[root] + frames.R[root] @ model.arm[node]
-    return screw_axis(pose.following(drive), here, at=here)
+    position = frames.x[root] + frames.R[root] @ model.arm[node]
+    return screw_axis(pose.following(drive), position, at=position)
 
 
 def _energies(state: Equilibrium) -> dict[str, float]:
     """Strain energies, N m, by the first step of the names of elements: instances, and the mechanism's own members."""
-    found: dict[str, float] = {}
+    energies: dict[str, float] = {}
     tangent = state.tangent
-    for names, own in zip(tangent.model.names, tangent.forces.responses, strict=True):
-        for name, energy in zip(names, own.energy.tolist(), strict=True):
+    for names, response in zip(tangent.model.names, tangent.forces.responses, strict=True):
+        for name, energy in zip(names, response.energy.tolist(), strict=True):
             part = name.partition(".")[0]
-            found[part] = found.get(part, 0.0) + energy
-    return found
-
-
-def _margin(yields: YieldRatios, k: int) -> tuple[float | None, str | None, float | None]:
-    """Yield stress over stress in state k where it is least, in which member, and where along it."""
-    if not yields.names:
-        return None, None, None
-    worst = int(leading(yields.ratio[:, k]))
-    ratio = float(yields.ratio[worst, k])
-    return 1 / ratio if ratio else np.inf, yields.names[worst], float(yields.position[worst, k])
+            energies[part] = energies.get(part, 0.0) + energy
+    return energies
 
 
 def _hertz(values: Array) -> tuple[float, ...]:
     """Frequencies of eigenvalues, negative for negative ones."""
     return tuple((np.sign(values) * np.sqrt(np.abs(values)) / (2 * np.pi)).tolist())
+
+
+def pose_columns(poses: Sequence[StrokePose], units: Mapping[str, str], errors: Sequence[ModelError]) -> dict[str, Any]:
+    """What each pose is, by heading; `units` are those of what is prescribed, `errors` how far the part may be from the
+    model at each pose, none where that is not known."""
+    if not poses:
+        return {}
+    first = poses[0]
+    columns: dict[str, Any] = {f"{name} [{units[name]}]": [p.varied[name] for p in poses] for name in first.varied}
+    for name in first.move:
+        unit, force = UNITS[is_rotation(name)], FORCE_UNITS[is_rotation(name)].replace("*", " ")
+        columns[f"reaction {name} [{force}]"] = [p.reaction[name] for p in poses]
+        columns[f"drive stiffness {name} [{force}/{unit}]"] = [p.drive_stiffness[name] for p in poses]
+    columns |= _frequency_columns(poses, errors)
+    for k, dof in enumerate(DOF_NAMES):
+        columns[f"support {dof} [{'N/m' if k < 3 else 'N m/rad'}]"] = [p.support_stiffness[k] for p in poses]
+    for node in first.displacement:
+        for k, dof in enumerate(DOF_NAMES):
+            columns[f"{node} {dof} [{UNITS[k > 2]}]"] = [p.displacement[node][k] for p in poses]
+    for name in ("stress margin", "stress member", "stress position", "buckling factor"):
+        columns[name] = [getattr(p, name.replace(" ", "_")) for p in poses]
+    columns["energy [N m]"] = [p.energy for p in poses]
+    for name in first.energy_by_part:
+        columns[f"energy {name} [N m]"] = [p.energy_by_part[name] for p in poses]
+    for name in first.move:
+        for k, axis in enumerate("xyz"):
+            columns[f"axis {name} direction {axis} [1]"] = [p.screw_axis[name].direction[k] for p in poses]
+            columns[f"axis {name} {axis} [m]"] = [p.screw_axis[name].point[k] for p in poses]
+        columns[f"axis {name} pitch [m/rad]"] = [p.screw_axis[name].pitch for p in poses]
+    for k, name in enumerate(FORCE_NAMES):
+        columns[f"ground {name} [{'N' if k < 3 else 'N m'}]"] = [p.ground_reaction[k] for p in poses]
+    return columns | _compliance_columns(poses)
+
+
+def _frequency_columns(poses: Sequence[StrokePose], errors: Sequence[ModelError]) -> dict[str, Any]:
+    """Frequencies, between which proven bounds they are, how far the part may be, and those with actuators locked."""
+    columns: dict[str, Any] = {}
+    for k in range(min(len(p.frequency_hz) for p in poses)):
+        columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] for p in poses]
+        for end, name in enumerate(("lower", "upper")):
+            columns[f"f{k + 1} {name} [Hz]"] = [p.frequency_interval_hz[k][end] for p in poses]
+        if errors:
+            for name in ("low", "high"):
+                columns[f"f{k + 1} model error, {name}"] = [float(getattr(error, name)[k]) for error in errors]
+    columns["proven"] = [p.proven for p in poses]
+    for k in range(min(len(p.frequency_hz_held) for p in poses)):
+        columns[f"f{k + 1} held [Hz]"] = [p.frequency_hz_held[k] for p in poses]
+    return columns
+
+
+def _compliance_columns(poses: Sequence[StrokePose]) -> dict[str, Any]:
+    """Compliances and stiffnesses of nodes where they are requested, an entry above the diagonal each."""
+    columns: dict[str, Any] = {}
+    for what, units in (("compliance", ("m/N", "1/N", "rad/(N m)")), ("stiffness", ("N/m", "N", "N m/rad"))):
+        for held in ("", "_held"):
+            tables = [getattr(p, f"{what}{held}") for p in poses]
+            for node in tables[0]:
+                for i, row in enumerate(DOF_NAMES):
+                    for j, column in enumerate(DOF_NAMES[i:], i):
+                        heading = f"{what}{held.replace('_', ' ')} {node} {row} {column} [{units[(i > 2) + (j > 2)]}]"
+                        columns[heading] = [table[node][i, j] for table in tables]
+    return columns
+
+
+def short_columns(poses: Sequence[StrokePose], units: Mapping[str, str], modes: int) -> dict[str, Any]:
+    """What readers see of each pose, by heading: what is prescribed, what holds it, up to so many frequencies, support
+    stiffness where there is any, and factors on what is there."""
+    if not poses:
+        return {}
+    first = poses[0]
+    columns: dict[str, Any] = {f"{name} [{units[name]}]": [p.varied[name] for p in poses] for name in first.varied}
+    for node in list(first.displacement)[:FEW_NODES] if not first.move else ():
+        moved = np.array([p.displacement[node] for p in poses])
+        span = np.abs(moved).max(axis=0)
+        k = int(span[:3].argmax() if span[:3].any() else 3 + span[3:].argmax())
+        name = DOF_NAMES[k][1:] if k < 3 else DOF_NAMES[k]
+        columns[f"{node}.{name} [{UNITS[k > 2]}]"] = moved[:, k].tolist()
+    for name in first.move:
+        what = f"{'moment' if is_rotation(name) else 'force'}{f' {name}' if len(first.move) > 1 else ''}"
+        columns[f"{what} [{FORCE_UNITS[is_rotation(name)]}]"] = [p.reaction[name] + 0.0 for p in poses]
+    for k in range(min(max(len(p.frequency_hz) for p in poses), modes)):
+        columns[f"f{k + 1} [Hz]"] = [p.frequency_hz[k] if k < len(p.frequency_hz) else None for p in poses]
+    if any(not isnan(stiffness) for p in poses for stiffness in p.support_stiffness[:3]):
+        for k, axis in enumerate("xyz"):
+            stiffness = [p.support_stiffness[k] for p in poses]
+            columns[f"k{axis} [N/m]"] = ["driven" if isnan(value) else value for value in stiffness]
+    for heading, factors in (
+        ("to yield", [p.stress_margin for p in poses]),
+        ("to buckle", [p.buckling_factor for p in poses]),
+    ):
+        columns[heading] = ["" if value is None or not isfinite(value) else number(value, 3) for value in factors]
+    return columns

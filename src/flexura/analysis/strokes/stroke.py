@@ -22,34 +22,35 @@ from flexura.analysis.strain import (
     stress_profiles,
     worst_stresses,
 )
-from flexura.analysis.strokes.clashes import solids_that_meet
-from flexura.analysis.strokes.columns import short_columns, stroke_columns, watched
+from flexura.analysis.strokes.equilibrium_path import (
+    INTERRUPTED,
+    Continuation,
+    FromTo,
+    Inputs,
+    Prescribed,
+    prescribed,
+    values_text,
+)
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
-from flexura.analysis.strokes.paths import INTERRUPTED, Followed, follow
-from flexura.analysis.strokes.pose import Asked, StrokePose, coarse, stroke_poses
-from flexura.analysis.strokes.ways import Course, FromTo, Given, course, described, words
+from flexura.analysis.strokes.pose import Requested, StrokePose, pose_columns, short_columns, stroke_poses
+from flexura.analysis.strokes.pose_limits import coarse_mesh, solids_that_meet
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import leading
-from flexura.mechanism import Mechanism
-from flexura.motion import (
-    Equations,
-    Equilibrium,
-    Frames,
-    MovingModel,
-    beyond,
-    end_force_changes,
-    end_forces,
-)
+from flexura.mechanism import ForceSensor, Mechanism
+from flexura.motion import Equations, Equilibrium, Frames, MovingModel, beyond, end_force_changes, end_forces
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, at_rest
 from flexura.systems import Order
 from flexura.tables import Facts, Table, counted
 
 STEPS, MODES = 21, 6
-"""Poses of a stroke, and modes at each, where nothing else is asked for."""
+"""Poses of a stroke, and modes at each, where nothing else is requested."""
+
+WATCHED_BODIES = 2
+"""Bodies whose displacements are reported where nothing says of which nodes."""
 
 LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
 
@@ -62,17 +63,13 @@ OF_LOW_ORDER = (
     " are attached, so that stresses lack the bending of members between by their own weight"
 )
 
-UNSTABLE = "is unstable, even with its actuators locked"
-
-
-MOST_SHOWN = 2
+SHOWN_COLUMNS = 2
 """Displacements, loads and frequencies of each pose that a notebook shows."""
 
 
 class Spectrum(NamedTuple):
-    """Small motions about a pose: eigenvalues (k,) and M-orthonormal vectors (n, k) of what moves, at its state."""
+    """Small motions about a state: eigenvalues (k,) and M-orthonormal vectors (n, k)."""
 
-    moving: MovingModel
     state: Equilibrium
     values: Array
     vectors: Array
@@ -87,7 +84,7 @@ class Stroke(Tabular):
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
     members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
-    `low_order` is what represents the full order, where that was asked for, `spectra` what `model_errors` need.
+    `low_order` is what represents the full order, where that was requested, `spectra` what `model_errors` need.
     """
 
     _shown = ("name", "poses")
@@ -110,24 +107,25 @@ class Stroke(Tabular):
         """How far the part may be from the model, in `frequency_hz` of every pose; none at low order."""
         if not self.spectra:
             return ()
-        known = Assumptions(self.model)
-        found = []
-        for moving, state, values, vectors in self.spectra:
-            at, none = np.flatnonzero(values > 0), np.full(len(values), np.nan)
-            padded = np.concatenate([vectors[:, at], np.zeros((1, len(at)))])
+        assumptions = Assumptions(self.model)
+        errors = []
+        for state, values, vectors in self.spectra:
+            moving, stable = state.tangent.model, np.flatnonzero(values > 0)
+            padded = np.concatenate([vectors[:, stable], np.zeros((1, len(stable)))])
             wrenches = end_force_changes(moving, state, padded[moving.dof])
-            own = frequency_errors(self.model, values[at], vectors[:, at], len(at), known.of(wrenches))
-            low, high, reason = none.copy(), none.copy(), ["unstable"] * len(values)
-            low[at], high[at] = own.low, own.high
-            for k, text in zip(at.tolist(), own.reason, strict=True):
-                reason[k] = text
-            found.append(replace(own, low=low, high=high, reason=tuple(reason)))
-        return tuple(found)
+            known = assumptions.of(wrenches)
+            error = frequency_errors(self.model, values[stable], vectors[:, stable], len(stable), known)
+            low, high = np.full((2, len(values)), np.nan)
+            low[stable], high[stable] = error.low, error.high
+            reasons = dict(zip(stable.tolist(), error.reason, strict=True))
+            reason = tuple(reasons.get(k, "unstable") for k in range(len(values)))
+            errors.append(replace(error, low=low, high=high, reason=reason))
+        return tuple(errors)
 
     def _data(self) -> dict[str, Any]:
-        errors = [own.intervals for own in self.model_errors] or [None] * len(self.poses)
+        errors = [error.intervals for error in self.model_errors] or [None] * len(self.poses)
         poses = zip(self.poses, errors, strict=True)
-        return {"poses": [{**plain(pose), "model_error": own} for pose, own in poses]}
+        return {"poses": [{**plain(pose), "model_error": error} for pose, error in poses]}
 
     @property
     def name(self) -> str:
@@ -143,16 +141,17 @@ class Stroke(Tabular):
     def warnings(self) -> tuple[Diagnostic, ...]:
         """Poses that are not there, unstable or not proven, members that bend too far for their elements or are
         stressed beyond yield, and solids that meet."""
-        found = [Diagnostic("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
-        found += self.critical
+        warnings = [Diagnostic("equilibrium", "", np.nan, np.nan, "1", text) for text in self.stopped]
+        warnings += self.critical
         for run in self._runs(lambda pose: bool(pose.frequency_hz_held) and pose.frequency_hz_held[0] < 0):
-            text = f"{self._where(run)} the mechanism {UNSTABLE}"
-            found.append(Diagnostic("buckling", "", min(pose.frequency_hz_held[0] for pose in run), 0.0, "Hz", text))
+            text = f"{self._where(run)} the mechanism is unstable, even with its actuators locked"
+            lowest = min(pose.frequency_hz_held[0] for pose in run)
+            warnings.append(Diagnostic("buckling", "", lowest, 0.0, "Hz", text))
         for run in self._runs(lambda pose: not pose.proven):
             text = f"{self._where(run)} natural frequencies are not proven, and some may be missed"
-            found.append(Diagnostic("proof", "", np.nan, np.nan, "Hz", text))
+            warnings.append(Diagnostic("proof", "", np.nan, np.nan, "Hz", text))
         low = () if self.low_order is None else self.low_order.warnings
-        return (*found, *low, *self.doubts, *self._too_coarse(), *self._beyond_yield(), *self._meetings())
+        return (*warnings, *low, *self.doubts, *self._coarse_meshes(), *self._beyond_yield(), *self._contacts())
 
     def _runs(self, holds: Callable[[StrokePose], bool]) -> list[list[StrokePose]]:
         """Poses one after another for which something holds."""
@@ -160,65 +159,66 @@ class Stroke(Tabular):
 
     def _where(self, run: list[StrokePose]) -> str:
         """The place of poses one after another."""
-        first, last = (words(pose.varied, self.units) for pose in (run[0], run[-1]))
+        first, last = self._text(run[0]), self._text(run[-1])
         return f"at {first}" if len(run) == 1 else f"from {first} to {last}, {len(run)} poses,"
+
+    def _text(self, pose: StrokePose) -> str:
+        """What is prescribed at a pose, in words."""
+        return values_text(pose.varied, self.units)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What is left out, what stands for the full order, and members whose held warping is known for a constant
         torque alone."""
-        low = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
-        low = (*low, FLUTTER) if self.has_follower_loads else low
-        held = [name for name, own in corrected(self.model)[0].items() if "warping" in own]
+        notes = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
+        notes = (*notes, FLUTTER) if self.has_follower_loads else notes
+        held = [name for name, corrections in corrected(self.model)[0].items() if "warping" in corrections]
         if not held:
-            return low
+            return notes
         return (
-            *low,
+            *notes,
             f"{', '.join(held[:3])}{' and others' if len(held) > 3 else ''}: held warping is that of a constant torque."
             " Loaded across where they are bent, members have a torque that varies: between parallel ends a leaf"
             " 50 x 15 x 0.4 mm is softer across than a solid by 4 % at 0.04 of its length of stroke, 9 % at 0.08, 17 %"
             " at 0.16 (corrections: none: 7, 35, 53 %)",
         )
 
-    def _too_coarse(self) -> Iterator[Diagnostic]:
+    def _coarse_meshes(self) -> Iterator[Diagnostic]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
-        told = {own.place for own in self.doubts if own.kind == "mesh"}
-        for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in told):
+        reported = {warning.place for warning in self.doubts if warning.kind == "mesh"}
+        for name in dict.fromkeys(name for pose in self.poses for name in pose.mesh_error if name not in reported):
             worst = max(self.poses, key=lambda pose: pose.mesh_error.get(name, 0.0))
-            at = f"at {words(worst.varied, self.units)}"
-            if (found := coarse(self.model, name, worst.mesh_error[name], at)) is not None:
-                yield found
+            warning = coarse_mesh(self.model, name, worst.mesh_error[name], f"at {self._text(worst)}")
+            if warning is not None:
+                yield warning
 
     def _beyond_yield(self) -> Iterator[Diagnostic]:
-        """A warning for every member that yields, with the pose nearest to rest where it does, and the worst one."""
-        if not self.poses:
-            return
-        away = self._away()
+        """A warning for every member that yields, with the least displaced pose where it does, and the worst one."""
         for name, ratio in zip(self.yield_ratios.names, self.yield_ratios.ratio, strict=True):
-            beyond = np.flatnonzero(ratio > 1)
-            if len(beyond):
-                poses = (self.poses[k] for k in (beyond[away[beyond].argmin()], leading(ratio)))
-                first, worst = (words(pose.varied, self.units) for pose in poses)
+            yielding = np.flatnonzero(ratio > 1)
+            if len(yielding):
+                first = yielding[self._travel[yielding].argmin()]
+                first, worst = (self._text(self.poses[k]) for k in (first, leading(ratio)))
                 most = float(ratio.max())
                 where = f"first at {first} and most at {worst}, {most:.3g} times"
                 text = f"{name} is stressed beyond its yield stress, {where}"
                 yield Diagnostic("stress", name, most, 1.0, "1", text)
 
-    def _meetings(self) -> Iterator[Diagnostic]:
-        """A warning for every pair of solids that are apart at rest and meet, with the pose nearest to rest."""
-        away = self._away()
-        found, all_seen = solids_that_meet(self.model, self.frames)
-        for meeting in found:
-            pose = self.poses[min(meeting.poses, key=away.__getitem__)]
-            where = words(pose.varied, self.units)
+    def _contacts(self) -> Iterator[Diagnostic]:
+        """A warning for every pair of solids that are apart when undeformed and meet, with the least displaced pose."""
+        meetings, all_seen = solids_that_meet(self.model, self.frames)
+        for meeting in meetings:
+            where = self._text(self.poses[min(meeting.poses, key=self._travel.__getitem__)])
             text = f"{meeting.first} and {meeting.second} meet, first at {where}, and go through each other from there"
             yield Diagnostic("contact", meeting.first, np.nan, np.nan, "m", text)
         if not all_seen:
             text = "so many parts lie side by side that not all were looked at for whether they meet"
             yield Diagnostic("contact", "", np.nan, np.nan, "m", text)
 
-    def _away(self) -> Array:
-        """How far poses are from rest, of what is prescribed, each over its largest value."""
+    @cached_property
+    def _travel(self) -> Array:
+        """How far poses (p,) are from the undeformed configuration: the sum of what is prescribed, each over its
+        largest value."""
         travel = np.abs([list(pose.varied.values()) for pose in self.poses])
         return (travel / np.maximum(travel.max(axis=0, initial=0.0), 1e-300)).sum(axis=-1)
 
@@ -249,11 +249,11 @@ class Stroke(Tabular):
     @property
     def frequencies_hz(self) -> Array:
         """Natural frequencies (poses, m), actuators free, each column one mode tracked by shape, those of the first
-        pose first; NaN where it is not among the lowest that were asked for."""
-        found = np.full((len(self.poses), max((len(pose.tracked) for pose in self.poses), default=0)), np.nan)
-        for row, pose in zip(found, self.poses, strict=True):
+        pose first; NaN where it is not among the lowest that were requested."""
+        hertz = np.full((len(self.poses), max((len(pose.tracked) for pose in self.poses), default=0)), np.nan)
+        for row, pose in zip(hertz, self.poses, strict=True):
             row[: len(pose.tracked)] = [pose.frequency_hz[k] if k >= 0 else np.nan for k in pose.tracked]
-        return found
+        return hertz
 
     @property
     def frequency_changes(self) -> Array:
@@ -268,13 +268,16 @@ class Stroke(Tabular):
     @property
     def parasitic_shifts(self) -> dict[str, Array]:
         """By driven node, how far it shifts (poses,), m, in the directions in which it is not driven."""
-        found: dict[str, Array] = {}
-        for node in dict.fromkeys(name.rpartition(".")[0] for name in (self.poses[0].move if self.poses else ())):
-            if node in self.poses[0].displacement:
-                free = [k for k, axis in enumerate("xyz") if f"{node}.{axis}" not in self.poses[0].move]
+        if not self.poses:
+            return {}
+        move, displacement = self.poses[0].move, self.poses[0].displacement
+        shifts: dict[str, Array] = {}
+        for node in dict.fromkeys(name.rpartition(".")[0] for name in move):
+            if node in displacement:
+                free = [k for k, axis in enumerate("xyz") if f"{node}.{axis}" not in move]
                 moved = np.array([pose.displacement[node] for pose in self.poses])
-                found[node] = np.linalg.norm(moved[:, free], axis=1)
-        return found
+                shifts[node] = np.linalg.norm(moved[:, free], axis=1)
+        return shifts
 
     def _title(self) -> str:
         return f"{counted(len(self.poses), 'pose')}, large displacements"
@@ -282,7 +285,7 @@ class Stroke(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         chosen = {k: self.poses[k] for k in sorted({0, len(self.poses) // 2, len(self.poses) - 1}) if self.poses}
         rows: dict[str, Any] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
-        rows |= short_columns([*chosen.values()], self.units, MOST_SHOWN)
+        rows |= short_columns([*chosen.values()], self.units, SHOWN_COLUMNS)
         rows["proven"] = [pose.proven for pose in chosen.values()]
         yield Table(rows, "poses")
 
@@ -291,7 +294,7 @@ class Stroke(Tabular):
         return short_columns(self.poses[:: max(1, -(-len(self.poses) // most))], self.units, modes)
 
     def _columns(self) -> dict[str, Any]:
-        return stroke_columns(self.poses, self.units, self.model_errors)
+        return pose_columns(self.poses, self.units, self.model_errors)
 
 
 @verb
@@ -348,10 +351,10 @@ def stroke(
     full = at_rest(model, parameters, int(refine))
     if isinstance(branch, bool) or branch not in (-1, 0, 1):
         raise OptionError(f"branch is 1 or -1, to either side, or 0 to go straight on, not {branch!r}")
-    given = Given(move or {}, loads or {}, follower or {}, gravity, actuators or {})
-    motion = None if given.changes else full.plan.motion.motion
+    inputs = Inputs(move or {}, loads or {}, follower or {}, gravity, actuators or {})
+    motion = None if inputs.any_but_gravity else full.plan.motion.motion
     if motion is not None:
-        given = described(full.design)._replace(gravity=gravity)
+        inputs = Inputs.described(full.design, gravity)
         nodes = nodes if nodes is not None or not motion.nodes else motion.nodes
     steps = steps if steps is not None else motion.steps if motion is not None else STEPS
     n = n if n is not None else motion.modes if motion is not None else MODES
@@ -360,56 +363,73 @@ def stroke(
     if order not in ("full", "low"):
         raise OptionError(f"order is full or low, not {order!r}")
     moving = MovingModel.of(full.design)
-    planned = course(moving, given, steps)
-    drives = planned.drives
-    nodes = [nodes] if isinstance(nodes, str) else nodes
-    asked = [d.name.rsplit(".", 1)[0] for d in drives] or watched(full.plan) if nodes is None else list(nodes)
-    asked = list(dict.fromkeys(asked))
-    numbers = dict(zip(asked, full.plan.topology.numbers(asked).tolist(), strict=True))
-    equations = Equations(moving, drives)
+    points = prescribed(moving, inputs, steps)
+    if nodes is None:
+        nodes = [drive.name.rsplit(".", 1)[0] for drive in points.drives] or _watched(full.plan)
+    names = list(dict.fromkeys([nodes] if isinstance(nodes, str) else nodes))
+    requested = Requested(n, dict(zip(names, full.plan.topology.numbers(names).tolist(), strict=True)), compliance)
+    equations = Equations(moving, points.drives)
     equations.independent()
-    wanted = Asked(n, numbers, compliance)
 
-    def walk(own: Equations) -> Followed:
-        return follow(own, planned, wanted, branch, progress)
+    def run(equations: Equations) -> Continuation:
+        return Continuation(equations, points, requested, branch, progress).run()
 
     low: LowOrderMotion | None = None
     if order == "full":
-        followed = walk(equations)
-        shown = [own.state for own in followed.found]
+        path = run(equations)
+        states = [at.state for at in path.states]
+        spectra = tuple(Spectrum(at.state, at.values, at.vectors) for at in path.states)
     else:
-        followed, shown, low = _at_low_order(equations, planned, [*numbers.values()], n, walk)
-    forces = end_forces(moving, shown)
-    yields = ratios_to_yield(full, forces.__getitem__, len(shown)) if shown else NO_YIELD
-    poses = stroke_poses([own.measured for own in followed.found], yields)
-    frames = tuple(state.frames for state in shown)
-    ended, critical = tuple(followed.stopped), tuple(followed.critical)
-    doubts = (*beyond(moving, frames), *planned.overdriven)
-    turning = any(state.loads.follower for state in shown)
-    spectra = ()
-    if low is None:
-        spectra = tuple(
-            Spectrum(moving, own.state, own.measured.values, own.measured.vectors) for own in followed.found
-        )
-    units = planned.units
-    return Stroke(full, tuple(poses), ended, critical, doubts, yields, forces, frames, units, low, turning, spectra)
+        path, states, low = _at_low_order(equations, points, requested, run)
+        spectra = ()
+    forces = end_forces(moving, states)
+    yields = ratios_to_yield(full, forces.__getitem__, len(states)) if states else NO_YIELD
+    frames = tuple(state.frames for state in states)
+    return Stroke(
+        model=full,
+        poses=tuple(stroke_poses(path.states, yields)),
+        stopped=tuple(path.stopped),
+        critical=tuple(path.critical),
+        doubts=(*beyond(moving, frames), *points.overdriven),
+        yield_ratios=yields,
+        end_forces=forces,
+        frames=frames,
+        units=points.units,
+        low_order=low,
+        has_follower_loads=any(state.loads.follower for state in states),
+        spectra=spectra,
+    )
+
+
+def _watched(plan: Plan) -> list[str]:
+    """Nodes whose motion tells how far a mechanism goes: those of displacement and rotation sensors, else of the bodies
+    that are not held, the first few."""
+    read = [
+        ".".join((*path, sensor.nodes[0]))
+        for path, name in plan.layout.instances()
+        for sensor in plan.layout.prototypes[name].sensors.values()
+        if not isinstance(sensor, ForceSensor)
+    ]
+    topology = plan.topology
+    free = [name for name in plan.body_names if not topology.held[topology.root[topology.numbers([name])]].all()]
+    return list(dict.fromkeys(read)) or free[:WATCHED_BODIES]
 
 
 def _at_low_order(
-    full: Equations, planned: Course, nodes: list[int], n: int, walk: Callable[[Equations], Followed]
-) -> tuple[Followed, list[Equilibrium], LowOrderMotion]:
-    """All points at low order, and its states on the full order."""
-    walked: list[Followed] = []
+    full: Equations, points: Prescribed, requested: Requested, run: Callable[[Equations], Continuation]
+) -> tuple[Continuation, list[Equilibrium], LowOrderMotion]:
+    """The path at low order, and its states on the full order."""
+    paths: list[Continuation] = []
 
     def states(equations: Equations) -> list[Equilibrium]:
-        walked.append(walk(equations))
-        if walked[-1].broken is not None:
-            raise walked[-1].broken
-        return [own.state for own in walked[-1].found] + walked[-1].ended
+        paths.append(path := run(equations))
+        if path.interruption is not None:
+            raise path.interruption
+        return [at.state for at in path.states] + path.ended
 
-    ends = (planned.rest, planned.first, planned.last)
+    ends = (points.undeformed, points.first, points.last)
     loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
-    found = low_order_motion(full, [*nodes, *loaded], states, n)
-    own = walked[found.walk]
-    own.stopped[:] = [f"at low order {why}; the full order may go further" for why in own.stopped]
-    return own, found.compared.states[: len(own.found)], found.said
+    best = low_order_motion(full, [*requested.nodes.values(), *loaded], states, requested.modes)
+    path = paths[best.run]
+    path.stopped[:] = [f"at low order {why}; the full order may go further" for why in path.stopped]
+    return path, best.states[: len(path.states)], best.motion

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from flexura.analysis import AtPose, Way, ratios_to_yield, settled
+from flexura.analysis import DisplacedState, DisplacementPath, ratios_to_yield, settled
 from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
@@ -131,23 +131,23 @@ def sloped_reach(plan: Plan, parameters: Mapping[str, float], names: Sequence[st
     least = min(sides.values())
     if least == 0:
         return Dual(np.zeros(()), np.zeros(len(names)))
-    way = Way(Design.with_slopes(plan.at_rest(), parameters, names), [of.name])
+    path = DisplacementPath(Design.with_slopes(plan.at_rest(), parameters, names), [of.name])
     moved = [
-        _stroke_slope(way, side * stroke) * side for side, stroke in sides.items() if stroke <= least * (1 + ALIKE)
+        _stroke_slope(path, side * stroke) * side for side, stroke in sides.items() if stroke <= least * (1 + ALIKE)
     ]
     size = np.max(np.abs(moved), axis=0)
     return Dual(np.array(least), np.where(np.ptp(moved, axis=0) <= ALIKE * size, moved[0], np.nan))
 
 
-def _stroke_slope(way: Way, stroke: float) -> Array:
+def _stroke_slope(path: DisplacementPath, stroke: float) -> Array:
     """Slopes (P,) of a signed stroke at which the largest stress over yield stress is held."""
-    way.to(np.zeros(1))
-    held, driven = (_ratio(way.at([own])).slope for own in (stroke, Dual(np.array(stroke), np.ones(way.count))))
+    path.to(np.zeros(1))
+    held, driven = (_ratio(path.at([own])).slope for own in (stroke, Dual(np.array(stroke), np.ones(path.count))))
     least = np.argmin(np.abs(held))
     return -held / (driven - held)[least]
 
 
-def _ratio(at: AtPose) -> Any:
+def _ratio(at: DisplacedState) -> Any:
     """Largest stress over yield stress at a pose."""
 
     def largest(share: float) -> Any:

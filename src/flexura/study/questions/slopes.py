@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis import AtRest, at_pose
+from flexura.analysis import LinearState, displaced_state
 from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.errors import SolverError
@@ -30,7 +30,7 @@ from flexura.study.questions.single import OneDesign
 from flexura.study.questions.worst import parting, worst
 
 LINEAR = ("stress", "margin", "buckling", "coupling", "amplification")
-"""What is read at rest of `flexura.analysis.AtRest`."""
+"""What is read at rest of `flexura.analysis.LinearState`."""
 
 HELD = ("compliance", "stiffness", "coupling", "amplification")
 """What a pose may hold: read without slopes first, where that is said."""
@@ -188,7 +188,7 @@ class Exact:
 
     def _at_rest(self, places: list[int]) -> None:
         """What is linear under the loads that are described."""
-        state = AtRest(self.plan, self.parameters, self.names)
+        state = LinearState(self.plan, self.parameters, self.names)
         for k in places:
             self._read(k, state)
 
@@ -230,7 +230,7 @@ class Exact:
     def _at_pose(self, places: list[int]) -> None:
         """What is asked at one pose; what cannot be answered there has the reason for it."""
         single, pose = OneDesign(self.plan, self.parameters, self.asked), self.asked[places[0]].pose
-        state = at_pose(self._design, dict(pose))
+        state = displaced_state(self._design, dict(pose))
         if not state.is_stable:
             raise SolverError(f"at {pose_text(pose)} it is unstable")
         numbers = dict[int, int]()
