@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.cli import doctor
 from flexura.cli.app import app
-from flexura.cli.doctor import EXTRAS, packages_of
-from flexura.cli.gallery import SCHEMA
+from flexura.cli.gallery import EXTRAS, SCHEMA, packages_of
 from flexura.errors import OptionError
 from flexura.gallery import entries, entry
 
