@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.cli import doctor
+from flexura.cli import gallery
 from flexura.cli.app import app
 from flexura.cli.gallery import EXTRAS, SCHEMA, packages_of
 from flexura.errors import OptionError
@@ -72,7 +72,7 @@ def test_the_extras_are_those_of_the_installation():
 
 
 def test_the_doctor_says_how_to_get_what_is_missing(monkeypatch):
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "fmpy" else "1.0")
+    monkeypatch.setattr(gallery, "_version", lambda name: None if name == "fmpy" else "1.0")
     monkeypatch.setitem(doctor.PROGRAMS, "no-such-program", ("nothing", "nowhere"))
     told = " ".join(shell("doctor").stdout.split())
     assert "pip install 'flexura[fmi]'" in told and "nowhere" in told and "missing" in told
