@@ -120,11 +120,11 @@ def test_files_hold_the_table(tmp_path):
 def test_parquet_needs_pyarrow(monkeypatch, tmp_path):
     import sys
 
-    from flexura.cli.tables import write_table
+    from flexura.cli.terminal import write_table
 
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(fx.OptionError, match=r"pip install 'flexura\[parquet\]'"):
-        write_table({"a": [1.0]}, tmp_path / "a.parquet")
+        write_table([{"a": [1.0]}], tmp_path / "a.parquet")
     assert not list(tmp_path.iterdir())
 
 

@@ -8,10 +8,9 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.cli import doctor
+from flexura.cli import gallery
 from flexura.cli.app import app
-from flexura.cli.doctor import EXTRAS, packages_of
-from flexura.cli.gallery import SCHEMA
+from flexura.cli.gallery import EXTRAS, SCHEMA, packages_of
 from flexura.errors import OptionError
 from flexura.gallery import entries, entry
 
@@ -73,8 +72,8 @@ def test_the_extras_are_those_of_the_installation():
 
 
 def test_the_doctor_says_how_to_get_what_is_missing(monkeypatch):
-    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "fmpy" else "1.0")
-    monkeypatch.setitem(doctor.PROGRAMS, "no-such-program", ("nothing", "nowhere"))
+    monkeypatch.setattr(gallery, "_version", lambda name: None if name == "fmpy" else "1.0")
+    monkeypatch.setitem(gallery.PROGRAMS, "no-such-program", ("nothing", "nowhere"))
     told = " ".join(shell("doctor").stdout.split())
     assert "pip install 'flexura[fmi]'" in told and "nowhere" in told and "missing" in told
     assert "control 1.0" in told

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
+from flexura.cli.amounts import band_of, gravity_of, limit_of, loads_of, selected
 from flexura.cli.app import COMMANDS, loaded, main
-from flexura.cli.naming import with_option
-from flexura.cli.options import band_of, gravity_of, limit_of, loads_of, selected
+from flexura.cli.guard import with_option
 
 GUIDE = "examples/guide/guide.yaml"
 

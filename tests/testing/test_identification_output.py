@@ -8,7 +8,7 @@ import pytest
 
 import flexura as fx
 from flexura.cli import main
-from flexura.cli.tables import left
+from flexura.cli.terminal import significant
 from flexura.testing.identification.evidence import collinearity, driving_points, phase, phase_deviation, real_shapes
 from flexura.testing.identification.identification import mode_indicators
 from flexura.testing.measurement.response_matrices import response_matrices
@@ -43,7 +43,7 @@ def run(arguments, monkeypatch, capsys):
     ],
 )
 def test_digits_that_an_uncertainty_leaves(value, off, shown):
-    assert left(value, off) == shown
+    assert significant(value, off) == shown
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ COMMANDS = {
         "gallery", "examples_command", "List the mechanisms of the gallery, or write all of their files."
     ),
     "doctor": _Command(
-        "doctor",
+        "gallery",
         "doctor_command",
         "List which optional parts are installed, what they are for, and how to get the others.",
     ),
@@ -48,12 +48,12 @@ COMMANDS = {
         "Axial forces, frequencies about the state under gravity and dead loads, and the load at which it buckles.",
     ),
     "published": _Command(
-        "published",
+        "modes",
         "published_command",
         "What a mechanism has beside the numbers that papers, handbooks and closed forms give for it.",
     ),
     "compare": _Command(
-        "comparison",
+        "modes",
         "compare_command",
         "Natural frequencies by every method, with their errors against the exact ones and their times.",
     ),
@@ -68,7 +68,7 @@ COMMANDS = {
         "Static response to loads, gravity and actuators: displacements, readings, forces, and what yields first.",
     ),
     "stroke": _Command(
-        "stroke",
+        "response",
         "stroke_command",
         "A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness.",
     ),
@@ -86,47 +86,47 @@ COMMANDS = {
         "Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples.",
     ),
     "sweep": _Command(
-        "sweep",
+        "studies",
         "sweep_command",
         "Many designs of a mechanism: a grid or a sample of parameters, and quantities of each, as a table.",
     ),
     "correlate": _Command(
-        "correlation",
+        "testing",
         "correlate_command",
         "Test against model: pairs of modes with MAC and frequency error, channels that disagree, FRFs, pictures.",
     ),
     "place-sensors": _Command(
-        "correlation",
+        "testing",
         "place_sensors_command",
         "The best places for so many sensors among the candidates, by effective independence.",
     ),
     "sensitivity": _Command(
-        "sensitivity",
+        "studies",
         "sensitivity_command",
         "What a per cent of every parameter does to every quantity.",
     ),
     "tolerance": _Command(
-        "tolerance",
+        "studies",
         "tolerance_command",
         "What tolerances do: spread, share of good parts, worst case, and which tolerance to tighten first.",
     ),
     "calibrate": _Command(
-        "calibration",
+        "testing",
         "calibrate_command",
         "Parameters with which the mechanism meets a measurement, and their uncertainties.",
     ),
     "optimize": _Command(
-        "optimize",
+        "studies",
         "optimize_command",
         "The best design under limits, its active limits and what relaxing them would gain, proven at full order.",
     ),
     "estimate-frf": _Command(
-        "measured",
+        "testing",
         "estimate_frf_command",
         "Frequency responses from hits: windows, averages, coherence; bad records are named and left out.",
     ),
     "virtual-test": _Command(
-        "virtual_test",
+        "testing",
         "virtual_test_command",
         "Simulate the hammer test that a file describes, identify its modes, and compare them with the truth.",
     ),
@@ -136,12 +136,12 @@ COMMANDS = {
         "Write a state space (full-order, static gain kept), matrices, modes or responses for other tools.",
     ),
     "identify": _Command(
-        "identification",
+        "testing",
         "identify_command",
         "Modes of a test: frequencies, damping, complexity of shapes, and the confidence in each.",
     ),
     "report": _Command(
-        "report",
+        "handover",
         "report_command",
         "One page about a mechanism: modes that move, freedoms, stroke, responses, stress, with all evidence.",
     ),
@@ -149,7 +149,7 @@ COMMANDS = {
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),
     "live": _Command(
-        "live",
+        "handover",
         "live_command",
         "A page on this machine whose sliders are the parameters: 3-D, frequencies, responses, stresses follow.",
     ),

@@ -2,45 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
+from rich.console import RenderableType
+from rich.text import Text
 
-from flexura.cli.options import At, Dpi, File, Json, Names, Settings, print_json, print_result, read
-from flexura.cli.tables import columns_table, console_of_width
+from flexura.cli.options import Answer, At, Dpi, File, Names, Settings, command, print_json, read
+from flexura.cli.terminal import columns_table, heading
 from flexura.tables import counted, in_mm, quantity, vector
 
 if TYPE_CHECKING:
     from flexura.analysis import CheckReport
+    from flexura.mechanism import Mechanism
+
+MOST = 20
+"""Of each kind, that are listed."""
 
 
+@command(plot="Write a picture of the warnings here.")
 def check_command(
-    file: File,
-    set: Settings = None,
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
     every: Annotated[
         bool, typer.Option("--all", help="Print what moves the six lowest frequencies by less than 1 %, too.")
     ] = False,
-    as_json: Json = False,
-    plot: Annotated[Path | None, typer.Option(metavar="DIR", help="Write a picture of the warnings here.")] = None,
-) -> None:
+) -> Answer:
     """Summary of a mechanism file, and warnings: what may not be meant, and what moves a frequency by 1 % or more."""
     from flexura.analysis import check
 
-    mechanism, parameters = read(file, set)
-    report = check(mechanism, parameters)
-    pictures: list[Path] = []
-    if plot is not None:
+    def pictures(report: CheckReport, folder: Path) -> list[Path]:
         from flexura.structure import assemble
         from flexura.view import save_warnings
 
-        pictures = save_warnings(report, plot, model=assemble(mechanism, parameters))
-    if as_json:
-        print_result(report.to_dict(), pictures)
-    else:
-        print_check(report, pictures, every)
+        return save_warnings(report, folder, model=assemble(mechanism, parameters))
+
+    report = check(mechanism, parameters)
+    return Answer(report, check_text(report, every), pictures, are_warnings_shown=True)
 
 
 def schema_command() -> None:
@@ -52,6 +53,7 @@ def schema_command() -> None:
 
 def view_command(
     file: File,
+    *,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="DIR", help="Write a picture here; without --out where you are.")
     ] = None,
@@ -83,77 +85,59 @@ def view_command(
         typer.echo(str(path))
 
 
-_COLOURS = ("yellow", "green")
-
-
-def print_check(report: CheckReport, pictures: Sequence[Path] = (), every: bool = False) -> None:
-    """Print the summary of a mechanism, and warnings, every one or those that matter."""
-    console = console_of_width()
-    console.print(report.name, style="bold", markup=False)
-    console.print(f"full order {report.full_order}, low order {report.low_order}", markup=False)
-    console.print(
-        f"mass {quantity(report.mass.mass, 'kg')}, centre of mass ({in_mm(report.mass.centre)}) mm", markup=False
-    )
-    console.print(columns_table(report.substructure_columns()))
-    for body, mass in list(report.rigid_bodies.items())[:10]:
-        console.print(f"rigid body {body}: {quantity(mass, 'kg')}", markup=False)
-    for node, dofs in list(report.held.items())[:20]:
-        console.print(f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}", markup=False)
-    if len(report.held) > 20:
-        console.print(f"held: and {len(report.held) - 20} more nodes", markup=False)
-    _print_corrections(console, report)
-    _print_named(console, "solid part", {name: str(mesh) for name, mesh in report.solid_parts.items()})
-    _print_named(console, "actuator", report.actuators)
-    _print_named(console, "sensor", report.sensors)
+def check_text(report: CheckReport, every: bool = False) -> Iterator[RenderableType]:
+    """The summary of a mechanism, and warnings, every one or those that matter."""
+    yield heading(report.name)
+    yield f"full order {report.full_order}, low order {report.low_order}"
+    yield f"mass {quantity(report.mass.mass, 'kg')}, centre of mass ({in_mm(report.mass.centre)}) mm"
+    yield columns_table(report.substructure_columns())
+    yield from _lines("rigid body", {body: quantity(mass, "kg") for body, mass in report.rigid_bodies.items()}, 10)
+    held = [f"held: {node} {'clamped' if len(dofs) == 6 else ' '.join(dofs)}" for node, dofs in report.held.items()]
+    yield from held[:MOST]
+    if len(held) > MOST:
+        yield f"held: and {len(held) - MOST} more nodes"
+    yield from _corrections(report)
+    yield from _lines("solid part", {name: str(mesh) for name, mesh in report.solid_parts.items()})
+    yield from _lines("actuator", report.actuators)
+    yield from _lines("sensor", report.sensors)
     if report.damping != "none" or report.actuators or report.sensors:
-        console.print(f"damping: {report.damping}", markup=False)
-    _print_named(console, "study", report.studies)
-    _print_loads(console, report)
-    _print_free_motions(console, report)
-    shown = (*report.doubts, *(report.minor if every else ()))
-    hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
-    console.print(f"{counted(len(shown), 'warning') if shown else 'no warnings'}{hidden}", style=_COLOURS[not shown])
-    for doubt in shown:
-        console.print(f"  {doubt}", markup=False)
-    for path in pictures:
-        console.print(f"wrote {path}", markup=False, highlight=False)
-
-
-def _print_named(console: Console, what: str, about: Mapping[str, str]) -> None:
-    """Print one line for each of a kind, up to twenty."""
-    for name, text in list(about.items())[:20]:
-        console.print(f"{what} {name}: {text}", markup=False)
-    if len(about) > 20:
-        console.print(f"{what}: and {len(about) - 20} more")
-
-
-def _print_loads(console: Console, report: CheckReport) -> None:
-    """Loads and gravity, and that stiffness is about the state under them."""
-    for node, wrench in list(report.loads.items())[:20]:
-        parts = [vector(w, unit) for w, unit in ((wrench[:3], "N"), (wrench[3:], "N*m")) if any(w)]
-        console.print(f"load on {node}: {', '.join(parts) or 'none'}", markup=False)
-    if len(report.loads) > 20:
-        console.print(f"load: on {len(report.loads) - 20} more nodes")
-    if any(report.gravity):
-        console.print(f"gravity: {vector(report.gravity, 'm/s^2')}", markup=False)
-    if report.is_preloaded:
-        console.print(
-            "preloaded: stiffness, and all that follows from it, is about the state under these", markup=False
-        )
-
-
-def _print_free_motions(console: Console, report: CheckReport) -> None:
-    """What is proven about the lowest frequencies."""
-    words = []
-    if report.rigid_body_modes:
-        words.append(counted(report.rigid_body_modes, "rigid-body mode"))
+        yield f"damping: {report.damping}"
+    yield from _lines("study", report.studies)
+    yield from _loads(report)
+    motions = [counted(report.rigid_body_modes, "rigid-body mode")] if report.rigid_body_modes else []
     if report.lowest_hz is not None:
-        words.append(f"lowest {'other ' if report.rigid_body_modes else ''}frequency {report.lowest_text}")
-    if words:
-        console.print("; ".join(words), markup=False)
+        motions.append(f"lowest {'other ' if motions else ''}frequency {report.lowest_text}")
+    if motions:
+        yield "; ".join(motions)
+    shown = (*report.warnings, *(report.minor if every else ()))
+    hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
+    count = counted(len(shown), "warning") if shown else "no warnings"
+    yield Text(f"{count}{hidden}", style="yellow" if shown else "green")
+    yield from (f"  {warning}" for warning in shown)
 
 
-def _print_corrections(console: Console, report: CheckReport) -> None:
+def _lines(kind: str, texts: Mapping[str, str], most: int = MOST) -> Iterator[str]:
+    """One line for each of a kind, up to so many."""
+    for name, text in list(texts.items())[:most]:
+        yield f"{kind} {name}: {text}"
+    if len(texts) > most:
+        yield f"{kind}: and {len(texts) - most} more"
+
+
+def _loads(report: CheckReport) -> Iterator[str]:
+    """Loads and gravity, and that stiffness is about the state under them."""
+    for node, wrench in list(report.loads.items())[:MOST]:
+        parts = [vector(w, unit) for w, unit in ((wrench[:3], "N"), (wrench[3:], "N*m")) if any(w)]
+        yield f"load on {node}: {', '.join(parts) or 'none'}"
+    if len(report.loads) > MOST:
+        yield f"load: on {len(report.loads) - MOST} more nodes"
+    if any(report.gravity):
+        yield f"gravity: {vector(report.gravity, 'm/s^2')}"
+    if report.is_preloaded:
+        yield "preloaded: stiffness, and all that follows from it, is about the state under these"
+
+
+def _corrections(report: CheckReport) -> Iterator[str]:
     """One line for every set of corrections: the members that have it, with their ends unless both are clamped."""
     members: dict[tuple[str, ...], list[str]] = {}
     for place, names in report.corrections.items():
@@ -162,9 +146,5 @@ def _print_corrections(console: Console, report: CheckReport) -> None:
         shown = place if ends == ("clamped", "clamped") or not strip else f"{place} ({', '.join(ends)})"
         members.setdefault(names, []).append(shown)
     for names, places in members.items():
-        console.print(f"corrected for {', '.join(names)}: {_shorten(tuple(places))}", markup=False)
-
-
-def _shorten(names: tuple[str, ...]) -> str:
-    shown = ", ".join(names[:4])
-    return shown + (f", ... ({len(names)})" if len(names) > 4 else "")
+        more = f", ... ({len(places)})" if len(places) > 4 else ""
+        yield f"corrected for {', '.join(names)}: {', '.join(places[:4])}{more}"

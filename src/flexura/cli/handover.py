@@ -1,43 +1,46 @@
-"""The command that writes models for other programs."""
+"""Commands that hand a model on: `export` to other programs, `report` as a page, `live` as one with sliders."""
 
 from __future__ import annotations
 
-from enum import StrEnum
+import sys
+import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from flexura.cli.amounts import band_of, limit_of, prescribed_of, quantity_of
 from flexura.cli.options import (
+    Answer,
     At,
     File,
+    Hold,
     Inputs,
     Json,
     Outputs,
     Ratio,
     Settings,
     Strict,
-    band_of,
-    limit_of,
+    command,
     print_json,
-    quantity_of,
     read,
+    say,
+    settings_of,
 )
-from flexura.cli.response import Hold
+from flexura.cli.terminal import heading
 from flexura.errors import LimitError, OptionError
+from flexura.tables import counted
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
-class What(StrEnum):
-    """What is written."""
+    from rich.console import RenderableType
 
-    state_space = "state-space"
-    low = "low"
-    full = "full"
-    modes = "modes"
-    response = "response"
+    from flexura.pages.report import Report
 
+What = Literal["state-space", "low", "full", "modes", "response"]
 
-DEFAULTS = {"simscape": What.low, "matrix-market": What.full, "vtu": What.modes, "uff": What.modes}
+DEFAULTS: dict[str, What] = {"simscape": "low", "matrix-market": "full", "vtu": "modes", "uff": "modes"}
 """What a format gets when nothing is said; the others get a state space."""
 
 
@@ -61,7 +64,7 @@ def export_command(
     dt: Annotated[
         str | None, typer.Option(metavar="STEP", help="Discretise in steps with their unit, e.g. 0.1ms.")
     ] = None,
-    hold: Annotated[Hold, typer.Option(help="Inputs between steps.")] = Hold.zoh,
+    hold: Annotated[Hold, typer.Option(help="Inputs between steps.")] = "zoh",
     delay: Annotated[str, typer.Option(metavar="TIME", help="Dead time of the inputs with its unit.")] = "0 s",
     band: Annotated[
         str | None,
@@ -80,41 +83,46 @@ def export_command(
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
     from flexura.io import export, format_of, scalar_notes
 
-    own = what or DEFAULTS.get(format_of(out, format), What.state_space)
+    kind = what or DEFAULTS.get(format_of(out, format), "state-space")
     mechanism, parameters = read(file, set, at)
-    limit = limit_of("--up-to", up_to)
+    limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any
-    if own is What.state_space:
-        how = {
-            "residual_modes": residual_modes,
-            "balanced": balanced,
-            "band": None if band is None else band_of(band),
-            "delay": quantity_of("--delay", delay, "s", "0.1ms"),
-        }
-        thing = _state_space(mechanism, parameters, (input, output), n, limit, damping, how)
+    if kind == "state-space":
+        from flexura.systems import state_space, system
+
+        full = system(mechanism, parameters, inputs=input, outputs=output, order="full", damping=damping)
+        thing = state_space(
+            full,
+            n=6 if n is None and limit is None else n,
+            up_to=limit,
+            residual_modes=residual_modes,
+            balanced=balanced,
+            band=span,
+            delay=quantity_of("--delay", delay, "s", "0.1ms"),
+        )
         if dt is not None:
-            thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold.value)
-    elif own is What.modes:
+            thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold)
+    elif kind == "modes":
         from flexura.analysis import modes
 
         thing = modes(mechanism, parameters, n=n or 6)
-    elif own is What.response:
+    elif kind == "response":
         from flexura.analysis import frequency_response
 
-        if band is None:
+        if span is None:
             raise OptionError("a response needs a --band FROM,TO, e.g. '5,200 Hz'")
-        thing = frequency_response(
-            mechanism, parameters, inputs=input, outputs=output, band=band_of(band), damping=damping
-        )
+        thing = frequency_response(mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping)
+    elif kind == "full":
+        from flexura.structure import assemble
+
+        thing = assemble(mechanism, parameters)
     else:
-        thing = _matrices(mechanism, parameters, own is What.full, keep, n, limit)
+        thing = _low_order(mechanism, parameters, keep, n, limit)
     warnings = getattr(thing, "warnings", ())
     if strict and warnings:
         raise LimitError(warnings)
     written = [str(path) for path in export(thing, out, format=format)]
-    notes = list(getattr(thing, "notes", ()))
-    if format_of(out, format) == "uff":
-        notes += scalar_notes(thing)
+    notes = [*getattr(thing, "notes", ()), *(scalar_notes(thing) if format_of(out, format) == "uff" else ())]
     if as_json:
         lost = getattr(thing, "neglected", None)
         more = {} if lost is None else {"neglected": lost.to_dict()}
@@ -124,31 +132,70 @@ def export_command(
             typer.echo(line)
 
 
-def _matrices(
-    mechanism: Any, parameters: dict[str, float], is_full: bool, keep: int | None, n: int | None, up_to: float | None
+def _low_order(
+    mechanism: Any, parameters: dict[str, float], keep: int | None, n: int | None, up_to: float | None
 ) -> Any:
-    """The full-order model, or the low-order one in the coordinates of its substructures."""
+    """The low-order model in the coordinates of its substructures."""
     from flexura.reduction import reduce, reduction_of
-    from flexura.structure import assemble, plan_of
+    from flexura.structure import plan_of
 
-    if is_full:
-        return assemble(mechanism, parameters)
-    how = reduction_of(plan_of(mechanism), {"keep": keep}, n or 6, up_to)
-    return reduce(mechanism, parameters, **({"coordinates": "substructures"} if "tolerance" in how else {}), **how)
+    chosen = reduction_of(plan_of(mechanism), {"keep": keep}, n or 6, up_to)
+    coordinates = {"coordinates": "substructures"} if "tolerance" in chosen else {}
+    return reduce(mechanism, parameters, **coordinates, **chosen)
 
 
-def _state_space(
-    mechanism: Any,
-    parameters: dict[str, float],
-    channels: tuple[list[str] | None, list[str] | None],
-    n: int | None,
-    up_to: float | None,
-    damping: float | None,
-    how: dict[str, Any],
-) -> Any:
-    from flexura.systems import state_space, system
+@command("strict", reads=False)
+def report_command(
+    file: File,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="Write the page here, one HTML file.")] = Path(
+        "report.html"
+    ),
+    n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of modes.")] = 6,
+    solid: Annotated[
+        bool, typer.Option("--solid", help="With solid finite elements beside the beams; seconds to minutes.")
+    ] = False,
+    title: Annotated[str | None, typer.Option(metavar="TEXT", help="Title; by default the name.")] = None,
+    at: At = None,
+    set: Settings = None,
+) -> Answer:
+    """One page about a mechanism: modes that move, freedoms, stroke, responses, stress, with all evidence."""
+    from flexura.modelfile import load
+    from flexura.pages.report import report
 
-    inputs, outputs = channels
-    full = system(mechanism, parameters, inputs=inputs, outputs=outputs, order="full", damping=damping)
-    count = 6 if n is None and up_to is None else n
-    return state_space(full, n=count, up_to=up_to, **how)
+    mechanism = load(file)
+    parameters = settings_of(mechanism, set)
+    pose = prescribed_of(mechanism, at or [])
+    begun = time.monotonic()
+    page = report(mechanism, parameters, file=file, at=pose, n=n, solid=solid, title=title, progress=say)
+    return Answer(page, _report_text(page, begun), write=lambda: [page.write(out)], are_warnings_shown=True)
+
+
+def _report_text(page: Report, begun: float) -> Iterator[RenderableType]:
+    """What is in the page and what is not, and how long it took."""
+    from rich.text import Text
+
+    yield heading(f"{page.name}: report")
+    for state, words in (("shown", "in it"), ("absent", "not in it"), ("failed", "failed")):
+        sections = [name for name, its in page.states.items() if its == state]
+        if sections:
+            yield Text(f"{words}: {', '.join(sections)}", style="red" if state == "failed" else "")
+    longest = sorted(page.seconds.items(), key=lambda item: -item[1])[:3]
+    if page.warnings:
+        yield f"{counted(len(page.warnings), 'warning')}; see the page"
+    took = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in longest)
+    sys.stderr.write(f"{time.monotonic() - begun:.1f} s, most of it: {took}\n")
+
+
+def live_command(
+    file: File,
+    port: Annotated[
+        int | None, typer.Option(min=1, max=65535, help="Port to listen at: the first from 8650 that is free.")
+    ] = None,
+    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+    keep: Annotated[bool, typer.Option("--keep", help="Do not end when the last page is closed.")] = False,
+    n: Annotated[int, typer.Option("-n", min=1, max=30, help="Number of modes.")] = 6,
+) -> None:
+    """A page on this machine whose sliders are the parameters: 3-D, frequencies, responses, stresses follow."""
+    from flexura.pages.live import live
+
+    live(file, port=port, browser=browser, keep=keep, n=n)

@@ -1,29 +1,29 @@
-"""Arguments and small readers that the commands share."""
+"""Options that commands share, and what every command does around its verb: read the file, write and print."""
 
 from __future__ import annotations
 
+import inspect
 import json
-import re
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
 import typer
+from rich.console import RenderableType
 
+from flexura.cli.amounts import add_once, named, prescribed_of
+from flexura.cli.terminal import TABLES, print_all, print_end, write_table
 from flexura.deadline import announced, stage
-from flexura.errors import ExpressionError, OptionError
+from flexura.errors import OptionError
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
 Settings = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="NAME=VALUE", help="Replace a parameter, e.g. --set 'web=0.4 mm'. May be repeated."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
-Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: write and print nothing, exit with 1.")]
 Inputs = Annotated[
     list[str] | None,
     typer.Option("--input", "-i", metavar="NAME", help="Actuator (* allowed), DOF such as platform.tz, or ground.tx."),
@@ -36,36 +36,16 @@ Ratio = Annotated[
     float | None,
     typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of that of the file."),
 ]
-
-
-class RepeatedResponses(StrEnum):
-    """What to make of responses between the same channels that a file gives more than once."""
-
-    average = "average"
-    first = "first"
-    last = "last"
-
-
+Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measured data (UFF, CSV, npz, HDF5).")]
 Channels = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not have it.")
 ]
-
-
-class AnimationFormat(StrEnum):
-    """How animations are written."""
-
-    gif = "gif"
-    webp = "webp"
-    mp4 = "mp4"
-
-
-Animate = Annotated[AnimationFormat | None, typer.Option(help="Animations in the folder of --plot; mp4 needs ffmpeg.")]
-Dpi = Annotated[int | None, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of pictures: 150.")]
-Names = Annotated[bool, typer.Option("--names", help="Names of parts beside the mechanism.")]
-Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
 Repeated = Annotated[
-    RepeatedResponses | None,
+    Literal["average", "first", "last"] | None,
     typer.Option(help="Merge responses that a universal file gives more than once, which are refused else."),
+]
+IdentifiedBand = Annotated[
+    str | None, typer.Option("--band", metavar="FROM,TO", help="Identify modes in this band, e.g. '5,200 Hz'.")
 ]
 Gravity = Annotated[
     str | None, typer.Option(metavar="X,Y,Z", help="Acceleration with its unit, e.g. '0,0,-9.81 m/s^2'.")
@@ -78,23 +58,6 @@ Loads = Annotated[
         help="Dead load at a node, with units, e.g. 'table=0,0,-5 N'. May be repeated.",
     ),
 ]
-At = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--at",
-        metavar="NODE.AXIS=VALUE",
-        help="About this pose, not undeformed, e.g. carriage.y=5mm, or an actuator's command. May be repeated.",
-    ),
-]
-POSED = {
-    "displacement": ("m", "carriage.y=5mm"),
-    "rotation": ("rad", "platform.rz=10deg"),
-    "expansion": ("m", "piezo=10um"),
-    "voltage": ("V", "piezo=75V"),
-    "force": ("N", "coil=2N"),
-    "moment": ("N*m", "motor=10mN*m"),
-}
-"""Units and examples of what a pose is described by."""
 Commands = Annotated[
     list[str] | None,
     typer.Option(
@@ -103,6 +66,178 @@ Commands = Annotated[
         help="Command with its unit, e.g. '*.piezo=75 V'. * allowed. May be repeated.",
     ),
 ]
+At = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--at",
+        metavar="NODE.AXIS=VALUE",
+        help="About this pose, not undeformed, e.g. carriage.y=5mm, or an actuator's command. May be repeated.",
+    ),
+]
+Plot = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help="Write pictures here.")]
+Dpi = Annotated[int | None, typer.Option("--dpi", min=50, max=1200, help="Dots per inch of pictures: 150.")]
+Names = Annotated[bool, typer.Option("--names", help="Names of parts beside the mechanism.")]
+Animate = Annotated[
+    Literal["gif", "webp", "mp4"] | None,
+    typer.Option(help="Animations in the folder of --plot; mp4 needs ffmpeg."),
+]
+Magnify = Annotated[
+    float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as is usual.")
+]
+DrawnScale = Annotated[
+    float | None, typer.Option(metavar="FACTOR", help="Draw displacements so many times as large as they are.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+Strict = Annotated[bool, typer.Option("--strict", help="Make warnings errors: write and print nothing, exit with 1.")]
+
+Order = Literal["low", "full"]
+Hold = Literal["foh", "zoh"]
+
+_OF_PICTURES: dict[str, tuple[Any, Any]] = {
+    "animate": (Animate, None),
+    "magnify": (Magnify, None),
+    "scale": (DrawnScale, None),
+    "names": (Names, False),
+    "dpi": (Dpi, None),
+}
+_SHARED: dict[str, tuple[Any, Any]] = {
+    "at": (At, None),
+    "set": (Settings, None),
+    "plot": (Plot, None),
+    **_OF_PICTURES,
+    "strict": (Strict, False),
+    "as_json": (Json, False),
+}
+"""Options that `command` adds, each with its default."""
+
+
+class Answer(NamedTuple):
+    """What a command has worked out, and how it is shown."""
+
+    result: Any
+    text: Iterable[RenderableType] = ()
+    """What is printed of the result, before its notes and warnings."""
+    pictures: str | Callable[..., list[Path]] = ""
+    """What writes pictures of the result into a folder: a function, or the name of one of `flexura.view`, or of one
+    there that draws a picture."""
+    drawn: Mapping[str, Any] = {}
+    """What that function takes beside the result and the folder."""
+    write: Callable[[], list[Path]] = list
+    """Writes what was asked for, but the table and the pictures of the result."""
+    data: Mapping[str, Any] | None = None
+    """What --json prints; else what `to_dict` of the result gives."""
+    are_warnings_shown: bool = False
+    """Whether `text` has said what the notes and the warnings of the result say."""
+    is_interrupted: bool = False
+    after: Callable[[], None] | None = None
+    """Raises what is still wrong once all is shown."""
+
+
+def command(
+    *options: str, out: str = "", plot: str = "", reads: bool = True
+) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
+    """Make a command of a function that works out an `Answer`.
+
+    The command takes FILE and --set and hands the function the mechanism and the parameters, unless it `reads` none;
+    it has the function's own options, those of `options`, --out for the table of the result where `out` says what is in
+    it, --plot with a help of its own where `plot` is one, and --json. It writes the table and the pictures, and prints
+    the answer.
+    """
+    table = Annotated[Path | None, typer.Option(metavar="FILE", help=out)]
+    folder = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help=plot)]
+    taken = {*options, "as_json", *(["set"] if reads else []), *(["plot"] if plot else []), *(["out"] if out else [])}
+    added = {"out": (table, None), **_SHARED, **({"plot": (folder, None)} if plot else {})}
+
+    def wrap(function: Callable[..., Answer]) -> Callable[..., None]:
+        hints = get_type_hints(function, localns={"Mechanism": Any}, include_extras=True)
+        own = [
+            inspect.Parameter(p.name, inspect.Parameter.KEYWORD_ONLY, default=p.default, annotation=hints[p.name])
+            for p in list(inspect.signature(function).parameters.values())[2 if reads else 0 :]
+        ]
+        shared = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+            for name, (annotation, default) in added.items()
+            if name in taken
+        ]
+        file = [inspect.Parameter("file", inspect.Parameter.KEYWORD_ONLY, annotation=File)] if reads else []
+
+        def run(**given: Any) -> None:
+            own_options = {p.name: given.pop(p.name) for p in own}
+            path, folder = given.get("out"), given.get("plot")
+            pictured = of_pictures(folder, **{name: given.get(name) for name in _OF_PICTURES})
+            if path is not None and path.suffix.lower() not in TABLES:
+                raise OptionError(f"{path} is no name of a table: it must be named {' or '.join(TABLES)}")
+            source = read(given["file"], given["set"], given.get("at")) if reads else ()
+            answer = function(*source, **own_options)
+            if given.get("strict"):
+                answer.result.raise_warnings()
+            written = [] if path is None else [_table(answer.result, path)]
+            written += answer.write()
+            if folder is not None and answer.pictures and answer.result is not None:
+                written += _pictures(answer, folder, pictured)
+            _print(answer, written, given["as_json"])
+
+        parameters = [*file, *own, *shared]
+        run.__name__, run.__doc__ = function.__name__, function.__doc__
+        run.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
+        run.__annotations__ = {p.name: p.annotation for p in parameters}
+        return run
+
+    return wrap
+
+
+def of_pictures(folder: Path | None, **options: object) -> dict[str, Any]:
+    """Those options of pictures that are given; None and False are not. Raises OptionError when there is no --plot."""
+    given = {name: value for name, value in options.items() if value is not None and value is not False}
+    if folder is None and given:
+        raise OptionError(f"--{next(iter(given))} belongs to --plot DIR, which is not given")
+    return given
+
+
+def _pictures(answer: Answer, folder: Path, options: dict[str, Any]) -> list[Path]:
+    """Write the pictures of an answer."""
+    from flexura import view
+
+    if not isinstance(answer.pictures, str):
+        return answer.pictures(answer.result, folder, **answer.drawn, **options)
+    make = getattr(view, answer.pictures)
+    if not answer.pictures.startswith("draw_"):
+        return make(answer.result, folder, **answer.drawn, **options)
+    name = f"{answer.pictures.removeprefix('draw_')}.png"
+    return view.save_figures({name: make(answer.result, **answer.drawn, **options)}, folder)
+
+
+def _table(result: Any, path: Path) -> Path:
+    """Write the table of a result, that of a study block by block."""
+    if not hasattr(result, "blocks"):
+        return write_table([result.to_columns()], path)
+    from flexura.study.engine import arrow_table
+
+    blocks: Any = result.blocks()
+    return write_table(blocks, path, arrow_table)
+
+
+def _print(answer: Answer, written: list[Path], as_json: bool) -> None:
+    """Print an answer, and what was written. Ends with the status of an interrupt where it was interrupted."""
+    result = answer.result
+    if as_json and result is not None:
+        files = [str(path) for path in written]
+        print_json(
+            {**(result.to_dict() if answer.data is None else answer.data), **({"files": files} if files else {})}
+        )
+    elif result is not None:
+        print_all(answer.text)
+        print_end(*(((), ()) if answer.are_warnings_shown else (result.notes, result.warnings)), written)
+    if answer.is_interrupted:
+        sys.stderr.write("flexura: interrupted; what was done is shown\n")
+        raise SystemExit(130)
+    if answer.after is not None:
+        answer.after()
+
+
+def print_json(data: Any) -> None:
+    """Print one JSON document."""
+    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
 
 
 def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) -> tuple[Any, dict[str, float]]:
@@ -122,6 +257,17 @@ def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) 
         # parts in the cache say nothing, and neither does a pipe
         mechanism = with_solid_parts(mechanism, parameters, progress=say if sys.stderr.isatty() else None)
     return mechanism, parameters
+
+
+def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
+    """The parameters that are replaced, SI. Raises ModelError and OptionError."""
+    from flexura.modelfile import parse_override
+
+    parameters: dict[str, float] = {}
+    for text in settings or []:
+        with named("--set", text):
+            add_once(parameters, *parse_override(mechanism, text))
+    return parameters
 
 
 def say(words: object) -> None:
@@ -144,211 +290,3 @@ def stages_shown() -> Iterator[None]:
 
     with announced(later) if sys.stderr.isatty() else nullcontext():
         yield
-
-
-def settings_of(mechanism: Any, settings: list[str] | None) -> dict[str, float]:
-    """The parameters that are replaced, SI. Raises ModelError and OptionError."""
-    from flexura.modelfile import parse_override
-
-    found: dict[str, float] = {}
-    for text in settings or []:
-        with named("--set", text):
-            name, value = parse_override(mechanism, text)
-            if name in found:
-                raise OptionError(f"{name} has a value already; give one")
-        found[name] = value
-    return found
-
-
-def print_json(data: Any) -> None:
-    """Print one JSON document."""
-    sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
-
-
-def print_result(data: dict[str, Any], written: Iterable[Path] = ()) -> None:
-    """Print what the `to_dict` of a result gives, with the `files` that were written where there are any."""
-    files = [str(path) for path in written]
-    print_json(data | ({"files": files} if files else {}))
-
-
-@contextmanager
-def named(option: str, text: str) -> Iterator[None]:
-    """Let errors about the text of an option say which option it is, and what it was given."""
-    try:
-        yield
-    except (ExpressionError, OptionError) as error:
-        raise OptionError(f"{option} {text!r}: {error}") from None
-
-
-Kind = tuple[str, str]
-"""What a quantity is, in words, and an SI unit of its kind."""
-
-_FREQUENCY = ("a positive frequency", "Hz")
-_KINDS = {"s": "a time", "m": "a length"}
-
-
-def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
-    """Displacements and commands of actuators by name, SI. Raises OptionError for text that is none, and for what is
-    named twice."""
-    from flexura.mechanism import Layout, command_of, is_rotation, matching
-
-    actuators = Layout(mechanism).actuators()
-    found: dict[str, float] = {}
-    for text in texts:
-        name, equals, number = text.partition("=")
-        name = name.strip()
-        command = next((command_of(actuators[own]) for own in matching(name, actuators)), None)
-        unit, example = POSED[command or ("rotation" if is_rotation(name) else "displacement")]
-        if not equals or not name:
-            with named("--at", text):
-                raise OptionError(f"NODE.AXIS=VALUE or ACTUATOR=VALUE is expected, with its unit, e.g. {example}")
-        if name in found:
-            with named("--at", text):
-                raise OptionError(f"{name} has a value already; give one")
-        found[name] = quantity_of("--at", number, unit, example)
-    return found
-
-
-def gravity_of(text: str | None) -> list[float] | None:
-    """An acceleration (3,), m/s^2; None where it is not given. Raises OptionError when it is none."""
-    if text is None:
-        return None
-    with named("--gravity", text):
-        parts = text.split(",")
-        if len(parts) != 3:
-            raise OptionError(f"X,Y,Z with a unit is expected, e.g. '0,0,-9.81 m/s^2', 3 numbers; {len(parts)} found")
-        return _amounts(parts, [("an acceleration", "m/s^2")] * 3, "'0,0,-9.81 m/s^2'")
-
-
-def loads_of(texts: list[str] | None, option: str = "--load") -> dict[str, list[float]]:
-    """Loads (6,) by node, N and N m. Raises OptionError for text that is none, and for nodes that are named twice."""
-    found: dict[str, list[float]] = {}
-    kinds = [("a force", "N")] * 3 + [("a moment", "N*m")] * 3
-    for text in texts or []:
-        node, equals, numbers = text.partition("=")
-        with named(option, text):
-            parts = numbers.split(",")
-            if not equals or not node.strip() or len(parts) not in (3, 6):
-                form = "NODE=FX,FY,FZ or NODE=FX,FY,FZ,MX,MY,MZ"
-                raise OptionError(
-                    f"{form} is expected, with units, e.g. 'table=0,0,-5 N' or 'table=0,0,-5 N,0,0,1 N*m'"
-                )
-            if node in found:
-                raise OptionError(f"{node} has a load already; give one")
-            force = _amounts(parts, kinds[: len(parts)], "'table=0,0,-5 N'")
-        found[node] = force + [0.0] * (6 - len(force))
-    return found
-
-
-def _amounts(parts: list[str], kinds: list[Kind], example: str) -> list[float]:
-    """Numbers in SI, each with a unit of its kind, or without one with that of the next that has one; 0 needs none.
-
-    Raises OptionError for anything else.
-    """
-    from flexura.units import split_quantity
-
-    found, unit = list[float](), ""
-    for part, kind in zip(reversed(parts), reversed(kinds), strict=True):
-        with _explained(kind, example, part):
-            unit = split_quantity(part)[1] or unit
-        found.append(_amount(part if split_quantity(part)[1] else f"{part} {unit}".strip(), kind, example))
-    return found[::-1]
-
-
-def _amount(text: str, kind: Kind, example: str) -> float:
-    """A finite number with a unit of its kind, in SI; 0 needs none. Raises OptionError for anything else."""
-    from flexura.units import parse_quantity, parse_unit, split_quantity
-
-    what, unit = kind
-    with _explained(kind, example, text):
-        (value, exponents), written = parse_quantity(text), split_quantity(text)[1]
-    if not written and value:
-        raise OptionError(f"{text.strip()!r} has no unit; {what} with its unit is expected, e.g. {example}")
-    if written and exponents != parse_unit(unit)[1]:
-        raise OptionError(f"{text.strip()!r} is no {what.split()[-1]}; {what} in {unit} is expected, e.g. {example}")
-    return value
-
-
-@contextmanager
-def _explained(kind: Kind, example: str, text: str) -> Iterator[None]:
-    """Let what cannot be read say what is expected."""
-    if re.match(r"\s*[+-]?(nan|inf)", text, re.IGNORECASE):
-        raise OptionError(f"a number must be finite; {kind[0]} with its unit is expected, e.g. {example}")
-    try:
-        yield
-    except ExpressionError as error:
-        raise OptionError(f"{error.rule}; {kind[0]} with its unit is expected, e.g. {example}") from None
-
-
-def hertz_of(text: str, example: str = "20 Hz") -> float:
-    """A frequency such as `20 Hz` or `1.5 kHz`, Hz. Raises OptionError for anything else, rad/s among it."""
-    from flexura.units import split_quantity
-
-    value = _amount(text, _FREQUENCY, example)
-    unit = split_quantity(text)[1]
-    if unit and not re.fullmatch(r"[mkMG]?Hz", unit):
-        raise OptionError(f"{text.strip()!r} is no frequency; it is written in Hz or kHz")
-    return value
-
-
-def _hertz(text: str, example: str) -> list[float]:
-    """Frequencies separated by commas, Hz; those without a unit have that of the next. Raises OptionError."""
-    from flexura.units import split_quantity
-
-    found, unit = list[float](), ""
-    for part in reversed(text.split(",")):
-        with _explained(_FREQUENCY, example, part):
-            own = split_quantity(part)[1]
-        unit = own or unit
-        found.append(hertz_of(part if own else f"{part} {unit}".strip(), example))
-    return found[::-1]
-
-
-def limit_of(option: str, text: str | None) -> float | None:
-    """A frequency up to which something holds, Hz; None where it is not given. Raises OptionError when it is none."""
-    if text is None:
-        return None
-    with named(option, text):
-        value = hertz_of(text)
-        if value < 0:
-            raise OptionError("a positive frequency is expected, in Hz or kHz")
-    return value
-
-
-def band_of(text: str) -> tuple[float, float]:
-    """A band of frequencies, Hz. Raises OptionError when it is none."""
-    with named("--band", text):
-        found = _hertz(text, "'5,200 Hz'")
-        if len(found) != 2:
-            raise OptionError("FROM,TO with a unit is expected, e.g. '5,200 Hz' or '5 Hz,0.2 kHz'")
-        low, high = found
-        if not 0 <= low < high:
-            raise OptionError("this band is empty: a band goes from a lower frequency, at least 0, to a higher one")
-    return low, high
-
-
-def selected(text: str | None) -> list[float] | None:
-    """Frequencies, Hz; None where they are not given. Raises OptionError for anything else."""
-    if text is None:
-        return None
-    with named("--select", text):
-        return _hertz(text, "'12.1,40 Hz'")
-
-
-def quantity_of(option: str, text: str, unit: str, example: str) -> float:
-    """A number with a unit that has the dimension of `unit`, SI. Raises OptionError for anything else."""
-    with named(option, text):
-        return _amount(text, (_KINDS.get(unit, "a quantity"), unit), example)
-
-
-def seconds_of(text: str) -> float:
-    """A time such as `10 s` or `5 min`, s. Raises OptionError when it is none."""
-    return _amount(text, (_KINDS["s"], "s"), "10 s or 5 min")
-
-
-def of_pictures(plot: Path | None, **options: object) -> dict[str, Any]:
-    """Those options of pictures that are given; None and False are not. Raises OptionError when there is no --plot."""
-    given = {name: value for name, value in options.items() if value is not None and value is not False}
-    if plot is None and given:
-        raise OptionError(f"--{next(iter(given))} belongs to --plot DIR, which is not given")
-    return given
