@@ -1,5 +1,4 @@
 from flexura.analysis.checks.check import CheckReport as CheckReport
-from flexura.analysis.checks.check import Doubt as Doubt
 from flexura.analysis.checks.check import check as check
 from flexura.analysis.checks.clashes import Clash as Clash
 from flexura.analysis.checks.doubts import corrected as corrected
@@ -66,3 +65,4 @@ from flexura.analysis.strokes.at_pose import at_pose as at_pose
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
 from flexura.analysis.strokes.stroke import Stroke as Stroke
 from flexura.analysis.strokes.stroke import stroke as stroke
+from flexura.errors import Diagnostic as Diagnostic

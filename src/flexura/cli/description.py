@@ -110,7 +110,7 @@ def print_check(report: CheckReport, pictures: Sequence[Path] = (), every: bool 
     _print_named(console, "study", report.studies)
     _print_loads(console, report)
     _print_free_motions(console, report)
-    shown = (*report.doubts, *(report.minor if every else ()))
+    shown = (*report.warnings, *(report.minor if every else ()))
     hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
     console.print(f"{counted(len(shown), 'warning') if shown else 'no warnings'}{hidden}", style=_COLOURS[not shown])
     for doubt in shown:

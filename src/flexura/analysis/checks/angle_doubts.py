@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from flexura.analysis.checks.doubts import Doubt
-from flexura.errors import Path
+from flexura.errors import Diagnostic, Path
 from flexura.expressions import Binary, Call, Expression, Folded, Name, Negative, Tree
 from flexura.mechanism import Mechanism, scalars
 
@@ -17,10 +16,10 @@ TURN = 2 * math.pi
 _OF_ANGLES = ("sin", "cos", "tan")
 
 
-def angle_doubts(mechanism: Mechanism, values: Mapping[str, Any]) -> list[Doubt]:
+def angle_doubts(mechanism: Mechanism, values: Mapping[str, Any]) -> list[Diagnostic]:
     """Arguments of sin, cos and tan, and angles, beyond a full turn that neither have a unit nor are made from pi, for
     parameter values in SI; each once, at the parameter that it comes from where there is one."""
-    found: dict[str, Doubt] = {}
+    found: dict[str, Diagnostic] = {}
     for path, quantity, value in scalars(mechanism):
         tree = value.tree if isinstance(value, Expression | Folded) else None
         for function, argument in _arguments(tree) if tree is not None else ():
@@ -36,9 +35,9 @@ def angle_doubts(mechanism: Mechanism, values: Mapping[str, Any]) -> list[Doubt]
     return list(found.values())
 
 
-def _doubt(place: str, what: str, size: float) -> Doubt:
+def _doubt(place: str, what: str, size: float) -> Diagnostic:
     text = f"{what}: {size:g} without a unit is in radians, {size / TURN:.3g} turns; did you mean {size:g} deg?"
-    return Doubt("angle", place, text)
+    return Diagnostic.about("angle", text, place)
 
 
 def _arguments(tree: Tree) -> Iterator[tuple[str, Tree]]:

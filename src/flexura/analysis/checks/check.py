@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from flexura.analysis.checks.angle_doubts import angle_doubts
 from flexura.analysis.checks.clashes import Clash, clash_doubts, clashes, ends_in_the_air
-from flexura.analysis.checks.doubts import Doubt, as_one, assumed, corrected, member_doubts, outside_doubts
+from flexura.analysis.checks.doubts import as_one, assumed, corrected, member_doubts, outside_doubts
 from flexura.analysis.checks.free_motions import free_motions
 from flexura.analysis.checks.material_doubts import material_doubts
 from flexura.analysis.checks.references import reference_doubts
@@ -20,7 +21,7 @@ from flexura.analysis.natural_modes import MassProperties, mass_evidence, rigid_
 from flexura.analysis.strain import PartMesh, frequency_errors, mesh_warning, part_meshes
 from flexura.arguments import verb
 from flexura.deadline import stage
-from flexura.errors import SolverError
+from flexura.errors import Diagnostic, SolverError
 from flexura.linalg import lowest
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.reduction import low_order
@@ -56,7 +57,7 @@ class CheckReport(Result):
     """The model summary: orders of both models, substructures, masses, what is held, which members are corrected
     beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all warnings."""
 
-    _shown = ("name", "full_order", "low_order", "doubts", "clashes")
+    _shown = ("name", "full_order", "low_order", "warnings", "clashes")
 
     name: str
     full_order: int
@@ -89,26 +90,32 @@ class CheckReport(Result):
     lowest_hz: tuple[float, float] | None
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
-    doubts: tuple[Doubt, ...]
-    """What may not be meant, and assumptions that move one of the six lowest frequencies by 1 % or
-    more, worst first."""
-    minor: tuple[Doubt, ...]
-    """Assumptions that move them by less."""
+    minor: tuple[Diagnostic, ...]
+    """Assumptions that move the six lowest frequencies by less than 1 %."""
     studies: dict[str, str]
     """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
     """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a warning as well."""
+    warnings: tuple[Diagnostic, ...] = ()
+    """What may not be meant, and assumptions that move one of the six lowest frequencies by 1 % or more, worst first.
+    """
 
     @property
-    def warnings(self) -> tuple[Doubt, ...]:
-        """Estimates, and what may not be meant, the worst first; the same as `doubts`."""
-        return self.doubts
+    def doubts(self) -> tuple[Diagnostic, ...]:
+        """The older name of `warnings`."""
+        text = "CheckReport.doubts is called warnings and goes with the next release"
+        warnings.warn(text, DeprecationWarning, stacklevel=2)
+        return self.warnings
+
+    def _data(self) -> dict[str, Any]:
+        older = [{"kind": w.kind, "place": w.place, "text": w.text, "places": w.places} for w in self.warnings]
+        return {**super()._data(), "doubts": older}
 
     def _warned(self) -> list[str]:
-        return [str(doubt) for doubt in self.doubts]
+        return [str(warning) for warning in self.warnings]
 
     def _title(self) -> str:
-        return counted(len(self.doubts), "warning")
+        return counted(len(self.warnings), "warning")
 
     def _view(self) -> Iterator[Facts | Table]:
         centre = ", ".join(number(1e3 * round(c, 9)) for c in self.mass.centre)
@@ -201,7 +208,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
         is_preloaded=plan.is_loaded,
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
-        doubts=as_one(
+        warnings=as_one(
             (
                 *worth,
                 *material_doubts(plan.layout, used),
@@ -220,7 +227,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
     )
 
 
-def _assumed(full: FullOrderModel, rigid: int) -> tuple[list[Doubt], list[Doubt]]:
+def _assumed(full: FullOrderModel, rigid: int) -> tuple[list[Diagnostic], list[Diagnostic]]:
     """What is taken for granted, by whether it moves one of the six lowest frequencies beyond those of `rigid` motions
     by 1 % or not."""
     if not full.order:
@@ -228,7 +235,8 @@ def _assumed(full: FullOrderModel, rigid: int) -> tuple[list[Doubt], list[Doubt]
     try:
         errors, hz = model_errors_of_modes(full, min(rigid + MODES, full.order))
     except SolverError as error:
-        return [Doubt("proof", "mechanism", f"how far the part may be from the model is not known: {error}")], []
+        text = f"how far the part may be from the model is not known: {error}"
+        return [Diagnostic.about("proof", text, "mechanism")], []
     return assumed(errors, hz)
 
 
@@ -284,7 +292,7 @@ def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _coarse_meshes(full: FullOrderModel) -> list[Doubt]:
+def _coarse_meshes(full: FullOrderModel) -> list[Diagnostic]:
     """Meshes of solid parts that leave one of the lowest frequencies uncertain."""
     if not full.order or not part_meshes(full):
         return []
@@ -292,15 +300,15 @@ def _coarse_meshes(full: FullOrderModel) -> list[Doubt]:
     finite = np.flatnonzero(np.isfinite(pairs.values) & (pairs.values > 0))
     hz, u = np.sqrt(pairs.values[finite]) / (2 * np.pi), full.node_displacements(pairs.vectors[:, finite])
     errors = frequency_errors(full, u, hz)
-    doubts: dict[str, Doubt] = {}
+    doubts: dict[str, Diagnostic] = {}
     for f, error, part in zip(hz, errors.share / 2, errors.part, strict=True) if errors else ():
         warning = mesh_warning("", f"a mode at {in_hz(f, 4)}", error, part)
         if warning is not None:
-            doubts.setdefault(part, Doubt("mesh", part, warning.text))
+            doubts.setdefault(part, Diagnostic.about("mesh", warning.text, part))
     return list(doubts.values())
 
 
-def _overlapping(full: FullOrderModel) -> list[Doubt]:
+def _overlapping(full: FullOrderModel) -> list[Diagnostic]:
     """Named nodes of different rigid clusters at one place: perhaps a joint was forgotten."""
     topology = full.plan.topology
     named = np.concatenate(
@@ -318,7 +326,7 @@ def _overlapping(full: FullOrderModel) -> list[Doubt]:
     for a, b in zip(named[order][:-1][same], named[order][1:][same], strict=True):
         if topology.root[a] != topology.root[b]:
             text = f"at the same place as {names[b]}, but not joined to it"
-            doubts.append(Doubt("overlap", names[a], text))
+            doubts.append(Diagnostic.about("overlap", text, names[a]))
     return doubts
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.checks.doubts import Doubt
 from flexura.arrays import Array, Index
 from flexura.convex import crossed, overlapping_bounds, separations, shared
+from flexura.errors import Diagnostic
 from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
 from flexura.tables import quantity
 
@@ -81,10 +81,10 @@ _APART, _MEETING, _CARRIED, _RIGID = range(4)
 """Parts that nothing joins; members that meet; a member and the body on which it ends; bodies of one cluster."""
 
 
-def clash_doubts(found: list[Clash], said: str) -> list[Doubt]:
+def clash_doubts(found: list[Clash], said: str) -> list[Diagnostic]:
     """What `clashes` found, as doubts."""
-    unseen = [Doubt("unseen", "solids", said)] if said else []
-    return [*(Doubt(clash.kind, clash.first, clash.text) for clash in found), *unseen]
+    unseen = [Diagnostic.about("unseen", said, "solids")] if said else []
+    return [*(Diagnostic.about(clash.kind, clash.text, clash.first) for clash in found), *unseen]
 
 
 def clashes(model: FullOrderModel, bars: Bars, bodies: Bodies) -> tuple[list[Clash], str]:

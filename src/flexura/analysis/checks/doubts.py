@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from flexura.analysis.model_error import ModelError, drawn_solids, interval_text, node_of, place_of
 from flexura.arrays import Array
+from flexura.errors import Diagnostic
 from flexura.mechanism import CORRECTIONS, Link
 from flexura.structure import FullOrderModel
 from flexura.tables import in_hz, quantity
@@ -23,32 +23,8 @@ OUTSIDE = 0.25
 WORTH = 0.01
 """Relative change of a frequency from which what makes it is a doubt."""
 
-MOST_MODES, MOST_NAMED = 3, 4
-"""Modes and places that a doubt names."""
-
-
-@dataclass(frozen=True)
-class Doubt:
-    """Something that is allowed but may not be meant, or that the beam theory does not cover."""
-
-    kind: str
-    place: str
-    """Where, in words: the first few of `places`, where it is about several."""
-    text: str
-    places: tuple[str, ...] = ()
-
-    @staticmethod
-    def about(kind: str, places: tuple[str, ...], text: str) -> Doubt:
-        """One about several places."""
-        more = f" and {len(places) - MOST_NAMED} more" if len(places) > MOST_NAMED else ""
-        return Doubt(kind, ", ".join(places[:MOST_NAMED]) + more, text, places)
-
-    def is_about(self, *names: str) -> bool:
-        """Whether it is about what has one of these names."""
-        return not {*names}.isdisjoint(self.places or (self.place,))
-
-    def __str__(self) -> str:
-        return f"{self.place}: {self.text}"
+MOST_MODES = 3
+"""Modes that a warning names."""
 
 
 def corrected(full: FullOrderModel) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, str]]]:
@@ -76,7 +52,7 @@ def _names(flags: Any) -> set[str]:
     return {name for name, flag in zip(CORRECTIONS, flags, strict=True) if flag}
 
 
-def member_doubts(full: FullOrderModel) -> list[Doubt]:
+def member_doubts(full: FullOrderModel) -> list[Diagnostic]:
     """Members so slender that they buckle or vibrate by themselves."""
     doubts = []
     for name, part in full.plan.parts.items():
@@ -89,14 +65,14 @@ def member_doubts(full: FullOrderModel) -> list[Doubt]:
             own = most[part.first[k] : part.first[k + 1]].mean()
             if (isinstance(member, Link) or member.profile.type == "leaf") and geometry.length[k] > SLENDER * own:
                 text = f"slender: {geometry.length[k] / own:.0f} times as long as wide"
-                doubts.append(Doubt("slender", place_of(name, key), text))
+                doubts.append(Diagnostic.about("slender", text, place_of(name, key)))
     return doubts
 
 
-def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
+def assumed(errors: ModelError, hz: Array) -> tuple[list[Diagnostic], list[Diagnostic]]:
     """What the description takes for granted that moves one of the frequencies (n,), Hz, by 1 % or more, or that no
     evidence covers, worst first, and what moves them by less."""
-    doubts: tuple[list[Doubt], list[Doubt]] = [], []
+    doubts: tuple[list[Diagnostic], list[Diagnostic]] = [], []
     for own in errors.effects:
         most = np.nan_to_num(np.maximum(np.abs(own.low), np.abs(own.high)))
         order = [k for k in np.argsort(-most, kind="stable")[:MOST_MODES] if most[k] >= WORTH] or [int(most.argmax())]
@@ -104,28 +80,28 @@ def assumed(errors: ModelError, hz: Array) -> tuple[list[Doubt], list[Doubt]]:
             f"mode {k + 1} ({in_hz(hz[k], 4)}) by {interval_text((float(own.low[k]), float(own.high[k])))}"
             for k in order
         ]
-        doubt = Doubt.about(own.kind, own.places, f"{own.text}; moves {', '.join(moved)}")
+        doubt = Diagnostic.about(own.kind, f"{own.text}; moves {', '.join(moved)}", *own.places)
         doubts[int(most.max() < WORTH)].append(doubt)
     for own in errors.unknown:
         most = int(own.share.argmax())
         held = f"{own.share[most]:.0%} of the energy of mode {most + 1} ({in_hz(hz[most], 4)})"
         text = f"no evidence of how far beams are off: {own.reason}; holds {held}"
-        doubts[int(own.share[most] < WORTH)].append(Doubt.about("evidence", own.places, text))
+        doubts[int(own.share[most] < WORTH)].append(Diagnostic.about("evidence", text, *own.places))
     return doubts
 
 
-def as_one(doubts: Sequence[Doubt]) -> tuple[Doubt, ...]:
+def as_one(doubts: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
     """Doubts that say the same of several places as one."""
     places: dict[tuple[str, str], list[str]] = {}
     for own in doubts:
-        places.setdefault((own.kind, own.text), []).extend(own.places or (own.place,))
-    return tuple(Doubt.about(kind, tuple(own), text) for (kind, text), own in places.items())
+        places.setdefault((own.kind, own.text), []).extend(own.places)
+    return tuple(Diagnostic.about(kind, text, *own) for (kind, text), own in places.items())
 
 
-def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collection[int] = ()) -> list[Doubt]:
+def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collection[int] = ()) -> list[Diagnostic]:
     """Bodies that carry nodes well outside their solids, for parameter values in SI; nodes `told` are in doubt already
     for where they are."""
-    doubts: dict[str, Doubt] = {}
+    doubts: dict[str, Diagnostic] = {}
     names, root = full.plan.topology.node_names, full.plan.topology.root
     bodies = drawn_solids(full, values)
     clusters = [int(root[node_of(full, body.name)]) for body in bodies]
@@ -142,5 +118,5 @@ def outside_doubts(full: FullOrderModel, values: Mapping[str, Any], told: Collec
                 f"{names[far]} lies {quantity(reach, 'm', 3)} outside the solid of {quantity(size, 'm', 3)}: "
                 "what leads there is taken as rigid and without mass; add links or bodies for it"
             )
-            doubts.setdefault(body.kind, Doubt("reach", body.kind, text))
+            doubts.setdefault(body.kind, Diagnostic.about("reach", text, body.kind))
     return list(doubts.values())

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexura.analysis.checks.doubts import Doubt
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import Eigenpairs, bracket, leading
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
 from flexura.structure import FullOrderModel
@@ -29,14 +28,14 @@ class FreeMotions:
 
     rigid_body_modes: int | None
     lowest_hz: tuple[float, float] | None
-    doubts: tuple[Doubt, ...] = ()
+    doubts: tuple[Diagnostic, ...] = ()
 
 
 def free_motions(full: FullOrderModel) -> FreeMotions:
     """The rigid motions of a mechanism, and doubts about motions that are free or all but free, by the DOF that moves
     most; what round-off hides is a doubt as well."""
     if not full.order:
-        return FreeMotions(0, None, (Doubt("held", "mechanism", "every node is held: nothing can move"),))
+        return FreeMotions(0, None, (Diagnostic.about("held", "every node is held: nothing can move", "mechanism"),))
     own = chained(full)
     n = min(max(LOOKED_AT, own.free_motions + 2), own.pencil.order)
     try:
@@ -46,16 +45,16 @@ def free_motions(full: FullOrderModel) -> FreeMotions:
         return _massless(own)
     except SolverError as error:
         text = f"whether anything moves freely is not known: {error}"
-        return FreeMotions(None, None, (Doubt("proof", "mechanism", text),))
+        return FreeMotions(None, None, (Diagnostic.about("proof", text, "mechanism"),))
 
 
 def _massless(own: ChainedModel) -> FreeMotions:
     """Without mass the stiffness is all that can be judged."""
-    doubts = [Doubt("mass", "mechanism", "nothing that moves has any mass: there are no modes")]
+    doubts = [Diagnostic.about("mass", "nothing that moves has any mass: there are no modes", "mechanism")]
     pencil = own.pencil
     held = bool((pencil.K.diagonal() > 0).all()) and bracket(pencil, 0.0).most == 0
     if not held:
-        doubts.append(Doubt("mechanism", "mechanism", f"it is not proven that nothing moves freely; {HINT}"))
+        doubts.append(Diagnostic.about("mechanism", f"it is not proven that nothing moves freely; {HINT}", "mechanism"))
     return FreeMotions(0 if held else None, None, tuple(doubts))
 
 
@@ -71,24 +70,25 @@ def _judged(own: ChainedModel, pairs: Eigenpairs, proof: Certificate) -> FreeMot
             text = f"all but free to move ({in_hz(hz[k], 2)}); {HINT}"
         else:
             break
-        doubts.append(Doubt("mechanism", _moving(own, pairs, k), text))
+        doubts.append(Diagnostic.about("mechanism", text, _moving(own, pairs, k)))
     if not proof.is_counted:
         text = f"round-off hides how many modes lie below {in_hz(proof.below_hz)}: {proof.count} at most"
-        doubts.append(Doubt("proof", "mechanism", text))
+        doubts.append(Diagnostic.about("proof", text, "mechanism"))
     elif not proof.is_complete:
         text = f"{proof.missing} of the {proof.count} modes below {in_hz(proof.below_hz)} were not found"
-        doubts.append(Doubt("proof", "mechanism", text))
+        doubts.append(Diagnostic.about("proof", text, "mechanism"))
     first = rigid if rigid < len(hz) and proof.is_indexed[rigid] and np.isfinite(upper[rigid]) else None
     return FreeMotions(rigid, None if first is None else (float(lower[first]), float(upper[first])), tuple(doubts))
 
 
-def _rigid(own: ChainedModel, pairs: Eigenpairs, rigid: int) -> list[Doubt]:
+def _rigid(own: ChainedModel, pairs: Eigenpairs, rigid: int) -> list[Diagnostic]:
     """Doubts about rigid motions that strain nothing: of the whole, where nothing holds it, else each by itself."""
     topology = own.model.plan.topology
     if rigid == 6 and not topology.held.any():
-        return [Doubt("ungrounded", "mechanism", "not held anywhere: six rigid-body modes at zero frequency")]
+        text = "not held anywhere: six rigid-body modes at zero frequency"
+        return [Diagnostic.about("ungrounded", text, "mechanism")]
     text = f"free to move; {HINT}"
-    return [Doubt("mechanism", _moving(own, pairs, k), text) for k in range(rigid)]
+    return [Diagnostic.about("mechanism", text, _moving(own, pairs, k)) for k in range(rigid)]
 
 
 def _moving(own: ChainedModel, pairs: Eigenpairs, k: int) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from flexura.analysis.checks.doubts import Doubt
+from flexura.errors import Diagnostic
 from flexura.mechanism import Layout, Material, Scalar, evaluated
 from flexura.tables import quantity
 
@@ -68,9 +68,9 @@ STRENGTH = (3e-5, 0.08)
 """Yield stress over Young's modulus of metals, ceramics, silicon and stiff polymers."""
 
 
-def material_doubts(layout: Layout, values: Mapping[str, Any]) -> list[Doubt]:
+def material_doubts(layout: Layout, values: Mapping[str, Any]) -> list[Diagnostic]:
     """Doubts about the materials of a mechanism, its own and those in use, at parameter values in SI."""
-    doubts: list[Doubt] = []
+    doubts: list[Diagnostic] = []
     for name in dict.fromkeys([*layout.mechanism.materials, *_used(layout)]):
         material = evaluated(layout.mechanism.material(name), values)
         doubts += _of_material(f"materials.{name}", material)
@@ -87,11 +87,11 @@ def _used(layout: Layout) -> Iterator[str]:
                 yield body.solid.material
 
 
-def _of_material(place: str, material: Material) -> Iterator[Doubt]:
+def _of_material(place: str, material: Material) -> Iterator[Diagnostic]:
     E, rho = _number(material.E), _number(material.rho)
     if not any(c.holds(E, rho) for c in CLASSES):
         text = f"no metal, ceramic, polymer, composite or silicon has E = {_modulus(E)} with rho = {rho:.4g} kg/m^3"
-        yield Doubt("material", place, text + _meant(E, rho))
+        yield Diagnostic.about("material", text + _meant(E, rho), place)
     if material.G is not None:
         G = _number(material.G)
         nu = E / (2 * G) - 1
@@ -99,19 +99,18 @@ def _of_material(place: str, material: Material) -> Iterator[Doubt]:
             usual = f"{_modulus(E / 3)} to {_modulus(E / 2)}"
             factor = _slip(G, (E / 3.2, E / 1.9), MODULUS_UNITS)
             hint = f"; did you mean G = {factor}?" if factor else f"; with this E, G lies between {usual}"
-            yield Doubt(
-                "material", place, f"E = {_modulus(E)} and G = {_modulus(G)} give Poisson's ratio {nu:.3g}{hint}"
-            )
+            text = f"E = {_modulus(E)} and G = {_modulus(G)} give Poisson's ratio {nu:.3g}{hint}"
+            yield Diagnostic.about("material", text, place)
     elif material.nu is not None and not POISSON[0] <= _number(material.nu) <= POISSON[1]:
         text = f"Poisson's ratio {_number(material.nu):.3g}: ordinary materials have 0 to 0.5"
-        yield Doubt("material", place, text)
+        yield Diagnostic.about("material", text, place)
     if material.yield_stress is not None:
         stress = _number(material.yield_stress)
         if E >= 0.5e9 and not STRENGTH[0] <= stress / E <= STRENGTH[1]:
             meant = _slip(stress, (3e-4 * E, 0.06 * E), MODULUS_UNITS)
             hint = f"; did you mean {meant}?" if meant else ""
             ratio = f"{stress / E:.2g} of E = {_modulus(E)}, where materials have {STRENGTH[0]:g} to {STRENGTH[1]:g}"
-            yield Doubt("material", place, f"yield stress {_modulus(stress)} is {ratio}{hint}")
+            yield Diagnostic.about("material", f"yield stress {_modulus(stress)} is {ratio}{hint}", place)
 
 
 def _meant(E: float, rho: float) -> str:

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.checks.doubts import Doubt
 from flexura.arrays import Array
+from flexura.errors import Diagnostic
 from flexura.linalg import lowest
 from flexura.mechanism import TOP, Mechanism, origin_of
 from flexura.structure import Bars, FullOrderModel, assemble
@@ -32,7 +32,7 @@ MOST_TURNED, MOST_ORDER = 8, 20_000
 """Members that are turned one after the other, and the order of models in which this is done."""
 
 
-def reference_doubts(full: FullOrderModel, bars: Bars) -> list[Doubt]:
+def reference_doubts(full: FullOrderModel, bars: Bars) -> list[Diagnostic]:
     """Leaves across those like them between the same two bodies, such that turned by 90 degrees they let these move.
 
     Two leaves of a guide have one thin direction, or thin directions that both stand across the axis of a pivot. Where
@@ -53,12 +53,12 @@ def reference_doubts(full: FullOrderModel, bars: Bars) -> list[Doubt]:
     return [_doubt(bars, *own) for own in found.values()]
 
 
-def _doubt(bars: Bars, ratio: float, i: int, j: int) -> Doubt:
+def _doubt(bars: Bars, ratio: float, i: int, j: int) -> Diagnostic:
     text = (
         f"its wide side stands in the motion that {bars.names[j]}, beside it, leaves free: turned by 90 degrees it"
         f" would make the mechanism {ratio:.2g} times softer in its lowest mode; is its `reference` meant so?"
     )
-    return Doubt("reference", bars.names[i], text)
+    return Diagnostic.about("reference", text, bars.names[i])
 
 
 def _thin(bars: Bars) -> tuple[Array, Array, NDArray[np.bool_]]:

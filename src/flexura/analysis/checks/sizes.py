@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis.checks.doubts import Doubt
+from flexura.errors import Diagnostic
 from flexura.mechanism import TOP
 from flexura.structure import FullOrderModel
 
@@ -27,12 +27,12 @@ class _Size(NamedTuple):
     value: float
 
 
-def size_doubts(full: FullOrderModel) -> list[Doubt]:
+def size_doubts(full: FullOrderModel) -> list[Diagnostic]:
     """Leaves thicker than long, and lengths that differ from the median of others like them by a change of unit."""
     return [*_thick(full), *_slips(list(_sizes(full)))]
 
 
-def _thick(full: FullOrderModel) -> Iterator[Doubt]:
+def _thick(full: FullOrderModel) -> Iterator[Diagnostic]:
     for name, part in full.plan.parts.items():
         keys, own = list(part.members), full.geometry.parts[name]
         for group, _, _ in part.table.groups:
@@ -48,7 +48,7 @@ def _thick(full: FullOrderModel) -> Iterator[Doubt]:
                     meant = f"; {_text(1e-3 * t)} meant?" if is_slip else ""
                     meant = meant or ("; width and thickness exchanged?" if swapped else "")
                     text = f"{_text(t)} thick but {_text(L)} long: no leaf, and no beam{meant}"
-                    yield Doubt("thick", _place(name, keys[k]), text)
+                    yield Diagnostic.about("thick", text, _place(name, keys[k]))
 
 
 def _sizes(full: FullOrderModel) -> Iterator[_Size]:
@@ -72,7 +72,7 @@ def _sizes(full: FullOrderModel) -> Iterator[_Size]:
                 yield _Size("body", _place(name, key), "largest size", 2 * float(form.half.max()))
 
 
-def _slips(sizes: list[_Size]) -> Iterator[Doubt]:
+def _slips(sizes: list[_Size]) -> Iterator[Diagnostic]:
     sorts: dict[str, list[_Size]] = {}
     for size in sizes:
         if size.value > 0:
@@ -93,7 +93,7 @@ def _slips(sizes: list[_Size]) -> Iterator[Doubt]:
                 text = (
                     f"{size.name} {_text(size.value)}, {times} the {_text(typical)} of other {others}: a slip of unit?"
                 )
-                yield Doubt("unit", size.place, text)
+                yield Diagnostic.about("unit", text, size.place)
 
 
 def _text(length: float) -> str:
