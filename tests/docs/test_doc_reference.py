@@ -9,7 +9,7 @@ import pytest
 
 import flexura
 from flexura import describe
-from flexura.analysis.checks import doubts
+from flexura.analysis.checks import model_warnings
 from flexura.expressions import expression
 from flexura.mechanism import member as members
 from flexura.mechanism import substructure as placing
@@ -182,8 +182,8 @@ def test_limits_of_size():
 def test_doubts():
     text = section("theory.md", "Where the theory stops")
     for words, value in (
-        ("from 1 % on", 100 * doubts.WORTH),
-        ("length over depth above 500", doubts.SLENDER),
+        ("from 1 % on", 100 * model_warnings.WORTH),
+        ("length over depth above 500", model_warnings.SLENDER),
     ):
         assert words in text
         assert f" {value:g}" in words

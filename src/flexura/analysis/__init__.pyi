@@ -1,7 +1,7 @@
 from flexura.analysis.checks.check import CheckReport as CheckReport
 from flexura.analysis.checks.check import check as check
+from flexura.analysis.checks.check import corrected as corrected
 from flexura.analysis.checks.clashes import Clash as Clash
-from flexura.analysis.checks.doubts import corrected as corrected
 from flexura.analysis.limits.limits import States as States
 from flexura.analysis.limits.limits import motion_limits as motion_limits
 from flexura.analysis.limits.preload import Preload as Preload
