@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.model_error.measured_roots import root_shares
+from flexura.analysis.model_error.measured import root_shares
 
 LEAF = """
 flexura: 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.model_error.elastic_solids import ElasticSolid, Patch
+from flexura.analysis.model_error.elastic_bodies import ElasticSolid, Patch
 from flexura.analysis.model_error.model_error import model_errors_of_modes
 from flexura.structure import assemble
 
