@@ -42,15 +42,11 @@ from flexura.analysis.static.statics import Statics as Statics
 from flexura.analysis.static.statics import compliance as compliance
 from flexura.analysis.static.statics import response_to as response_to
 from flexura.analysis.static.statics import statics as statics
-from flexura.analysis.strain.drift import Drift as Drift
-from flexura.analysis.strain.drift import ScrewAxis as ScrewAxis
-from flexura.analysis.strain.drift import drift as drift
-from flexura.analysis.strain.drift import screw_axis as screw_axis
 from flexura.analysis.strain.energy import element_strains as element_strains
 from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.internal_forces import internal_force_rows as internal_force_rows
+from flexura.analysis.strain.internal_forces import settled as settled
 from flexura.analysis.strain.motion import motions as motions
-from flexura.analysis.strain.settled import settled as settled
 from flexura.analysis.strain.stress import MemberStress as MemberStress
 from flexura.analysis.strain.stress import Stresses as Stresses
 from flexura.analysis.strain.stress import StressProfile as StressProfile
@@ -58,6 +54,10 @@ from flexura.analysis.strain.stress import member_stresses as member_stresses
 from flexura.analysis.strain.stress import ratios_to_yield as ratios_to_yield
 from flexura.analysis.strain.stress import stress_rows as stress_rows
 from flexura.analysis.strain.stress import worst_stresses as worst_stresses
+from flexura.analysis.strain.tangent import Drift as Drift
+from flexura.analysis.strain.tangent import ScrewAxis as ScrewAxis
+from flexura.analysis.strain.tangent import drift as drift
+from flexura.analysis.strain.tangent import screw_axis as screw_axis
 from flexura.analysis.strain.tangent import tangent_stiffness as tangent_stiffness
 from flexura.analysis.strokes.at_pose import AtPose as AtPose
 from flexura.analysis.strokes.at_pose import Way as Way

@@ -12,9 +12,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.strain.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
-from flexura.analysis.strain.numbers import finite_numbers
-from flexura.analysis.strain.settled import Missing, told_apart
+from flexura.analysis.strain.internal_forces import (
+    Missing,
+    end_forces,
+    find_member,
+    finite_numbers,
+    internal_force_rows,
+    told_apart,
+    unknown_member,
+)
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
