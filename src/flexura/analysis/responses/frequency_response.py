@@ -12,8 +12,8 @@ import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error import Interval, model_errors_near
-from flexura.analysis.responses.meshes import response_meshes
-from flexura.analysis.strain import motions
+from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
+from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
@@ -32,6 +32,7 @@ from flexura.systems import (
     System,
     as_quantity,
     band_limits,
+    input_loads,
     proof_limits,
     reduced,
     remainder_of_response,
@@ -349,6 +350,31 @@ def _known(modes: ModalSystem, hz: Array) -> tuple[Diagnostic, ...]:
     """Undamped resonances in the range, and meshes that leave the response uncertain."""
     undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
     return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
+
+
+def response_meshes(
+    system: SecondOrder, modes: ModalSystem | None = None, up_to_hz: float = np.inf
+) -> tuple[Diagnostic, ...]:
+    """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
+    the worst of each; and of the pose, where one is described."""
+    full = system.full_order
+    posed = pose_limits(full)
+    if not part_meshes(full):
+        return posed
+    static = np.zeros((full.order, 0))
+    if system.inputs:
+        static = system.full_flexibility(input_loads(system))
+    warnings = (*posed, *motion_meshes(full, static, [f"by {c.name}" for c in system.inputs]))
+    if modes is None or not (modes.frequency_hz <= up_to_hz).any():
+        return warnings
+    below = np.flatnonzero(modes.frequency_hz <= up_to_hz)
+    shapes, hz = modes.shapes[:, below], modes.frequency_hz[below]
+    shapes = shapes if isinstance(system.model, FullOrderModel) else system.model.recover(shapes)
+    errors = frequency_errors(full, full.node_displacements(shapes), hz)
+    assert errors is not None
+    k = int(errors.share.argmax())
+    warning = mesh_warning("", f"the resonance at {in_hz(hz[k], 4)}", float(errors.share[k] / 2), errors.part[k])
+    return warnings if warning is None else (*warnings, warning)
 
 
 def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
