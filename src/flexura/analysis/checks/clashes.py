@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,24 +60,14 @@ class Clash:
         return {self.first, self.second, *(name for pair in self.copies for name in pair)}
 
 
-@dataclass
-class _Tests:
-    """What is to be told apart: two parts, members by number and bodies behind these, and of members the fractions
-    (t, 2) of their length; whether parts that just touch are in doubt, and whether one carries the other."""
+class _Tests(NamedTuple):
+    """What is to be told apart of a kind: pairs (t, 2) of parts, members by number and bodies behind these, and of
+    members the fractions (t, 2, 2) of their length, or their axes alone."""
 
-    first: list[Index] = field(default_factory=list)
-    second: list[Index] = field(default_factory=list)
-    spans: list[Array] = field(default_factory=list)
-    axis_only: list[NDArray[np.bool_]] = field(default_factory=list)
-    kinds: list[NDArray[np.int8]] = field(default_factory=list)
-
-    def add(self, pairs: Index, spans: Array, kind: int, axis_only: bool = False) -> None:
-        """Add pairs (p, 2) with spans (p, 2, 2)."""
-        self.first.append(pairs[:, 0])
-        self.second.append(pairs[:, 1])
-        self.spans.append(spans)
-        self.axis_only.append(np.full(len(pairs), axis_only))
-        self.kinds.append(np.full(len(pairs), kind, dtype=np.int8))
+    pairs: Index
+    spans: Array
+    kind: int
+    axis_only: bool = False
 
 
 _APART, _MEETING, _CARRIED, _RIGID = range(4)
@@ -105,39 +96,39 @@ def clashes(model: FullOrderModel, bars: Bars, bodies: Bodies) -> tuple[list[Cla
     gaps = _gaps(model, bars, bodies)
     if pairs is None or len(pairs) > MOST_NEAR:
         return _alike(gaps), "so many parts lie side by side that overlaps were not looked for"
-    overlaps, left = _Looker(bars, bodies, hulls, _tests(bars, bodies, pairs)).clashes()
+    overlaps, left = _Looker(bars, bodies, hulls, [*_tests(bars, bodies, pairs)]).clashes()
     unseen = f"{left} more pairs of parts, whose bounds overlap, were not looked at" if left else ""
     return _alike([*overlaps, *gaps]), unseen
 
 
-def _tests(bars: Bars, bodies: Bodies, pairs: Index) -> _Tests:
+def _tests(bars: Bars, bodies: Bodies, pairs: Index) -> Iterator[_Tests]:
     """The tests that pairs of parts (p, 2), members first, call for."""
-    n, tests = len(bars.names), _Tests()
-    whole = np.array([[0.0, 1.0], [0.0, 1.0]])
+
+    def whole(pairs: Index) -> Array:
+        return np.broadcast_to([0.0, 1.0], (len(pairs), 2, 2))
+
+    n = len(bars.names)
     is_body = pairs >= n
-    both = pairs[~is_body.any(axis=1)]
-    joined = bars.clusters[both[:, 0], :, None] == bars.clusters[both[:, 1], None, :]
-    apart = ~joined.any(axis=(1, 2))
-    tests.add(both[apart], np.broadcast_to(whole, (int(apart.sum()), 2, 2)), _APART)
-    if not apart.all():
-        meeting = both[~apart]
-        tests.add(meeting, _spans(bars, meeting, joined[~apart]), _MEETING)
+    members = pairs[~is_body.any(axis=1)]
+    joined = bars.clusters[members[:, 0], :, None] == bars.clusters[members[:, 1], None, :]
+    meets = joined.any(axis=(1, 2))
+    yield _Tests(members[~meets], whole(members[~meets]), _APART)
+    yield _Tests(members[meets], _spans(bars, members[meets], joined[meets]), _MEETING)
     mixed = pairs[is_body.sum(axis=1) == 1]
     ends = bars.clusters[mixed[:, 0]] == bodies.clusters[mixed[:, 1] - n, None]
     carried = ends.any(axis=1)
-    tests.add(mixed[~carried], np.broadcast_to(whole, (int((~carried).sum()), 2, 2)), _APART)
+    yield _Tests(mixed[~carried], whole(mixed[~carried]), _APART)
     resting, is_joined = mixed[carried], ends[carried]
     half = bars.end_half[resting[:, 0]]
     for depth, axis_only in ((2 * half.min(axis=1), True), (2 * half.min(axis=1) + half.max(axis=1), False)):
         trim = np.maximum(depth / bars.length[resting[:, 0], None], LEAST_TRIM)
-        spans = np.broadcast_to(whole, (len(resting), 2, 2)).copy()
+        spans = whole(resting).copy()
         spans[:, 0] = _trimmed(np.where(is_joined, trim, 0.0))
-        tests.add(resting, spans, _CARRIED, axis_only)
+        yield _Tests(resting, spans, _CARRIED, axis_only)
     rigid = pairs[is_body.all(axis=1)]
     one = bodies.clusters[rigid[:, 0] - n] == bodies.clusters[rigid[:, 1] - n]
-    for chosen, kind in ((rigid[~one], _APART), (rigid[one], _RIGID)):
-        tests.add(chosen, np.broadcast_to(whole, (len(chosen), 2, 2)), kind)
-    return tests
+    yield _Tests(rigid[~one], whole(rigid[~one]), _APART)
+    yield _Tests(rigid[one], whole(rigid[one]), _RIGID)
 
 
 def _trimmed(trim: Array, most: Array | float = 0.5) -> Array:
@@ -182,11 +173,13 @@ def _in_plane(axes: Array, normal: Array, half: Array) -> Array:
 class _Looker:
     """Looks at pairs of parts, first at the boxes around them and then at their convex pieces."""
 
-    def __init__(self, bars: Bars, bodies: Bodies, hulls: Array, tests: _Tests) -> None:
+    def __init__(self, bars: Bars, bodies: Bodies, hulls: Array, tests: Sequence[_Tests]) -> None:
         self._bars, self._bodies, self._hulls, self._n = bars, bodies, hulls, len(bars.names)
-        self._pairs = np.stack([np.concatenate(tests.first), np.concatenate(tests.second)], axis=-1)
-        self._spans, self._kinds = np.concatenate(tests.spans), np.concatenate(tests.kinds)
-        self._axis_only = np.concatenate(tests.axis_only)
+        self._pairs = np.concatenate([own.pairs for own in tests])
+        self._spans = np.concatenate([own.spans for own in tests])
+        counts = [len(own.pairs) for own in tests]
+        self._kinds = np.repeat([own.kind for own in tests], counts)
+        self._axis_only = np.repeat([own.axis_only for own in tests], counts)
         self._looked = 0
         self._size = np.concatenate([2 * bars.half.min(axis=1), 2 * bodies.half.min(axis=1)])
         self._names, self._labels = [*bars.names, *bodies.names], [*bars.labels, *bodies.labels]

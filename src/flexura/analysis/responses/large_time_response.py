@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,7 +66,7 @@ def large_time_response(
     runs: list[_Run] = []
 
     def run(equations: Equations) -> list[Equilibrium]:
-        runs.append(_Run(equations, loads, damping, readings, excitation, rho_infinity))
+        runs.append(_integrated(equations, loads, damping, readings, rho_infinity))
         return runs[-1].samples
 
     low_order: LowOrderMotion | None = None
@@ -97,7 +96,7 @@ class _LoadsOverTime:
     """Loads that are described, and those of the inputs at each time."""
 
     def __init__(self, model: MovingModel, built: System, excitation: Excitation) -> None:
-        self._excitation = excitation
+        self.excitation = excitation
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
         self._gravity = described.gravity
@@ -116,56 +115,49 @@ class _LoadsOverTime:
 
     def at(self, number: int) -> Loads:
         """Loads at the time with a number."""
-        return self.under(self._excitation.u[:, number])
-
-    def impulse(self, equations: Equations, start: Equilibrium) -> Array:
-        """Momentum (n,) that impulses bring, by what they act on at the start."""
-        impulses = self._excitation.impulses
-        if not impulses.any():
-            return np.zeros(equations.model.n_dof)
-        loads = (self.under(impulses), self.under(0 * impulses))
-        acting, none = (equations.tangent(start.frames, own, np.empty(0))[1] for own in loads)
-        return acting - none
+        return self.under(self.excitation.u[:, number])
 
 
-@dataclass
-class _Run:
-    """A motion on one model."""
+class _Run(NamedTuple):
+    """A motion on one model: outputs (p, N), some of the states, and how many steps a period of the motion has."""
 
-    equations: Equations
-    loads: _LoadsOverTime
-    damping: Damping
-    readings: list[_Reading]
-    excitation: Excitation
-    rho_infinity: float
-    response: Array = field(init=False)
-    samples: list[Equilibrium] = field(init=False)
-    per_period: float = field(init=False)
+    response: Array
+    samples: list[Equilibrium]
+    per_period: float
 
-    def __post_init__(self) -> None:
-        model, equations, dt = self.equations.model, self.equations, self.excitation.dt
-        count = self.excitation.u.shape[1]
-        start = _resting(equations, self.loads.under(self.excitation.start))
-        M = model.mass(start.frames)
-        momentum = self.loads.impulse(equations, start)
-        integrator = Integrator(equations, self.damping, dt, self.rho_infinity)
-        velocity = factorise(M).solve(momentum) if momentum.any() else momentum
-        self.response = np.zeros((len(self.readings), count))
-        kept = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
-        self.samples, speed, force = [], 0.0, 0.0
-        for number, state in enumerate(integrator.through(start.frames, velocity, self.loads.at, count)):
-            checkpoint()
-            motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
-            for k, reading in enumerate(self.readings):
-                self.response[k, number] = reading.read(model, state, *motion)
-            speed += float(state.velocity @ (M @ state.velocity))
-            force += float(state.acceleration @ (M @ state.acceleration))
-            if number in kept:
-                loads = self.loads.at(number)
-                tangent = equations.tangent(state.frames, loads, np.empty(0))[0]
-                self.samples.append(Equilibrium(state.frames, np.empty(0), loads, tangent, 0))
-        rate = np.sqrt(force / speed) if speed > 0 else 0.0
-        self.per_period = 2 * np.pi / (rate * dt) if rate > 0 else np.inf
+
+def _integrated(
+    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[_Reading], rho_infinity: float
+) -> _Run:
+    """The motion on a model, step by step."""
+    model, (u, dt, impulses, start, _) = equations.model, loads.excitation
+    count = u.shape[1]
+    at_start = _resting(equations, loads.under(start))
+    M = model.mass(at_start.frames)
+    velocity = np.zeros(model.n_dof)
+    if impulses.any():  # momentum, by what impulses act on at the start
+        acting, none = (
+            equations.tangent(at_start.frames, loads.under(values), np.empty(0))[1]
+            for values in (impulses, 0 * impulses)
+        )
+        velocity = factorise(M).solve(acting - none)
+    response = np.zeros((len(readings), count))
+    compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
+    samples, speed, force = list[Equilibrium](), 0.0, 0.0
+    steps = Integrator(equations, damping, dt, rho_infinity).through(at_start.frames, velocity, loads.at, count)
+    for number, state in enumerate(steps):
+        checkpoint()
+        motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
+        for k, reading in enumerate(readings):
+            response[k, number] = reading.read(model, state, *motion)
+        speed += float(state.velocity @ (M @ state.velocity))
+        force += float(state.acceleration @ (M @ state.acceleration))
+        if number in compared:
+            there = loads.at(number)
+            tangent = equations.tangent(state.frames, there, np.empty(0))[0]
+            samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
+    rate = np.sqrt(force / speed) if speed > 0 else 0.0
+    return _Run(response, samples, 2 * np.pi / (rate * dt) if rate > 0 else np.inf)
 
 
 class _Reading(NamedTuple):
