@@ -99,7 +99,7 @@ def _judged(model: ChainedModel, pairs: Eigenpairs, proof: Certificate) -> FreeM
     return FreeMotions(rigid, (float(lower[rigid]), float(upper[rigid])) if is_known else None, warnings)
 
 
-WORTH = 0.01
+WORTH_A_WARNING = 0.01
 """Relative change of a frequency from which what makes it is a warning."""
 
 ELASTIC_MODES = 6
@@ -121,7 +121,7 @@ def assumed(full: FullOrderModel, rigid: int) -> tuple[list[Diagnostic], list[Di
         return [_of_whole("proof", f"how far the part may be from the model is not known: {error}")], minor
     for effect in errors.effects:
         change = np.nan_to_num(np.maximum(np.abs(effect.low), np.abs(effect.high)))
-        moved = [k for k in np.argsort(-change, kind="stable")[:MOST_MODES] if change[k] >= WORTH]
+        moved = [k for k in np.argsort(-change, kind="stable")[:MOST_MODES] if change[k] >= WORTH_A_WARNING]
         texts = [
             f"mode {k + 1} ({in_hz(hz[k], 4)}) by {interval_text((float(effect.low[k]), float(effect.high[k])))}"
             for k in moved or [int(change.argmax())]
@@ -135,7 +135,7 @@ def assumed(full: FullOrderModel, rigid: int) -> tuple[list[Diagnostic], list[Di
             f" mode {k + 1} ({in_hz(hz[k], 4)})"
         )
         warning = Diagnostic.about("evidence", text, *unknown.places)
-        (warnings if unknown.share[k] >= WORTH else minor).append(warning)
+        (warnings if unknown.share[k] >= WORTH_A_WARNING else minor).append(warning)
     return warnings, minor
 
 

@@ -65,8 +65,8 @@ PEAK_POINTS = 32
 SEEN = 1e-4
 """Part of a response from which its round-off is said."""
 
-NOTHING = 1e-9
-"""Responses below so much of the largest ones of their input and output are round-off."""
+SILENT = 1e-9
+"""Responses that stay below so much of the largest of their input and output are nothing: symmetry, and round-off."""
 
 SHARPEST = 1e-5
 """Damping ratio with which the grid is refined around undamped resonances."""
@@ -159,7 +159,7 @@ class FrequencyResponse(Tabular):
         H, hz = np.abs(self.response), self.frequency_hz
         pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
         scale = np.sqrt(H.max(axis=(0, 2), initial=0.0)[:, None] * H.max(axis=(0, 1), initial=0.0))
-        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
+        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > SILENT * scale[i, j]]
         units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
         gains = [H[:, i, j] for i, j in shown]
         first = f"at {in_hz(float(hz[0]))}"

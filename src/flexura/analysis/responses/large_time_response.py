@@ -136,10 +136,8 @@ def _integrated(
     M = model.mass(at_start.frames)
     velocity = np.zeros(model.n_dof)
     if impulses.any():  # momentum, by what impulses act on at the start
-        acting, none = (
-            equations.tangent(at_start.frames, loads.under(values), np.empty(0))[1]
-            for values in (impulses, 0 * impulses)
-        )
+        pushed = (loads.under(values) for values in (impulses, 0 * impulses))
+        acting, none = (equations.tangent(at_start.frames, own, np.empty(0))[1] for own in pushed)
         velocity = factorise(M).solve(acting - none)
     response = np.zeros((len(readings), count))
     compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
