@@ -4,7 +4,7 @@ Writes src/flexura/analysis/model_error/member_errors.csv, three rows for each s
 plain beam that shears, and the plain one that does not. Rows that are there already are kept, so that it goes on where
 it was interrupted; --only KIND makes those of one kind.
 
-The kinds and their ratios are those of `flexura.analysis.model_error.measured_members`.
+The kinds and their ratios are those of `flexura.analysis.model_error.measured`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import numpy as np
 import octants
 
 import flexura as fx
-from flexura.analysis.model_error.measured_members import (
+from flexura.analysis.model_error.measured import (
     BEAMS,
     ERRORS,
     EXACT,

@@ -55,7 +55,12 @@ def test_a_name_that_a_face_lacks_is_an_attribute_error():
 
 @pytest.mark.parametrize(
     ("package", "former", "now"),
-    [("flexura", "Exceeded", "Diagnostic"), ("flexura.view", "draw_doubts", "draw_warnings")],
+    [
+        ("flexura", "Exceeded", "Diagnostic"),
+        ("flexura", "Doubt", "Diagnostic"),
+        ("flexura.analysis", "Doubt", "Diagnostic"),
+        ("flexura.view", "draw_doubts", "draw_warnings"),
+    ],
 )
 def test_an_older_name_warns_and_gives_what_has_the_name_now(package, former, now):
     with pytest.warns(DeprecationWarning, match=f"{former} is called {now}"):

@@ -8,7 +8,6 @@ from flexura.analysis import ActuatorState as ActuatorState
 from flexura.analysis import CheckReport as CheckReport
 from flexura.analysis import Clash as Clash
 from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
-from flexura.analysis import Doubt as Doubt
 from flexura.analysis import Drift as Drift
 from flexura.analysis import Evidence as Evidence
 from flexura.analysis import Freedom as Freedom

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 Path = tuple[str | int, ...]
@@ -16,6 +16,9 @@ LONGEST_SHOWN = 200
 
 MOST_ALIKE = 3
 """Places at which one problem is told of each."""
+
+MOST_PLACES = 4
+"""Places that the text of a warning names."""
 
 
 class FlexuraError(Exception):
@@ -107,12 +110,14 @@ class SolverError(FlexuraError):
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """A limit beyond which a result no longer holds: of the theory, of a part, or of what is proven.
+    """A warning: a limit beyond which a result no longer holds, of the theory, of a part, or of what is proven; or what
+    a description takes for granted or may not mean.
 
     `kind` is rotation, displacement, stiffness, equilibrium, contact, command, force, stress, buckling, resonance,
     proof, tolerance, mesh, misfit, convergence, study, designs of it that are missing or failed, or limit, one that was
-    asked for and is not met; `place` names the node, member, channel, kind of data or design, empty where it is the
-    whole; `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the whole sentence.
+    asked for and is not met, or one of those of `check`; `place` names the node, member, channel, kind of data or
+    design, empty where it is the whole; `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the
+    whole sentence, or, where there are `places`, what is said of all of these.
     """
 
     kind: str
@@ -121,14 +126,27 @@ class Diagnostic:
     limit: float
     unit: str
     text: str
+    places: tuple[str, ...] = ()
+
+    @classmethod
+    def about(cls, kind: str, text: str, *places: str) -> Diagnostic:
+        """One without a number, about one or several places, of which `place` names the first few."""
+        more = f" and {len(places) - MOST_PLACES} more" if len(places) > MOST_PLACES else ""
+        return cls(kind, ", ".join(places[:MOST_PLACES]) + more, nan, nan, "1", text, places)
+
+    def is_about(self, *names: str) -> bool:
+        """Whether it is about what has one of these names."""
+        return not {*names}.isdisjoint(self.places or (self.place,))
 
     def __str__(self) -> str:
-        return self.text
+        return f"{self.place}: {self.text}" if self.places else self.text
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data for JSON; numbers that are not finite as None."""
-        own = asdict(self)
-        return {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in own.items()}
+        """Plain data for JSON; numbers that are not finite as None, and `places` only where there are some."""
+        data = asdict(self)
+        if not self.places:
+            del data["places"]
+        return {key: None if isinstance(v, float) and not isfinite(v) else v for key, v in data.items()}
 
 
 def foremost(warnings: Iterable[Diagnostic], most: int) -> list[str]:

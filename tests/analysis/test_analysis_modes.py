@@ -147,7 +147,7 @@ def test_check_doubts_near_mechanism_by_the_name_of_the_dof() -> None:
         },
         ground={"f1": fx.describe.Support(free=("rx",))},
     )
-    doubts = fx.check(loose).doubts
+    doubts = fx.check(loose).warnings
     free = [doubt for doubt in doubts if doubt.kind == "mechanism"]
     assert len(free) == 1
     assert "free to move" in free[0].text
@@ -157,11 +157,13 @@ def test_check_doubts_near_mechanism_by_the_name_of_the_dof() -> None:
 
 def test_check_doubts_ungrounded_overlapping_wide_and_shear_members() -> None:
     free = fx.check(guide(ground={}, corrections="none"))
-    assert {"ungrounded", "beam"} <= {doubt.kind for doubt in free.doubts}
+    assert {"ungrounded", "beam"} <= {doubt.kind for doubt in free.warnings}
     # what moves the modes beyond the six rigid motions is told, and nothing is not a number
-    (wide,) = [doubt for doubt in free.doubts if doubt.text.startswith("thickness bending of a leaf, taken as a plain")]
+    (wide,) = [
+        doubt for doubt in free.warnings if doubt.text.startswith("thickness bending of a leaf, taken as a plain")
+    ]
     assert wide.places == ("left", "right")
-    assert not [doubt for doubt in (*free.doubts, *free.minor) if "nan" in doubt.text or "(0 Hz)" in doubt.text]
+    assert not [doubt for doubt in (*free.warnings, *free.minor) if "nan" in doubt.text or "(0 Hz)" in doubt.text]
     stub = fx.describe.Link(
         nodes=("h1", "h2"),
         material="steel",
@@ -169,7 +171,7 @@ def test_check_doubts_ungrounded_overlapping_wide_and_shear_members() -> None:
         section=fx.describe.Rectangle(width=0.02, thickness=0.02),
     )
     # of a thick link between two leaves the width bending is off, where shear counts
-    doubts = fx.check(guide(links={"stub": stub}, bodies={}, corrections="none")).doubts
+    doubts = fx.check(guide(links={"stub": stub}, bodies={}, corrections="none")).warnings
     assert [d for d in doubts if d.kind == "beam" and "stub" in d.places and d.text.startswith("width bending")]
     twin = guide(
         nodes={**guide().nodes, "h3": (0, 0, 0.06)},
@@ -180,7 +182,7 @@ def test_check_doubts_ungrounded_overlapping_wide_and_shear_members() -> None:
             )
         },
     )
-    assert any(d.kind == "overlap" and "h3" in d.text + d.place for d in fx.check(twin).doubts)
+    assert any(d.kind == "overlap" and "h3" in d.text + d.place for d in fx.check(twin).warnings)
 
 
 def test_check_counts() -> None:

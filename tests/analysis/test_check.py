@@ -72,8 +72,8 @@ def test_a_soft_spring_to_the_ground_is_no_rigid_motion() -> None:
     lower, upper = report.lowest_hz
     assert lower <= upper < lower * (1 + 1e-3)
     assert lower == pytest.approx(0.03, rel=1e-4)  # mass and spring alone
-    free = [d for d in report.doubts if d.kind == "mechanism"]
-    assert {d.kind for d in report.doubts} <= {"mechanism", "root"}
+    free = [d for d in report.warnings if d.kind == "mechanism"]
+    assert {d.kind for d in report.warnings} <= {"mechanism", "root"}
     assert sum(len(d.places) for d in free) == 5
     assert all(d.text.startswith("free to move") for d in free)
 
@@ -81,7 +81,7 @@ def test_a_soft_spring_to_the_ground_is_no_rigid_motion() -> None:
 def test_what_nothing_holds_is_said_once() -> None:
     report = fx.check(guide(ground={}))
     assert report.rigid_body_modes == 6
-    assert [d.kind for d in report.doubts if d.kind != "beam"] == ["ungrounded"]
+    assert [d.kind for d in report.warnings if d.kind != "beam"] == ["ungrounded"]
 
 
 @pytest.mark.parametrize("tx", [1e-9, 1e-15, 1e-21, 1e-28])
@@ -91,7 +91,7 @@ def test_all_but_free_motions_have_their_frequency(tx: float) -> None:
     expected = np.sqrt(tx / 0.1) / (2 * np.pi)
     assert report.rigid_body_modes == 0
     assert report.lowest_hz[0] <= expected * (1 + 1e-6) and expected <= report.lowest_hz[1] * (1 + 1e-6)
-    (doubt,) = (d for d in report.doubts if d.kind == "mechanism")
+    (doubt,) = (d for d in report.warnings if d.kind == "mechanism")
     assert doubt.place == "rider.tx" and "all but free" in doubt.text
 
 
@@ -104,7 +104,7 @@ def test_free_motions_within_a_mechanism_are_doubts() -> None:
     rider = fx.describe.RigidBody(centre=(0, 0, 0.2), mass=0.1, inertia=(1e-5, 1e-5, 1e-5))
     springs = {"s": fx.describe.Spring(nodes=("rider", "table"), stiffness=fx.describe.DiagonalStiffness(ty=1e3))}
     report = fx.check(guide(bodies={**guide().bodies, "rider": rider}, springs=springs))
-    free = [d for d in report.doubts if d.kind == "mechanism"]
+    free = [d for d in report.warnings if d.kind == "mechanism"]
     assert len({place for d in free for place in d.places}) == sum(len(d.places) for d in free) == 5
     assert all(place.startswith("rider.") for d in free for place in d.places)
     assert all("free to move" in d.text for d in free)
@@ -113,7 +113,7 @@ def test_free_motions_within_a_mechanism_are_doubts() -> None:
 def test_leaves_of_many_elements_are_proven() -> None:
     flexures = {k: f.model_copy(update={"elements": 600}) for k, f in guide().flexures.items()}
     report = fx.check(guide(flexures=flexures))
-    assert not [d for d in report.doubts if d.kind in ("proof", "mechanism")]
+    assert not [d for d in report.warnings if d.kind in ("proof", "mechanism")]
     assert report.lowest_hz[0] == pytest.approx(fx.check(guide()).lowest_hz[0], rel=2e-3)
 
 
@@ -142,3 +142,21 @@ def test_the_command_prints_loads_and_proofs(tmp_path) -> None:
     data = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).output)
     assert data["loads"] == {"table": [0, 0, -20, 0.1, 0, 0]}
     assert data["gravity"] == [0, 0, -9.81] and data["is_preloaded"] is True
+
+
+def test_a_warning_about_several_places_names_the_first_four() -> None:
+    warning = fx.Diagnostic.about("slender", "is slender", *(f"leaf{k}" for k in range(6)))
+    assert str(warning) == "leaf0, leaf1, leaf2, leaf3 and 2 more: is slender"
+    assert warning.is_about("leaf5") and not warning.is_about("leaf6")
+    assert warning.to_dict()["value"] is None and len(warning.to_dict()["places"]) == 6
+    assert "places" not in fx.Diagnostic("stress", "leaf", 2.0, 1.0, "Pa", "too much").to_dict()
+
+
+def test_warnings_of_check_are_also_doubts() -> None:
+    report = fx.check(guide(ground={}))
+    assert report.warnings
+    with pytest.warns(DeprecationWarning, match=r"CheckReport\.doubts is called warnings"):
+        assert report.doubts is report.warnings
+    data = report.to_dict()
+    keys = ("kind", "place", "text", "places")
+    assert data["doubts"] == [{key: own[key] for key in keys} for own in data["warnings"]]

@@ -21,7 +21,7 @@ HALF = 0.02 * np.sin(np.pi / 4)
 
 
 def geometric(mechanism, **parameters):
-    return [doubt for doubt in fx.check(mechanism, parameters or None).doubts if doubt.kind in GEOMETRIC]
+    return [doubt for doubt in fx.check(mechanism, parameters or None).warnings if doubt.kind in GEOMETRIC]
 
 
 def leaf(a, b, reference="z", width=12e-3, thickness=0.4e-3, **more):
@@ -94,7 +94,7 @@ def test_leaves_that_cross_in_one_plane_share_a_rod() -> None:
     assert (clash.kind, clash.first, clash.second) == ("clash", "rising", "falling")
     assert clash.volume == pytest.approx(0.4e-3**2 * 12e-3)
     np.testing.assert_allclose(clash.at, 0, atol=1e-9)
-    (doubt,) = (d for d in report.doubts if d.kind in GEOMETRIC)
+    (doubt,) = (d for d in report.warnings if d.kind in GEOMETRIC)
     assert doubt.kind == "clash" and "1.92 mm³" in doubt.text
 
 

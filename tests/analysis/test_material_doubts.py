@@ -9,8 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis.checks.angle_doubts import angle_doubts
-from flexura.analysis.checks.material_doubts import material_doubts
+from flexura.analysis.checks.slips import angle_warnings, material_warnings
 from flexura.cli.app import app
 from flexura.mechanism import Layout
 from flexura.mechanism.material import CATALOGUE
@@ -44,7 +43,7 @@ REAL = {
 def of(**constants: float) -> list[str]:
     """Doubts about a material in a description that uses it."""
     mechanism = fx.Mechanism(materials={"own": fx.describe.Material(**constants)})
-    return [str(d) for d in material_doubts(Layout(mechanism), {})]
+    return [str(d) for d in material_warnings(Layout(mechanism), {})]
 
 
 @pytest.mark.parametrize("name", REAL)
@@ -97,7 +96,7 @@ def leaf(parameters: str = "L: 40 mm", factor: str = "1") -> fx.Mechanism:
 
 def of_angles(mechanism: fx.Mechanism, values: dict[str, float] | None = None) -> list[str]:
     own = {k: p.value for k, p in mechanism.parameters.items() if isinstance(p.value, float)}
-    return [str(d) for d in angle_doubts(mechanism, {**own, **(values or {})})]
+    return [str(d) for d in angle_warnings(mechanism, {**own, **(values or {})})]
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.model_error.measured_roots import root_shares
+from flexura.analysis.model_error.measured import root_shares
 
 LEAF = """
 flexura: 1
@@ -22,7 +22,7 @@ def joints(nu="0.3", width="12 mm", thickness="1 mm", across="20 mm, 20 mm"):
     """What check says of the joints: reference y, so that thickness is along y."""
     profile = f"profile: {{type: leaf, width: {width}, thickness: {thickness}}}"
     report = fx.check(fx.loads(LEAF.format(nu=nu, profile=profile, across=across)))
-    return [d for d in (*report.doubts, *report.minor) if d.kind == "root"]
+    return [d for d in (*report.warnings, *report.minor) if d.kind == "root"]
 
 
 def test_joints_like_those_measured_are_told_without_a_reason():
@@ -52,7 +52,7 @@ def test_a_leaf_that_is_wider_than_its_block_is_a_warning():
             LEAF.format(nu="0.3", profile="profile: {type: leaf, width: 12 mm, thickness: 1 mm}", across="20 mm, 10 mm")
         )
     )
-    assert any("narrower than the member" in d.text for d in report.doubts)
+    assert any("narrower than the member" in d.text for d in report.warnings)
 
 
 def test_shares_are_the_worst_of_solids_that_are_alike():

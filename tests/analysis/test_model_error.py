@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.model_error.elastic_solids import ElasticSolid, Patch
+from flexura.analysis.model_error.elastic_bodies import ElasticSolid, Patch
 from flexura.analysis.model_error.model_error import model_errors_of_modes
 from flexura.structure import assemble
 
@@ -171,7 +171,7 @@ def test_the_part_lies_within_the_model_error(name: str) -> None:
 
 def test_what_makes_the_model_error_is_said_with_its_mode() -> None:
     """The third mode of the leaf guide turns the table about the leaves' direction and bends both blocks."""
-    doubts = fx.check(fx.loads(MONOLITHS["leaf guide"][0])).doubts
+    doubts = fx.check(fx.loads(MONOLITHS["leaf guide"][0])).warnings
     body = next(d for d in doubts if d.kind == "body")
     assert body.place == "table" and "moves mode 3 (59" in body.text and "Hz) by -1" in body.text
     ground = next(d for d in doubts if d.kind == "ground")
@@ -186,7 +186,7 @@ def test_ground_that_is_not_drawn_is_in_doubt() -> None:
     found = fx.modes(fx.loads(bare), n=5)
     for hz, own, part in zip(found.frequency_hz, found.model_error, truth, strict=False):
         assert own is not None and 1 + own[0] <= part / hz <= 1 + own[1]
-    assert any(d.kind == "ground" and "not drawn" in d.text for d in fx.check(fx.loads(bare)).doubts)
+    assert any(d.kind == "ground" and "not drawn" in d.text for d in fx.check(fx.loads(bare)).warnings)
 
 
 def effect(mechanism: fx.Mechanism, kind: str, n: int = 6) -> np.ndarray:
@@ -243,7 +243,7 @@ def test_members_without_evidence_have_no_model_error() -> None:
     found = fx.modes(mechanism, n=3)
     assert found.model_error == (None, None, None)
     assert "constants" in found.to_dict()["modes"][0]["model_error_reason"]
-    assert any(doubt.kind == "evidence" for doubt in fx.check(mechanism).doubts)
+    assert any(doubt.kind == "evidence" for doubt in fx.check(mechanism).warnings)
 
 
 def _pivot(ratio: float, elements: int) -> fx.Mechanism:

@@ -238,7 +238,7 @@ def test_html_says_what_it_leaves_out() -> None:
     designs = Page(OTHERS_SHOWN["many designs"]()._repr_html_())
     assert f"and {200 - ROWS} more designs" in designs.text
     report = OTHERS_SHOWN["check with doubts"]()
-    many = replace(report, doubts=tuple(replace(report.doubts[0], text=f"the {k}th") for k in range(12)))
+    many = replace(report, warnings=tuple(replace(report.warnings[0], text=f"the {k}th") for k in range(12)))
     text = Page(many._repr_html_()).text
     assert "the 4th" in text and "the 5th" not in text and "and 7 more warnings" in text
 

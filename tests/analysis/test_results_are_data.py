@@ -79,7 +79,7 @@ OBJECTS = {
         lambda found: [found.buckling_factor, found.K_g.toarray()],
     ),
     "Kinetostatics": (lambda m: fx.kinetostatics(m, platform=platform(m)), lambda found: found.compliance),
-    "CheckReport": (fx.check, lambda report: [report.full_order, len(report.doubts)]),
+    "CheckReport": (fx.check, lambda report: [report.full_order, len(report.warnings)]),
     "Comparison": (
         lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),
         lambda found: [row.frequency_hz for row in found.rows],

@@ -9,6 +9,7 @@ import pytest
 
 import flexura
 from flexura import describe
+from flexura.analysis.checks import model_warnings
 from flexura.expressions import expression
 from flexura.mechanism import member as members
 from flexura.mechanism import substructure as placing
@@ -19,7 +20,6 @@ from flexura.systems.channel import UNITS
 from helpers.public_names import public_names
 
 DOCS = Path(__file__).parents[2] / "docs"
-DOUBTS = inspect.getmodule(flexura.Doubt)
 
 ACTUATORS = (
     *(describe.ForceActuator, describe.MomentActuator, describe.BaseMotion, describe.BaseRotation, describe.PiezoStack),
@@ -182,8 +182,8 @@ def test_limits_of_size():
 def test_doubts():
     text = section("theory.md", "Where the theory stops")
     for words, value in (
-        ("from 1 % on", 100 * DOUBTS.WORTH),
-        ("length over depth above 500", DOUBTS.SLENDER),
+        ("from 1 % on", 100 * model_warnings.WORTH_A_WARNING),
+        ("length over depth above 500", model_warnings.SLENDER),
     ):
         assert words in text
         assert f" {value:g}" in words

@@ -64,7 +64,7 @@ def test_the_doubts_of_check_are_those_that_the_description_names(own: Entry) ->
     """
     mechanism = read(own.path)
     named = set(re.findall(r"Warning `(\w+)`", " ".join(mechanism.description.split())))
-    doubts = [doubt for doubt in fx.check(mechanism).doubts if doubt.kind not in ASSUMED]
+    doubts = [doubt for doubt in fx.check(mechanism).warnings if doubt.kind not in ASSUMED]
     assert {doubt.kind for doubt in doubts} == named, [str(doubt) for doubt in doubts]
 
 

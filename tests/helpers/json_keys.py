@@ -14,8 +14,9 @@ HEAD = """# Results as JSON
 
 What `to_dict()` gives and `--json` prints, result by result. Numbers are in SI units, and `null` where they are not
 finite or not known; keys of frequencies end in `_hz`. *By name*: keys that are names of yours: of parts,
-parameters, or designs. Every result has `warnings`, a list of `kind`, `place`, `value`, `limit`, `unit` and `text`, and
-`notes`, a list of texts. How arrays, complex numbers and sparse matrices are written: [results](results.md#plain-data).
+parameters, or designs. Every result has `warnings`, a list of `kind`, `place`, `value`, `limit`, `unit` and `text`,
+of `check` also of `places`, and `notes`, a list of texts. How arrays, complex numbers and sparse matrices are written:
+[results](results.md#plain-data).
 """
 COMMON = ("notes", "warnings")
 DEPTH = 2
@@ -30,7 +31,8 @@ def _section(name: str, result: Result) -> Iterator[str]:
     yield f"## {name}\n\n| key | |\n|---|---|"
     for key, value in result.to_dict().items():
         if key not in COMMON:
-            yield f"| `{key}` | {kind(value, isinstance(getattr(result, key, None), Mapping))} |"
+            by_name = isinstance(value, dict) and isinstance(getattr(result, key, None), Mapping)
+            yield f"| `{key}` | {kind(value, by_name)} |"
     yield ""
 
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.analysis.limits import limits
-from flexura.analysis.responses import peaks
+from flexura.analysis.responses import time_limits
 from flexura.cli.app import app
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -86,7 +86,7 @@ def test_all_ways_to_the_same_warnings(heavy, monkeypatch):
     assert {w.kind for w in every} == {"rotation", "displacement", "stress"} == set(found)
     for own in every:
         assert found[own.kind].value == pytest.approx(own.value, rel=1e-5)
-    monkeypatch.setattr(peaks, "BLOCK", 700)
+    monkeypatch.setattr(time_limits, "BLOCK", 700)
     again = fx.time_response(mechanism, inputs={name: samples}, outputs=[name], dt=1 / (50 * hz), damping=0.01, keep=2)
     assert {k: w.value for k, w in warned(again).items()} == pytest.approx({k: w.value for k, w in found.items()})
 

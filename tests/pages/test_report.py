@@ -300,12 +300,12 @@ def test_what_moves_no_frequency_by_a_percent_is_folded():
     shown, _, folded = section.partition(f"{len(checked.minor)} assumptions that move no frequency by 1 %")
     assert len(checked.minor) > 1 and all(escape(str(own)) in folded for own in checked.minor)
     assert not any(escape(str(own)) in shown for own in checked.minor)
-    places = [shown.index(escape(own.text)) for own in checked.doubts]
-    assert places == sorted(places) and "by" in checked.doubts[0].text
+    places = [shown.index(escape(own.text)) for own in checked.warnings]
+    assert places == sorted(places) and "by" in checked.warnings[0].text
 
 
 def test_doubts_that_say_the_same_are_one_line():
-    doubts = [fx.analysis.Doubt("slenderness", f"leaf{k}", "is short") for k in range(6)]
+    doubts = [fx.Diagnostic.about("slenderness", "is short", f"leaf{k}") for k in range(6)]
     assert grouped(doubts[:2]) == ["leaf0, leaf1: is short"]
     assert grouped(doubts) == ["leaf0, leaf1, leaf2, leaf3 and 2 more: is short"]
     assert grouped([*doubts[:1], replace(doubts[1], text="is thick")]) == ["leaf0: is short", "leaf1: is thick"]

@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import flexura as fx
-from flexura.analysis.responses.left_out import _spectrum
+from flexura.analysis.responses.time_limits import _spectrum
 from flexura.cli.app import app
 from helpers.oscillators import beam, oscillator
 

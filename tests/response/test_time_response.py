@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis.responses.integration import generalised_alpha
+from flexura.analysis.responses.stepping import generalised_alpha
 from flexura.linalg import Eigenpairs, lowest_modes
 from flexura.systems.modal import modal_system
 from helpers.extended_steps import stepped
@@ -305,7 +305,15 @@ def test_generalised_alpha_damps_what_it_does_not_resolve(rho):
     """At high frequency all three roots of a step are -rho (Chung and Hulbert 1993): (z + rho)^3 q = 0."""
     one = np.eye(1)
     q, v, a = generalised_alpha(
-        one, 0 * one, 1e8 * one, one, np.zeros((1, 30)), 1.0, rho, np.array([1e8]), np.array([0.0])
+        one,
+        0 * one,
+        1e8 * one,
+        one,
+        np.zeros((1, 30)),
+        dt=1.0,
+        rho_infinity=rho,
+        start=np.array([1e8]),
+        impulses=np.array([0.0]),
     )
     for x in (q[0], v[0], a[0]):
         left = x[3:] + 3 * rho * x[2:-1] + 3 * rho**2 * x[1:-2] + rho**3 * x[:-3]

@@ -289,7 +289,7 @@ def test_check_and_the_command_line(tmp_path, capsys, monkeypatch):
     assert part.size == 4.0
     assert part.dofs == 585
     assert 0.05 < part.stiffness_error < 0.5
-    assert [doubt.place for doubt in report.doubts if doubt.kind == "mesh"] == ["leaf"]
+    assert [doubt.place for doubt in report.warnings if doubt.kind == "mesh"] == ["leaf"]
     json.dumps(report.to_dict())
     path = tmp_path / "leaf.yaml"
     fx.save(leaf(mesh_size=4.0), path)

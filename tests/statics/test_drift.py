@@ -9,8 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 import flexura as fx
-from flexura.analysis.strain.drift import drift, screw_axis
-from flexura.analysis.strain.tangent import tangent_stiffness
+from flexura.analysis.strain.tangent import drift, screw_axis, tangent_stiffness
 from flexura.linalg import is_definite
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

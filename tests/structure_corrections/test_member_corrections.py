@@ -375,6 +375,6 @@ def test_check_tells_what_is_corrected_and_how_far_off_it_may_be(profile):
         ("ground", "not drawn", "not drawn"),
     ):
         for said, words in ((report, corrected), (plain, uncorrected)):
-            texts = [d.text for d in said.doubts if d.kind == kind]
+            texts = [d.text for d in said.warnings if d.kind == kind]
             assert texts and all(words in text for text in texts)
-    assert {d.kind for d in (*report.doubts, *plain.doubts)} <= {"beam", "elements", "root", "ground"}
+    assert {d.kind for d in (*report.warnings, *plain.warnings)} <= {"beam", "elements", "root", "ground"}

@@ -10,7 +10,7 @@ import pytest
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.analysis.responses.blocks import block_response, suits_blocks
+from flexura.analysis.responses.stepping import Driven, block_response, suits_blocks
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
 OMEGA = np.array([20.0, 35.0, 60.0, 60.0, 400.0, 2e3, 3e3, 9e3, 2e4, 1e5, 3e5, 8e5, 2e6])
@@ -63,7 +63,8 @@ def test_blocks_are_exact_steps(hold: str, steps: int, inputs: int) -> None:
     u = rng.standard_normal((inputs, steps))
     eta, rate = rng.standard_normal(len(OMEGA)) / OMEGA, rng.standard_normal(len(OMEGA))
     for dt in (1e-5, 1e-3):
-        found, expected = block_response(modes, u, dt, hold, eta, rate), stepped(modes, u, dt, hold, eta, rate)
+        found = block_response(modes, Driven(u, dt, hold, eta, rate))
+        expected = stepped(modes, u, dt, hold, eta, rate)
         assert (np.abs(found - expected).max(axis=1) / np.abs(expected).max(axis=1)).max() < 1e-10
 
 

@@ -3,4 +3,4 @@ description."""
 
 from flexura.lazy import face
 
-face(__name__)
+face(__name__, former={"Doubt": "Diagnostic"})

@@ -1,8 +1,7 @@
 from flexura.analysis.checks.check import CheckReport as CheckReport
-from flexura.analysis.checks.check import Doubt as Doubt
 from flexura.analysis.checks.check import check as check
+from flexura.analysis.checks.check import corrected as corrected
 from flexura.analysis.checks.clashes import Clash as Clash
-from flexura.analysis.checks.doubts import corrected as corrected
 from flexura.analysis.limits.limits import States as States
 from flexura.analysis.limits.limits import motion_limits as motion_limits
 from flexura.analysis.limits.preload import Preload as Preload
@@ -27,10 +26,10 @@ from flexura.analysis.responses.curves import response_group as response_group
 from flexura.analysis.responses.curves import response_units as response_units
 from flexura.analysis.responses.frequency_response import FrequencyResponse as FrequencyResponse
 from flexura.analysis.responses.frequency_response import frequency_response as frequency_response
-from flexura.analysis.responses.left_out import LeftOut as LeftOut
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
 from flexura.analysis.responses.slopes import SlopedResponse as SlopedResponse
+from flexura.analysis.responses.time_limits import LeftOut as LeftOut
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
@@ -42,15 +41,11 @@ from flexura.analysis.static.statics import Statics as Statics
 from flexura.analysis.static.statics import compliance as compliance
 from flexura.analysis.static.statics import response_to as response_to
 from flexura.analysis.static.statics import statics as statics
-from flexura.analysis.strain.drift import Drift as Drift
-from flexura.analysis.strain.drift import ScrewAxis as ScrewAxis
-from flexura.analysis.strain.drift import drift as drift
-from flexura.analysis.strain.drift import screw_axis as screw_axis
 from flexura.analysis.strain.energy import element_strains as element_strains
 from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.internal_forces import internal_force_rows as internal_force_rows
+from flexura.analysis.strain.internal_forces import settled as settled
 from flexura.analysis.strain.motion import motions as motions
-from flexura.analysis.strain.settled import settled as settled
 from flexura.analysis.strain.stress import MemberStress as MemberStress
 from flexura.analysis.strain.stress import Stresses as Stresses
 from flexura.analysis.strain.stress import StressProfile as StressProfile
@@ -58,6 +53,10 @@ from flexura.analysis.strain.stress import member_stresses as member_stresses
 from flexura.analysis.strain.stress import ratios_to_yield as ratios_to_yield
 from flexura.analysis.strain.stress import stress_rows as stress_rows
 from flexura.analysis.strain.stress import worst_stresses as worst_stresses
+from flexura.analysis.strain.tangent import Drift as Drift
+from flexura.analysis.strain.tangent import ScrewAxis as ScrewAxis
+from flexura.analysis.strain.tangent import drift as drift
+from flexura.analysis.strain.tangent import screw_axis as screw_axis
 from flexura.analysis.strain.tangent import tangent_stiffness as tangent_stiffness
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
 from flexura.analysis.strokes.sloped_states import DisplacedState as DisplacedState
@@ -66,3 +65,4 @@ from flexura.analysis.strokes.sloped_states import LinearState as LinearState
 from flexura.analysis.strokes.sloped_states import displaced_state as displaced_state
 from flexura.analysis.strokes.stroke import Stroke as Stroke
 from flexura.analysis.strokes.stroke import stroke as stroke
+from flexura.errors import Diagnostic as Diagnostic

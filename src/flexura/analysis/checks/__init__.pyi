@@ -1,5 +1,4 @@
 from flexura.analysis.checks.check import CheckReport as CheckReport
-from flexura.analysis.checks.check import Doubt as Doubt
 from flexura.analysis.checks.check import check as check
+from flexura.analysis.checks.check import corrected as corrected
 from flexura.analysis.checks.clashes import Clash as Clash
-from flexura.analysis.checks.doubts import corrected as corrected

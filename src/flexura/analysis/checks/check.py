@@ -2,27 +2,31 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from flexura.analysis.checks.angle_doubts import angle_doubts
-from flexura.analysis.checks.clashes import Clash, clash_doubts, clashes, ends_in_the_air
-from flexura.analysis.checks.doubts import Doubt, as_one, assumed, corrected, member_doubts, outside_doubts
-from flexura.analysis.checks.free_motions import free_motions
-from flexura.analysis.checks.material_doubts import material_doubts
-from flexura.analysis.checks.references import reference_doubts
-from flexura.analysis.checks.sizes import size_doubts
-from flexura.analysis.model_error import model_errors_of_modes
+from flexura.analysis.checks.clashes import Clash, clashes, nodes_in_the_air
+from flexura.analysis.checks.model_warnings import (
+    assumed,
+    coarse_meshes,
+    free_motions,
+    nodes_outside,
+    overlapping_nodes,
+    slender_members,
+    turned_references,
+)
+from flexura.analysis.checks.slips import angle_warnings, material_warnings, size_warnings
+from flexura.analysis.model_error import place_of
 from flexura.analysis.natural_modes import MassProperties, mass_evidence, rigid_mass_of
-from flexura.analysis.strain import PartMesh, frequency_errors, mesh_warning, part_meshes
+from flexura.analysis.strain import PartMesh, part_meshes
 from flexura.arguments import verb
 from flexura.deadline import stage
-from flexura.errors import SolverError
-from flexura.linalg import lowest
-from flexura.mechanism import DOF_NAMES, Mechanism
+from flexura.errors import Diagnostic
+from flexura.mechanism import CORRECTIONS, DOF_NAMES, Mechanism
 from flexura.reduction import low_order
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, assemble, full_order, plan_of, solids_of
@@ -44,9 +48,6 @@ class SubstructureSummary:
     mass: float
 
 
-MODES = 6
-"""Lowest modes beyond rigid motions, one of which what is taken for granted must move to be a doubt."""
-
 MOST_NAMED = 4
 """Of each kind, in a notebook."""
 
@@ -56,7 +57,7 @@ class CheckReport(Result):
     """The model summary: orders of both models, substructures, masses, what is held, which members are corrected
     beyond beam theory, actuators, sensors, damping, loads, what is proven about free motions, and all warnings."""
 
-    _shown = ("name", "full_order", "low_order", "doubts", "clashes")
+    _shown = ("name", "full_order", "low_order", "warnings", "clashes")
 
     name: str
     full_order: int
@@ -89,26 +90,32 @@ class CheckReport(Result):
     lowest_hz: tuple[float, float] | None
     """An interval that is proven to hold the lowest frequency that is not one of a rigid motion; None where there is
     none, or none is proven."""
-    doubts: tuple[Doubt, ...]
-    """What may not be meant, and assumptions that move one of the six lowest frequencies by 1 % or
-    more, worst first."""
-    minor: tuple[Doubt, ...]
-    """Assumptions that move them by less."""
+    minor: tuple[Diagnostic, ...]
+    """Assumptions that move the six lowest frequencies by less than 1 %."""
     studies: dict[str, str]
     """Studies of many designs by name, in words."""
     clashes: tuple[Clash, ...] = ()
     """Parts that share space, touch, or end in the air, with volumes, gaps and places; each is a warning as well."""
+    warnings: tuple[Diagnostic, ...] = ()
+    """What may not be meant, and assumptions that move one of the six lowest frequencies by 1 % or more, worst first.
+    """
 
     @property
-    def warnings(self) -> tuple[Doubt, ...]:
-        """Estimates, and what may not be meant, the worst first; the same as `doubts`."""
-        return self.doubts
+    def doubts(self) -> tuple[Diagnostic, ...]:
+        """The older name of `warnings`."""
+        text = "CheckReport.doubts is called warnings and goes with the next release"
+        warnings.warn(text, DeprecationWarning, stacklevel=2)
+        return self.warnings
+
+    def _data(self) -> dict[str, Any]:
+        older = [{"kind": w.kind, "place": w.place, "text": w.text, "places": w.places} for w in self.warnings]
+        return {**super()._data(), "doubts": older}
 
     def _warned(self) -> list[str]:
-        return [str(doubt) for doubt in self.doubts]
+        return [str(warning) for warning in self.warnings]
 
     def _title(self) -> str:
-        return counted(len(self.doubts), "warning")
+        return counted(len(self.warnings), "warning")
 
     def _view(self) -> Iterator[Facts | Table]:
         centre = ", ".join(number(1e3 * round(c, 9)) for c in self.mass.centre)
@@ -118,7 +125,7 @@ class CheckReport(Result):
                 "full order": self.full_order,
                 "low order": self.low_order,
                 "held": _first(f"{n} ({' '.join(dofs)})" if len(dofs) < 6 else n for n, dofs in self.held.items()),
-                "rigid bodies": _first(f"{name} {quantity(own, 'kg')}" for name, own in self.rigid_bodies.items()),
+                "rigid bodies": _first(f"{name} {quantity(mass, 'kg')}" for name, mass in self.rigid_bodies.items()),
                 "rigid-body modes": self.rigid_body_modes or None,
                 "lowest frequency": self.lowest_text,
                 "corrected": _first(self.corrections),
@@ -144,14 +151,13 @@ class CheckReport(Result):
 
     def substructure_columns(self) -> dict[str, Any]:
         """A row for each kind of substructure: how many copies, and what is in each."""
-        own = self.substructures
-        counts = {name: [getattr(s, name) for s in own] for name in ("copies", "members", "elements", "nodes")}
+        rows = self.substructures
         return {
-            "substructure": [s.name for s in own],
-            **counts,
-            "interior DOFs": [s.interior_dofs for s in own],
-            "mass each [kg]": [s.mass for s in own],
-            "interface": [_first(s.interface) for s in own],
+            "substructure": [s.name for s in rows],
+            **{name: [getattr(s, name) for s in rows] for name in ("copies", "members", "elements", "nodes")},
+            "interior DOFs": [s.interior_dofs for s in rows],
+            "mass each [kg]": [s.mass for s in rows],
+            "interface": [_first(s.interface) for s in rows],
         }
 
 
@@ -164,72 +170,84 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
     plan = plan_of(model, parameters).at_rest()
     stage("assembling the full order")
     full = assemble(plan, parameters)
-    assembler = low_order(plan)
-    bodies = {
-        ".".join((*path, key)): float(body.mass_and_inertia(full.values)[0])
-        for name, part in plan.parts.items()
-        for key, (_, body) in part.bodies.items()
-        for path in plan.topology.copies[name].paths
-    }
     used = plan.scoped_values(parameters)
-    given, own = parameters or {}, plan.mechanism.parameters
+    given, declared = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)
     stage("proving what moves freely")
-    free, dead = free_motions(full), plan.loads
+    free = free_motions(full)
     stage("working out how far the part may be")
-    worth, minor = _assumed(full, free.rigid_body_modes or 0)
+    assumptions, minor = assumed(full, free.rigid_body_modes or 0)
     stage("looking at shapes and sizes")
-    bars, solid_bodies = solids_of(full)
-    found, unseen = clashes(full, bars, solid_bodies)
-    drawn = (*size_doubts(full), *reference_doubts(full, bars), *clash_doubts(found, unseen))
-    x, y, z = map(float, dead.gravity(full.values))
+    bars, bodies = solids_of(full)
+    found, unseen = clashes(full, bars, bodies)
+    x, y, z = map(float, plan.loads.gravity(full.values))
     return CheckReport(
         name=plan.mechanism.name,
         full_order=full.order,
-        low_order=len(assembler.physical),
+        low_order=len(low_order(plan).physical),
         mass=mass_evidence(full)["model_mass"],
         substructures=tuple(_summary(full, name) for name in plan.parts if plan.parts[name].has_matrices),
         held=_held(full),
-        rigid_bodies=bodies,
-        parameters={k: float(used[k]) for k in own if k in given or isinstance(own[k].value, float)},
+        rigid_bodies={
+            ".".join((*path, key)): float(body.mass_and_inertia(full.values)[0])
+            for name, part in plan.parts.items()
+            for key, (_, body) in part.bodies.items()
+            for path in plan.topology.copies[name].paths
+        },
+        parameters={k: float(used[k]) for k in declared if k in given or isinstance(declared[k].value, float)},
         corrections=corrections,
         ends=ends,
         solid_parts=part_meshes(full),
         **_channels(full),
-        loads={node: tuple(map(float, wrench)) for node, wrench in dead.wrenches(full.values).items()},
+        loads={node: tuple(map(float, wrench)) for node, wrench in plan.loads.wrenches(full.values).items()},
         gravity=(x, y, z),
         is_preloaded=plan.is_loaded,
         rigid_body_modes=free.rigid_body_modes,
         lowest_hz=free.lowest_hz,
-        doubts=as_one(
-            (
-                *worth,
-                *material_doubts(plan.layout, used),
-                *angle_doubts(plan.mechanism, used),
-                *free.doubts,
-                *member_doubts(full),
-                *outside_doubts(full, used, ends_in_the_air(found, bars)),
-                *_overlapping(full),
-                *_coarse_meshes(full),
-                *drawn,
-            )
-        ),
         minor=tuple(minor),
         studies={key: study.words for key, study in plan.mechanism.studies.items()},
         clashes=tuple(found),
+        warnings=_alike_once(
+            (
+                *assumptions,
+                *material_warnings(plan.layout, used),
+                *angle_warnings(plan.mechanism, used),
+                *free.warnings,
+                *slender_members(full),
+                *nodes_outside(full, used, nodes_in_the_air(found, bars)),
+                *overlapping_nodes(full),
+                *coarse_meshes(full),
+                *size_warnings(full),
+                *turned_references(full, bars),
+                *(Diagnostic.about(clash.kind, clash.text, clash.first) for clash in found),
+                *([Diagnostic.about("unseen", unseen, "solids")] if unseen else []),
+            )
+        ),
     )
 
 
-def _assumed(full: FullOrderModel, rigid: int) -> tuple[list[Doubt], list[Doubt]]:
-    """What is taken for granted, by whether it moves one of the six lowest frequencies beyond those of `rigid` motions
-    by 1 % or not."""
-    if not full.order:
-        return [], []
-    try:
-        errors, hz = model_errors_of_modes(full, min(rigid + MODES, full.order))
-    except SolverError as error:
-        return [Doubt("proof", "mechanism", f"how far the part may be from the model is not known: {error}")], []
-    return assumed(errors, hz)
+def _alike_once(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Warnings that say the same of several places as one."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for warning in warnings:
+        places.setdefault((warning.kind, warning.text), []).extend(warning.places)
+    return tuple(Diagnostic.about(kind, text, *where) for (kind, text), where in places.items())
+
+
+def corrected(full: FullOrderModel) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, str]]]:
+    """Corrections of every member that has any, and how its ends are held, by `SUBSTRUCTURE.MEMBER`."""
+    applied: dict[str, tuple[str, ...]] = {}
+    ends: dict[str, tuple[str, str]] = {}
+    for name, part in full.plan.parts.items():
+        corrections = part.table.corrections
+        for key, active, clamped in zip(part.members, corrections.active, corrections.clamped, strict=True):
+            if active.any():
+                place = place_of(name, key)
+                applied[place] = tuple(c for c, is_active in zip(CORRECTIONS, active, strict=True) if is_active)
+                percents = (round(100 * float(share)) for share in clamped)
+                first, second = ({0: "free", 100: "clamped"}.get(k, f"{k} % clamped") for k in percents)
+                ends[place] = (first, second)
+    return applied, ends
 
 
 def _summary(full: FullOrderModel, name: str) -> SubstructureSummary:
@@ -284,46 +302,8 @@ def _held(full: FullOrderModel) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _coarse_meshes(full: FullOrderModel) -> list[Doubt]:
-    """Meshes of solid parts that leave one of the lowest frequencies uncertain."""
-    if not full.order or not part_meshes(full):
-        return []
-    pairs = lowest(full.K, full.M, min(6, full.order))
-    finite = np.flatnonzero(np.isfinite(pairs.values) & (pairs.values > 0))
-    hz, u = np.sqrt(pairs.values[finite]) / (2 * np.pi), full.node_displacements(pairs.vectors[:, finite])
-    errors = frequency_errors(full, u, hz)
-    doubts: dict[str, Doubt] = {}
-    for f, error, part in zip(hz, errors.share / 2, errors.part, strict=True) if errors else ():
-        warning = mesh_warning("", f"a mode at {in_hz(f, 4)}", error, part)
-        if warning is not None:
-            doubts.setdefault(part, Doubt("mesh", part, warning.text))
-    return list(doubts.values())
-
-
-def _overlapping(full: FullOrderModel) -> list[Doubt]:
-    """Named nodes of different rigid clusters at one place: perhaps a joint was forgotten."""
-    topology = full.plan.topology
-    named = np.concatenate(
-        [
-            (np.array(placed.offset, dtype=np.intp)[:, None] + np.arange(placed.part.n_named)).ravel()
-            for placed in topology.copies.values()
-        ]
-    )
-    x = full.geometry.positions[named]
-    size = float(np.ptp(full.geometry.positions, axis=0).max()) or 1.0
-    cell = np.round(x / (1e-6 * size)).astype(np.int64)
-    order = np.lexsort(cell.T)
-    same = (cell[order][1:] == cell[order][:-1]).all(axis=1)
-    names, doubts = topology.node_names, []
-    for a, b in zip(named[order][:-1][same], named[order][1:][same], strict=True):
-        if topology.root[a] != topology.root[b]:
-            text = f"at the same place as {names[b]}, but not joined to it"
-            doubts.append(Doubt("overlap", names[a], text))
-    return doubts
-
-
 def _first(names: Iterable[str]) -> str:
     """The first few of some names, and how many more there are."""
-    own = list(names)
-    more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
-    return ", ".join(own[:MOST_NAMED]) + more
+    listed = list(names)
+    more = f" and {len(listed) - MOST_NAMED} more" if len(listed) > MOST_NAMED else ""
+    return ", ".join(listed[:MOST_NAMED]) + more

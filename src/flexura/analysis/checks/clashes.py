@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.checks.doubts import Doubt
 from flexura.arrays import Array, Index
 from flexura.convex import crossed, overlapping_bounds, separations, shared
 from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
@@ -25,6 +25,9 @@ TWICE = 0.01
 
 REACH = 1.2
 """Members that meet at an angle may overlap so many times as far along their axes as their outlines ask for."""
+
+LEAST_TRIM = 0.005
+"""Share of a member's length, at least, that is left out where it is joined."""
 
 PARALLEL = 0.17
 """Sine of the angle between two members below which they lie side by side: less of each is left out where they meet."""
@@ -57,34 +60,18 @@ class Clash:
         return {self.first, self.second, *(name for pair in self.copies for name in pair)}
 
 
-@dataclass
-class _Tests:
-    """What is to be told apart: two parts, members by number and bodies behind these, and of members the fractions
-    (t, 2) of their length; whether parts that just touch are in doubt, and whether one carries the other."""
+class _Tests(NamedTuple):
+    """What is to be told apart of a kind: pairs (t, 2) of parts, members by number and bodies behind these, and of
+    members the fractions (t, 2, 2) of their length, or their axes alone."""
 
-    first: list[Index] = field(default_factory=list)
-    second: list[Index] = field(default_factory=list)
-    spans: list[Array] = field(default_factory=list)
-    axis_only: list[NDArray[np.bool_]] = field(default_factory=list)
-    kinds: list[NDArray[np.int8]] = field(default_factory=list)
-
-    def add(self, pairs: Index, spans: Array, kind: int, axis_only: bool = False) -> None:
-        """Add pairs (p, 2) with spans (p, 2, 2)."""
-        self.first.append(pairs[:, 0])
-        self.second.append(pairs[:, 1])
-        self.spans.append(spans)
-        self.axis_only.append(np.full(len(pairs), axis_only))
-        self.kinds.append(np.full(len(pairs), kind, dtype=np.int8))
+    pairs: Index
+    spans: Array
+    kind: int
+    axis_only: bool = False
 
 
 _APART, _MEETING, _CARRIED, _RIGID = range(4)
 """Parts that nothing joins; members that meet; a member and the body on which it ends; bodies of one cluster."""
-
-
-def clash_doubts(found: list[Clash], said: str) -> list[Doubt]:
-    """What `clashes` found, as doubts."""
-    unseen = [Doubt("unseen", "solids", said)] if said else []
-    return [*(Doubt(clash.kind, clash.first, clash.text) for clash in found), *unseen]
 
 
 def clashes(model: FullOrderModel, bars: Bars, bodies: Bodies) -> tuple[list[Clash], str]:
@@ -106,43 +93,42 @@ def clashes(model: FullOrderModel, bars: Bars, bodies: Bodies) -> tuple[list[Cla
     low, high = hulls.min(axis=1), hulls.max(axis=1)
     margin = 1e-6 * np.minimum(high - low, 1.0).max(axis=1, keepdims=True)
     pairs = overlapping_bounds(low - margin, high + margin, MOST_PAIRS)
-    found = _gaps(model, bars, bodies)
+    gaps = _gaps(model, bars, bodies)
     if pairs is None or len(pairs) > MOST_NEAR:
-        return _alike(found), "so many parts lie side by side that overlaps were not looked for"
-    tests = _tests(bars, bodies, pairs)
-    met, left = _Looker(bars, bodies, hulls, tests).clashes()
-    said = f"{left} more pairs of parts, whose bounds overlap, were not looked at" if left else ""
-    return _alike([*met, *found]), said
+        return _alike(gaps), "so many parts lie side by side that overlaps were not looked for"
+    overlaps, left = _Looker(bars, bodies, hulls, [*_tests(bars, bodies, pairs)]).clashes()
+    unseen = f"{left} more pairs of parts, whose bounds overlap, were not looked at" if left else ""
+    return _alike([*overlaps, *gaps]), unseen
 
 
-def _tests(bars: Bars, bodies: Bodies, pairs: Index) -> _Tests:
+def _tests(bars: Bars, bodies: Bodies, pairs: Index) -> Iterator[_Tests]:
     """The tests that pairs of parts (p, 2), members first, call for."""
-    n, tests = len(bars.names), _Tests()
-    whole = np.array([[0.0, 1.0], [0.0, 1.0]])
+
+    def whole(pairs: Index) -> Array:
+        return np.broadcast_to([0.0, 1.0], (len(pairs), 2, 2))
+
+    n = len(bars.names)
     is_body = pairs >= n
-    both = pairs[~is_body.any(axis=1)]
-    joined = bars.clusters[both[:, 0], :, None] == bars.clusters[both[:, 1], None, :]
-    apart = ~joined.any(axis=(1, 2))
-    tests.add(both[apart], np.broadcast_to(whole, (int(apart.sum()), 2, 2)), _APART)
-    if not apart.all():
-        meeting = both[~apart]
-        tests.add(meeting, _spans(bars, meeting, joined[~apart]), _MEETING)
+    members = pairs[~is_body.any(axis=1)]
+    joined = bars.clusters[members[:, 0], :, None] == bars.clusters[members[:, 1], None, :]
+    meets = joined.any(axis=(1, 2))
+    yield _Tests(members[~meets], whole(members[~meets]), _APART)
+    yield _Tests(members[meets], _spans(bars, members[meets], joined[meets]), _MEETING)
     mixed = pairs[is_body.sum(axis=1) == 1]
     ends = bars.clusters[mixed[:, 0]] == bodies.clusters[mixed[:, 1] - n, None]
     carried = ends.any(axis=1)
-    tests.add(mixed[~carried], np.broadcast_to(whole, (int((~carried).sum()), 2, 2)), _APART)
-    own = mixed[carried]
-    depth = 2 * bars.end_half[own[:, 0]].min(axis=1)
-    for extra, axis_only in ((0.0, True), (bars.end_half[own[:, 0]].max(axis=1), False)):
-        trim = np.where(ends[carried], depth + extra, 0.0) / bars.length[own[:, 0], None]
-        spans = np.broadcast_to(whole, (len(own), 2, 2)).copy()
-        spans[:, 0] = _trimmed(np.maximum(trim, np.where(ends[carried], 0.005, 0.0)))
-        tests.add(own, spans, _CARRIED, axis_only)
+    yield _Tests(mixed[~carried], whole(mixed[~carried]), _APART)
+    resting, is_joined = mixed[carried], ends[carried]
+    half = bars.end_half[resting[:, 0]]
+    for depth, axis_only in ((2 * half.min(axis=1), True), (2 * half.min(axis=1) + half.max(axis=1), False)):
+        trim = np.maximum(depth / bars.length[resting[:, 0], None], LEAST_TRIM)
+        spans = whole(resting).copy()
+        spans[:, 0] = _trimmed(np.where(is_joined, trim, 0.0))
+        yield _Tests(resting, spans, _CARRIED, axis_only)
     rigid = pairs[is_body.all(axis=1)]
     one = bodies.clusters[rigid[:, 0] - n] == bodies.clusters[rigid[:, 1] - n]
-    for chosen, kind in ((rigid[~one], _APART), (rigid[one], _RIGID)):
-        tests.add(chosen, np.broadcast_to(whole, (len(chosen), 2, 2)), kind)
-    return tests
+    yield _Tests(rigid[~one], whole(rigid[~one]), _APART)
+    yield _Tests(rigid[one], whole(rigid[one]), _RIGID)
 
 
 def _trimmed(trim: Array, most: Array | float = 0.5) -> Array:
@@ -165,11 +151,11 @@ def _spans(bars: Bars, pairs: Index, joined: NDArray[np.bool_]) -> Array:
             half = np.stack([bars.end_half[pairs[:, 0], :, one], bars.end_half[pairs[:, 1], :, other]], axis=1)
             apart = np.linalg.norm(ends[pairs[:, 0], one] - ends[pairs[:, 1], other], axis=1)
             depth = 2 * half.min(axis=(1, 2))
-            own = _in_plane(axes, normal, half)
-            wanted = (own[:, ::-1] + own * cosine[:, None]) / np.maximum(sine, 1e-6)[:, None]
-            near = apart <= own.sum(axis=1)
-            reach = np.where(near[:, None], REACH * wanted, 0.0) + depth[:, None]
-            share = np.where(at[:, None], np.maximum(reach / bars.length[pairs], 0.005), 0.0)
+            outline = _in_plane(axes, normal, half)
+            wanted = (outline[:, ::-1] + outline * cosine[:, None]) / np.maximum(sine, 1e-6)[:, None]
+            near = apart <= outline.sum(axis=1)
+            overlap = np.where(near[:, None], REACH * wanted, 0.0) + depth[:, None]
+            share = np.where(at[:, None], np.maximum(overlap / bars.length[pairs], LEAST_TRIM), 0.0)
             trims[:, 0, one] = np.maximum(trims[:, 0, one], share[:, 0])
             trims[:, 1, other] = np.maximum(trims[:, 1, other], share[:, 1])
     most = np.where(sine > PARALLEL, 0.75, 0.45)
@@ -187,11 +173,13 @@ def _in_plane(axes: Array, normal: Array, half: Array) -> Array:
 class _Looker:
     """Looks at pairs of parts, first at the boxes around them and then at their convex pieces."""
 
-    def __init__(self, bars: Bars, bodies: Bodies, hulls: Array, tests: _Tests) -> None:
+    def __init__(self, bars: Bars, bodies: Bodies, hulls: Array, tests: Sequence[_Tests]) -> None:
         self._bars, self._bodies, self._hulls, self._n = bars, bodies, hulls, len(bars.names)
-        self._pairs = np.stack([np.concatenate(tests.first), np.concatenate(tests.second)], axis=-1)
-        self._spans, self._kinds = np.concatenate(tests.spans), np.concatenate(tests.kinds)
-        self._axis_only = np.concatenate(tests.axis_only)
+        self._pairs = np.concatenate([own.pairs for own in tests])
+        self._spans = np.concatenate([own.spans for own in tests])
+        counts = [len(own.pairs) for own in tests]
+        self._kinds = np.repeat([own.kind for own in tests], counts)
+        self._axis_only = np.repeat([own.axis_only for own in tests], counts)
         self._looked = 0
         self._size = np.concatenate([2 * bars.half.min(axis=1), 2 * bodies.half.min(axis=1)])
         self._names, self._labels = [*bars.names, *bodies.names], [*bars.labels, *bodies.labels]
@@ -224,9 +212,9 @@ class _Looker:
         part, bars = self._pairs[tests, which], self._bars
         corners = self._hulls[part]
         member = part < self._n
-        own = part[member]
-        half = np.where(self._axis_only[tests[member], None], 1e-3 * bars.half[own], bars.half[own])
-        corners[member] = bars.boxes(own, self._spans[tests[member], which], half)
+        bar = part[member]
+        half = np.where(self._axis_only[tests[member], None], 1e-3 * bars.half[bar], bars.half[bar])
+        corners[member] = bars.boxes(bar, self._spans[tests[member], which], half)
         return corners
 
     def _pieces(self, t: int, which: int) -> Array:
@@ -274,13 +262,14 @@ class _Looker:
     def _deep(self, blank: Clash, i: int, body: int) -> Clash | None:
         """A member that runs inside the body on which it ends."""
         first, second = self._bars.pieces(i), self._bodies.pieces(body)
-        a, b = np.nonzero(separations_of_all(first, second) < 0)
+        pairs = np.indices((len(first), len(second))).reshape(2, -1)
+        a, b = pairs[:, separations(first[pairs[0]], second[pairs[1]]) < 0]
         scale = self._scale(i) * self._scale(body + self._n)
         volume = scale * float(shared(first[a], second[b])[0].sum())
         start, end = self._bars.end(0)[i], self._bars.end(1)[i]
-        way = crossed(second, start, end)
-        way = way[way[:, 1] > way[:, 0]]
-        run = float(way[:, 1].max() - way[:, 0].min()) * self._bars.length[i] if len(way) else 0.0
+        spans = crossed(second, start, end)
+        spans = spans[spans[:, 1] > spans[:, 0]]
+        run = float(spans[:, 1].max() - spans[:, 0].min()) * self._bars.length[i] if len(spans) else 0.0
         along = f"runs {_length(run)} inside" if run > 2 * self._bars.end_half[i].min() else "lies in"
         text = (
             f"{along} {blank.second}, on which it ends, and shares {_volume(volume)} with it: what is inside a rigid"
@@ -289,43 +278,38 @@ class _Looker:
         return replace(blank, kind="deep", volume=volume, text=text)
 
 
-def separations_of_all(first: Array, second: Array) -> Array:
-    """Separations (p, q), m, of all pieces (p, 8, 3) from all pieces (q, 8, 3)."""
-    a, b = np.repeat(first, len(second), axis=0), np.tile(second, (len(first), 1, 1))
-    return separations(a, b).reshape(len(first), len(second))
-
-
 def _gaps(model: FullOrderModel, bars: Bars, bodies: Bodies) -> list[Clash]:
     """Members that end on a rigid cluster, and reach no solid of it."""
     root, names = model.plan.topology.root, model.plan.topology.node_names
     of_body: dict[int, list[int]] = {}
     for k, node in enumerate(bodies.nodes):
         of_body.setdefault(int(root[node]), []).append(k)
-    found: list[Clash] = []
+    gaps: list[Clash] = []
     for end in (0, 1):
         tips, half = bars.end(end), bars.end_half[:, :, end]
         for i, node in enumerate(bars.nodes[:, end]):
-            own = of_body.get(int(root[node]), [])
-            if not own or int(root[node]) in bodies.unknown:
+            carriers = of_body.get(int(root[node]), [])
+            if not carriers or int(root[node]) in bodies.unknown:
                 continue
-            ways = np.concatenate([bodies.nearest(k, tips[i : i + 1]) for k in own])
-            far = np.linalg.norm(ways, axis=1)
-            k = int(np.argmin(far))
-            gap = far[k] - (np.abs(bars.axes[i, 1:] @ ways[k]) @ half[i] / far[k] if far[k] > 0 else 0.0)
+            to_solids = np.concatenate([bodies.nearest(k, tips[i : i + 1]) for k in carriers])
+            nearest = int(np.argmin(np.linalg.norm(to_solids, axis=1)))
+            to_solid = to_solids[nearest]
+            distance = float(np.linalg.norm(to_solid))
+            gap = distance - (np.abs(bars.axes[i, 1:] @ to_solid) @ half[i] / distance if distance > 0 else 0.0)
             if gap <= max(0.1 * 2 * half[i].min(), 1e-3 * bars.length[i]):
                 continue
-            x, y, z = map(float, tips[i] + ways[k] / 2)
-            body, member = bodies.names[own[k]], bars.names[i]
+            x, y, z = map(float, tips[i] + to_solid / 2)
+            body, member = bodies.names[carriers[nearest]], bars.names[i]
             text = (
-                f"carried node {names[node]} is {_length(far[k])} from its solid: {member} ends in the air, and what"
+                f"carried node {names[node]} is {_length(distance)} from its solid: {member} ends in the air, and what"
                 " leads there is taken as rigid and without mass; draw it as a body of its own that is carried too, or"
                 " move the node"
             )
-            found.append(Clash("gap", body, member, 0.0, float(far[k]), (x, y, z), text))
-    return found
+            gaps.append(Clash("gap", body, member, 0.0, distance, (x, y, z), text))
+    return gaps
 
 
-def ends_in_the_air(found: Iterable[Clash], bars: Bars) -> set[int]:
+def nodes_in_the_air(found: Iterable[Clash], bars: Bars) -> set[int]:
     """The nodes of the members that end outside the solids of their bodies, copies too."""
     members = {name for c in found if c.kind == "gap" for _, name in ((c.first, c.second), *c.copies)}
     return {int(n) for name, nodes in zip(bars.names, bars.nodes, strict=True) if name in members for n in nodes}

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.analysis.model_error.elastic_bodies import Wrenches, loaded_solids, place_of
-from flexura.analysis.model_error.measured_members import MemberErrors, ratios_of, stiffness_errors
-from flexura.analysis.model_error.measured_roots import root_shares, unlike
+from flexura.analysis.model_error.measured import ratios_of, root_shares, stiffness_errors, unlike
 from flexura.arrays import Array
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
 from flexura.errors import SolverError
@@ -64,9 +63,8 @@ FEW = 1e-4
 EVERYTHING = 1e30
 """Flexibility, J, of what is not known at all: beside it nothing else counts."""
 
-DIRECTIONS = ("stretch", "twist", "thickness bending", "thickness bending", "width bending", "width bending")
-"""What is deformed in each of `ERRORS`."""
-
+DEFORMATIONS = ("stretch", "twist", "thickness bending", "thickness bending", "width bending", "width bending")
+"""What is deformed in each of `ERRORS`, bending first by moments and then between parallel ends."""
 
 WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
 
@@ -100,9 +98,9 @@ class Assumption:
 
 
 class _Beam(NamedTuple):
-    """A member: prototype, its elements there, what it is called and of what kind it is, the shares in each of
-    DIRECTIONS, of bending first by moments and then between parallel ends, those by the number of elements, and that
-    of uneven twist, None where there are none, and why there are none in DIRECTIONS."""
+    """A member: prototype, its elements there, what it is called and of what kind it is, the shares of its flexibility
+    in each of DEFORMATIONS, None where there are none for a `reason`, those by the number of elements, and that of
+    uneven twist, None where it does not count."""
 
     name: str
     elements: slice
@@ -110,8 +108,8 @@ class _Beam(NamedTuple):
     kind: str
     taken_as: str
     shares: Sequence[Interval | None]
-    few: Sequence[float]
-    uneven: Interval | None
+    few_elements: Sequence[float]
+    uneven_twist: Interval | None
     reason: str
 
 
@@ -134,58 +132,57 @@ class Assumptions:
     def __init__(self, full: FullOrderModel) -> None:
         self._full = full
         self._values = full.plan.scoped_values(full.parameters)
-        self._beams = [own for name in full.matrices for own in _beams(full, name, self._values)]
+        self._beams = [beam for name in full.matrices for beam in _beams(full, name, self._values)]
         self._roots = list(_roots(full))
 
     def of(self, wrenches: Wrenches) -> list[Assumption]:
         """All of them, with their flexibility in the forces of k motions."""
-        moved = {name: self._full.matrices[name].elements.member_C @ end for name, (_, end) in wrenches.items()}
-        found = [own for beam in self._beams for own in self._of_beam(beam, wrenches[beam.name], moved[beam.name])]
-        for own in self._roots:
-            force = wrenches[own.name][own.end][:, own.element]
-            for flexibility, share in own.parts:
+        assumptions = [one for beam in self._beams for one in self._of_beam(beam, wrenches[beam.name])]
+        for root in self._roots:
+            force = wrenches[root.name][root.end][:, root.element]
+            for flexibility, share in root.parts:
                 E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
-                found.append(Assumption("root", own.place, own.text, own.group, E, share))
+                assumptions.append(Assumption("root", root.place, root.text, root.group, E, share))
         for body in loaded_solids(self._full, wrenches, self._values):
             kind = "ground" if body.solid.held else "body"
             least, most = BODY if body.is_sure else GROUND
             members = [self._full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
             if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in members):
                 most = AT_NOTCH
+            about = kind, body.kind, body.text, kind
             try:
-                found.append(Assumption(kind, body.kind, body.text, kind, body.flexibility(), (least, most)))
+                assumptions.append(Assumption(*about, body.flexibility(), (least, most)))
             except SolverError as error:
-                all_of_it = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
-                found.append(Assumption(kind, body.kind, body.text, kind, all_of_it, None, str(error)))
-        return found
+                unknown = EVERYTHING * np.eye(body.ends[0].wrench.shape[-1])
+                assumptions.append(Assumption(*about, unknown, None, str(error)))
+        return assumptions
 
-    def _of_beam(self, beam: _Beam, forces: tuple[Array, Array], moved: Array) -> Iterator[Assumption]:
-        """A member in every direction; forces (i, e, 6, k) at both ends of the elements, and what they move there."""
-        own, force = beam.elements, forces[1][:, beam.elements]
-        C = self._full.matrices[beam.name].elements.member_C[own]
-        E = np.einsum("iecj,ieck->cjk", force, moved[:, own])
+    def _of_beam(self, beam: _Beam, forces: tuple[Array, Array]) -> Iterator[Assumption]:
+        """A member in every direction, from forces (i, e, 6, k) at both ends of the elements of its prototype."""
+        C = self._full.matrices[beam.name].elements.member_C[beam.elements]
+        start, force = (of_end[:, beam.elements] for of_end in forces)
+        E = np.einsum("iecj,ieck->cjk", force, C @ force)
         parts = [E[0], E[3]]
         for along, about in ((2, 4), (1, 5)):
             bend = C[:, about, about]
-            mean = np.einsum("e,iej->ij", bend / bend.sum(), (forces[0][:, own, about] + forces[1][:, own, about]) / 2)
-            moment = bend.sum() * mean.T @ mean
-            parts += [moment, E[along] + E[about] - moment]
-        if max(map(abs, beam.few)) > FEW:
-            E = np.tensordot(np.array(beam.few), [(part + part.T) / 2 for part in parts], axes=1)
+            mean = np.einsum("e,iej->ij", bend / bend.sum(), (start[:, :, about] + force[:, :, about]) / 2)
+            by_moments = bend.sum() * mean.T @ mean
+            parts += [by_moments, E[along] + E[about] - by_moments]
+        if max(map(abs, beam.few_elements)) > FEW:
+            E = np.tensordot(np.array(beam.few_elements), [(part + part.T) / 2 for part in parts], axes=1)
             text = f"{beam.kind} in {len(C)} elements, where more are needed"
             yield Assumption("elements", beam.place, text, text, E, (1.0, 1.0))
-        named: list[tuple[str, Array, Interval | None]] = [*zip(DIRECTIONS, parts, beam.shares, strict=True)]
-        if beam.uneven is not None:
+        deformations, shares = [*DEFORMATIONS], [*beam.shares]
+        if beam.uneven_twist is not None:
             twist, torque = C[:, 3, 3], force[:, :, 3]
             uneven = torque - np.einsum("e,iej->ij", twist / twist.sum(), torque)[:, None]
             E = np.einsum("e,iej,iek->jk", twist, uneven, uneven)
-            named[1] = (named[1][0], parts[1] - E, named[1][2])
-            named.append(("uneven twist", E, beam.uneven))
-        for direction, flexibility, share in named:
-            text = f"{direction} of a {beam.kind}, taken as a {beam.taken_as}"
-            E = (flexibility + flexibility.T) / 2
+            parts[1] = parts[1] - E
+            parts, deformations, shares = [*parts, E], [*deformations, "uneven twist"], [*shares, beam.uneven_twist]
+        for deformation, part, share in zip(deformations, parts, shares, strict=True):
+            text, group = f"{deformation} of a {beam.kind}, taken as a {beam.taken_as}", f"{beam.kind} {deformation}"
             reason = "" if share else beam.reason
-            yield Assumption("beam", beam.place, text, f"{beam.kind} {direction}", E, share, reason)
+            yield Assumption("beam", beam.place, text, group, (part + part.T) / 2, share, reason)
 
 
 def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterator[_Beam]:
@@ -194,27 +191,44 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
     if not part.members:
         return
     _, _, nu, G = part.table.moduli(full.values)
-    b, t = (own[:, 0].tolist() for own in part.table.end_sizes(full.values, lengths))
+    b, t = (size[:, 0].tolist() for size in part.table.end_sizes(full.values, lengths))
+    active = part.table.corrections.active
     beyond = full.plan.roots.beyond[full.plan.roots.first[name] :]
-    for m, (key, member) in enumerate(part.members.items()):
+    for m, (key, described) in enumerate(part.members.items()):
         own, length = slice(part.first[m], part.first[m + 1]), float(lengths[m])
-        errors, kind, taken_as = _errors(full, name, m, evaluated(member, values), length, float(nu[m]))
-        pairs = zip((errors.least - errors.elements).tolist(), (errors.most - errors.elements).tolist(), strict=True)
+        member = _with_section(full, evaluated(described, values))
+        is_corrected = bool(active[m, :-1].any())
+        errors = stiffness_errors(member, length, is_corrected, shears=bool(part.table.shear[m]), nu=float(nu[m]))
+        kind, _ = ratios_of(member.section if isinstance(member, Link) else member.profile, length)
         uneven = None
-        if part.table.corrections.active[m, WARPING]:
+        if active[m, WARPING]:
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
             quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
             uneven = 1 / quicker - 1, 0.0
-        is_rooted = part.table.corrections.active[m, ROOT]
-        goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if is_rooted else 1.0
-        pairs = (
+        goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if active[m, ROOT] else 1.0
+        shares = [
             (low + goes_on * (min(low, 0.0) - low), high + goes_on * (max(high, 0.0) + GOES_ON - high))
-            for low, high in pairs
-        )
-        shares = [None if errors.reason else pair for pair in pairs]
+            for low, high in np.stack([errors.least, errors.most], axis=1) - errors.elements[:, None]
+        ]
         yield _Beam(
-            name, own, place_of(name, key), kind, taken_as, shares, errors.elements.tolist(), uneven, errors.reason
+            name=name,
+            elements=own,
+            place=place_of(name, key),
+            kind=kind,
+            taken_as="corrected beam" if is_corrected else "plain beam",
+            shares=[None] * len(shares) if errors.reason else shares,
+            few_elements=errors.elements.tolist(),
+            uneven_twist=uneven,
+            reason=errors.reason,
         )
+
+
+def _with_section(full: FullOrderModel, member: Link | Flexure) -> Link | Flexure:
+    """A member with its own section, in numbers, where it names one."""
+    if isinstance(member, Link) and isinstance(member.section, str):
+        section = full.plan.layout.mechanism.sections[member.section]
+        return member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
+    return member
 
 
 def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
@@ -222,33 +236,19 @@ def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
     torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
     theory eq. A3)."""
     large, small = max(b, t), min(b, t)
-    own = large * small**3 / 3 * (1 - 0.63 * small / large)
+    free = large * small**3 / 3 * (1 - 0.63 * small / large)
     decay = np.sqrt(24 * (1 - nu)) * length / large
     layers = 1 + 2 / decay + (4 + np.pi**2 / 2) / decay**2  # where warping decays near the ends
     whole = min(CLAMPED_SLOPE + CLAMPED / decay**2, (np.pi * layers) ** 2)
-    return max(1.0, float(UNEVEN * whole * own / (np.pi**2 * J)))
-
-
-def _errors(
-    full: FullOrderModel, name: str, m: int, member: Link | Flexure, length: float, nu: float
-) -> tuple[MemberErrors, str, str]:
-    """Measured errors of a member with its sizes as numbers, of what kind it is, and what it is taken as."""
-    table = full.plan.parts[name].table
-    if isinstance(member, Link) and isinstance(member.section, str):
-        section = full.plan.layout.mechanism.sections[member.section]
-        member = member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
-    corrected = bool(table.corrections.active[m, :-1].any())
-    form = member.section if isinstance(member, Link) else member.profile
-    errors = stiffness_errors(member, length, corrected, shears=bool(table.shear[m]), nu=nu)
-    return errors, ratios_of(form, length)[0], "corrected beam" if corrected else "plain beam"
+    return max(1.0, float(UNEVEN * whole * free / (np.pi**2 * J)))
 
 
 def _roots(full: FullOrderModel) -> Iterator[_Root]:
     """Every elastic root, and those that are left out."""
     plan, first = full.plan, 0
-    where: list[tuple[str, str, int]] = []
+    members: list[tuple[str, str, int]] = []
     for name, part in plan.parts.items():
-        where += [(name, key, first) for key in part.members]
+        members += [(name, key, first) for key in part.members]
         first += len(part.connectivity)
     for roots, is_in in ((plan.roots, True), (plan.roots_left_out, False)):
         found = roots.of(full.values, full.geometry)
@@ -256,59 +256,60 @@ def _roots(full: FullOrderModel) -> Iterator[_Root]:
             continue
         copies, ratios = roots.ratios(full.values, full.geometry)
         slants = roots.slants(full.values, full.geometry)
-        measured, words = root_shares(ratios), unlike(ratios)
-        for k, (element, end, flexibility) in enumerate(zip(*found, strict=True)):
-            name, key, start = where[roots.members[k]]
-            own, drawn = np.flatnonzero(copies == k), bool(roots.is_known[k])
-            if not len(own):  # off its block in this design: there is no root
+        measured, differences = root_shares(ratios), unlike(ratios)
+        for k, (element, end, coefficients) in enumerate(zip(*found, strict=True)):
+            rows, is_drawn = np.flatnonzero(copies == k), bool(roots.is_known[k])
+            if not len(rows):  # off its block in this design: there is no root
                 continue
-            odd = max(words[i] for i in own)
-            group, text = "root", "joint with a block"
-            shares = [ROOT_DRAWN, ROOT_TWIST, ROOT_DRAWN, ROOT_DRAWN] if drawn else [ROOT_NOT_DRAWN] * 4
-            if not drawn:
-                group, text = "root not drawn", "joint with a block that is not drawn, taken as a large one"
-            if drawn or odd:
-                text += f" {odd}" * bool(odd)
-                least, most = measured[own, :, 0].min(axis=0).tolist(), measured[own, :, 1].max(axis=0).tolist()
-                pairs = zip(shares, least, most, strict=True)
-                shares = [(min(share[0], low), max(share[1], high)) for share, low, high in pairs]
+            text, shares = _joint(is_drawn, max(differences[i] for i in rows), measured[rows])
             if not is_in:
-                shares, text = [ROOT_LEFT_OUT] * 4, "rigid joint, without the correction for roots"
+                text, shares = "rigid joint, without the correction for roots", [ROOT_LEFT_OUT] * 4
             steep = float((slants[k] ** 2).sum())
             shares = [(max(low - steep / (1 + steep), -1.0), high) for low, high in shares]
-            C = combine(root_coefficients(flexibility, 0.0, int(end)), COUPLED_FLEXIBILITY_BASIS, 6)
-            parts = dict(zip(("stretch", "twist", "thickness", "width"), _directions(C), strict=True))
-            both = dict(zip(parts, shares, strict=True))
-            at = name, int(element) - start, int(end)
-            twist = [(parts.pop("twist"), both["twist"])]
-            rest = [(part, both[direction]) for direction, part in parts.items()]
-            in_twist = f"{text}, in twist" if is_in and drawn else text
-            yield _Root(*at, rest, place_of(name, key), text, group)
-            yield _Root(*at, twist, place_of(name, key), in_twist, f"{group} in twist")
+            name, key, start = members[roots.members[k]]
+            at, place = (name, int(element) - start, int(end)), place_of(name, key)
+            group = "root" if is_drawn else "root not drawn"
+            stretch, twist, *bending = zip(_deformed(coefficients, int(end)), shares, strict=True)
+            in_twist = f"{text}, in twist" if is_in and is_drawn else text
+            yield _Root(*at, [stretch, *bending], place, text, group)
+            yield _Root(*at, [twist], place, in_twist, f"{group} in twist")
             if steep > SQUARE:
-                m = roots.members[k] - roots.first[name]
-                stiff = _cut(full, name, int(m), int(element) - start, int(end), slants[k])
-                yield _Root(*at, [(stiff, ASKEW)], place_of(name, key), "end at an angle to its block", "askew")
+                held = _held_askew(full, int(roots.members[k] - roots.first[name]), at, slants[k])
+                yield _Root(*at, [(held, ASKEW)], place, "end at an angle to its block", "askew")
 
 
-def _cut(full: FullOrderModel, name: str, m: int, element: int, end: int, slopes: Array) -> Array:
-    """Flexibility (6, 6), element axes, of what of a member is held by the nearer edge of a face that is not square to
-    it, of slopes (2,) towards y and z: in plane strain a quarter of its size times the slope squared."""
-    part, own = full.plan.parts[name], full.matrices[name].elements.member_C[element]
-    step = full.geometry.parts[name].length[m] / (part.first[m + 1] - part.first[m])
-    sizes = [size[m, end] for size in part.table.end_sizes(full.values, full.geometry.parts[name].length)]
-    held = 0.25 * np.array(sizes) * slopes**2 / (1 + 0.12 * slopes**2)
-    found = np.zeros((6, 6))
-    found[4, 4], found[5, 5] = own[4, 4] * held[1] / step, own[5, 5] * held[0] / step
-    return found
+def _joint(is_drawn: bool, difference: str, measured: Array) -> tuple[str, list[Interval]]:
+    """What is assumed of a joint with a block, and the shares of its flexibility in stretch, twist, thickness and width
+    bending, from those (i, 4, 2) that were measured of joints like its copies; `difference` says in what they are
+    unlike."""
+    if is_drawn:
+        text, shares = "joint with a block", [ROOT_DRAWN, ROOT_TWIST, ROOT_DRAWN, ROOT_DRAWN]
+    else:
+        text, shares = "joint with a block that is not drawn, taken as a large one", [ROOT_NOT_DRAWN] * 4
+    if is_drawn or difference:
+        least, most = measured[..., 0].min(axis=0).tolist(), measured[..., 1].max(axis=0).tolist()
+        shares = [(min(low, a), max(high, b)) for (low, high), a, b in zip(shares, least, most, strict=True)]
+    return f"{text} {difference}".strip(), shares
 
 
-def _directions(C: Array) -> list[Array]:
-    """A root's flexibility (6, 6) as that in stretch, twist, thickness bending and width bending, with couplings in the
-    bending."""
+def _deformed(coefficients: Array, end: int) -> list[Array]:
+    """A root's flexibility as parts (6, 6) in stretch, twist, thickness bending and width bending, with couplings in
+    the bending."""
+    C = combine(root_coefficients(coefficients, 0.0, end), COUPLED_FLEXIBILITY_BASIS, 6)
     parts = [np.zeros_like(C) for _ in range(4)]
     parts[0][0, 0], parts[1][3, 3] = C[0, 0], C[3, 3]
-    for part, plane, own in ((parts[2], (0, 2, 4), 0), (parts[3], (1, 3, 5), 3)):
+    for part, plane, other in ((parts[2], (0, 2, 4), 0), (parts[3], (1, 3, 5), 3)):
         part[np.ix_(plane, plane)] = C[np.ix_(plane, plane)]
-        part[own, own] = 0.0
+        part[other, other] = 0.0
     return parts
+
+
+def _held_askew(full: FullOrderModel, m: int, at: tuple[str, int, int], slopes: Array) -> Array:
+    """Flexibility (6, 6), element axes, of what of member m is held by the nearer edge of a face that is not square to
+    it, of slopes (2,) towards y and z: in plane strain a quarter of its size times the slope squared."""
+    name, element, end = at
+    part, C = full.plan.parts[name], full.matrices[name].elements.member_C[element]
+    step = full.geometry.parts[name].length[m] / (part.first[m + 1] - part.first[m])
+    sizes = [size[m, end] for size in part.table.end_sizes(full.values, full.geometry.parts[name].length)]
+    width, thickness = 0.25 * np.array(sizes) * slopes**2 / (1 + 0.12 * slopes**2)
+    return np.diag([0.0, 0.0, 0.0, 0.0, C[4, 4] * thickness / step, C[5, 5] * width / step])

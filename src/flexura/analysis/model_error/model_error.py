@@ -49,7 +49,7 @@ UNCOVERED = 0.1
 MORE = 8
 """Modes that are taken beside those that are asked for, to show how these change."""
 
-MOST = 30_000
+MOST_COORDINATES = 30_000
 """Coordinates up to which model errors of modes are worked out."""
 
 FEWEST, MOST_MODES, NEAR = 6, 60, 0.03
@@ -104,22 +104,24 @@ class ModelError:
     @property
     def texts(self) -> tuple[str, ...]:
         """The intervals in words, such as `-6.2 to +1.1 %`."""
-        return tuple(interval_text(own) for own in self.intervals)
+        return tuple(interval_text(interval) for interval in self.intervals)
 
     @property
     def causes(self) -> tuple[str, ...]:
         """Of each number in words why there is no evidence, or else the assumptions that are worst for it, the worst
         first."""
-        return tuple(own or self._worst(k) for k, own in enumerate(self.reason))
+        return tuple(reason or self._worst(k) for k, reason in enumerate(self.reason))
 
     def _worst(self, k: int) -> str:
-        size = np.array([max(-own.low[k], own.high[k]) for own in self.effects])
-        found = [self.effects[i] for i in np.argsort(-size, kind="stable")[:MOST_CAUSES] if size[i] >= LEAST]
-        more = [f" and {len(own.places) - 1} more" * (len(own.places) > 1) for own in found]
-        return "; ".join(
-            f"{own.places[0]}{rest}: {own.text}, {interval_text((float(own.low[k]), float(own.high[k])))}"
-            for own, rest in zip(found, more, strict=True)
-        )
+        size = np.array([max(-effect.low[k], effect.high[k]) for effect in self.effects])
+        texts = []
+        for i in np.argsort(-size, kind="stable")[:MOST_CAUSES]:
+            if size[i] >= LEAST:
+                effect, others = self.effects[i], len(self.effects[i].places) - 1
+                place = effect.places[0] + f" and {others} more" * (others > 0)
+                interval = float(effect.low[k]), float(effect.high[k])
+                texts.append(f"{place}: {effect.text}, {interval_text(interval)}")
+        return "; ".join(texts)
 
 
 NO_ERRORS = ModelError(np.empty(0), np.empty(0), (), ())
@@ -132,35 +134,38 @@ def interval_text(interval: Interval | None) -> str:
     if max(map(abs, interval)) < LEAST:
         return f"below {100 * LEAST:g} %"
     digits = 1 if max(map(abs, interval)) < 0.0995 else 0
-    low, high = (f"{100 * own:+.{digits}f}" for own in interval)
+    low, high = (f"{100 * end:+.{digits}f}" for end in interval)
     return f"{low} %" if low == high else f"{low} to {high} %"
 
 
 def model_errors_of_modes(full: FullOrderModel, n: int) -> tuple[ModelError, Array]:
-    """Model errors of the first `n` frequencies, and these, Hz. Errors of rigid motions, and all beyond MOST
-    coordinates or without modes, are NaN."""
+    """Model errors of the first `n` frequencies, and these, Hz. Errors of rigid motions, and all beyond
+    MOST_COORDINATES or without modes, are NaN."""
     nothing = np.full(n, np.nan)
-    if full.order > MOST:
-        return ModelError(nothing, nothing, (f"not worked out beyond {MOST} coordinates",) * n, ()), nothing
-    apart = chained(full)
+    if full.order > MOST_COORDINATES:
+        return ModelError(nothing, nothing, (f"not worked out beyond {MOST_COORDINATES} coordinates",) * n, ()), nothing
+    chains = chained(full)
     try:
-        pairs = lowest_pairs(apart, min(n + MORE, full.order))
+        pairs = lowest_pairs(chains, min(n + MORE, full.order))
     except SolverError as error:
         return ModelError(nothing, nothing, (str(error),) * n, ()), nothing
-    at = np.flatnonzero(pairs.values > 0)
-    vectors = apart.recover(pairs.vectors[:, at])
+    elastic = np.flatnonzero(pairs.values > 0)
+    vectors = chains.recover(pairs.vectors[:, elastic])
     vectors = vectors / np.sqrt(np.einsum("ik,ik->k", vectors, full.M @ vectors))
-    rigid = min(n, len(pairs.values) - len(at))
-    found = frequency_errors(full, pairs.values[at], vectors, min(n - rigid, len(at)))
-    still = nothing[:rigid]
+    rigid = min(n, len(pairs.values) - len(elastic))
+    errors = frequency_errors(full, pairs.values[elastic], vectors, min(n - rigid, len(elastic)))
+
+    def padded(values: Array, of_rigid: float = np.nan) -> Array:
+        return np.append(np.full(rigid, of_rigid), values)
+
     return ModelError(
-        np.append(still, found.low),
-        np.append(still, found.high),
-        ("a rigid motion, whose frequency is zero",) * rigid + found.reason,
-        tuple(replace(e, low=np.append(still, e.low), high=np.append(still, e.high)) for e in found.effects),
-        tuple(replace(own, share=np.append(np.zeros(rigid), own.share)) for own in found.unknown),
-        np.append(still, found.middle),
-        {group: np.append(still, own) for group, own in found.spread.items()},
+        padded(errors.low),
+        padded(errors.high),
+        ("a rigid motion, whose frequency is zero",) * rigid + errors.reason,
+        tuple(replace(effect, low=padded(effect.low), high=padded(effect.high)) for effect in errors.effects),
+        tuple(replace(unknown, share=padded(unknown.share, 0.0)) for unknown in errors.unknown),
+        padded(errors.middle),
+        {group: padded(spread) for group, spread in errors.spread.items()},
     ), np.sqrt(np.maximum(pairs.values, 0.0)) / (2 * np.pi)
 
 
@@ -169,19 +174,17 @@ def model_errors_near(full: FullOrderModel, hz: Array) -> list[tuple[Interval | 
     if not len(hz):
         return []
     within = count_below(full.K, full.M, (2 * np.pi * (1 + NEAR) * hz.max()) ** 2)
-    errors, own = model_errors_of_modes(full, min(max(within, FEWEST), MOST_MODES, full.order))
-    found: list[tuple[Interval | None, str]] = []
+    errors, modes_hz = model_errors_of_modes(full, min(max(within, FEWEST), MOST_MODES, full.order))
+    near: list[tuple[Interval | None, str]] = []
     for f in hz.tolist():
-        k = int(np.abs(own - f).argmin())
-        is_mode = k < len(errors.reason) and not abs(own[k] - f) > NEAR * f
-        found.append(
-            (errors.intervals[k], errors.reason[k]) if is_mode else (None, "no mode that is looked at is near")
-        )
-    return found
+        k = int(np.abs(modes_hz - f).argmin())
+        is_mode = k < len(errors.reason) and not abs(modes_hz[k] - f) > NEAR * f
+        near.append((errors.intervals[k], errors.reason[k]) if is_mode else (None, "no mode that is looked at is near"))
+    return near
 
 
 def frequency_errors(
-    full: FullOrderModel, squared: Array, states: Array, n: int, found: Sequence[Assumption] | None = None
+    full: FullOrderModel, squared: Array, states: Array, n: int, assumptions: Sequence[Assumption] | None = None
 ) -> ModelError:
     """Model errors of the first `n` frequencies, from squared angular frequencies (k,) and M-orthonormal vectors
     (order, k) of the lowest elastic modes; the more there are, the better they show what bodies do (theory eq. A2,
@@ -192,7 +195,7 @@ def frequency_errors(
     if not len(squared):
         return NO_ERRORS
     scale, base = 1 / np.outer(squared, squared), np.diag(1 / squared)
-    found = Assumptions(full).of(force_changes(full, states)) if found is None else found
+    assumptions = Assumptions(full).of(force_changes(full, states)) if assumptions is None else assumptions
 
     def periods(flexibility: Array) -> Array:
         """1/omega^2 (n,) with a flexibility, in the order of shapes without it."""
@@ -202,15 +205,15 @@ def frequency_errors(
         order[mode] = number
         return values[order][:n]
 
-    own = errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1, found)
-    likely = np.sum([sum(a.share) / 2 * a.flexibility for a in found if a.share], axis=0)
+    errors = errors_of(full, states, periods, lambda x: 1 / np.sqrt(np.maximum(1 + x, 1e-3)) - 1, assumptions)
+    likely = np.sum([sum(a.share) / 2 * a.flexibility for a in assumptions if a.share], axis=0)
     values, shapes = np.linalg.eigh(base + scale * likely)
     # of each mode, the frequencies of those that it has become a part of
     is_part = shapes**2 >= np.minimum(MIXED, (shapes**2).max(axis=1, keepdims=True))
     ratio = np.where(is_part, 1 / np.sqrt(squared[:, None] * np.maximum(values, 1e-300)) - 1, np.nan)[:n]
-    low, high = np.fmin(own.low, np.nanmin(ratio, axis=1)), np.fmax(own.high, np.nanmax(ratio, axis=1))
-    is_known = np.isfinite(own.low)
-    return replace(own, low=np.where(is_known, low, np.nan), high=np.where(is_known, high, np.nan))
+    low, high = np.fmin(errors.low, np.nanmin(ratio, axis=1)), np.fmax(errors.high, np.nanmax(ratio, axis=1))
+    is_known = np.isfinite(errors.low)
+    return replace(errors, low=np.where(is_known, low, np.nan), high=np.where(is_known, high, np.nan))
 
 
 def errors_of(
@@ -218,16 +221,16 @@ def errors_of(
     states: Array,
     numbers: Callable[[Array], Array],
     value: Callable[[Array], Array] = lambda x: x,
-    found: Sequence[Assumption] | None = None,
+    assumptions: Sequence[Assumption] | None = None,
 ) -> ModelError:
     """Model errors of n numbers that follow from the compliances between k load vectors (theory eq. A1).
 
     states: displacements (order, k) under these loads; numbers: the n numbers when a flexibility (k, k) is added to
     these compliances; value: what relative changes of them are of the numbers asked for. Assumptions of one group add,
     groups their squares; equal ones are taken at once, so that modes of equal frequencies are not told apart by them.
-    `found` are the assumptions for the states, where they are worked out already.
+    `assumptions` are those for the states, where they are worked out already.
     """
-    found = Assumptions(full).of(force_changes(full, states)) if found is None else found
+    assumptions = Assumptions(full).of(force_changes(full, states)) if assumptions is None else assumptions
     base = numbers(np.zeros((states.shape[1],) * 2))
     n, size = len(base), np.where(base == 0, np.inf, base)
 
@@ -235,33 +238,34 @@ def errors_of(
         return (numbers(flexibility) - base) / size
 
     alike: dict[tuple[str, str, str], list[Assumption]] = {}
-    for own in found:
-        by_itself = own.place if own.kind in ("body", "ground") else ""
-        alike.setdefault((own.kind, own.reason or own.text, by_itself), []).append(own)
-    middle, spread = np.zeros(n), {own.group: np.zeros(n) for own in found}
+    for one in assumptions:
+        by_itself = one.place if one.kind in ("body", "ground") else ""
+        alike.setdefault((one.kind, one.reason or one.text, by_itself), []).append(one)
+    middle, spread = np.zeros(n), {one.group: np.zeros(n) for one in assumptions}
     effects, unknown, least = [], [], np.ones(n)
     for (kind, text, _), same in alike.items():
-        places = tuple(dict.fromkeys(own.place for own in same))
+        places = tuple(dict.fromkeys(one.place for one in same))
         if same[0].share is None:
-            part = np.abs(added(np.sum([own.flexibility for own in same], axis=0)))
+            part = np.abs(added(np.sum([one.flexibility for one in same], axis=0)))
             unknown.append(Unknown(places, text, np.minimum(part, 1.0)))
             continue
-        pairs = [(own.share or (0.0, 0.0), own.flexibility) for own in same]
+        pairs = [(one.share or (0.0, 0.0), one.flexibility) for one in same]
         low, high = (added(np.sum([share[k] * E for share, E in pairs], axis=0)) for k in (0, 1))
         middle += (low + high) / 2
         least *= np.maximum(1 + COVERAGE * np.minimum(low, 0.0), SOFTEST)
         spread[same[0].group] += (high - low) / 2
         effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
     spread[NO_GROUP] = np.full(n, LEFT)
-    spread = {group: COVERAGE * own for group, own in spread.items()}
-    half = np.sqrt(sum(own**2 for own in spread.values()))
+    spread = {group: COVERAGE * width for group, width in spread.items()}
+    half = np.sqrt(sum(width**2 for width in spread.values()))
     low = middle - half
     # sums end where all assumptions at their least multiply
     low = np.where(low < STIFF, np.maximum(low, np.minimum(least / (1 + LEFT) - 1, STIFF)), low)
     ends = np.sort([value(low), value(middle + half)], axis=0)
-    without = sum((own.share for own in unknown), np.zeros(n))
-    ends[:, without >= UNCOVERED] = np.nan
-    most = [max(unknown, key=lambda own: own.share[k], default=None) for k in range(n)]
-    reasons = tuple(own.reason if own and bad else "" for own, bad in zip(most, without >= UNCOVERED, strict=True))
-    effects.sort(key=lambda own: -float(np.abs([own.low, own.high]).max(initial=0.0)))
+    is_uncovered = sum((members.share for members in unknown), np.zeros(n)) >= UNCOVERED
+    ends[:, is_uncovered] = np.nan
+    reasons = tuple(
+        max(unknown, key=lambda members: members.share[k]).reason if is_uncovered[k] else "" for k in range(n)
+    )
+    effects.sort(key=lambda effect: -float(np.abs([effect.low, effect.high]).max(initial=0.0)))
     return ModelError(ends[0], ends[1], reasons, tuple(effects), tuple(unknown), middle, spread)

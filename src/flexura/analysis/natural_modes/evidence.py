@@ -97,25 +97,25 @@ class Evidence(Record):
 
 def mass_evidence(model: FullOrderModel) -> dict[str, Any]:
     """Masses of model and description, their differences, and the rigid-body residual, as fields of Evidence."""
-    own, described, worst = np.zeros((6, 6)), np.zeros((6, 6)), 0.0
+    modelled, described, worst = np.zeros((6, 6)), np.zeros((6, 6)), 0.0
     for name, matrices in model.matrices.items():
         part, geometry = model.plan.parts[name], model.geometry.parts[name]
         R = _rigid_motions(part, geometry)
         worst = max(worst, _rigid_residual(part, matrices, R))
-        masses = (rigid_mass_of(part, matrices, R), _described(part, model.values, geometry))
+        of_model, of_description = rigid_mass_of(part, matrices, R), _described(part, model.values, geometry)
         for instance in model.plan.topology.copies[name].number:
             Q, t = model.geometry.Q[instance], model.geometry.t[instance]
             X = np.zeros((6, 6))
             X[:3, :3], X[3:, 3:] = Q.T, np.linalg.det(Q).round() * Q.T
             X = X @ rigid_arm(t)
-            own, described = own + X.T @ masses[0] @ X, described + X.T @ masses[1] @ X
-    a, b = MassProperties.of(own), MassProperties.of(described)
-    scale = np.abs(b.inertia).max()
+            modelled, described = modelled + X.T @ of_model @ X, described + X.T @ of_description @ X
+    found, expected = MassProperties.of(modelled), MassProperties.of(described)
+    scale = np.abs(expected.inertia).max()
     return {
-        "model_mass": a,
-        "described_mass": b,
-        "mass_error": abs(a.mass / b.mass - 1) if b.mass else 0.0,
-        "inertia_error": float(np.abs(np.subtract(a.inertia, b.inertia)).max() / scale) if scale else 0.0,
+        "model_mass": found,
+        "described_mass": expected,
+        "mass_error": abs(found.mass / expected.mass - 1) if expected.mass else 0.0,
+        "inertia_error": float(np.abs(np.subtract(found.inertia, expected.inertia)).max() / scale) if scale else 0.0,
         "rigid_body_residual": worst,
     }
 
@@ -124,12 +124,12 @@ def rigid_mass_of(part: Part, matrices: PartMatrices, R: Array) -> Array:
     """R' M R (k, k) of a part for displacements R (6n, k) of its nodes, summed over its elements and discrete
     elements."""
     k, local = R.shape[1], matrices.T @ R[node_dofs(part.connectivity)]
-    found = local.reshape(-1, k).T @ (matrices.elements.M @ local).reshape(-1, k)
+    M = local.reshape(-1, k).T @ (matrices.elements.M @ local).reshape(-1, k)
     for discrete in matrices.discrete_elements:
         if discrete.M is not None:
-            own = R[node_dofs(discrete.nodes)]
-            found += own.T @ discrete.M @ own
-    return found
+            moved = R[node_dofs(discrete.nodes)]
+            M += moved.T @ discrete.M @ moved
+    return M
 
 
 def _rigid_residual(part: Part, matrices: PartMatrices, R: Array) -> float:

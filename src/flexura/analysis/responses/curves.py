@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.responses.frequency_response import FrequencyResponse
+from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
 from flexura.systems import unit_of_response
 
 MOST_CURVES = 8
@@ -22,9 +22,6 @@ MATTERS = 1e-3
 
 SAME = 1e-3
 """Responses that differ by a smaller share of the largest are one curve."""
-
-SILENT = 1e-9
-"""Responses that stay below so much of the largest of their row and column, or of their unit, are nothing: symmetry."""
 
 Pair = tuple[str, str]
 """An output and an input, by name."""
@@ -59,8 +56,8 @@ def heard(result: FrequencyResponse) -> NDArray[np.bool_]:
     least = np.sqrt(size.max(axis=1)[:, None] * size.max(axis=0))
     units = np.array([[unit_of_response(o, i) for i in result.inputs] for o in result.outputs])
     for unit in np.unique(units):
-        own = units == unit
-        least[own] = np.maximum(least[own], size[own].max())
+        of_unit = units == unit
+        least[of_unit] = np.maximum(least[of_unit], size[of_unit].max())
     return size > SILENT * least
 
 
@@ -82,7 +79,7 @@ def response_group(result: FrequencyResponse, unit: str) -> ResponseGroup:
     largest = max(peaks.values())
     wanted = [pair for pair in wanted if peaks[pair] >= MATTERS * largest]
     curves: list[ResponseCurve] = []
-    for pair in sorted(wanted, key=lambda own: -round(peaks[own] / largest, 6))[:MOST_PAIRS]:
+    for pair in sorted(wanted, key=lambda pair: -round(peaks[pair] / largest, 6))[:MOST_PAIRS]:
         H = result.of(*pair)
         alike = next((c for c in curves if np.abs(c.H - H).max() <= SAME * peaks[pair]), None)
         if alike is not None:

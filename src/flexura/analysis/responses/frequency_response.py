@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error import Interval, model_errors_near
-from flexura.analysis.responses.meshes import response_meshes
-from flexura.analysis.strain import motions
+from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
+from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
@@ -27,11 +27,13 @@ from flexura.systems import (
     NEAR,
     Channel,
     ModalSystem,
+    Order,
     SecondOrder,
     StateSpace,
     System,
     as_quantity,
     band_limits,
+    input_loads,
     proof_limits,
     reduced,
     remainder_of_response,
@@ -63,8 +65,8 @@ PEAK_POINTS = 32
 SEEN = 1e-4
 """Part of a response from which its round-off is said."""
 
-NOTHING = 1e-9
-"""Responses below so much of the largest ones of their input and output are round-off."""
+SILENT = 1e-9
+"""Responses that stay below so much of the largest of their input and output are nothing: symmetry, and round-off."""
 
 SHARPEST = 1e-5
 """Damping ratio with which the grid is refined around undamped resonances."""
@@ -104,18 +106,17 @@ class FrequencyResponse(Tabular):
 
     def of(self, output: str, input: str) -> Complex:
         """The response (f,) of one output to one input, by name. Raises OptionError for others."""
-        found = []
+        at = []
         for channels, name, what in ((self.outputs, output, "output"), (self.inputs, input, "input")):
             names = [c.name for c in channels]
             if name not in names:
                 raise OptionError(f"there is no {what} {name!r}; known: {', '.join(names)}")
-            found.append(names.index(name))
-        return self.response[:, found[0], found[1]]
+            at.append(names.index(name))
+        return self.response[:, at[0], at[1]]
 
     def unit(self, output: str, input: str) -> str:
         """Unit of a response, e.g. `m/N`."""
-        known = ({c.name: c for c in channels} for channels in (self.outputs, self.inputs))
-        out, into = (own[name] for own, name in zip(known, (output, input), strict=True))
+        out, into = {c.name: c for c in self.outputs}[output], {c.name: c for c in self.inputs}[input]
         return unit_of_response(out, into)
 
     @cached_property
@@ -140,7 +141,7 @@ class FrequencyResponse(Tabular):
     def model_error(self) -> tuple[Interval | None, ...]:
         """Of the resonances (k,), where those of the part lie: between 1 + low and 1 + high times their frequencies;
         None where there is no evidence. Worked out when first asked for."""
-        return tuple(own for own, _ in self._model_errors)
+        return tuple(interval for interval, _ in self._model_errors)
 
     def _title(self) -> str:
         hz = self.frequency_hz
@@ -148,9 +149,9 @@ class FrequencyResponse(Tabular):
 
     def _view(self) -> Iterator[Facts | Table]:
         yield Table(self.gain_columns(), "pairs")
-        found = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
+        columns = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
         moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
-        yield Table({**found, **moving}, "resonances")
+        yield Table({**columns, **moving}, "resonances")
 
     def gain_columns(self) -> dict[str, Any]:
         """A row for each pair of an output and an input that is no round-off: its gain at the first frequency, and its
@@ -158,16 +159,16 @@ class FrequencyResponse(Tabular):
         H, hz = np.abs(self.response), self.frequency_hz
         pairs = [(i, j) for i in range(len(self.outputs)) for j in range(len(self.inputs))]
         scale = np.sqrt(H.max(axis=(0, 2), initial=0.0)[:, None] * H.max(axis=(0, 1), initial=0.0))
-        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > NOTHING * scale[i, j]]
+        shown = [(i, j) for i, j in pairs if H[:, i, j].max() > SILENT * scale[i, j]]
         units = [unit_of_response(self.outputs[i], self.inputs[j]) for i, j in shown]
-        own = [H[:, i, j] for i, j in shown]
+        gains = [H[:, i, j] for i, j in shown]
         first = f"at {in_hz(float(hz[0]))}"
         return {
             "output": [self.outputs[i].name for i, _ in shown],
             "input": [self.inputs[j].name for _, j in shown],
-            first: [quantity(float(h[0]), unit) for h, unit in zip(own, units, strict=True)],
-            "peak": [quantity(float(h.max()), unit) for h, unit in zip(own, units, strict=True)],
-            "peak at [Hz]": [float(hz[h.argmax()]) for h in own],
+            first: [quantity(float(h[0]), unit) for h, unit in zip(gains, units, strict=True)],
+            "peak": [quantity(float(h.max()), unit) for h, unit in zip(gains, units, strict=True)],
+            "peak at [Hz]": [float(hz[h.argmax()]) for h in gains],
         }
 
     def _data(self) -> dict[str, Any]:
@@ -225,107 +226,158 @@ def frequency_response(
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
     """
-    wanted = _wanted(frequency_hz, band, points)
+    requested = _Requested.of(frequency_hz, band, points)
     if order not in get_args(ResponseOrder):
         raise OptionError(f"order is low, full or exact, not {order!r}")
     if method not in get_args(Method):
         raise OptionError(f"method is modal or direct, not {method!r}")
-    ways = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
-    how = {name: value for name, value in ways.items() if value is not None}
+    given = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
+    reducing = {name: value for name, value in given.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
-    if isinstance(model, StateSpace | ModalSystem):
-        given = (order != "low", method != "modal", quantity, damping is not None, parameters, how)
-        if any(given):
-            raise OptionError(
-                "order, method, quantity, damping, parameters and methods of reduction belong to a mechanism"
-            )
+    of_mechanism = (order != "low", method != "modal", quantity, damping is not None, parameters, reducing)
+    if isinstance(model, StateSpace | ModalSystem) and any(of_mechanism):
+        raise OptionError("order, method, quantity, damping, parameters and methods of reduction belong to a mechanism")
     if isinstance(model, StateSpace):
-        own = model.selected(_listed(inputs), _listed(outputs))
-        hz = _grid(wanted, band, points, *_of_poles(own, wanted[-1]))
-        H = own.frequency_response(hz)
-        found = _of_poles(own, wanted[-1])
-        ends = (own.inputs, own.outputs, *found, own.order)
-        known = (*resonance_limits(hz, *_of_poles(own, wanted[-1] * (1 + NEAR))), *band_limits(own, wanted[-1]))
-        return FrequencyResponse(own.name, hz, H, *ends, own.notes, known)
+        return _of_state_space(model.selected(_listed(inputs), _listed(outputs)), requested)
     if isinstance(model, ModalSystem):
         modes = model.selected(inputs, outputs)
-    else:
-        built = _system(model, inputs, outputs, wanted[-1], order, damping, parameters, how)
-        built = as_quantity(built, quantity)
-        if order == "exact":
-            return _exact(built, wanted, band, points)
-        if method == "direct":
-            return replace(_direct(built, wanted, band, points), unproven=_unproven(model, built, how))
-        modes = built.modal(up_to=BEYOND * wanted[-1]) if isinstance(built.model, FullOrderModel) else built.modal()
-    resonances = _resonances(modes, wanted)
-    hz = _grid(wanted, band, points, *resonances)
-    H = modes.response(hz)
-    _refuse_infinite(H, hz)
-    lost, much = remainder_of_response(modes, H, hz)
-    notes = (*_notes(modes, hz, resonances), *lost)
-    known = _known(modes, hz) + much
-    if isinstance(model, ModalSystem):
-        known += truncation_limits(modes, wanted[-1])
-    ends = (modes.inputs, modes.outputs, *resonances, modes.order)
-    return FrequencyResponse(modes.system.name, hz, H, *ends, notes, known, _unproven(model, modes.system, how), modes)
+        response = _modal(modes, requested, modes.system)
+        return replace(response, known=(*response.known, *truncation_limits(modes, requested.top)))
+    channels = {"inputs": inputs, "outputs": outputs, "damping": damping}
+    built = _system(model, parameters, top=requested.top, order=order, reducing=reducing, **channels)
+    built = as_quantity(built, quantity)
+    if order == "exact":
+        return _exact(built, requested)
+    # of a mechanism that was reduced as need be, its model is proven already
+    unproven = None if isinstance(model, Plan) and not reducing else built
+    if method == "direct":
+        return _direct(built, requested, unproven)
+    is_full = isinstance(built.model, FullOrderModel)
+    modes = built.modal(up_to=BEYOND * requested.top) if is_full else built.modal()
+    return _modal(modes, requested, unproven)
 
 
 def _listed(names: Sequence[str] | None) -> list[str] | None:
     return None if names is None else [names] if isinstance(names, str) else list(names)
 
 
-def _wanted(frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> Array:
-    """The frequencies asked for, in order. Raises OptionError for impossible ones."""
-    if (frequency_hz is None) == (band is None):
-        raise OptionError("give either frequencies or a band (from, to), Hz")
-    if band is not None:
-        low, high = (float(x) for x in band)
-        if not (np.isfinite(high) and 0 < low < high):
-            raise OptionError(f"a band is two frequencies in Hz, 0 < from < to, not {low:g}, {high:g}")
-        if not 2 <= points <= 10_000_000:
-            raise OptionError(f"a band has between 2 and 10 million points, not {points}")
-        return np.geomspace(low, high, points)
-    hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
-    bad = hz[~(np.isfinite(hz) & (hz > 0))]
-    if hz.ndim != 1 or not len(hz) or len(bad):
-        what = f"{bad.flat[0]:g}" if bad.size else "none"
-        raise OptionError(f"frequencies are positive finite numbers in Hz; found {what}")
-    return np.sort(hz)
+class _Resonances(NamedTuple):
+    """Natural frequencies (k,), Hz, and their damping ratios (k,)."""
+
+    hz: Array
+    ratios: Array
+
+
+class _Requested(NamedTuple):
+    """The frequencies (f,), Hz, that are asked for, in order, and over a band the step between their logarithms, to
+    which points around resonances are added; zero where frequencies are given one by one."""
+
+    hz: Array
+    step: float
+
+    @classmethod
+    def of(cls, frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> _Requested:
+        """Those that a caller gave. Raises OptionError for impossible ones."""
+        if (frequency_hz is None) == (band is None):
+            raise OptionError("give either frequencies or a band (from, to), Hz")
+        if band is not None:
+            low, high = (float(x) for x in band)
+            if not (np.isfinite(high) and 0 < low < high):
+                raise OptionError(f"a band is two frequencies in Hz, 0 < from < to, not {low:g}, {high:g}")
+            if not 2 <= points <= 10_000_000:
+                raise OptionError(f"a band has between 2 and 10 million points, not {points}")
+            hz = np.geomspace(low, high, points)
+            return cls(hz, float(np.log(hz[-1] / hz[0]) / (points - 1)))
+        hz = np.atleast_1d(np.asarray(frequency_hz, dtype=float))
+        bad = hz[~(np.isfinite(hz) & (hz > 0))]
+        if hz.ndim != 1 or not len(hz) or len(bad):
+            what = f"{bad.flat[0]:g}" if bad.size else "none"
+            raise OptionError(f"frequencies are positive finite numbers in Hz; found {what}")
+        return cls(np.sort(hz), 0.0)
+
+    @property
+    def top(self) -> float:
+        """The highest of them."""
+        return self.hz[-1]
+
+    def grid(self, resonances: _Resonances) -> Array:
+        """These frequencies, and of a band points on both sides of every resonance, equally far from each other on its
+        circle of Nyquist, and from there outwards to the spacing of the others."""
+        if not self.step or not len(resonances.hz):
+            return self.hz
+        grids = [self.hz]
+        for f, zeta in zip(*resonances, strict=True):
+            width = max(float(zeta), SHARPEST)
+            apart = width * np.tan(np.pi / 2 * np.arange(1, PEAK_POINTS) / PEAK_POINTS)
+            if self.step > apart[-1]:
+                apart = np.append(apart, np.geomspace(apart[-1], self.step, PEAK_POINTS // 4)[1:])
+            grids += [f * np.exp(apart), f * np.exp(-apart)]
+            if zeta > 0:
+                grids.append(np.array([f]))
+        hz = np.unique(np.concatenate(grids))
+        return hz[(hz >= self.hz[0]) & (hz <= self.hz[-1])]
+
+
+def _of_state_space(model: StateSpace, requested: _Requested) -> FrequencyResponse:
+    def resonances_up_to(top: float) -> _Resonances:
+        poles = model.poles()
+        if model.dt is not None:
+            poles = np.log(poles[np.abs(poles) > 1e-12]) / model.dt
+        hz = np.abs(poles) / (2 * np.pi)
+        chosen = np.flatnonzero((poles.imag > 0) & (hz <= top))
+        chosen = chosen[np.argsort(hz[chosen])]
+        return _Resonances(hz[chosen], (-poles.real / np.abs(poles))[chosen])
+
+    resonances = resonances_up_to(requested.top)
+    hz = requested.grid(resonances)
+    undamped = resonance_limits(hz, *resonances_up_to(requested.top * (1 + NEAR)))
+    known = (*undamped, *band_limits(model, requested.top))
+    H, channels = model.frequency_response(hz), (model.inputs, model.outputs)
+    return FrequencyResponse(model.name, hz, H, *channels, *resonances, model.order, model.notes, known)
+
+
+def _modal(modes: ModalSystem, requested: _Requested, unproven: SecondOrder | None) -> FrequencyResponse:
+    """The modal sum with static correction."""
+    resonances = _resonances(modes, requested.hz)
+    hz = requested.grid(resonances)
+    H = modes.response(hz)
+    _refuse_infinite(H, hz)
+    remainder, warnings = remainder_of_response(modes, H, hz)
+    return FrequencyResponse(
+        *(modes.system.name, hz, H, modes.inputs, modes.outputs, resonances.hz, resonances.ratios, modes.order),
+        notes=(*_notes(modes, hz, resonances), *remainder),
+        known=(*_known(modes, hz), *warnings),
+        unproven=unproven,
+        modes=modes,
+    )
 
 
 def _system(
     model: Any,
-    inputs: Sequence[str] | None,
-    outputs: Sequence[str] | None,
+    parameters: Mapping[str, ArrayLike] | None,
+    *,
     top: float,
     order: ResponseOrder,
-    damping: Any,
-    parameters: Mapping[str, ArrayLike] | None,
-    how: dict[str, Any],
+    reducing: Mapping[str, Any],
+    **channels: Any,
 ) -> System:
+    """The system with inputs, outputs and damping, of a mechanism reduced to what is proven up to MARGIN times the
+    highest frequency unless something is said of its reduction."""
     if isinstance(model, System):
-        if damping is not None or parameters or how:
+        if channels["damping"] is not None or parameters or reducing:
             raise OptionError(
                 "damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
             )
-        return model.selected(inputs, outputs)
-    if order == "low" and isinstance(model, Plan) and not how:
+        return model.selected(channels["inputs"], channels["outputs"])
+    if order == "low" and isinstance(model, Plan) and not reducing:
         model, parameters = proven(model, parameters, MARGIN * top), None
     if order == "exact" and isinstance(model, Plan):
         model, parameters = assemble(model, parameters), None
     if order != "low" and isinstance(model, LowOrderModel):
         raise OptionError(f"order {order} needs the mechanism, not a model reduced from it")
-    return system(
-        model,
-        parameters,
-        inputs=inputs,
-        outputs=outputs,
-        order="low" if order == "low" else "full",
-        damping=damping,
-        static_correction=order != "exact",
-        **how,
-    )
+    kind: Order = "low" if order == "low" else "full"
+    return system(model, parameters, order=kind, static_correction=order != "exact", **channels, **reducing)
 
 
 def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -> LowOrderModel:
@@ -340,81 +392,67 @@ def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -
     return reduced(plan, single, {})
 
 
-def _unproven(model: Any, built: SecondOrder, how: dict[str, Any]) -> SecondOrder | None:
-    """The system, unless it is of a mechanism that was reduced as need be."""
-    return None if isinstance(model, Plan) and not how else built
-
-
 def _known(modes: ModalSystem, hz: Array) -> tuple[Diagnostic, ...]:
     """Undamped resonances in the range, and meshes that leave the response uncertain."""
     undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
     return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
 
 
-def _resonances(modes: ModalSystem, wanted: Array) -> tuple[Array, Array]:
-    """Natural frequencies in the range, Hz, and their damping ratios."""
-    own = (modes.frequency_hz >= wanted[0]) & (modes.frequency_hz <= wanted[-1])
-    if modes.is_proportional:
-        return modes.frequency_hz[own], modes.total_ratios[own]
-    try:
-        found = modes.complex_modes
-    except SolverError:
-        return modes.frequency_hz[own], modes.total_ratios[own]
-    own = (found.poles.imag > 0) & (found.frequency_hz >= wanted[0]) & (found.frequency_hz <= wanted[-1])
-    return found.frequency_hz[own], found.ratios[own]
+def response_meshes(
+    system: SecondOrder, modes: ModalSystem | None = None, up_to_hz: float = np.inf
+) -> tuple[Diagnostic, ...]:
+    """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
+    the worst of each; and of the pose, where one is described."""
+    full = system.full_order
+    posed = pose_limits(full)
+    if not part_meshes(full):
+        return posed
+    static = np.zeros((full.order, 0))
+    if system.inputs:
+        static = system.full_flexibility(input_loads(system))
+    warnings = (*posed, *motion_meshes(full, static, [f"by {c.name}" for c in system.inputs]))
+    if modes is None or not (modes.frequency_hz <= up_to_hz).any():
+        return warnings
+    below = np.flatnonzero(modes.frequency_hz <= up_to_hz)
+    shapes, hz = modes.shapes[:, below], modes.frequency_hz[below]
+    shapes = shapes if isinstance(system.model, FullOrderModel) else system.model.recover(shapes)
+    errors = frequency_errors(full, full.node_displacements(shapes), hz)
+    assert errors is not None
+    k = int(errors.share.argmax())
+    warning = mesh_warning("", f"the resonance at {in_hz(hz[k], 4)}", float(errors.share[k] / 2), errors.part[k])
+    return warnings if warning is None else (*warnings, warning)
 
 
-def _of_poles(model: StateSpace, top: float) -> tuple[Array, Array]:
-    poles = model.poles()
-    if model.dt is not None:
-        poles = np.log(poles[np.abs(poles) > 1e-12]) / model.dt
-    hz = np.abs(poles) / (2 * np.pi)
-    own = (poles.imag > 0) & (hz <= top)
-    order = np.argsort(hz[own])
-    return hz[own][order], (-poles.real / np.abs(poles))[own][order]
+def _resonances(modes: ModalSystem, hz: Array) -> _Resonances:
+    """Natural frequencies in the range of some frequencies, and their damping ratios."""
+    if not modes.is_proportional:
+        try:
+            poles = modes.complex_modes
+        except SolverError:
+            pass
+        else:
+            own = (poles.poles.imag > 0) & (poles.frequency_hz >= hz[0]) & (poles.frequency_hz <= hz[-1])
+            return _Resonances(poles.frequency_hz[own], poles.ratios[own])
+    own = (modes.frequency_hz >= hz[0]) & (modes.frequency_hz <= hz[-1])
+    return _Resonances(modes.frequency_hz[own], modes.total_ratios[own])
 
 
-def _grid(wanted: Array, band: tuple[float, float] | None, points: int, resonances: Array, ratios: Array) -> Array:
-    """The frequencies asked for, and for a band points on both sides of every resonance, equally far from each other on
-    its circle of Nyquist, and from there outwards to the spacing of the others."""
-    if band is None or not len(resonances):
-        return wanted
-    step = np.log(wanted[-1] / wanted[0]) / (points - 1)
-    found = [wanted]
-    for f, zeta in zip(resonances, ratios, strict=True):
-        width = max(float(zeta), SHARPEST)
-        apart = width * np.tan(np.pi / 2 * np.arange(1, PEAK_POINTS) / PEAK_POINTS)
-        if step > apart[-1]:
-            apart = np.append(apart, np.geomspace(apart[-1], step, PEAK_POINTS // 4)[1:])
-        found += [f * np.exp(apart), f * np.exp(-apart)]
-        if zeta > 0:
-            found.append(np.array([f]))
-    hz = np.unique(np.concatenate(found))
-    return hz[(hz >= wanted[0]) & (hz <= wanted[-1])]
-
-
-def _notes(modes: ModalSystem, hz: Array, resonances: tuple[Array, Array]) -> tuple[str, ...]:
+def _notes(modes: ModalSystem, hz: Array, resonances: _Resonances) -> tuple[str, ...]:
     model = modes.system.model
     kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
     notes = [f"{kind} model, order {model.order}, {modes.order} modes with static correction"]
     notes += model.steps if isinstance(model, LowOrderModel) else state_of(model.design)
     if not modes.system.is_damped:
         notes.append("no damping is given: resonances are infinitely high")
-    missed = _between(hz, *resonances)
-    if missed:
+    # resonances with no frequency within their half-power width
+    nearest = np.abs(resonances.hz[:, None] - hz).min(axis=1, initial=np.inf)
+    missed = resonances.hz[nearest > np.maximum(resonances.ratios, SHARPEST) * resonances.hz]
+    if len(missed):
         listed = ", ".join(f"{f:.5g}" for f in missed[:5])
         notes.append(
             f"{len(missed)} resonance(s) fall between the frequencies given, at {listed} Hz; a band adds points"
         )
     return tuple(notes)
-
-
-def _between(hz: Array, resonances: Array, ratios: Array) -> list[float]:
-    """Resonances with no frequency within their half-power width."""
-    if not len(hz):
-        return []
-    nearest = np.abs(resonances[:, None] - hz).min(axis=1, initial=np.inf)
-    return [float(f) for f in resonances[nearest > np.maximum(ratios, SHARPEST) * resonances]]
 
 
 def _refuse_infinite(H: Complex, hz: Array) -> None:
@@ -424,12 +462,12 @@ def _refuse_infinite(H: Complex, hz: Array) -> None:
         raise SolverError(f"{in_hz(f, 6)} is an undamped resonance, where the response is infinite: give some damping")
 
 
-def _direct(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+def _direct(built: System, requested: _Requested, unproven: SecondOrder | None) -> FrequencyResponse:
     """K + i H + i omega C - omega^2 M solved at every frequency (theory eq. T14)."""
     M, C, K, lossy = built.matrices()
-    modes = built.modal(up_to=BEYOND * wanted[-1])
-    resonances = _resonances(modes, wanted)
-    hz = _grid(wanted, band, points, *resonances)
+    modes = built.modal(up_to=BEYOND * requested.top)
+    resonances = _resonances(modes, requested.hz)
+    hz = requested.grid(resonances)
     H = np.empty((len(hz), len(built.outputs), len(built.inputs)), dtype=complex)
     K = K if lossy is None else K + 1j * lossy
     stiff, heavy = np.abs(K.diagonal()), np.abs(M.diagonal())
@@ -444,12 +482,13 @@ def _direct(built: System, wanted: Array, band: tuple[float, float] | None, poin
                 q = d[:, None] * spla.splu(scaled(Z.tocsc(), d)).solve(d[:, None] * built.B.astype(complex))
         except (np.linalg.LinAlgError, RuntimeError):
             q = np.full(built.B.shape, np.nan, dtype=complex)
-        own = built.rows @ q + built.residual / stiffening(built, np.array(w))
-        H[k] = own * ((1j * w) ** built.derivative)[:, None] + built.D
+        read = built.rows @ q + built.residual / stiffening(built, np.array(w))
+        H[k] = read * ((1j * w) ** built.derivative)[:, None] + built.D
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}", *state_of(built.model.design))
-    ends = (built.inputs, built.outputs, *resonances, built.order)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, (*_known(modes, hz), *_lost_digits(built)), modes=modes)
+    known = (*_known(modes, hz), *_lost_digits(built))
+    about = (built.inputs, built.outputs, resonances.hz, resonances.ratios, built.order)
+    return FrequencyResponse(built.name, hz, H, *about, notes, known, unproven, modes)
 
 
 def lost_digits(built: System) -> float:
@@ -460,27 +499,25 @@ def lost_digits(built: System) -> float:
 
 def _lost_digits(built: System) -> tuple[Diagnostic, ...]:
     """That round-off in the stiffness may be seen."""
-    if built.flexibility.shift:
+    if built.flexibility.shift or (lost := lost_digits(built)) < SEEN:
         return ()
-    lost = lost_digits(built)
-    if lost < SEEN:
-        return ()
-    text = f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"
-    return (
-        Diagnostic("proof", "", lost, SEEN, "1", f"{text} below the first resonance; method modal keeps the digits"),
+    text = (
+        f"so much is soft beside stiff elements that round-off may change a direct solution by {100 * lost:.1g} %"
+        " below the first resonance; method modal keeps the digits"
     )
+    return (Diagnostic("proof", "", lost, SEEN, "1", text),)
 
 
-def _exact(built: System, wanted: Array, band: tuple[float, float] | None, points: int) -> FrequencyResponse:
+def _exact(built: System, requested: _Requested) -> FrequencyResponse:
     if not isinstance(built.model, FullOrderModel):
         raise OptionError("order exact needs the mechanism, not a system reduced from it")
     exact = ExactResponse(built.model, built.law, built.input_ports, built.output_ports, built.D)
-    modes = built.modal(up_to=BEYOND * wanted[-1])
-    resonances = _resonances(modes, wanted)
-    hz = _grid(wanted, band, points, *resonances)
+    modes = built.modal(up_to=BEYOND * requested.top)
+    resonances = _resonances(modes, requested.hz)
+    hz = requested.grid(resonances)
     H = np.stack([exact.at(2 * np.pi * f) for f in hz])
     _refuse_infinite(H, hz)
     n = len(exact.kept)
     notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
-    ends = (built.inputs, built.outputs, *resonances, n)
-    return FrequencyResponse(built.name, hz, H, *ends, notes, _known(modes, hz), modes=modes)
+    about = (built.inputs, built.outputs, resonances.hz, resonances.ratios, n)
+    return FrequencyResponse(built.name, hz, H, *about, notes, _known(modes, hz), modes=modes)

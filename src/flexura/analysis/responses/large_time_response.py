@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexura.analysis.limits import command_limits
+from flexura.analysis.responses.time_limits import Excitation
 from flexura.analysis.strokes import LowOrderMotion, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
@@ -38,77 +38,65 @@ from flexura.tables import in_hz, quantity
 MODES = 6
 """Frequencies at rest by which the low order is judged, and to which damping ratios are fitted."""
 
-SAMPLES = 12
+COMPARED = 12
 """States that are compared with the full order."""
 
 COARSE = 20
 """Steps per period of the motion below which they count as coarse: periods are then off by 1 %."""
 
 
-class Asked(NamedTuple):
-    """What acts on a mechanism: signals u (m, N) at inputs in steps of dt, s, impulses (m,) at time zero from the
-    static state under `start` (m,), and the spectral radius `rho` of the method."""
-
-    u: Array
-    dt: float
-    impulses: Array
-    start: Array
-    rho: float
-
-
-class Answer(NamedTuple):
-    """Outputs (p, N), and what is to be said."""
-
-    response: Array
-    notes: tuple[str, ...]
-    warnings: tuple[Diagnostic, ...]
-
-
-def large_time_response(built: System, asked: Asked, order: str) -> Answer:
-    """Outputs of a system of full order with large displacements and rotations (theory eqs. G33-G35).
+def large_time_response(
+    built: System, excitation: Excitation, rho_infinity: float, order: str
+) -> tuple[Array, tuple[str, ...], tuple[Diagnostic, ...]]:
+    """Outputs (p, N) of a system of full order with large displacements and rotations (theory eqs. G33-G35), and notes
+    and warnings of them; `rho_infinity` is the spectral radius of the method.
 
     Loads and gravity that are described are on all the time. Raises OptionError for damping that has no motion over
     time and for readings that are none of nodes, SolverError where a step does not settle.
     """
+    if not 0 <= rho_infinity <= 1:
+        raise OptionError(f"rho_infinity lies between 0 and 1, not {rho_infinity}")
     full = built.model
     assert isinstance(full, FullOrderModel)
     moving = MovingModel.of(full.design)
     readings = [_Reading.of(moving, port) for port in built.output_ports]
-    loads = _Signals(moving, built, asked)
+    loads = _LoadsOverTime(moving, built, excitation)
     equations = Equations(moving)
     damping, damped = _damping(built, equations)
     runs: list[_Run] = []
 
-    def run(own: Equations) -> list[Equilibrium]:
-        runs.append(_Run(own, loads, damping, readings, asked))
+    def run(equations: Equations) -> list[Equilibrium]:
+        runs.append(_integrated(equations, loads, damping, readings, rho_infinity))
         return runs[-1].samples
 
-    said: LowOrderMotion | None = None
+    low_order: LowOrderMotion | None = None
     if order == "low":
         nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
         found = low_order_motion(equations, nodes, run, MODES)
-        said, own = found.motion, runs[found.run]
+        low_order, chosen = found.motion, runs[found.run]
     else:
         run(equations)
-        own = runs[-1]
+        chosen = runs[-1]
     notes = [
-        f"large displacements and rotations, generalised-alpha, rho_infinity {asked.rho:g}, error of order dt^2,"
-        f" {own.per_period:.3g} steps in a period of the motion",
+        f"large displacements and rotations, generalised-alpha, rho_infinity {rho_infinity:g}, error of order dt^2,"
+        f" {chosen.per_period:.3g} steps in a period of the motion",
         *damped,
-        *([] if said is None else [said.note]),
+        *([] if low_order is None else [low_order.note]),
     ]
-    warnings = list(command_limits(built.input_ports, asked.u, lambda k: f" at {quantity(k * asked.dt, 's', 6)}"))
-    if own.per_period < COARSE:
-        text = f"the motion has {own.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
-        warnings.append(Diagnostic("step", "", own.per_period, COARSE, "1", text))
-    return Answer(own.response, tuple(notes), (*warnings, *(() if said is None else said.warnings)))
+    u, dt = excitation.u, excitation.dt
+    warnings = list(command_limits(built.input_ports, u, lambda k: f" at {quantity(k * dt, 's', 6)}"))
+    if chosen.per_period < COARSE:
+        text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
+        warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
+    warnings += () if low_order is None else low_order.warnings
+    return chosen.response, tuple(notes), tuple(warnings)
 
 
-class _Signals:
-    """Loads over time."""
+class _LoadsOverTime:
+    """Loads that are described, and those of the inputs at each time."""
 
-    def __init__(self, model: MovingModel, built: System, asked: Asked) -> None:
-        self.asked = asked
+    def __init__(self, model: MovingModel, built: System, excitation: Excitation) -> None:
+        self.excitation = excitation
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
         self._gravity = described.gravity
@@ -127,54 +115,47 @@ class _Signals:
 
     def at(self, number: int) -> Loads:
         """Loads at the time with a number."""
-        return self.under(self.asked.u[:, number])
-
-    def impulse(self, equations: Equations, start: Equilibrium) -> Array:
-        """Momentum (n,) that impulses bring, by what they act on at the start."""
-        if not self.asked.impulses.any():
-            return np.zeros(equations.model.n_dof)
-        acting, none = (self.under(own) for own in (self.asked.impulses, 0 * self.asked.impulses))
-        with_it, without = (equations.tangent(start.frames, own, np.empty(0))[1] for own in (acting, none))
-        return with_it - without
+        return self.under(self.excitation.u[:, number])
 
 
-@dataclass
-class _Run:
-    """A motion on one model."""
+class _Run(NamedTuple):
+    """A motion on one model: outputs (p, N), some of the states, and how many steps a period of the motion has."""
 
-    equations: Equations
-    loads: _Signals
-    damping: Damping
-    readings: list[_Reading]
-    asked: Asked
-    response: Array = field(init=False)
-    samples: list[Equilibrium] = field(init=False)
-    per_period: float = field(init=False)
+    response: Array
+    samples: list[Equilibrium]
+    per_period: float
 
-    def __post_init__(self) -> None:
-        model, asked, equations = self.equations.model, self.asked, self.equations
-        count = asked.u.shape[1]
-        start = _resting(equations, self.loads.under(asked.start))
-        M = model.mass(start.frames)
-        momentum = self.loads.impulse(equations, start)
-        integrator = Integrator(equations, self.damping, asked.dt, asked.rho)
-        velocity = factorise(M).solve(momentum) if momentum.any() else momentum
-        self.response = np.zeros((len(self.readings), count))
-        kept = {int(k) for k in np.linspace(0, count - 1, SAMPLES)}
-        self.samples, speed, force = [], 0.0, 0.0
-        for number, state in enumerate(integrator.through(start.frames, velocity, self.loads.at, count)):
-            checkpoint()
-            motion = tuple(equations.displacements(own) for own in (state.velocity, state.acceleration))
-            for k, reading in enumerate(self.readings):
-                self.response[k, number] = reading.read(model, state, *motion)
-            speed += float(state.velocity @ (M @ state.velocity))
-            force += float(state.acceleration @ (M @ state.acceleration))
-            if number in kept:
-                loads = self.loads.at(number)
-                tangent = equations.tangent(state.frames, loads, np.empty(0))[0]
-                self.samples.append(Equilibrium(state.frames, np.empty(0), loads, tangent, 0))
-        rate = np.sqrt(force / speed) if speed > 0 else 0.0
-        self.per_period = 2 * np.pi / (rate * asked.dt) if rate > 0 else np.inf
+
+def _integrated(
+    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[_Reading], rho_infinity: float
+) -> _Run:
+    """The motion on a model, step by step."""
+    model, (u, dt, impulses, start, _) = equations.model, loads.excitation
+    count = u.shape[1]
+    at_start = _resting(equations, loads.under(start))
+    M = model.mass(at_start.frames)
+    velocity = np.zeros(model.n_dof)
+    if impulses.any():  # momentum, by what impulses act on at the start
+        pushed = (loads.under(values) for values in (impulses, 0 * impulses))
+        acting, none = (equations.tangent(at_start.frames, own, np.empty(0))[1] for own in pushed)
+        velocity = factorise(M).solve(acting - none)
+    response = np.zeros((len(readings), count))
+    compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
+    samples, speed, force = list[Equilibrium](), 0.0, 0.0
+    steps = Integrator(equations, damping, dt, rho_infinity).through(at_start.frames, velocity, loads.at, count)
+    for number, state in enumerate(steps):
+        checkpoint()
+        motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
+        for k, reading in enumerate(readings):
+            response[k, number] = reading.read(model, state, *motion)
+        speed += float(state.velocity @ (M @ state.velocity))
+        force += float(state.acceleration @ (M @ state.acceleration))
+        if number in compared:
+            there = loads.at(number)
+            tangent = equations.tangent(state.frames, there, np.empty(0))[0]
+            samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
+    rate = np.sqrt(force / speed) if speed > 0 else 0.0
+    return _Run(response, samples, 2 * np.pi / (rate * dt) if rate > 0 else np.inf)
 
 
 class _Reading(NamedTuple):
@@ -208,18 +189,20 @@ class _Reading(NamedTuple):
         frames, roots = state.frames, [int(model.root[node]) for node in self.nodes]
         R = [frames.R[root] for root in roots]
         if self.derivative:
-            rate, (root,), arm = velocity, roots, R[0] @ model.arm[self.nodes[0]]
+            (root,), arm = roots, R[0] @ model.arm[self.nodes[0]]
             value = (velocity if self.derivative == 1 else acceleration)[root]
             swing = np.cross(value[3:], arm)
             if self.derivative == 2:
-                swing = swing + np.cross(rate[root, 3:], np.cross(rate[root, 3:], arm))
-            found = value[3:] if self.turns else value[:3] + swing
-            return float((R[0] @ self.direction if self.mounted else self.direction) @ found)
+                swing = swing + np.cross(velocity[root, 3:], np.cross(velocity[root, 3:], arm))
+            vector = value[3:] if self.turns else value[:3] + swing
+            return float((R[0] @ self.direction if self.mounted else self.direction) @ vector)
         if self.turns:
             turn = R[0] if len(R) == 1 else R[0].T @ R[1]
             return float(self.direction @ rotation_vector(turn))
-        x, rest = ([own.x[r] + own.R[r] @ model.arm[n] for r, n in zip(roots, self.nodes, strict=True)]
-                   for own in (frames, model.rest))  # fmt: skip
+        x, rest = (
+            [placed.x[r] + placed.R[r] @ model.arm[n] for r, n in zip(roots, self.nodes, strict=True)]
+            for placed in (frames, model.rest)
+        )
         moved = x[0] - rest[0] if len(x) == 1 else R[0].T @ (x[1] - x[0]) - (rest[1] - rest[0])
         return float(self.direction @ moved)
 
@@ -252,13 +235,13 @@ def _damping(built: System, equations: Equations) -> tuple[Damping, list[str]]:
     w = np.sqrt(values[values > 0])[[0, -1]]
     zeta = law.modal_ratios(w / (2 * np.pi))
     if w[1] < 1.01 * w[0]:
-        found = np.array([w[0] * zeta[0], zeta[0] / w[0]])
+        alpha, beta = w[0] * zeta[0], zeta[0] / w[0]
     else:
-        found = np.maximum(np.linalg.solve(np.stack([1 / w, w], axis=1) / 2, zeta), 0.0)
-    hertz, ratio = w / (2 * np.pi), (found[0] / w + found[1] * w) / 2
-    lowest = float(np.sqrt(found[0] * found[1])) if found.all() else float(ratio.min())
+        alpha, beta = np.maximum(np.linalg.solve(np.stack([1 / w, w], axis=1) / 2, zeta), 0.0)
+    hertz, ratio = w / (2 * np.pi), (alpha / w + beta * w) / 2
+    lowest = float(np.sqrt(alpha * beta)) if alpha and beta else float(ratio.min())
     note = (
         f"damping ratios are taken as Rayleigh damping, {ratio[0]:.3g} at {in_hz(hertz[0], 4)} and {ratio[1]:.3g} at"
         f" {in_hz(hertz[1], 4)}, {lowest:.3g} between at least and more beyond"
     )
-    return Damping(law.alpha + float(found[0]), law.beta + float(found[1])), [note]
+    return Damping(law.alpha + float(alpha), law.beta + float(beta)), [note]

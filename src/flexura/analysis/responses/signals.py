@@ -82,10 +82,10 @@ def random(rms: float, band: tuple[float, float] | None = None, seed: int = 0) -
         noise = np.random.default_rng(seed).standard_normal(len(time))
         if band is not None:
             hz = np.fft.rfftfreq(len(time), time[1] - time[0])
-            own = (hz >= band[0]) & (hz <= band[1])
-            if not own.any():
+            inside = (hz >= band[0]) & (hz <= band[1])
+            if not inside.any():
                 raise OptionError(f"the band {band[0]:g} to {band[1]:g} Hz lies between the frequencies of this signal")
-            noise = np.fft.irfft(np.where(own, np.fft.rfft(noise), 0.0), len(time))
+            noise = np.fft.irfft(np.where(inside, np.fft.rfft(noise), 0.0), len(time))
         return noise * (rms / np.sqrt(np.mean(noise**2)))
 
     return signal
@@ -124,7 +124,7 @@ class SignalFile(Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """Time and the signals by name, each in the SI unit of its input."""
-        return {"time [s]": self.time, **{f"{name} [SI]": own for name, own in self.signals.items()}}
+        return {"time [s]": self.time, **{f"{name} [SI]": samples for name, samples in self.signals.items()}}
 
 
 @verb
@@ -169,7 +169,7 @@ def _names(file: Path, line: int, cells: list[str]) -> list[str]:
 def _row(file: Path, line: int, cells: list[str], names: list[str]) -> list[float]:
     if len(cells) != len(names):
         raise OptionError(f"{file}:{line}: {len(names)} columns are expected, here are {len(cells)}")
-    found = []
+    numbers = []
     for name, cell in zip(names, cells, strict=True):
         try:
             number = float(cell)
@@ -178,8 +178,8 @@ def _row(file: Path, line: int, cells: list[str], names: list[str]) -> list[floa
             raise OptionError(f"{file}:{line}: column {name}: {what}") from None
         if not math.isfinite(number):
             raise OptionError(f"{file}:{line}: column {name}: a finite number is expected, not {number}")
-        found.append(number)
-    return found
+        numbers.append(number)
+    return numbers
 
 
 def _spacing(file: Path, time: Array, lines: list[int]) -> float:

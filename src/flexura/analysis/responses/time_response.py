@@ -11,14 +11,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error import interval_text, model_errors_near
-from flexura.analysis.responses.blocks import block_response, suits_blocks
 from flexura.analysis.responses.frequency_response import proven
-from flexura.analysis.responses.integration import generalised_alpha
-from flexura.analysis.responses.large_time_response import Asked, large_time_response
-from flexura.analysis.responses.left_out import LeftOut, left_out, references
-from flexura.analysis.responses.peaks import Run, integrated_warnings
-from flexura.analysis.responses.recurrences import Hold
-from flexura.analysis.responses.recurrences import motion as modal_motion
+from flexura.analysis.responses.large_time_response import large_time_response
+from flexura.analysis.responses.stepping import (
+    Driven,
+    Hold,
+    block_response,
+    generalised_alpha,
+    modal_motion,
+    suits_blocks,
+)
+from flexura.analysis.responses.time_limits import (
+    Excitation,
+    LeftOut,
+    Run,
+    integrated_warnings,
+    left_out,
+    references,
+)
 from flexura.analysis.strain import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.arrays import Array
@@ -81,8 +91,7 @@ class TimeResponse(Tabular):
         """Where this response stops holding: largest motion, stress and force, and inputs beyond their range."""
         if self.run is None:
             return self.known
-        lost = () if self.neglected is None else self.neglected.warnings
-        return (*self.run.warnings(self.time, self.signals), *lost)
+        return (*self.run.warnings, *(() if self.neglected is None else self.neglected.warnings))
 
     @cached_property
     def neglected(self) -> LeftOut | None:
@@ -90,13 +99,12 @@ class TimeResponse(Tabular):
         run = self.run
         if run is None or not np.isfinite(run.plain.next_omega):
             return None
-        dt, plain = float(self.time[1] - self.time[0]), run.plain
-        own = _outputs(plain, self.signals, dt, run.hold, _static(plain, run.start), plain.B @ run.impulses)
-        for k, follow in enumerate(zip(*(references(u, dt) for u in self.signals), strict=True), 1):
+        plain, excitation = run.plain, run.excitation
+        carried = _outputs(plain, _driven(plain, excitation))
+        for k, follow in enumerate(zip(*(references(u, excitation.dt) for u in excitation.u), strict=True), 1):
             at = plain.derivative == k
-            own[at] += plain.residual[at] @ np.stack(follow)
-        dynamic, peak = np.abs(self.response - own).max(axis=1), np.abs(self.response).max(axis=1)
-        return left_out(plain, dynamic, peak, self.signals, dt, run.hold, run.impulses, run.start)
+            carried[at] += plain.residual[at] @ np.stack(follow)
+        return left_out(run, np.abs(self.response - carried).max(axis=1), np.abs(self.response).max(axis=1))
 
     @cached_property
     def model_error_notes(self) -> tuple[str, ...]:
@@ -104,11 +112,11 @@ class TimeResponse(Tabular):
         when first asked for."""
         if self.run is None:
             return ()
-        own = self.run.plain
-        hz = own.frequency_hz[(own.frequency_hz > 0) & (PER_PERIOD * own.frequency_hz * self.time[1] < 1)][:NOTED]
-        errors = model_errors_near(own.system.full_order, hz)
-        told = [f"{in_hz(f)} {interval_text(error)}" for f, (error, _) in zip(hz.tolist(), errors, strict=True)]
-        return (f"model error of modes: {', '.join(told)}",) if told else ()
+        hz = self.run.plain.frequency_hz
+        hz = hz[(hz > 0) & (PER_PERIOD * hz * self.time[1] < 1)][:NOTED]
+        errors = model_errors_near(self.run.plain.system.full_order, hz)
+        texts = [f"{in_hz(f)} {interval_text(error)}" for f, (error, _) in zip(hz.tolist(), errors, strict=True)]
+        return (f"model error of modes: {', '.join(texts)}",) if texts else ()
 
     def displacements(self, at: int | Sequence[int]) -> Array:
         """DOF vectors (n, k) of the full-order model at samples `at`, for shapes and stresses.
@@ -155,23 +163,23 @@ class TimeResponse(Tabular):
         }
 
     def _columns(self) -> dict[str, Any]:
-        ends = zip((*self.inputs, *self.outputs), (*self.signals, *self.response), strict=True)
-        return {"time [s]": self.time, **{str(c): own for c, own in ends}}
+        channels = zip((*self.inputs, *self.outputs), (*self.signals, *self.response), strict=True)
+        return {"time [s]": self.time, **{str(channel): values for channel, values in channels}}
 
 
 def _extremes(channels: Sequence[Channel], signals: Array, time: Array) -> dict[str, list[str]]:
-    """Least, largest and last value of signals (c, N), each with its unit, and the times of the first two."""
-    units = [c.unit for c in channels]
-    found: dict[str, list[str]] = {}
+    """Least, largest and last value of signals (c, N), each with its unit and zero where it is round-off beside the
+    largest, and the times of the first two."""
+
+    def texts(at: Any) -> list[str]:
+        values = [y[k] if abs(y[k]) > ROUND_OFF * np.abs(y).max() else 0.0 for y, k in zip(signals, at, strict=True)]
+        return [quantity(float(value), channel.unit) for value, channel in zip(values, channels, strict=True)]
+
+    columns: dict[str, list[str]] = {}
     for name, at in (("least", signals.argmin(axis=1)), ("largest", signals.argmax(axis=1))):
-        own = [quantity(_clean(y, k), unit) for y, k, unit in zip(signals, at, units, strict=True)]
-        found[name] = [f"{text} at {quantity(float(time[k]), 's')}" for text, k in zip(own, at, strict=True)]
-    return {**found, "last": [quantity(_clean(y, -1), unit) for y, unit in zip(signals, units, strict=True)]}
-
-
-def _clean(signal: Array, at: int) -> float:
-    """A value of a signal (N,), zero where it is round-off beside the largest."""
-    return float(signal[at]) if abs(signal[at]) > ROUND_OFF * np.abs(signal).max() else 0.0
+        times = [quantity(float(time[k]), "s") for k in at]
+        columns[name] = [f"{text} at {when}" for text, when in zip(texts(at), times, strict=True)]
+    return {**columns, "last": texts([-1] * len(signals))}
 
 
 @verb
@@ -224,51 +232,72 @@ def time_response(
         raise OptionError(f"hold is zoh or foh, not {hold!r}")
     if method not in get_args(Method):
         raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
-    ways = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
-    how = {name: value for name, value in ways.items() if value is not None}
+    given = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
+    reducing = {name: value for name, value in given.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
     if motion not in get_args(Motion):
         raise OptionError(f"motion is small or large, not {motion!r}")
     known = _known_inputs(model)
-    inputs, impulses, start = (_spread(given or {}, known) for given in (inputs, impulses, start))
+    inputs, impulses, start = (_spread(values or {}, known) for values in (inputs, impulses, start))
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
     if not names:
         raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
-    time, u = _signals(inputs, names, dt, duration)
+    signals = _signals(inputs, names, dt, duration)
+    excitation = Excitation(signals, dt, _by_name(names, impulses), _by_name(names, start), hold)
+    channels: dict[str, Any] = {"inputs": names, "outputs": outputs, "damping": damping}
     if motion == "large":
-        if how or keep_modes or hold != "foh":
+        if reducing or keep_modes or hold != "foh":
             raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
-        asked = Asked(u, dt, _by_name(names, impulses), _by_name(names, start), rho_infinity)
-        return _large(_moving(model, parameters, names, outputs, damping), asked, time, order)
-    built = _built(model, parameters, names, outputs, dt, order, damping, how)
+        built = _moving_system(model, parameters, **channels)
+        response, notes, warnings = large_time_response(built, excitation, rho_infinity, order)
+        return _result(built, excitation, response, notes, known=warnings)
+    chosen = _small_motion_system(model, parameters, dt=dt, order=order, reducing=reducing, **channels)
     if method == "generalised_alpha":
-        if isinstance(built, ModalSystem):
+        if isinstance(chosen, ModalSystem):
             raise OptionError("generalised_alpha integrates a mechanism, a model or a System, not its modal form")
-        return _integrated(built, time, u, dt, rho_infinity, _by_name(names, impulses), _by_name(names, start))
-    modes = built if isinstance(built, ModalSystem) else _modes(built, dt, model)
-    return _exact(modes, time, u, dt, hold, _by_name(names, impulses), _by_name(names, start), keep_modes)
+        return _integrated(chosen, excitation, rho_infinity)
+    if isinstance(chosen, System):
+        # all modes of a low-order system that the caller chose, else those that the step resolves
+        is_resolved = isinstance(chosen.model, FullOrderModel) or isinstance(model, Plan)
+        chosen = chosen.modal(up_to=1 / (PER_PERIOD * dt)) if is_resolved else chosen.modal()
+    return _exact(chosen, excitation, keep_modes)
 
 
-def _moving(
-    model: Any,
-    parameters: Mapping[str, ArrayLike] | None,
-    names: list[str],
-    outputs: Sequence[str] | None,
-    damping: Any,
-) -> System:
+def _moving_system(model: Any, parameters: Mapping[str, ArrayLike] | None, **channels: Any) -> System:
     """The system of full order with inputs and outputs. Raises OptionError for what cannot move far."""
     if not isinstance(model, Plan | FullOrderModel) or (model if isinstance(model, Plan) else model.plan).is_posed:
         raise OptionError("large motion is that of an undeformed mechanism, not of a reduced model, a system or a pose")
-    return system(model, parameters, inputs=names, outputs=outputs, order="full", damping=damping)
+    return system(model, parameters, order="full", **channels)
 
 
-def _large(built: System, asked: Asked, time: Array, order: Order) -> TimeResponse:
-    if not 0 <= asked.rho <= 1:
-        raise OptionError(f"rho_infinity lies between 0 and 1, not {asked.rho}")
-    found = large_time_response(built, asked, order)
-    notes, known = found.notes, found.warnings
-    return TimeResponse(built.name, time, found.response, asked.u, built.inputs, built.outputs, notes, known=known)
+def _small_motion_system(
+    model: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    *,
+    dt: float,
+    order: Order,
+    reducing: Mapping[str, Any],
+    **channels: Any,
+) -> System | ModalSystem:
+    """The system with inputs, outputs and damping, of a mechanism reduced to what the step resolves unless something is
+    said of its reduction."""
+    if isinstance(model, System | ModalSystem):
+        if channels["damping"] is not None or parameters or reducing or order != "low":
+            raise OptionError(
+                "order, damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
+            )
+        return model.selected(channels["inputs"], channels["outputs"])
+    if isinstance(model, Plan) and order == "low" and not reducing:
+        model, parameters = proven(model, parameters, 1 / (PER_PERIOD * dt)), None
+    return system(model, parameters, order=order, **channels, **reducing)
+
+
+def _result(
+    built: System | ModalSystem, excitation: Excitation, response: Array, notes: tuple[str, ...], **more: Any
+) -> TimeResponse:
+    name = (built.system if isinstance(built, ModalSystem) else built).name
+    return TimeResponse(name, excitation.time, response, excitation.u, built.inputs, built.outputs, notes, **more)
 
 
 def _known_inputs(model: Any) -> list[str]:
@@ -281,23 +310,23 @@ def _known_inputs(model: Any) -> list[str]:
 def _spread(given: Mapping[str, Any], known: list[str]) -> dict[str, Any]:
     """Values by name with wildcards written out."""
     names = matched(given, known)
-    return {own: value for name, value in given.items() for own in names[name]}
+    return {name: value for pattern, value in given.items() for name in names[pattern]}
 
 
-def _by_name(names: list[str], given: Mapping[str, float] | None) -> Array:
-    found = np.zeros(len(names))
-    for name, value in (given or {}).items():
+def _by_name(names: list[str], given: Mapping[str, float]) -> Array:
+    values = np.zeros(len(names))
+    for name, value in given.items():
         try:
-            found[names.index(name)] = float(value)
+            values[names.index(name)] = float(value)
         except (TypeError, ValueError):
             raise OptionError(f"{name}: a number is expected, not {value!r}") from None
-    if not np.isfinite(found).all():
+    if not np.isfinite(values).all():
         raise OptionError("impulses and states to start from are finite numbers")
-    return found
+    return values
 
 
-def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duration: float | None) -> tuple[Array, Array]:
-    """Times (N,) and samples (m, N) of all inputs. Raises OptionError where they do not fit."""
+def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duration: float | None) -> Array:
+    """Samples (m, N) of all inputs. Raises OptionError where they do not fit."""
     sampled = {name: _numbers(name, s) for name, s in inputs.items() if not callable(s)}
     if duration is not None and not (np.isfinite(duration) and duration > 0):
         raise OptionError(f"duration is a positive time in s, not {duration}")
@@ -305,30 +334,29 @@ def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duratio
     if any(len(shape) != 1 for shape in lengths.values()) or len(set(lengths.values())) > 1:
         listed = ", ".join(f"{name} has {'x'.join(map(str, shape))}" for name, shape in lengths.items())
         raise OptionError(f"signals are lists of samples of one length: {listed}")
-    if sampled:
-        count = len(next(iter(sampled.values())))
-        if duration is not None and count < round(duration / dt) + 1:
-            raise OptionError(
-                f"the signals end after {counted(count, 'sample')}; {duration:g} s in steps of {dt:g} s need more"
-            )
-        if duration is not None:
-            count = round(duration / dt) + 1
-    elif duration is None:
+    if not sampled and duration is None:
         raise OptionError("a duration in s is needed: the inputs are functions of time")
-    else:
-        count = round(duration / dt) + 1
+    given = len(next(iter(sampled.values()))) if sampled else None
+    count = round(duration / dt) + 1 if duration is not None else given or 0
+    if given is not None and given < count:
+        raise OptionError(
+            f"the signals end after {counted(given, 'sample')}; {duration:g} s in steps of {dt:g} s need more"
+        )
     if count < 2:
         raise OptionError("a time response has at least two samples: shorten dt or lengthen the signals")
-    time: Array = dt * np.arange(count, dtype=float)
-    u = np.zeros((len(names), count))
+    u, time = np.zeros((len(names), count)), dt * np.arange(count, dtype=float)
     for k, name in enumerate(names):
-        own = inputs.get(name)
-        if own is not None:
-            u[k] = _called(name, own, time) if callable(own) else sampled[name][:count]
-            if not np.isfinite(u[k]).all():
-                first = int(np.flatnonzero(~np.isfinite(u[k]))[0])
-                raise OptionError(f"the signal of {name} is not finite at sample {first}")
-    return time, u
+        signal = inputs.get(name)
+        if signal is None:
+            continue
+        values = _numbers(name, signal(time)) if callable(signal) else sampled[name][:count]
+        if values.shape not in ((), time.shape):
+            raise OptionError(f"the signal of {name} returns {count} values for as many times, not {values.shape}")
+        u[k] = values
+        if not np.isfinite(u[k]).all():
+            first = int(np.flatnonzero(~np.isfinite(u[k]))[0])
+            raise OptionError(f"the signal of {name} is not finite at sample {first}")
+    return u
 
 
 def _numbers(name: str, samples: Any) -> Array:
@@ -340,112 +368,65 @@ def _numbers(name: str, samples: Any) -> Array:
         ) from None
 
 
-def _called(name: str, signal: Callable[[Array], ArrayLike], time: Array) -> Array:
-    """Samples (N,) of a function of time."""
-    found = _numbers(name, signal(time))
-    if found.shape not in ((), time.shape):
-        raise OptionError(f"the signal of {name} returns {len(time)} values for as many times, not {found.shape}")
-    return found
-
-
-def _built(
-    model: Any,
-    parameters: Mapping[str, ArrayLike] | None,
-    inputs: list[str],
-    outputs: Sequence[str] | None,
-    dt: float,
-    order: Order,
-    damping: Any,
-    how: dict[str, Any],
-) -> System | ModalSystem:
-    if isinstance(model, System | ModalSystem):
-        if damping is not None or parameters or how or order != "low":
-            raise OptionError(
-                "order, damping, parameters and methods of reduction belong to a mechanism, not to a finished system"
-            )
-        return model.selected(inputs, outputs)
-    if isinstance(model, Plan) and order == "low" and not how:
-        model, parameters = proven(model, parameters, 1 / (PER_PERIOD * dt)), None
-    return system(model, parameters, inputs=inputs, outputs=outputs, order=order, damping=damping, **how)
-
-
-def _modes(built: System, dt: float, model: Any) -> ModalSystem:
-    """All modes of a low-order system that the caller chose, else those that the step resolves."""
-    if isinstance(built.model, FullOrderModel) or isinstance(model, Plan):
-        return built.modal(up_to=1 / (PER_PERIOD * dt))
-    return built.modal()
-
-
-def _exact(
-    modes: ModalSystem, time: Array, u: Array, dt: float, hold: Hold, impulses: Array, start: Array, keep: bool
-) -> TimeResponse:
+def _exact(modes: ModalSystem, excitation: Excitation, keep: bool) -> TimeResponse:
     whole = with_residual_modes(modes) if modes.order else modes
-    notes = _notes(modes, whole, dt, hold)
+    notes = _notes(modes, whole, excitation)
     plain, modes = modes.viscous(), whole.viscous()
-    eta0, rate0 = _static(modes, start), modes.B @ impulses
-    run = Run(modes, hold, eta0, rate0, plain, impulses, start)
+    driven = _driven(modes, excitation)
+    run = Run(modes, driven, plain, excitation)
     if not keep:
-        y = _outputs(modes, u, dt, hold, eta0, rate0)
-        return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, run=run)
-    if modes.order * len(time) > STATES:
+        return _result(modes, excitation, _outputs(modes, driven), notes, run=run)
+    if modes.order * excitation.u.shape[1] > STATES:
         raise OptionError(f"keep_modes keeps at most {STATES} values: ask for fewer modes or samples")
-    eta, rate = modal_motion(modes, u, dt, hold, eta0, rate0, {0} | {min(k, 1) for k in modes.derivative.tolist()})
-    y = _read_all(modes, eta, rate, u)
-    return TimeResponse(modes.system.name, time, y, u, modes.inputs, modes.outputs, notes, modes, eta, run)
+    orders = sorted({0, *np.minimum(modes.derivative, 1).tolist()})
+    moved = dict(zip(orders, modal_motion(modes, driven, orders), strict=True))
+    return _result(modes, excitation, _read(modes, moved, driven.u), notes, modes=modes, modal=moved[0], run=run)
 
 
-def _outputs(modes: ModalSystem, u: Array, dt: float, hold: Hold, eta0: Array, rate0: Array) -> Array:
+def _driven(modes: ModalSystem, excitation: Excitation) -> Driven:
+    """What drives modes, from the static state that they start from. Raises OptionError where there is none."""
+    u, dt, impulses, start, hold = excitation
+    if start.any() and (modes.omega == 0).any():
+        raise OptionError("there is no static state to start from: something can move freely")
+    eta = modes.B @ start / modes.omega**2 if start.any() else np.zeros(modes.order)
+    return Driven(u, dt, hold, eta, modes.B @ impulses)
+
+
+def _outputs(modes: ModalSystem, driven: Driven) -> Array:
     """Outputs (p, N), by whichever recursion is the shorter way."""
+    u = driven.u
     if suits_blocks(modes, len(u)):
-        y = modes.D @ u + block_response(modes, u, dt, hold, eta0, rate0)
+        y = modes.D @ u + block_response(modes, driven)
         return y + np.where(modes.derivative[:, None] == 0, modes.residual, 0.0) @ u
-    orders = set(modes.derivative.tolist())
-    wanted = {min(k, 1) for k in orders} | ({0} if 2 in orders else set())
-    eta, rate = modal_motion(modes, u, dt, hold, eta0, rate0, wanted)
-    return _read_all(modes, eta, rate, u)
+    derivatives = set(modes.derivative.tolist())
+    orders = sorted({min(k, 1) for k in derivatives} | ({0} if 2 in derivatives else set()))
+    return _read(modes, dict(zip(orders, modal_motion(modes, driven, orders), strict=True)), u)
 
 
-def _read_all(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array) -> Array:
-    """Outputs (p, N) from modal coordinates."""
+def _read(modes: ModalSystem, moved: Mapping[int, Array], u: Array) -> Array:
+    """Outputs (p, N) from modal coordinates and their rates, second derivatives from the equation of motion."""
     y = modes.D @ u
     for order in set(modes.derivative.tolist()):
         at = np.flatnonzero(modes.derivative == order)
-        y[at] += _read(modes, eta, rate, u, modes.C[at], order)
+        C = modes.C[at]
+        if order < 2:
+            y[at] += C @ moved[order]
+        else:
+            y[at] += (C @ modes.B) @ u - (C @ modes.damping) @ moved[1] - (C * modes.omega**2) @ moved[0]
         if order == 0:
             y[at] += modes.residual[at] @ u
     return y
 
 
-def _read(modes: ModalSystem, eta: Array | None, rate: Array | None, u: Array, C: Array, order: int) -> Array:
-    """C eta, C eta' or C eta'' (o, N), the last from the equation of motion."""
-    if order == 0:
-        assert eta is not None
-        return C @ eta
-    assert rate is not None
-    if order == 1:
-        return C @ rate
-    assert eta is not None
-    return (C @ modes.B) @ u - (C @ modes.damping) @ rate - (C * modes.omega**2) @ eta
-
-
-def _static(modes: ModalSystem, start: Array) -> Array:
-    """Modal coordinates (r,) of the static state under constant inputs."""
-    if not start.any():
-        return np.zeros(modes.order)
-    if (modes.omega == 0).any():
-        raise OptionError("there is no static state to start from: something can move freely")
-    return modes.B @ start / modes.omega**2
-
-
-def _notes(modes: ModalSystem, whole: ModalSystem, dt: float, hold: Hold) -> tuple[str, ...]:
-    shape = "straight lines between samples" if hold == "foh" else "samples held"
+def _notes(modes: ModalSystem, whole: ModalSystem, excitation: Excitation) -> tuple[str, ...]:
+    shape = "straight lines between samples" if excitation.hold == "foh" else "samples held"
     more = whole.order - modes.order
     residual = f" and {more} residual mode{'s' if more > 1 else ''}" if more else ""
     notes = [f"{modes.order} modes{residual}, exact for {shape}", *state_of(modes.system.model.design)]
     if modes.loss is not None:
         notes.append("structural damping taken as viscous damping that dissipates the same at each resonance")
     highest = float(modes.frequency_hz[-1]) if modes.order else 0.0
-    if dt * highest * PER_PERIOD > 1 + 1e-9:
+    if excitation.dt * highest * PER_PERIOD > 1 + 1e-9:
         needed = 1 / (PER_PERIOD * highest)
         notes.append(
             f"the step is coarse for the highest kept mode, {in_hz(highest)}: what happens between samples is not seen;"
@@ -458,19 +439,24 @@ def _notes(modes: ModalSystem, whole: ModalSystem, dt: float, hold: Hold) -> tup
     return tuple(notes)
 
 
-def _integrated(
-    built: System, time: Array, u: Array, dt: float, rho: float, impulses: Array, start: Array
-) -> TimeResponse:
+def _integrated(built: System, excitation: Excitation, rho_infinity: float) -> TimeResponse:
     if built.H is not None:
         raise OptionError("structural damping has no causal time response: use method exact, or viscous damping")
-    M, C, K, _ = built.matrices()
-    q, v, a = generalised_alpha(M, C, K, built.B, u, dt, rho, start, impulses)
+    (M, C, K, _), u = built.matrices(), excitation.u
+    motion = generalised_alpha(
+        *(M, C, K, built.B, u),
+        dt=excitation.dt,
+        rho_infinity=rho_infinity,
+        start=excitation.start,
+        impulses=excitation.impulses,
+    )
     y = built.D @ u
-    for order, own in enumerate((q, v, a)):
+    for order, moved in enumerate(motion):
         at = built.derivative == order
-        y[at] += built.rows[at] @ own
+        y[at] += built.rows[at] @ moved
     y[built.derivative == 0] += built.residual[built.derivative == 0] @ u
-    notes = (f"generalised-alpha, rho_infinity {rho:g}, {built.order} coordinates: error of order dt^2",)
-    notes = (*notes, *state_of(built.model.design))
-    known = integrated_warnings(built, q, time, u)
-    return TimeResponse(built.name, time, y, u, built.inputs, built.outputs, notes, known=known)
+    notes = (
+        f"generalised-alpha, rho_infinity {rho_infinity:g}, {built.order} coordinates: error of order dt^2",
+        *state_of(built.model.design),
+    )
+    return _result(built, excitation, y, notes, known=integrated_warnings(built, motion[0], excitation))

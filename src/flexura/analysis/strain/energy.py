@@ -1,4 +1,5 @@
-"""Where the energy of a motion sits: strain and kinetic energy by placed part, member and kind of deformation."""
+"""Where the energy of a motion sits: strain and kinetic energy by placed part, member and kind of deformation; and what
+of it, and so of frequencies and deflections, the meshes of solid parts leave uncertain."""
 
 from __future__ import annotations
 
@@ -6,10 +7,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
+from flexura.errors import Diagnostic
+from flexura.mechanism import TOP, Superelement
 from flexura.structure import FullOrderModel, Part, PartMatrices, Posed
 
 KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "spring")
@@ -31,7 +35,29 @@ class PartEnergy:
 def energies(model: FullOrderModel, displacements: Array) -> list[PartEnergy]:
     """Energies of every placed part for displacements (n_nodes, 6, k) of all nodes, global frame, m and rad
     (theory eq. 60)."""
-    return list(_energies(model, displacements))
+    posed = model.design.posed
+    strains = {} if posed is None else _strains_at(model, posed, displacements)
+    parts: list[PartEnergy] = []
+    for name, matrices in model.matrices.items():
+        part = model.plan.parts[name]
+        for path, u in placed_motions(model, displacements, name):
+            strain, kinetic = _elements(part, matrices, u)
+            kinetic = kinetic.sum(axis=0)
+            for discrete in matrices.discrete_elements:
+                if discrete.M is not None:
+                    kinetic += _quadratic(discrete.M, discrete.nodes, u)
+            stiff = [(own.name, own.K, own.nodes) for own in matrices.discrete_elements if own.K is not None]
+            if posed is not None:
+                keys = (*part.members, *(key for key, *_ in stiff))
+                by_name = {key: strains[".".join((*path, key))] for key in keys}
+            else:
+                ends = zip(part.members, part.first, part.counts, strict=False)
+                by_name = {key: strain[:, first : first + n].sum(axis=1) for key, first, n in ends}
+                for key, K, nodes in stiff:
+                    by_name[key] = np.zeros((len(KINDS), u.shape[-1]))
+                    by_name[key][-1] = _quadratic(K, nodes, u)
+            parts.append(PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name))
+    return parts
 
 
 def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> Iterator[tuple[tuple[str, ...], Array]]:
@@ -41,8 +67,9 @@ def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> It
     posed = model.design.posed
     for path, instance, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
         Q = model.geometry.Q[instance].T
-        own = slice(offset, offset + part.n_positioned)
-        turn = Q if posed is None else Q @ np.swapaxes(posed.rotations[own], -1, -2)
+        turn = Q
+        if posed is not None:
+            turn = Q @ np.swapaxes(posed.rotations[offset : offset + part.n_positioned], -1, -2)
         turned = block_rotation(turn)
         turned[..., 3:, 3:] *= round(float(np.linalg.det(Q)))
         u = displacements[offset : offset + part.n_nodes].copy()
@@ -50,38 +77,12 @@ def placed_motions(model: FullOrderModel, displacements: Array, name: str) -> It
         yield path, u
 
 
-def _energies(model: FullOrderModel, displacements: Array) -> Iterator[PartEnergy]:
-    posed = model.design.posed
-    strains = {} if posed is None else _strains_at(model, posed, displacements)
-    for name, matrices in model.matrices.items():
-        part = model.plan.parts[name]
-        for path, u in placed_motions(model, displacements, name):
-            strain, kinetic = _elements(part, matrices, u)
-            by_name = {
-                member: strain[:, first : first + n].sum(axis=1)
-                for member, first, n in zip(part.members, part.first, part.counts, strict=False)
-            }
-            kinetic = kinetic.sum(axis=0)
-            for discrete in matrices.discrete_elements:
-                kinetic += quadratic(discrete.M, discrete.nodes, u)
-                if discrete.K is not None:
-                    by_name[discrete.name] = np.zeros((len(KINDS), u.shape[-1]))
-                    by_name[discrete.name][-1] = quadratic(discrete.K, discrete.nodes, u)
-            if posed is not None:
-                by_name = {key: strains[".".join((*path, key))] for key in by_name}
-            yield PartEnergy(".".join(path) or "mechanism", name, kinetic, by_name)
-
-
 def element_strains(model: FullOrderModel, displacements: Array, name: str, copies: Sequence[int]) -> Array:
     """Strain energies (copies, e, k), J, of the elements of some copies, by number, of a prototype at rest, for
     displacements (n_nodes, 6, k) of all nodes, global frame, m and rad (theory eq. 60)."""
     part, matrices, wanted = model.plan.parts[name], model.matrices[name], set(copies)
-    found = [
-        _elements(part, matrices, u)[0].sum(axis=0)
-        for c, (_, u) in enumerate(placed_motions(model, displacements, name))
-        if c in wanted
-    ]
-    return np.stack(found)
+    placed = enumerate(placed_motions(model, displacements, name))
+    return np.stack([_elements(part, matrices, u)[0].sum(axis=0) for copy, (_, u) in placed if copy in wanted])
 
 
 def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Array]:
@@ -111,10 +112,10 @@ def _strains_at(model: FullOrderModel, posed: Posed, displacements: Array) -> di
     is_round: dict[str, bool] = {}
     for name, part in model.plan.parts.items():
         if part.members:
-            own = part.table.is_round[part.table.element_member][part.first[:-1]]
+            of_part = part.table.is_round[part.table.element_member][part.first[:-1]]
             for path in model.plan.topology.copies[name].paths:
-                is_round |= {".".join((*path, key)): bool(r) for key, r in zip(part.members, own, strict=True)}
-    found: dict[str, Array] = {}
+                is_round |= {".".join((*path, key)): bool(r) for key, r in zip(part.members, of_part, strict=True)}
+    strains: dict[str, Array] = {}
     for names, by_component, work in posed.works(displacements):
         if by_component is None or names[0] not in is_round:
             kinds = np.zeros((len(KINDS), *work.shape))
@@ -122,13 +123,124 @@ def _strains_at(model: FullOrderModel, posed: Posed, displacements: Array) -> di
         else:
             kinds = _by_kind(by_component, np.array([is_round[name] for name in names]))
         for e, name in enumerate(names):
-            found[name] = found.get(name, 0.0) + kinds[:, e]
-    return found
+            strains[name] = strains.get(name, 0.0) + kinds[:, e]
+    return strains
 
 
-def quadratic(matrix: Array | None, nodes: Sequence[int], u: Array) -> Array | float:
-    """Half of v' A v (k,) of the displacements v of some nodes of a part, of u (n, 6, k) of all; zero for None."""
-    if matrix is None:
-        return 0.0
+def _quadratic(matrix: Array, nodes: Sequence[int], u: Array) -> Array:
+    """Half of v' A v (k,) of the displacements v of some nodes of a part, of u (n, 6, k) of all."""
     v = u[nodes].reshape(6 * len(nodes), u.shape[-1])
     return np.einsum("ik,ij,jk->k", v, matrix, v) / 2
+
+
+LIMIT = 0.02
+"""Relative error of a frequency or deflection by its meshes above which a result says so."""
+
+RIGID_EIGENVALUE = 1e-10
+"""Eigenvalues of a stiffness scaled to a unit diagonal below which a motion counts as rigid."""
+
+
+@dataclass(frozen=True)
+class PartMesh:
+    """A superelement of which the error of the stiffness is known, by `SUBSTRUCTURE.NAME`.
+
+    `size` of the cells is relative to the mesher's own choice, `dofs` those of the mesh, both None where they are not
+    known. `stiffness_error` is the estimated relative error of the static stiffness between its nodes, in the direction
+    where it is largest.
+    """
+
+    size: float | None
+    dofs: int | None
+    stiffness_error: float
+
+    def __str__(self) -> str:
+        mesh = "" if self.dofs is None else f"{self.dofs} DOFs, size {self.size:g}, "
+        return f"{mesh}stiffness within {100 * self.stiffness_error:.2g} %"
+
+
+@dataclass(frozen=True)
+class MeshErrors:
+    """Estimated errors by the meshes of solid parts in k motions (theory eq. B9).
+
+    `share` (k,) is the uncertain part of all strain energy: about the relative error of a deflection, and twice that of
+    a frequency. `part` (k,) names the placed part that adds most.
+    """
+
+    share: Array
+    part: tuple[str, ...]
+
+
+def part_meshes(model: FullOrderModel) -> dict[str, PartMesh]:
+    """All superelements of which the error of the stiffness is known."""
+    meshes = {}
+    for name, prototype in model.plan.layout.prototypes.items():
+        for key, part in prototype.superelements.items():
+            if part.stiffness_error is not None:
+                size, dofs = (None, None) if part.mesh is None else (part.mesh.size, part.mesh.dofs)
+                worst = _worst_direction(part, part.stiffness_error.array)
+                meshes[key if name == TOP else f"{name}.{key}"] = PartMesh(size, dofs, worst)
+    return meshes
+
+
+def _mesh_errors(model: FullOrderModel, displacements: Array, energy: Array) -> MeshErrors | None:
+    """Errors of motions with displacements (n_nodes, 6, k) of all nodes, and strain energies (k,), J, of the whole.
+
+    None where no part says how far off its stiffness may be. Motions without strain energy have no error.
+    """
+    uncertain: dict[str, Array] = {}
+    for name, prototype in model.plan.layout.prototypes.items():
+        errors = {key: part.stiffness_error for key, part in prototype.superelements.items()}
+        known = {key: error.array for key, error in errors.items() if error is not None}
+        for path, u in placed_motions(model, displacements, name) if known else ():
+            for key, matrix in known.items():
+                nodes = model.plan.parts[name].superelements[key][0]
+                spare = 6 * len(nodes) - len(matrix)
+                uncertain[".".join((*path, key))] = _quadratic(np.pad(matrix, (0, spare)), nodes, u)
+    if not uncertain:
+        return None
+    each = np.array(list(uncertain.values()))
+    share = np.divide(each.sum(axis=0), energy, out=np.zeros(len(energy)), where=energy > 0)
+    names = list(uncertain)
+    return MeshErrors(share, tuple(names[k] for k in each.argmax(axis=0)))
+
+
+def frequency_errors(model: FullOrderModel, shapes: Array, frequency_hz: Array) -> MeshErrors | None:
+    """Errors of modes with M-orthonormal `shapes` (n_nodes, 6, k); that of a frequency is half of the share."""
+    return _mesh_errors(model, shapes, (2 * np.pi * frequency_hz) ** 2 / 2)
+
+
+def motion_meshes(model: FullOrderModel, columns: Array, names: Sequence[str]) -> tuple[Diagnostic, ...]:
+    """A warning for that of some motions, DOF vectors (n, k) with names, which meshes leave most uncertain."""
+    if not columns.size:
+        return ()
+    energy = np.einsum("nk,nk->k", columns, model.K @ columns) / 2
+    errors = _mesh_errors(model, model.node_displacements(columns), energy)
+    if errors is None:
+        return ()
+    worst = int(errors.share.argmax())
+    warning = mesh_warning("", f"the deflection {names[worst]}", float(errors.share[worst]), errors.part[worst])
+    return () if warning is None else (warning,)
+
+
+def mesh_warning(place: str, what: str, error: float, part: str) -> Diagnostic | None:
+    """A warning that the meshes leave `what` uncertain, where they do by more than 2 %."""
+    if not error > LIMIT:
+        return None
+    text = (
+        f"{what} may be off by {100 * error:.2g} %, more than {100 * LIMIT:g} %, for the mesh of {part};"
+        " a smaller mesh_size makes it less"
+    )
+    return Diagnostic("mesh", place, error, LIMIT, "1", text)
+
+
+def _worst_direction(part: Superelement, E: Array) -> float:
+    """The largest eigenvalue of E against K where K is not zero, over the nodes, which amplitudes follow statically."""
+    c, K = 6 * len(part.nodes), part.stiffness.array
+    follow = np.vstack([np.eye(c), -np.linalg.pinv(K[c:, c:], hermitian=True) @ K[c:, :c]])
+    K, E = (follow.T @ A @ follow for A in (K, E))
+    scale = np.sqrt(np.maximum(K.diagonal(), 0.0))
+    scale = np.where(scale > 0, scale, 1.0)
+    values, vectors = la.eigh(K / np.outer(scale, scale))
+    strained = values > RIGID_EIGENVALUE
+    half = vectors[:, strained] / np.sqrt(values[strained])
+    return float(np.linalg.eigvalsh(half.T @ (E / np.outer(scale, scale)) @ half).max(initial=0.0))

@@ -18,7 +18,7 @@ STILL = 0.05
 """A body, mass or part with a smaller share of the kinetic energy is said to stand still, unless all shares are small:
 then one with less than half of the largest."""
 
-LOOSE = 0.3
+MOVES = 0.3
 """Share of the largest displacement from which a named node is said to move, rather than a member between its nodes."""
 
 SECONDARY = 0.1
@@ -42,12 +42,11 @@ class BodyMotion:
     kinetic_share: float
 
     def __str__(self) -> str:
-        moves = f"moves along {_direction_name(self.translation)}"
-        turns = f"turns about {_direction_name(self.rotation)}"
-        said = [moves] if self.rotation_share < 0.5 else [turns]
-        if SECONDARY <= self.rotation_share <= 1 - SECONDARY:
-            said = [moves, turns] if self.rotation_share < 0.5 else [turns, moves]
-        return f"{self.body} {' and '.join(said)}"
+        texts = [f"moves along {_direction_name(self.translation)}", f"turns about {_direction_name(self.rotation)}"]
+        if self.rotation_share >= 0.5:
+            texts.reverse()
+        both = SECONDARY <= self.rotation_share <= 1 - SECONDARY
+        return f"{self.body} {' and '.join(texts if both else texts[:1])}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -102,21 +101,21 @@ class _Rigid:
 
     def motion(self, k: int) -> BodyMotion:
         """Its part in mode k."""
-        own = float(self.moving[k] + self.turning[k])
-        share = float(self.turning[k]) / own if own else 0.0
+        energy = float(self.moving[k] + self.turning[k])
+        share = float(self.turning[k]) / energy if energy else 0.0
         return BodyMotion(
             body=self.name,
             kind="rotation" if share > 0.5 else "translation",
             translation=_unit(self.velocity[:, k]),
             rotation=_unit(self.rotation[:, k]),
             rotation_share=share,
-            kinetic_share=own / float(self.total[k]),
+            kinetic_share=energy / float(self.total[k]),
         )
 
 
 def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid]:
     """Everything rigid that has a mass of its own: bodies, point masses, sensors. total (k,): all kinetic energy."""
-    found = []
+    rigid = []
     for number, (path, part, instance, offset) in enumerate(_placed(model)):
         Q = model.geometry.Q[instance]
         for discrete in model.matrices[part.name].discrete_elements:
@@ -130,26 +129,27 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
             v = np.asarray(u[node, :3] + np.cross(turn, arm, axis=0), dtype=np.float64)
             inertia = Q @ (discrete.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
             turning = np.einsum("ik,ij,jk->k", turn, inertia, turn) / 2
-            own = (".".join((*path, discrete.name)), discrete.name in part.bodies, node, number)
-            found.append(_Rigid(*own, m * (v**2).sum(axis=0) / 2, turning, v, turn, total))
-    return found
+            about = (".".join((*path, discrete.name)), discrete.name in part.bodies, node, number)
+            rigid.append(_Rigid(*about, m * (v**2).sum(axis=0) / 2, turning, v, turn, total))
+    return rigid
 
 
 def _loose(model: FullOrderModel, number: int, u: Array) -> str:
     """What to say of a part's members and nodes where nothing rigid moves in u (n_nodes, 6): the named node that moves
     most, or the member that vibrates between its nodes."""
-    path, part, _, offset = next(own for k, own in enumerate(_placed(model)) if k == number)
+    path, part, _, offset = list(_placed(model))[number]
     prefix = "".join(f"{step}." for step in path)
-    own, turn = (np.linalg.norm(u[offset : offset + part.n_positioned, at], axis=1) for at in (slice(3), slice(3, 6)))
-    if not len(own):
+    moved = u[offset : offset + part.n_positioned]
+    shift, turn = np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)
+    if not len(moved):
         return f"{'.'.join(path) or 'mechanism'} vibrates"
     size = float(np.ptp(model.positions, axis=0).max())
-    if own.max() < LOOSE * 1e-2 * size * turn.max():
+    if shift.max() < MOVES * 1e-2 * size * turn.max():
         return f"{prefix}{part.node_names[int(leading(turn))].split('[')[0]} twists"
-    node = int(leading(own[: part.n_named])) if part.n_named else 0
-    if part.n_named and own[node] >= LOOSE * own.max():
-        return f"{prefix}{part.node_names[node]} moves along {_direction_name(_unit(u[offset + node, :3]))}"
-    return f"{prefix}{part.node_names[int(leading(own))].split('[')[0]} vibrates"
+    node = int(leading(shift[: part.n_named])) if part.n_named else 0
+    if part.n_named and shift[node] >= MOVES * shift.max():
+        return f"{prefix}{part.node_names[node]} moves along {_direction_name(_unit(moved[node, :3]))}"
+    return f"{prefix}{part.node_names[int(leading(shift))].split('[')[0]} vibrates"
 
 
 def _unit(vector: Array) -> tuple[float, float, float]:
@@ -184,28 +184,29 @@ def _describe(model: FullOrderModel, parts: list[PartEnergy], rigid: list[_Rigid
         for kind, v in zip(KINDS, kinds, strict=True)
         if v > 1e-3
     }
-    bodies, masses = (_in_order(r.motion(k) for r in rigid if r.is_body is kind) for kind in (True, False))
+    shares = kinetic / kinetic.sum()
+    bodies, masses = (_in_order([r.motion(k) for r in rigid if r.is_body is kind]) for kind in (True, False))
     causes = [f"{cause} {share:.0%}" for cause, share in _largest(deformation)[:2] if share >= 0.1]
-    moves = _what_moves(model, parts, rigid, kinetic / kinetic.sum(), u, k)
+    moves = _what_moves(model, parts, rigid, shares, u, k)
     return Motion(
         bodies=bodies,
         masses=masses,
         strain_share={part.path: float(energy) / total for part, energy in zip(parts, strain, strict=True)},
-        kinetic_share={p.path: float(s) for p, s in zip(parts, kinetic / kinetic.sum(), strict=True)},
+        kinetic_share={p.path: float(s) for p, s in zip(parts, shares, strict=True)},
         strain_by_substructure=by_prototype,
         deformation=dict(_largest(deformation)),
         summary=moves + (f" ({', '.join(causes)})" if causes else ""),
     )
 
 
-def _in_order(motions: Iterator[BodyMotion]) -> tuple[BodyMotion, ...]:
-    found = list(motions)
-    return tuple(found[i] for i in ranked([m.kinetic_share for m in found]))
+def _in_order(motions: list[BodyMotion]) -> tuple[BodyMotion, ...]:
+    """Motions of bodies by their kinetic energy, the largest first."""
+    return tuple(motions[i] for i in ranked([m.kinetic_share for m in motions]))
 
 
 def _largest(shares: dict[str, float]) -> list[tuple[str, float]]:
-    found = list(shares.items())
-    return [found[i] for i in ranked(list(shares.values()))]
+    items = list(shares.items())
+    return [items[i] for i in ranked(list(shares.values()))]
 
 
 def _what_moves(
@@ -213,8 +214,8 @@ def _what_moves(
 ) -> str:
     """What holds the kinetic energy: bodies and masses first if that is half of it, else members and nodes first."""
     rest = kinetic.copy()
-    for own in rigid:
-        rest[own.part] -= own.motion(k).kinetic_share
+    for body in rigid:
+        rest[body.part] -= body.motion(k).kinetic_share
     clusters = _clusters(model, rigid, k)
     least = min(STILL, max([rest.max(initial=0.0), *(m.kinetic_share for m in clusters)]) / 2)
     moving = [m for m in clusters if m.kinetic_share > least]
@@ -226,24 +227,24 @@ def _what_moves(
     if len(busy) == 1:
         named = _loose(model, busy[0], u)
     elif not rigid:
-        said = [_loose(model, i, u) for i in busy[:2]]
-        named = "; ".join(said) + (f" and {len(busy) - 2} more" if len(busy) > 2 else "")
+        named = "; ".join(_loose(model, i, u) for i in busy[:2])
+        named += f" and {len(busy) - 2} more" if len(busy) > 2 else ""
     else:
         named += " vibrate"
     if not busy:
         return bodies
     if moving:
         return f"{named}; {bodies}"
-    return f"local mode (bodies at rest): {named}" if any(own.is_body for own in rigid) else named
+    return f"local mode (bodies at rest): {named}" if any(body.is_body for body in rigid) else named
 
 
 def _clusters(model: FullOrderModel, rigid: list[_Rigid], k: int) -> list[BodyMotion]:
     """Bodies, each with the masses that it carries, and masses on nodes without a body, largest share first."""
     root = model.plan.topology.root
-    names = {root[own.node]: own for own in reversed(rigid) if own.is_body}
-    found: dict[str, BodyMotion] = {}
-    for own in rigid:
-        head = own if own.is_body else names.get(root[own.node], own)
-        before = found.get(head.name) or replace(head.motion(k), kinetic_share=0.0)
-        found[head.name] = replace(before, kinetic_share=before.kinetic_share + own.motion(k).kinetic_share)
-    return list(_in_order(iter(found.values())))
+    body_at = {root[one.node]: one for one in reversed(rigid) if one.is_body}
+    clusters: dict[str, BodyMotion] = {}
+    for one in rigid:
+        head = one if one.is_body else body_at.get(root[one.node], one)
+        before = clusters.get(head.name) or replace(head.motion(k), kinetic_share=0.0)
+        clusters[head.name] = replace(before, kinetic_share=before.kinetic_share + one.motion(k).kinetic_share)
+    return list(_in_order(list(clusters.values())))

@@ -12,9 +12,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis.strain.internal_forces import end_forces, find_member, internal_force_rows, unknown_member
-from flexura.analysis.strain.numbers import finite_numbers
-from flexura.analysis.strain.settled import Missing, told_apart
+from flexura.analysis.strain.internal_forces import (
+    Missing,
+    end_forces,
+    find_member,
+    finite_numbers,
+    internal_force_rows,
+    told_apart,
+    unknown_member,
+)
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
@@ -31,7 +37,7 @@ Model = FullOrderModel | Design
 STATIONS = 41
 """Stations along every member, both ends included."""
 
-ROUND_OFF = 1e-12
+NO_STRESS = 1e-12
 """Stresses below so much of the largest in the mechanism are none."""
 
 BLOCK = 2_000_000
@@ -106,30 +112,30 @@ class Stresses(Tabular):
         def margin(member: MemberStress) -> float:
             return np.inf if member.factor_to_yield is None else member.factor_to_yield
 
-        own = sorted(self.members, key=margin)[:most]
+        rows = sorted(self.members, key=margin)[:most]
         columns = {
-            "member": [m.name for m in own],
-            "von Mises [Pa]": [m.von_mises for m in own],
-            "without notch factor [Pa]": [m.nominal for m in own],
-            "yield stress [Pa]": [m.yield_stress for m in own],
-            "factor to yield": [m.factor_to_yield for m in own],
-            "at": [f"{m.position:.2f} of its length" for m in own],
+            "member": [m.name for m in rows],
+            "von Mises [Pa]": [m.von_mises for m in rows],
+            "without notch factor [Pa]": [m.nominal for m in rows],
+            "yield stress [Pa]": [m.yield_stress for m in rows],
+            "factor to yield": [m.factor_to_yield for m in rows],
+            "at": [f"{m.position:.2f} of its length" for m in rows],
         }
         return Table(columns, "members", count=len(self.members))
 
     def _columns(self) -> dict[str, Any]:
         """The largest stress in every member, with its forces there in the member's axes."""
-        own = self.members
-        columns: dict[str, Any] = {
-            "member": [m.name for m in own],
-            "von mises [Pa]": [m.von_mises for m in own],
-            "nominal [Pa]": [m.nominal for m in own],
-            "yield stress [Pa]": [m.yield_stress for m in own],
-            "factor to yield": [m.factor_to_yield for m in own],
-            "position": [m.position for m in own],
+        rows = self.members
+        return {
+            "member": [m.name for m in rows],
+            "von mises [Pa]": [m.von_mises for m in rows],
+            "nominal [Pa]": [m.nominal for m in rows],
+            "yield stress [Pa]": [m.yield_stress for m in rows],
+            "factor to yield": [m.factor_to_yield for m in rows],
+            "position": [m.position for m in rows],
+            **{f"{name} [N]": [m.force[k] for m in rows] for k, name in enumerate(("N", "Vy", "Vz"))},
+            **{f"{name} [N m]": [m.moment[k] for m in rows] for k, name in enumerate(("T", "My", "Mz"))},
         }
-        columns |= {f"{name} [N]": [m.force[k] for m in own] for k, name in enumerate(("N", "Vy", "Vz"))}
-        return columns | {f"{name} [N m]": [m.moment[k] for m in own] for k, name in enumerate(("T", "My", "Mz"))}
 
 
 class _Worst(NamedTuple):
@@ -160,17 +166,18 @@ def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[fl
 
 def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
     """The largest stress in every placed link and flexure under internal forces of some states."""
-    found: list[MemberStress] = []
+    members: list[MemberStress] = []
     for name in model.matrices:
         part = model.plan.parts[name]
         if part.members:
             ends = forces(name)
             for group, n, _ in part.table.groups:
-                found += _reported(model, part, group, _worst_of(model, part, group, n, ends))
-    least = ROUND_OFF * max((m.von_mises for m in found if m.von_mises and isfinite(m.von_mises)), default=0.0)
-    found = [m if m.von_mises is None or m.von_mises > least else replace(m, von_mises=0.0, nominal=0.0) for m in found]
-    order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in found])
-    return Stresses(tuple(found[i] for i in order))
+                members += _reported(model, part, group, _worst_of(model, part, group, n, ends))
+    least = NO_STRESS * max((m.von_mises for m in members if m.von_mises and isfinite(m.von_mises)), default=0.0)
+    none = {"von_mises": 0.0, "nominal": 0.0}
+    members = [m if m.von_mises is None or m.von_mises > least else replace(m, **none) for m in members]
+    order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in members])
+    return Stresses(tuple(members[i] for i in order))
 
 
 def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Worst) -> Iterator[MemberStress]:
@@ -204,12 +211,16 @@ def _states(model: FullOrderModel, u: ArrayLike) -> Array:
 
 def _worst_of(model: FullOrderModel, part: Part, group: SectionGroup, n: int, ends: Pair) -> _Worst:
     """The worst station and state of the members of a group, which have `n` elements each."""
-    worst: _Worst | None = None
+    copy, member = np.ogrid[: ends[0].shape[0], : len(group.index)]
+    blocks: list[_Worst] = []
     for first, x, force, raised, nominal in _stresses(model, part, group, n, ends):
-        block = _pick(raised, nominal, x, force)
-        worst = _worse(worst, block._replace(state=block.state + first))
-    assert worst is not None
-    return worst
+        best = leading(raised.reshape(*raised.shape[:2], -1))
+        station, state = np.divmod(best, raised.shape[-1])
+        there = x[member, station], force[copy, member, station, state], state + first
+        blocks.append(_Worst(raised.max(axis=(2, 3)), nominal.max(axis=(2, 3)), *there))
+    worst = leading(np.stack([block.von_mises for block in blocks]), axis=0)
+    nominal = np.max([block.nominal for block in blocks], axis=0)
+    return _Worst(*(np.stack(own)[worst, copy, member] for own in zip(*blocks, strict=True)))._replace(nominal=nominal)
 
 
 class StressProfile(NamedTuple):
@@ -273,7 +284,7 @@ def largest_stresses(
     whose yield stress is known too. With slopes where the forces and the design have them, those of forces
     told apart in what is `missing` of equilibrium where that is given."""
     names: list[str] = []
-    found: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
+    columns: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
     for name in model.matrices:
         part = model.plan.parts[name]
         limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
@@ -286,10 +297,11 @@ def largest_stresses(
         paths = model.plan.topology.copies[name].paths
         for group, n in known:
             has = np.flatnonzero(wanted[group.index])
-            own = (block[:, has].reshape(-1, count) for block in _largest(model, part, group, n, ends, missing))
-            found.append((*own, np.tile(limit[group.index[has]], len(paths))))
+            largest = _largest(model, part, group, n, ends, missing)
+            of_states = (values[:, has].reshape(-1, count) for values in largest)
+            columns.append((*of_states, np.tile(limit[group.index[has]], len(paths))))
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
-    return LargestStresses(tuple(names), *(np.concatenate(own) for own in zip(*found, strict=True)))
+    return LargestStresses(tuple(names), *(np.concatenate(column) for column in zip(*columns, strict=True)))
 
 
 def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None) -> Pair:
@@ -317,8 +329,8 @@ def _stresses(
     at = part.table.first[group.index][:, None] + element
     step = max(1, BLOCK // (6 * copies * x.size))
     for first in range(0, states, step):
-        own = slice(first, min(first + step, states))
-        start, end = (np.moveaxis(forces[:, at, :, own], -1, -2) for forces in ends)
+        block = slice(first, min(first + step, states))
+        start, end = (np.moveaxis(forces[:, at, :, block], -1, -2) for forces in ends)
         force = told_apart(model.parameters, _at_stations(start, end, share, length, n), length, missing)
         yield first, x, force, *_von_mises(model, part, group, length, x, force)
 
@@ -355,24 +367,6 @@ def _von_mises(model: Model, part: Part, group: SectionGroup, length: Array, x: 
     return von_mises(force, outer, inner, factors) if notched else nominal, nominal
 
 
-def _pick(raised: Array, nominal: Array, x: Array, force: Array) -> _Worst:
-    """The largest of stresses (i, m, stations, k)."""
-    i, m = raised.shape[:2]
-    best = leading(raised.reshape(i, m, -1))
-    copy, member = np.ogrid[:i, :m]
-    station, state = np.divmod(best, raised.shape[-1])
-    where = (copy, member, station, state)
-    return _Worst(raised.max(axis=(2, 3)), nominal.max(axis=(2, 3)), x[member, station], force[where], state)
-
-
-def _worse(one: _Worst | None, other: _Worst) -> _Worst:
-    if one is None:
-        return other
-    more = leading(np.stack([one.von_mises, other.von_mises]), axis=0) > 0
-    chosen = [np.where(more[..., None] if a.ndim == 3 else more, b, a) for a, b in zip(one, other, strict=True)]
-    return _Worst(*chosen)._replace(nominal=np.maximum(one.nominal, other.nominal))
-
-
 @verb
 def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
     """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
@@ -385,13 +379,15 @@ def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) ->
     group = next(group for group, _, _ in part.table.groups if k in group.index)
     if group.family == "constants":
         raise OptionError(f"{member} has a section by constants, whose stress is not known")
-    own = group.index == k
+    is_member = group.index == k
     length, nu = model.geometry.parts[name].length, part.table.moduli(model.values)[2]
     at = np.array([position])
     sizes = group.sizes(model.values, length[group.index], at)
     A, Iy, Iz, *_ = group.properties(model.values, nu[group.index], length[group.index], at)
-    shape = (len(own), 1)
-    A, Iy, Iz, width, depth = (float(np.broadcast_to(f, shape)[own][0, 0]) for f in (A, Iy, Iz, sizes[0], sizes[-1]))
+    shape = (len(is_member), 1)
+    A, Iy, Iz, width, depth = (
+        float(np.broadcast_to(f, shape)[is_member][0, 0]) for f in (A, Iy, Iz, sizes[0], sizes[-1])
+    )
     if group.family == "rectangle":
         y, z = width / 2 * np.array([1, 1, -1, -1]), depth / 2 * np.array([1, -1, -1, 1])
     else:

@@ -27,7 +27,7 @@ MODES = 6
 
 def doubts_figure(subject: Subject, check: CheckReport) -> list[Block]:
     """The undeformed mechanism with marks where its warnings are; nothing without any."""
-    if not check.doubts:
+    if not check.warnings:
         return []
     model = assemble(subject.plan.at_rest(), subject.parameters)
     try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from flexura.errors import Diagnostic
 from flexura.pages.report.document import Block, Bullets, Fact, Paragraph, Section
@@ -12,7 +11,7 @@ from flexura.tables import counted
 MOST_WARNINGS = 4
 """Warnings of a section that are repeated."""
 MOST_PLACES = 4
-"""Places of a doubt that are named."""
+"""Places of a warning that are named."""
 
 
 def facts_of(sections: Sequence[Section]) -> list[tuple[Fact, str, str]]:
@@ -44,11 +43,11 @@ def warnings_of(sections: Sequence[Section]) -> Iterator[Block]:
         yield Bullets(texts, "warning")
 
 
-def grouped(warnings: Sequence[Any]) -> list[str]:
-    """Texts of warnings, those of doubts that say the same of several places as one."""
+def grouped(warnings: Sequence[Diagnostic]) -> list[str]:
+    """Texts of warnings, those that say the same of several places as one."""
     places: dict[str, list[str]] = {}
     for own in warnings:
-        places.setdefault(own.text, []).extend([] if isinstance(own, Diagnostic) else [own.place])
+        places.setdefault(own.text, []).extend([own.place] if own.places else [])
     return [f"{_listed(own)}: {text}" if own else text for text, own in places.items()]
 
 

@@ -37,22 +37,22 @@ def understood(subject: Subject) -> Content:
     blocks.append(_parts(found, command))
     blocks += _bodies(found, command)
     blocks += [_materials(subject), _parameters(subject)]
-    if found.doubts:
-        count = len(found.doubts)
+    if found.warnings:
+        count = len(found.warnings)
         blocks.append(
             Paragraph(
                 f"{count} warning{'s' if count > 1 else ''}: what may not be meant, or what no theory in use covers"
             )
         )
-        blocks += [Bullets(grouped(found.doubts), "warning"), *doubts_figure(subject, found)]
+        blocks += [Bullets(grouped(found.warnings), "warning"), *doubts_figure(subject, found)]
     else:
         blocks.append(Paragraph("No warnings.", "good"))
     if found.minor:
         heading = f"{counted(len(found.minor), 'assumption')} that move no frequency by 1 %"
         every = Evidence(subject.commands("check", ["--all"], posed=False))
         blocks.append(Folded(heading, [Bullets(grouped(found.minor), "soft"), every]))
-    facts = [Fact("mass", quantity(found.mass.mass, "kg")), Fact("warnings", str(len(found.doubts)))]
-    return Content(blocks, facts=facts, warnings=found.doubts)
+    facts = [Fact("mass", quantity(found.mass.mass, "kg")), Fact("warnings", str(len(found.warnings)))]
+    return Content(blocks, facts=facts, warnings=found.warnings)
 
 
 def _words(found: CheckReport) -> list[tuple[str, str]]:

@@ -121,7 +121,7 @@ def doubted_parts(report: CheckReport, model: FullOrderModel) -> set[str]:
     own = {name for clash in report.clashes for name in clash.parts}
     bars, bodies = solids_of(model)
     known = {*bars.names, *bars.labels, *bodies.names, *bodies.labels}
-    return own | {name for doubt in report.doubts for name in doubt.places or (doubt.place,) if name in known}
+    return own | {name for doubt in report.warnings for name in doubt.places or (doubt.place,) if name in known}
 
 
 def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
@@ -139,7 +139,7 @@ def doubts_of(drawing: Drawing, report: CheckReport) -> Doubts:
     places += zip(bodies.names, bodies.labels, bodies.origin, strict=True)
     topology = drawing.model.plan.topology
     places += [(name, name, x) for name, x in zip(topology.node_names, drawing.model.positions, strict=True)]
-    for doubt in report.doubts:
+    for doubt in report.warnings:
         if doubt.kind in CLASHES and report.clashes:
             continue
         own = [(name, at) for name, label, at in places if doubt.is_about(name, label)]

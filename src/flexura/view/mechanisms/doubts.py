@@ -57,7 +57,7 @@ def draw_warnings(
     parts = solids(model, doubted=names)
     camera = camera_for(parts, elev, azim)
     figure = new_figure(SIZE)
-    count = len(report.doubts)
+    count = len(report.warnings)
     subtitle = counted(count, "warning") if count else "no warnings"
     top = heading(figure, report.name, subtitle, told)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, min(0.725, top - 0.195)))
@@ -90,13 +90,13 @@ def _marked(report: CheckReport, bars: Bars, bodies: Bodies) -> tuple[set[str], 
     middles = bars.origin + bars.axes[:, 0] * bars.length[:, None] / 2
     places = [*zip(bars.names, bars.labels, middles, strict=True)]
     places += zip(bodies.names, bodies.labels, bodies.origin, strict=True)
-    for doubt in report.doubts:
+    for doubt in report.warnings:
         own = [(name, at) for name, label, at in places if doubt.kind in _WORDS and doubt.is_about(name, label)]
         if own:
             names |= {name for name, _ in own}
             labels.append(_Label(_WORDS[doubt.kind], own[0][1]))
     shown = {*_WORDS, "clash", "deep", "touch", "gap"}
-    told = [str(doubt) for doubt in report.doubts if doubt.kind in shown]
+    told = [str(doubt) for doubt in report.warnings if doubt.kind in shown]
     return names, labels[:MOST_LABELS], told
 
 

@@ -1,14 +1,16 @@
-"""How far beams were measured to be off: stiffness of single members against solids.
+"""How far beams and their roots were measured to be off: stiffness of members, flexibility of joints, against solids.
 
-`member_errors.csv` has the errors, which benchmarks/member_errors.py measures and adds to: members of constant or
-notched form between rigid faces, by ratios of their sizes, Poisson's ratio 0.3 and at some of them others.
+`member_errors.csv` has the errors of members, which benchmarks/member_errors.py measures and adds to: members of
+constant or notched form between rigid faces, by ratios of their sizes, Poisson's ratio 0.3 and at some of them others.
+`root_errors.csv` has those of elastic roots (benchmarks/roots.py --errors): of roots between the rows that are
+interpolated, of blocks wider and narrower than the leaf, and of ratios outside of the table.
 """
 
 from __future__ import annotations
 
 import csv
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -17,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.beam import rigid_arm
+from flexura.beam import RATIOS, THINNEST, WIDTHS, rigid_arm
 from flexura.mechanism import (
     Circle,
     CircularContour,
@@ -44,9 +46,6 @@ from flexura.structure import assemble
 
 ERRORS = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
 """Stiffnesses that are measured: those of bending about local y and z by moments and between parallel ends."""
-
-DIRECTIONS = ("stretch", "twist", "thickness bending", "width bending")
-"""Kinds of deformation that have errors, in their order."""
 
 _CONTOUR = ("half length over depth", "depth over web", "width over length")
 
@@ -92,25 +91,6 @@ class MemberErrors:
     reason: str = ""
     elements: Array = field(default_factory=lambda: np.zeros(6))
 
-    @property
-    def low(self) -> Array:
-        """Lower bound (4,) of e, in the order of DIRECTIONS: of bending by moments and between parallel ends."""
-        return self.least[_PAIRS].min(axis=1)
-
-    @property
-    def high(self) -> Array:
-        """Upper bound (4,) of e, likewise."""
-        return self.most[_PAIRS].max(axis=1)
-
-    @property
-    def is_known(self) -> bool:
-        """Whether there are errors at all, of this member or of one near it."""
-        return not bool(np.isnan(self.least).any())
-
-
-_PAIRS = [[0, 0], [1, 1], [2, 3], [4, 5]]
-"""Stiffnesses of every direction."""
-
 
 class _Grid(NamedTuple):
     """Values (..., n) over the logarithms of ratios."""
@@ -127,27 +107,21 @@ class _Grid(NamedTuple):
             return None
         return cls(tuple(map(np.log, axes)), np.reshape([rows[at] for at in sorted(rows)], (*shape, -1)))
 
-    def _weights(self, ratios: tuple[float, ...]) -> list[Array]:
-        """Of the rows of every axis, those at its ends where ratios lie outside."""
-        return [
-            np.array([np.interp(np.log(x), axis, own) for own in np.eye(len(axis))])
+    def at(self, ratios: tuple[float, ...]) -> tuple[Array, Array]:
+        """Values (n,), linear between rows and those of the last row beyond, and what that leaves (n,), as far as
+        values bend at the rows around."""
+        weights = [
+            np.array([np.interp(np.log(x), axis, row) for row in np.eye(len(axis))])
             for x, axis in zip(ratios, self.axes, strict=True)
         ]
-
-    def at(self, ratios: tuple[float, ...]) -> Array:
-        """Values (n,), linear between rows."""
-        return _mean(self.values, self._weights(ratios))
-
-    def left(self, ratios: tuple[float, ...]) -> Array:
-        """What that leaves (n,), as far as values bend at the rows around."""
-        weights, left = self._weights(ratios), np.zeros(self.values.shape[-1])
-        for k, (axis, own) in enumerate(zip(self.axes, weights, strict=True)):
-            chosen = np.flatnonzero(own)
-            if len(chosen) == 2:
-                bend = _curvature(axis, np.moveaxis(self.values, k, 0))[chosen].max(axis=0)
-                most = bend * own[chosen].prod() * np.diff(axis[chosen]) ** 2 / 2
+        left = np.zeros(self.values.shape[-1])
+        for k, (axis, weight) in enumerate(zip(self.axes, weights, strict=True)):
+            around = np.flatnonzero(weight)
+            if len(around) == 2:
+                bend = _curvature(axis, np.moveaxis(self.values, k, 0))[around].max(axis=0)
+                most = bend * weight[around].prod() * np.diff(axis[around]) ** 2 / 2
                 left = left + _mean(most, weights[:k] + weights[k + 1 :])
-        return left
+        return _mean(self.values, weights), left
 
 
 class _Kind(NamedTuple):
@@ -159,14 +133,15 @@ class _Kind(NamedTuple):
 
     def at(self, ratios: tuple[float, ...], nu: float) -> tuple[Array, Array]:
         """Logarithms (6,) and their uncertainty (6,): half of what another Poisson's ratio changes is not trusted."""
-        known, change = self.known.at(ratios), self.by_nu.at(ratios) * (nu - NU)
-        return known[:6] + change, self.known.left(ratios)[:6] + known[6] + np.abs(change) / 2
+        known, left = self.known.at(ratios)
+        change = self.by_nu.at(ratios)[0] * (nu - NU)
+        return known[:6] + change, left[:6] + known[6] + np.abs(change) / 2
 
 
 def _mean(values: Array, weights: list[Array]) -> Array:
     """Values over a grid, averaged by the weights of its axes, the first ones of the array."""
-    for own in weights:
-        values = np.tensordot(own, values, axes=1)
+    for weight in weights:
+        values = np.tensordot(weight, values, axes=1)
     return values
 
 
@@ -183,7 +158,7 @@ def _curvature(axis: Array, values: Array) -> Array:
 NU = 0.3
 """Poisson's ratio of most rows."""
 
-SLENDER = (
+ASYMPTOTIC = (
     "larger side over smaller side",
     "length over larger side",
     "length over diameter",
@@ -195,24 +170,29 @@ NUS = (0.1, 0.45)
 """Least and largest Poisson's ratio that is covered."""
 
 
+def _table(name: str) -> Iterator[dict[str, str]]:
+    """The rows of a table beside this module, by column."""
+    with files("flexura.analysis.model_error").joinpath(name).open() as file:
+        yield from csv.DictReader(line for line in file if not line.startswith("#"))
+
+
 @cache
-def _measured() -> dict[str, _Kind]:
+def _measured_members() -> dict[str, _Kind]:
     """The rows of corrected beams, by kind: errors of plain ones follow from how much stiffer or softer these are."""
     rows: dict[str, dict[float, dict[tuple[float, ...], Array]]] = defaultdict(lambda: defaultdict(dict))
-    with files("flexura.analysis.model_error").joinpath("member_errors.csv").open() as file:
-        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+    for row in _table("member_errors.csv"):
+        if row["beam"] == "auto":
             ratios = tuple(float(row[name]) for name in RATIOS_OF if row[name])
             values = np.array([*(np.log1p(float(row[name])) for name in ERRORS), float(row["mesh"])])
-            if row["beam"] == "auto":
-                rows[row["kind"]][float(row["nu"])][ratios] = values
-    found = {}
+            rows[row["kind"]][float(row["nu"])][ratios] = values
+    kinds = {}
     for kind, by_nu in rows.items():
-        own = by_nu.pop(NU)
-        changes = {at: (e - own[at])[:6] / (nu - NU) for nu, other in by_nu.items() for at, e in other.items()}
-        known, changed = _Grid.of(own), _Grid.of(changes)
+        usual = by_nu.pop(NU)
+        changes = {at: (e - usual[at])[:6] / (nu - NU) for nu, other in by_nu.items() for at, e in other.items()}
+        known, changed = _Grid.of(usual), _Grid.of(changes)
         if known and changed:
-            found[kind] = _Kind(known, changed)
-    return found
+            kinds[kind] = _Kind(known, changed)
+    return kinds
 
 
 def ratios_of(form: Any, length: float) -> tuple[str, tuple[float, ...]]:
@@ -290,27 +270,31 @@ def member_between_faces(
 
     form: a section or profile; length: m; nu: Poisson's ratio; beam: a key of BEAMS.
     """
-    own: dict[str, Any] = {"nodes": ("a", "b"), "material": "own", "reference": "z", "elements": elements}
-    own |= {"ends": ("clamped", "clamped"), "root": "rigid"}
-    described: dict[str, Any] = {"nodes": {"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)}, "ground": {"a": "clamped"}}
-    described |= BEAMS[beam]
+    about: dict[str, Any] = {"nodes": ("a", "b"), "material": "own", "reference": "z", "elements": elements}
+    about |= {"ends": ("clamped", "clamped"), "root": "rigid"}
     if isinstance(form, Rectangle | Circle | Tube | SectionConstants):
-        described["links"] = {"member": Link(section=form, **own)}
+        described: dict[str, Any] = {"links": {"member": Link(section=form, **about)}}
     else:
-        described["flexures"] = {"member": Flexure(profile=form, integration=integration, **own)}
-    return Mechanism(materials={"own": Material(E=1.0, nu=nu, rho=1.0)}, **described)
+        described = {"flexures": {"member": Flexure(profile=form, integration=integration, **about)}}
+    described["ground"] = {"a": "clamped"}
+    return Mechanism(
+        materials={"own": Material(E=1.0, nu=nu, rho=1.0)},
+        nodes={"a": (0.0, 0.0, 0.0), "b": (length, 0.0, 0.0)},
+        **described,
+        **BEAMS[beam],
+    )
 
 
 def beam_stiffness(form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration) -> Array:
     """Stiffness (6,), N/m and N m, of `member_between_faces` in the order of ERRORS: about the middle of a symmetric
     member its six motions part."""
     model = assemble(member_between_faces(form, length, nu, beam, elements, integration))
-    (own,) = (own.elements.member_C for own in model.matrices.values() if len(own.elements.member_C))
+    (flexibility,) = (m.elements.member_C for m in model.matrices.values() if len(m.elements.member_C))
     # flexibilities of its elements add up; a matrix of many stiff ones and a thin web has lost this
-    middle = np.zeros((len(own), 3))
-    middle[:, 0] = length / 2 - np.arange(1, len(own) + 1) * length / len(own)
+    middle = np.zeros((len(flexibility), 3))
+    middle[:, 0] = length / 2 - np.arange(1, len(flexibility) + 1) * length / len(flexibility)
     arm = rigid_arm(middle)
-    C = (arm @ own @ np.swapaxes(arm, -1, -2)).sum(axis=0)
+    C = (arm @ flexibility @ np.swapaxes(arm, -1, -2)).sum(axis=0)
     return 1 / C.diagonal()[[0, 3, 4, 2, 5, 1]]
 
 
@@ -335,23 +319,19 @@ def stiffness_errors(
     of the nearest ratios, and the reason says so.
     """
     form: Any = member.section if isinstance(member, Link) else member.profile
-    name = "auto" if is_corrected else "shear" if shears else "none"
     kind, ratios = ratios_of(form, length)
-    measured = _measured().get(kind)
-    integration = member.integration if isinstance(member, Flexure) else "stepped"
-    own = form, length, nu, name, member.elements, integration
-    few = (
-        np.zeros(6)
-        if isinstance(form, SectionConstants) or _sides(form)
-        else _stiffness(*own) - _stiffness(*own[:4], *EXACT)
-    )
+    measured, sides = _measured_members().get(kind), _sides(form)
+    beam = form, length, nu, "auto" if is_corrected else "shear" if shears else "none"
+    described = member.elements, member.integration if isinstance(member, Flexure) else "stepped"
+    is_uniform = sides is not None or isinstance(form, SectionConstants)
+    few = np.zeros(6) if is_uniform else _stiffness(*beam, *described) - _stiffness(*beam, *EXACT)
     if not ratios or measured is None:
         unknown = np.full(6, np.nan)
         return MemberErrors(unknown, unknown, f"no {kind} was measured", np.expm1(few))
     stiffness, uncertain = measured.at(ratios, nu)
-    if (sides := _sides(form)) and sides[0] < sides[1]:
-        stiffness, uncertain = (own[[0, 1, 4, 5, 2, 3]] for own in (stiffness, uncertain))
-    stiffness = stiffness + _stiffness(*own) - _stiffness(*own[:3], "auto", *EXACT)
+    if sides and sides[0] < sides[1]:
+        stiffness, uncertain = (values[[0, 1, 4, 5, 2, 3]] for values in (stiffness, uncertain))
+    stiffness = stiffness + _stiffness(*beam, *described) - _stiffness(*beam[:3], "auto", *EXACT)
     reason = _outside(kind, ratios, measured.known, nu)
     return MemberErrors(np.expm1(stiffness - uncertain), np.expm1(stiffness + uncertain), reason, np.expm1(few))
 
@@ -360,10 +340,70 @@ def _outside(kind: str, ratios: tuple[float, ...], grid: _Grid, nu: float) -> st
     """What of a member lies outside of what was measured, in words; empty where nothing does."""
     names = (*KINDS_OF_MEMBERS[kind], "Poisson's ratio")
     ends = [*((np.exp(axis[0]), np.exp(axis[-1])) for axis in grid.axes), NUS]
-    said = []
+    beyond = []
     for name, x, (least, largest) in zip(names, (*ratios, nu), ends, strict=True):
         if x < least * (1 - 1e-9):
-            said.append(f"{name} {x:.3g}, measured from {least:.3g}")
-        elif x > largest * (1 + 1e-9) and name not in SLENDER:
-            said.append(f"{name} {x:.3g}, measured to {largest:.3g}")
-    return f"{kind} of {' and of '.join(said)}" if said else ""
+            beyond.append(f"{name} {x:.3g}, measured from {least:.3g}")
+        elif x > largest * (1 + 1e-9) and name not in ASYMPTOTIC:
+            beyond.append(f"{name} {x:.3g}, measured to {largest:.3g}")
+    return f"{kind} of {' and of '.join(beyond)}" if beyond else ""
+
+
+MOST_ALIKE = 3
+"""Rows of most like joints of which the worst error is taken."""
+
+SIDE, EDGE = 0.7, 0.1
+"""Block beside the faces over the thickness, and beside the sides over the width, in the middle of their scales."""
+
+STEEP = 8.0
+"""Weight of Poisson's ratio, and of how far a member reaches beyond its block, beside the scales."""
+
+ROOT_ERRORS = ("u_u", "rx_rx", "ry_ry", "rz_rz")
+"""Columns with the errors in stretch, twist, thickness bending and width bending."""
+
+
+def root_shares(ratios: Array) -> Array:
+    """What is to be added, least and most (k, 4, 2), to the flexibility of roots in stretch, twist, thickness bending
+    and width bending, relative: the worst errors of the MOST_ALIKE rows.
+
+    ratios: (k, 5), Poisson's ratio, width, larger and smaller distance from the faces of the member to those of the
+    block, and how far the block reaches beyond its sides, sizes over the thickness.
+    """
+    measured, errors = _measured_roots()
+    squares = ((_scaled(ratios)[:, None] - measured) ** 2).sum(axis=-1)
+    added = (1 / (1 + errors) - 1)[np.argsort(squares, axis=1, kind="stable")[:, :MOST_ALIKE]]
+    return np.stack([added.min(axis=1), added.max(axis=1)], axis=-1)
+
+
+def unlike(ratios: Array) -> list[str]:
+    """What is unlike the joints in the table (k,), in words, for ratios as above: empty where nothing is. All of one
+    sort are told alike, by the ratio that is farthest out."""
+    nu, width, larger, _, wider = ratios.T
+    held = 1 + 2 * np.minimum(wider, 0.0) / width
+    reaches = f"that reaches down to {{:.2g}} thicknesses beyond the member, where {THINNEST:g} is known"
+    sorts = (
+        (held < 1 - 1e-6, held, "narrower than the member: {:.0%} of its width at least"),
+        (width > WIDTHS[1], -width, f"of a member up to {{:.3g}} times as wide as thick, where {WIDTHS[1]:g} is known"),
+        (width < WIDTHS[0], width, f"of a member only {{:.3g}} times as wide as thick, where {WIDTHS[0]:g} is known"),
+        (nu > RATIOS[1], -nu, f"of a Poisson's ratio up to {{:.3g}}, where {RATIOS[1]:g} is known"),
+        (nu < RATIOS[0], nu, f"of a Poisson's ratio down to {{:.3g}}, where {RATIOS[0]:g} is known"),
+        (larger < THINNEST, larger, reaches),
+    )
+    texts = [text.format(abs(out[is_so].min())) if is_so.any() else "" for is_so, out, text in sorts]
+    return np.select([is_so for is_so, *_ in sorts], texts, "").tolist()
+
+
+def _scaled(ratios: Array) -> Array:
+    """Ratios (k, 5) on scales on which a step of one is a joint of another kind."""
+    nu, width, larger, smaller, wider = ratios.T
+    beside, over = np.maximum(wider, 0.0) / width, np.minimum(wider, 0.0) / width
+    faces = [1 - 1 / (1 + np.maximum(size, 0.0) / SIDE) for size in (larger, smaller)]
+    return np.stack([STEEP * nu, np.log(width) / 2, *faces, 1 - 1 / (1 + beside / EDGE), STEEP * over], axis=-1)
+
+
+@cache
+def _measured_roots() -> tuple[Array, Array]:
+    """Scaled ratios (n, 6) of all rows, and their errors (n, 4) in ROOT_ERRORS."""
+    rows = list(_table("root_errors.csv"))
+    ratios = np.array([[float(row[key]) for key in ("nu", "width", "up", "down", "wider")] for row in rows])
+    return _scaled(ratios), np.array([[float(row[key]) for key in ROOT_ERRORS] for row in rows])
