@@ -4,24 +4,38 @@ from __future__ import annotations
 
 import io
 import os
+import shutil
+import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from numpy.typing import ArrayLike
+from PIL import Image
 
-from flexura.analysis import Mode, Modes
+from flexura.analysis import CheckReport, Mode, Modes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.files import complete_files
+from flexura.files import complete_file, complete_files, scratch_folder
 from flexura.structure import FullOrderModel
-from flexura.view.drawing import DPI, Canvas, good_camera, mode_scale
-from flexura.view.mechanisms.animation import Format, animate_mode, encoded, writable
-from flexura.view.mechanisms.pictures import draw_mechanism, draw_mode, draw_sheet
+from flexura.view.drawing import (
+    DPI,
+    Canvas,
+    good_camera,
+    mode_scale,
+)
+from flexura.view.mechanisms.pictures import (
+    Animation,
+    animate_mode,
+    draw_mechanism,
+    draw_mode,
+    draw_sheet,
+    draw_warnings,
+)
 from flexura.view.scene import Array, solids
 
 
@@ -164,6 +178,80 @@ def _frequency(mode: Mode) -> str:
     if mode.is_rigid:
         return "0 Hz, rigid motion"
     return "frequency unknown" if mode.frequency_text == "unknown" else mode.frequency_text
+
+
+@verb
+def save_animation(animation: Animation, path: Path | str) -> Path:
+    """Write an animation as a GIF, WebP or MP4, by its suffix, which loops; the file appears complete or not at all.
+
+    Raises OptionError for other suffixes, for files that cannot be written, and for MP4 without the program ffmpeg.
+    """
+    if not isinstance(animation, Animation):
+        raise OptionError(
+            f"save_animation: `animation` is what animate_mode or animate_stroke returns, not {animation!r}"
+        )
+    content = encoded(animation, Path(path).suffix[1:].lower())
+    with complete_file(path) as scratch:
+        scratch.write_bytes(content)
+    return Path(path)
+
+
+Format = Literal["gif", "webp", "mp4"]
+"""Files that animations are written as."""
+
+
+def writable(form: str) -> str:
+    """The same form. Raises OptionError for one that is not known, and for MP4 without ffmpeg."""
+    if form not in get_args(Format):
+        raise OptionError(f"animations are written as gif, webp or mp4, not {form!r}")
+    if form == "mp4" and shutil.which("ffmpeg") is None:
+        raise OptionError(
+            "MP4 needs the program ffmpeg, which is not there: install it (on Debian: apt-get install ffmpeg), or ask"
+            " for gif or webp"
+        )
+    return form
+
+
+def encoded(animation: Animation, form: str) -> bytes:
+    """The content of a file of an animation. Raises OptionError as `writable` does."""
+    if writable(form) == "mp4":
+        return _mp4(animation)
+    pictures = [Image.fromarray(image) for image in animation.images]
+    buffer = io.BytesIO()
+    times = {"save_all": True, "loop": 0, "duration": round(1000 / animation.fps)}
+    if form == "webp":
+        pictures[0].save(buffer, "WEBP", append_images=pictures[1:], quality=80, method=2, **times)
+        return buffer.getvalue()
+    # one palette for all, so that colours do not flicker and what stands still is stored once
+    sample = Image.fromarray(np.concatenate(animation.images[:: max(1, len(pictures) // 4)][:4]))
+    palette = sample.quantize(255, dither=Image.Dither.NONE)
+    colours = np.array(palette.getpalette()).reshape(-1, 3)
+    colours[colours.sum(axis=1).argmax()] = 255  # paper is white
+    palette.putpalette(colours.ravel().tolist())
+    flat = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    flat[0].save(buffer, "GIF", append_images=flat[1:], optimize=False, **times)
+    return buffer.getvalue()
+
+
+def _mp4(animation: Animation) -> bytes:
+    """H.264 by ffmpeg; three loops, as players stop at the end."""
+    _, height, width, _ = animation.images.shape
+    with scratch_folder() as folder:
+        target = Path(folder) / "film.mp4"
+        size = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{animation.fps:g}", "-i", "-"]
+        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+        command = [shutil.which("ffmpeg") or "ffmpeg", "-v", "error", "-y", *size, *even, os.fspath(target)]
+        done = subprocess.run(command, input=3 * animation.images.tobytes(), capture_output=True, check=False)
+        if done.returncode or not target.exists():
+            reason = done.stderr.decode(errors="replace").strip().splitlines()
+            raise OptionError(f"ffmpeg cannot write MP4: {reason[-1] if reason else f'status {done.returncode}'}")
+        return target.read_bytes()
+
+
+@verb
+def save_warnings(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
+    """Write the picture of `draw_warnings` as `doubts.png`. Raises OptionError when the folder cannot be written to."""
+    return save_figures({"doubts.png": draw_warnings(model, report)}, folder)
 
 
 @verb

@@ -1,43 +1,58 @@
-"""Pictures of mechanisms and their modes."""
+"""Pictures of mechanisms and their modes, at rest, deformed and in motion, and of what a check warns about."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from flexura.analysis import CheckReport
 from flexura.arguments import verb
-from flexura.structure import FullOrderModel
+from flexura.errors import OptionError
+from flexura.structure import Bars, Bodies, FullOrderModel, solids_of
+from flexura.tables import counted, quantity
 from flexura.view.drawing import (
+    COLOURS,
     DPI,
     HIDDEN,
     INK,
     LABEL_AREA,
     WARNING,
     Painting,
+    View,
     add_dots,
     camera_for,
     colour_bar,
     frame,
+    ghost,
     heading,
     legend,
     line_height,
+    mode_colours,
     mode_painting,
     mode_scale,
     mode_view,
+    moved_painting,
     new_figure,
     paint,
     part_labels,
     remark_lines,
+    render,
     rest_painting,
     scale_of,
     triad,
+    view_of,
     visible_flexures,
     wrapped,
     write_labels,
 )
-from flexura.view.scene import Array, Look, solids
+from flexura.view.scene import Array, Kind, Look, solids
 
 SIZE = (8.0, 6.0)
 """Width and height of a picture, inches."""
@@ -174,3 +189,175 @@ def draw_sheet(
         triad(figure, camera, (0.942, 0.02, 0.052, 0.052 * figure.bbox.width / figure.bbox.height))
     colour_bar(figure, (0.952, 0.28, 0.009, 0.46))
     return figure
+
+
+MOST_LABELS = 6
+"""Doubts that are written into a picture."""
+
+_WORDS = {"reference": "reference?", "thick": "thicker than long", "unit": "unit?"}
+"""What is written beside a part in doubt."""
+
+
+class _Label(NamedTuple):
+    """A few words about a place, m, global frame."""
+
+    text: str
+    at: Array
+
+
+@verb
+def draw_warnings(
+    model: FullOrderModel, report: CheckReport, *, elev: float | None = None, azim: float | None = None
+) -> Figure:
+    """Draw a mechanism with the parts that a check of it warns about in red, and a few words where they clash.
+
+    Bodies with warnings are see-through. The first six warnings that have a place are labelled; their texts stand
+    under the title. elev, azim and errors as in `draw_mechanism`.
+    """
+    names, labels, told = _marked(report, *solids_of(model))
+    parts = solids(model, doubted=names)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE)
+    count = len(report.doubts)
+    subtitle = counted(count, "warning") if count else "no warnings"
+    top = heading(figure, report.name, subtitle, told)
+    view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, min(0.725, top - 0.195)))
+    axes, depth = paint(figure, rest_painting(parts, view, bool(labels)))
+    add_dots(axes, parts, view, depth)
+    _write(axes, view, parts.points, labels)
+    legend(figure, parts)
+    return figure
+
+
+def _marked(report: CheckReport, bars: Bars, bodies: Bodies) -> tuple[set[str], list[_Label], list[str]]:
+    """Names of the parts in doubt, labels with their places, and the doubts that these are about, in words."""
+    names: set[str] = set()
+    labels: list[_Label] = []
+    for clash in report.clashes:
+        names |= clash.parts
+        words = {
+            "clash": f"overlap {quantity(clash.volume, 'm^3', 3)}",
+            "deep": f"inside {quantity(clash.volume, 'm^3', 3)}",
+            "touch": "touch",
+            "gap": f"gap {quantity(clash.gap, 'm', 3)}",
+        }
+        labels.append(_Label(words[clash.kind], np.array(clash.at)))
+    middles = bars.origin + bars.axes[:, 0] * bars.length[:, None] / 2
+    places = [*zip(bars.names, bars.labels, middles, strict=True)]
+    places += zip(bodies.names, bodies.labels, bodies.origin, strict=True)
+    for doubt in report.doubts:
+        own = [(name, at) for name, label, at in places if doubt.kind in _WORDS and doubt.is_about(name, label)]
+        if own:
+            names |= {name for name, _ in own}
+            labels.append(_Label(_WORDS[doubt.kind], own[0][1]))
+    shown = {*_WORDS, "clash", "deep", "touch", "gap"}
+    told = [str(doubt) for doubt in report.doubts if doubt.kind in shown]
+    return names, labels[:MOST_LABELS], told
+
+
+def _write(axes: Axes, view: View, points: Array, labels: list[_Label]) -> None:
+    """Rings where the labels belong, and these beside the mechanism, none over another."""
+    if not labels:
+        return
+    image = view.pixels(points)[:, :2]
+    low, high = image.min(axis=0), image.max(axis=0)
+    at = view.pixels(np.array([label.at for label in labels]))[:, :2]
+    colour = COLOURS[Kind.DOUBTED]
+    axes.plot(at[:, 0], at[:, 1], "o", color="none", markeredgecolor=colour, markeredgewidth=1.6, markersize=13)
+    side = np.where(at[:, 0] < (low[0] + high[0]) / 2, -1, 1)
+    for way in (-1, 1):
+        mine = np.flatnonzero(side == way)
+        mine = mine[np.argsort(-at[mine, 1])]
+        floor = np.inf
+        for k in mine:
+            y = min(at[k, 1] + 40.0, floor - 34.0)
+            floor = y
+            x = (low[0] - 20 if way < 0 else high[0] + 20) * 0.35 + at[k, 0] * 0.65 + 60 * way
+            x = float(np.clip(x, 130, axes.get_xlim()[1] - 130))
+            style = {"ha": "center", "va": "center", "size": 8.5, "color": INK, "parse_math": False}
+            box = {"boxstyle": "round,pad=0.3", "facecolor": "white", "edgecolor": colour, "linewidth": 1.0}
+            line = {"arrowstyle": "-", "color": colour, "linewidth": 1.0, "shrinkB": 7}
+            axes.annotate(labels[k].text, tuple(at[k]), (x, y), bbox=box, arrowprops=line, zorder=9, **style)
+
+
+FRAME_DPI = 100
+"""Pixels per inch of the frames, 800 x 600 of them: films of modes then stay below 2 MB."""
+
+
+FPS = 20
+"""Frames a second."""
+
+
+@dataclass(frozen=True, repr=False)
+class Animation:
+    """Images (n, height, width, 3), RGB, that follow each other in a loop, and how many a second."""
+
+    images: NDArray[np.uint8]
+    fps: float = FPS
+
+    def __repr__(self) -> str:
+        n, height, width, _ = self.images.shape
+        return f"Animation({n} frames of {width} x {height} pixels, {n / self.fps:.3g} s)"
+
+
+@verb
+def animate_mode(
+    model: FullOrderModel,
+    displacements: ArrayLike,
+    *,
+    title: str,
+    subtitle: str = "",
+    warnings: Sequence[object] = (),
+    scale: float | None = None,
+    elev: float | None = None,
+    azim: float | None = None,
+    frames: int = 24,
+) -> Animation:
+    """One period of a vibration: the picture of `draw_mode`, which swings from one side to the other and back.
+
+    Arguments as in `draw_mode`; `frames` (at least 4) make one period, 20 a second. Raises OptionError as that does.
+    """
+    if not isinstance(frames, int | np.integer) or not 4 <= frames <= 240:
+        raise OptionError(f"an animation of a mode has from 4 to 240 frames, not {frames!r}")
+    parts = solids(model, displacements)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE, FRAME_DPI)
+    factor = scale_of(parts, scale)
+    top = min(heading(figure, title, subtitle, warnings) - 0.01, 0.84)
+    area = (0.035, 0.05, 0.82, top - 0.05)
+    there, back = (mode_view(figure, parts, camera, sign * factor, area) for sign in (1, -1))
+    view = there if there.scale < back.scale else back
+    if view is back or not np.allclose(there.origin, back.origin):
+        swing = factor * parts.motions
+        view = view_of(figure, camera, np.concatenate([parts.points, parts.points + swing, parts.points - swing]), area)
+    triad(figure, camera, (0.875, 0.03, 0.10, 0.133))
+    colour_bar(figure, (0.912, 0.27, 0.017, min(0.45, top - 0.34)))
+    paint(figure, ghost(parts, view))
+    behind, colours = drawn_pixels(figure), mode_colours(parts)
+    phases = np.cos(2 * np.pi * np.arange(frames) / frames)
+    images = {}
+    for share in np.unique(phases.round(9)):
+        images[share] = painted_over(behind, moved_painting(parts, view, share * factor, *colours))
+    return Animation(np.stack([images[share] for share in phases.round(9)]))
+
+
+def drawn_pixels(figure: Figure) -> NDArray[np.uint8]:
+    """A figure as an image (height, width, 3)."""
+    canvas = figure.canvas
+    assert isinstance(canvas, FigureCanvasAgg)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def painted_over(behind: NDArray[np.uint8], painting: Painting) -> NDArray[np.uint8]:
+    """An image with a painting over it."""
+    height, width, _ = behind.shape
+    image, _ = render(painting.enlarged(FRAME_DPI / DPI), width, height)
+    image = image[::-1]
+    rows, columns = np.nonzero(image[..., 3])
+    cover = image[rows, columns, 3:].astype(np.float32) / 255
+    found = behind.copy()
+    found[rows, columns] = (cover * image[rows, columns, :3] + (1 - cover) * behind[rows, columns] + 0.5).astype(
+        np.uint8
+    )
+    return found

@@ -1,8 +1,8 @@
-"""What tolerances do, in pictures: how quantities scatter, which share of parts is good, and what to tighten."""
+"""What parameters do: scatter and shares of its variance, per cents of each, and what a calibration makes of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,26 @@ from matplotlib.figure import Figure
 
 from flexura.arguments import verb
 from flexura.errors import foremost
+from flexura.study.influence import Sensitivity
 from flexura.study.tolerances import Tolerance, Yield
-from flexura.tables import Scale, number, scale_for
-from flexura.view.drawing import DPI, FAINT, INK, MOST_BARS, foot, headline, new_chart, shortened, style, ticks_within
+from flexura.tables import Scale, number, quantity, scale_for
+from flexura.testing.updating import Calibration
+from flexura.view.drawing import (
+    DPI,
+    FAINT,
+    INK,
+    MOST_BARS,
+    Bar,
+    bar,
+    draw_bars,
+    foot,
+    headline,
+    new_chart,
+    ranked,
+    shortened,
+    style,
+    ticks_within,
+)
 from flexura.view.mechanisms import save_figures
 
 TOTAL, FIRST, LIMIT = "#9db9dc", "#1f5fa8", "#c2182b"
@@ -153,3 +170,107 @@ def _empty(panels: Sequence[Axes], label: str, said: str) -> None:
             spine.set_color(FAINT)
     panels[0].set_xlabel(label, fontsize=8, parse_math=False)
     panels[0].text(0.5, 0.5, said, size=8, color=INK, ha="center", va="center", transform=panels[0].transAxes)
+
+
+MOST_PANELS = 6
+"""Quantities of a picture."""
+
+
+@verb
+def save_sensitivity(result: Sensitivity, folder: Path | str, *, dpi: float = DPI) -> list[Path]:
+    """Write the picture of `draw_sensitivity` as `sensitivity.png`. Raises OptionError when the folder cannot be
+    written to."""
+    return save_figures({"sensitivity.png": draw_sensitivity(result, dpi=dpi)}, folder)
+
+
+@verb
+def draw_sensitivity(result: Sensitivity, *, dpi: float = DPI) -> Figure:
+    """A tornado chart of each of the first six quantities: its change in per cent when a parameter rises by 1 %, the
+    largest first, after twelve the others added up.
+
+    Frequencies that coincide have a line from the lowest to the highest slope. Slopes without a per cent, of what is
+    zero, are named below. dpi as in `draw_mechanism`. Returns a Figure.
+    """
+    count = min(len(result.quantities), MOST_PANELS)
+    columns = min(max(count, 1), 2 if count in (1, 2, 4) else 3)
+    rows = -(-max(count, 1) // columns)
+    bars = [ranked(list(_bars(result, k))) for k in range(count)]
+    most = max((len(own) for own in bars), default=1)
+    figure = new_chart((3.9 * columns if columns > 1 else 6.0, rows * (1.1 + 0.21 * max(most, 3)) + 0.6), dpi)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for k, axes in enumerate(panels):
+        if k >= count:
+            axes.set_visible(False)
+            continue
+        draw_bars(axes, bars[k], "change per +1 %, %", most)
+        value, unit = float(result.value[k]), result.units[k]
+        told = quantity(value, unit, 4) if np.isfinite(value) else "no value"
+        title = f"{shortened(result.quantities[k], 40)}: {told}"
+        axes.set_title(title, fontsize=8.5, color=INK, loc="left", parse_math=False)
+        if not bars[k]:
+            axes.set_axis_off()
+            axes.text(0.0, 0.8, "no slope has a per cent", size=8, color=INK, transform=axes.transAxes)
+    headline(figure, f"{result.name}: what a per cent of each parameter does")
+    left = [f"{len(result.quantities) - count} more quantities are not drawn"] if len(result.quantities) > count else []
+    foot(figure, result.warnings, [*left, *result.notes])
+    return figure
+
+
+def _bars(result: Sensitivity, k: int) -> Iterator[Bar]:
+    """Changes of a quantity in per cent; what has none is left out."""
+    value = float(result.value[k])
+    for p, name in enumerate(result.parameters):
+        share = float(result.relative[k, p])
+        if np.isfinite(share):
+            ends = (result.nominal[p] / value * result.lowest[k, p], result.nominal[p] / value * result.highest[k, p])
+            yield bar(name, share, "%", (float(ends[0]), float(ends[1])))
+
+
+BEFORE, AFTER = "#c9ced6", "#1f5fa8"
+
+
+@verb
+def draw_calibration(result: Calibration) -> Figure:
+    """Prior and posterior intervals of the parameters in prior standard deviations, and errors of the frequencies."""
+    count = len(result.parameters)
+    figure = new_chart((8.4, 1.4 + 0.3 * max(count, 6)))
+    left, right = figure.subplots(1, 2, width_ratios=(3, 2))
+    own, deviation = result.z, np.sqrt(np.minimum(np.diagonal(result.covariance), 1e6))
+    y = np.arange(count)[::-1]
+    low, high = result.problem.unknown.z_bounds
+    for k, p in enumerate(result.parameters):
+        ends = np.clip([own[k] - 1.96 * deviation[k], own[k] + 1.96 * deviation[k]], low[k], high[k])
+        left.plot(np.clip([-1.96, 1.96], low[k], high[k]), [y[k]] * 2, color=BEFORE, linewidth=7, solid_capstyle="butt")
+        left.plot(ends, [y[k]] * 2, color=AFTER, linewidth=2.5, solid_capstyle="butt")
+        left.plot([own[k]], [y[k]], "D" if p.at_bound else "o", color=AFTER, markersize=5)
+    left.set_yticks(y, [p.name for p in result.parameters], fontsize=8)
+    left.set_xlabel("prior standard deviations from the prior's middle")
+    left.set_title("grey: 95 % before; blue: after; diamond: at a bound", fontsize=8, color=INK)
+    measured = np.array([m.number for m in result.modes])
+    for errors, colour, shift, label in (
+        ([m.start_error for m in result.modes], BEFORE, -0.2, "before"),
+        ([m.error for m in result.modes], AFTER, 0.2, "after"),
+    ):
+        right.bar(np.arange(len(measured)) + shift, 100 * np.array(errors), 0.38, color=colour, label=label)
+    right.axhline(0, color=INK, linewidth=0.8)
+    right.set_xticks(np.arange(len(measured)), [str(n) for n in measured])
+    right.set_xlabel("measured mode")
+    right.set_ylabel("error of frequency, %")
+    if result.modes:
+        right.legend(fontsize=8, frameon=False)
+    for axes in (left, right):
+        axes.tick_params(labelsize=8, colors=INK)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+    figure.suptitle(result.mechanism.name, fontsize=10, color=INK)
+    foot(figure, result.warnings, result.notes)
+    return figure
+
+
+@verb
+def save_calibration(result: Calibration, folder: Path | str) -> list[Path]:
+    """Write `calibration.png` into a folder, complete or not at all.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    return save_figures({"calibration.png": draw_calibration(result)}, folder)

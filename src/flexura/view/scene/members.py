@@ -5,17 +5,18 @@ Axes of members between nodes that have moved and turned as far as they like.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis import StressProfile
 from flexura.beam import SectionProperties, shape_functions
-from flexura.structure import Part, PartGeometry, SectionGroup
+from flexura.structure import FullOrderModel, Part, PartGeometry, SectionGroup
 from flexura.view.scene.meshes import Array, Index, loft_faces, polygon, square
-from flexura.view.scene.motions import Motions
+from flexura.view.scene.scene import Collector, Grid, Kind, Look, Motions, Solids
 
 
 class Stations(NamedTuple):
@@ -263,3 +264,103 @@ def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Arra
     N = shape_functions(x, 1.0, 1.0, section, np.broadcast_to(length, x.shape), 0.0)
     ends = d[:, part.first[at][:, None] + k]
     return np.einsum("msij,cmsj->cmsi", N, ends)
+
+
+class _Drawn(NamedTuple):
+    """Which copies (c,) of a part are drawn, by position, and which members (m,) of them."""
+
+    copies: Index
+    members: NDArray[np.bool_]
+
+
+def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
+    """What of the members is drawn: first fewer copies of every prototype, then fewer members of what has one copy."""
+    counts = {
+        name: (len(model.plan.topology.copies[name].paths), len(part.members))
+        for name, part in model.plan.parts.items()
+    }
+    total = sum(c * m for c, m in counts.values())
+    found = {}
+    for name, (c, m) in counts.items():
+        copies = look.chosen(c, c / max(total, 1))
+        share = c / len(copies) if len(copies) else 1.0
+        members = np.zeros(m, dtype=bool)
+        members[look.chosen(m, share * m / max(total, 1))] = True
+        found[name] = _Drawn(copies, members)
+    return found
+
+
+def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
+    """The finest level of detail that keeps to the budget of faces."""
+    total = 0
+    for level in LEVELS[:-1]:
+        total = sum(
+            len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
+            for name, part in model.plan.parts.items()
+            for group, elements, _ in part.table.groups
+        )
+        if total <= look.faces:
+            return level.plain() if look.plain else level
+    return LEVELS[-2] if total <= look.most_faces else LEVELS[-1]
+
+
+def add_members(
+    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
+) -> None:
+    geometry, drawn = model.geometry, _drawn(model, look)
+    detail = _detail(model, drawn, look)
+    for name, part in model.plan.parts.items():
+        placed, chosen = model.plan.topology.copies[name], drawn[name]
+        nodes = np.array(placed.offset)[chosen.copies, None] + np.arange(part.n_nodes)
+        number = np.array(placed.number)[chosen.copies]
+        placing = Placing(geometry.Q[number], geometry.t[number], motions.of(nodes))
+        mirrored = np.linalg.det(placing.Q) < 0
+        own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
+        prefixes = ["".join(f"{step}." for step in placed.paths[c]) for c in chosen.copies]
+        for surface in member_surfaces(part, model.values, own, T, placing, detail, chosen.members):
+            kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
+            kinds = np.tile(kinds, (len(prefixes), 1))
+            names = [prefix + keys[k] for prefix in prefixes for k in surface.members]
+            if doubted:
+                labels = [f"{name}.{keys[k]}" for k in surface.members] * len(prefixes)
+                in_doubt = [{*pair} & set(doubted) != set() for pair in zip(names, labels, strict=True)]
+                kinds[np.reshape(in_doubt, kinds.shape)] = Kind.DOUBTED
+            grid = Grid(name, chosen.copies, surface.members, surface.along, 0)
+            collector.grid(grid, surface.points, surface.motions, surface.faces, kinds, mirrored, names)
+    _say(collector, drawn, detail, model)
+
+
+def _say(collector: Collector, drawn: Mapping[str, _Drawn], detail: Detail, model: FullOrderModel) -> None:
+    """Note which members are not drawn as they are."""
+    topology = model.plan.topology
+    total = sum(len(topology.copies[name].paths) * len(own.members) for name, own in drawn.items())
+    shown = sum(len(own.copies) * int(own.members.sum()) for own in drawn.values())
+    if shown < total:
+        collector.notes.append(f"{shown} of {total} members are drawn")
+    if detail.lines and total:
+        collector.notes.append("members are drawn as lines: there are too many to be drawn as solids")
+
+
+def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
+    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
+    prototypes, of the first state; NaN where they are not known."""
+    values = np.full(len(parts.points), np.nan)
+    for grid in parts.grids:
+        for profile in profiles.get(grid.prototype, ()):
+            if set(grid.members) <= set(profile.members):
+                own = _stresses(grid, profile)
+                values[grid.first : grid.first + own.size] = own.ravel()
+    return values
+
+
+def _stresses(grid: Grid, profile: StressProfile) -> Array:
+    """Stresses (c, m, p), Pa, at the points of members."""
+    stations, number = np.unique(grid.along, return_inverse=True)
+    middles = (stations[1:] + stations[:-1]) / 2
+    found = np.empty((len(grid.copies), len(grid.members), len(stations)))
+    for k, m in enumerate(np.searchsorted(profile.members, grid.members)):
+        x = profile.fractions[m]
+        for c, own in enumerate(profile.von_mises[grid.copies, m, :, 0]):
+            found[c, k] = np.interp(stations, x, own)
+            np.maximum.at(found[c, k], np.searchsorted(middles, x), own)
+    return found[..., number]

@@ -10,20 +10,18 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
-from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack
+from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack, matching
 from flexura.motion import Frames, pose_of
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import Copies, FullOrderModel
 from flexura.view.scene.discrete_elements import add_discrete_elements
-from flexura.view.scene.marks import add_marks
-from flexura.view.scene.members import LEVELS, Detail, Placing, member_surfaces
-from flexura.view.scene.meshes import Array, Index, Mesh, cone, frame_along, sphere
-from flexura.view.scene.motions import Motions
-from flexura.view.scene.scene import Collector, Grid, Kind, Look, Solids
+from flexura.view.scene.members import add_members, stresses_along
+from flexura.view.scene.meshes import Array, Index, Mesh, box, cone, frame_along, sphere
+from flexura.view.scene.scene import Collector, Kind, Look, Motions, Solids
 
 LENGTH, WIDTH, BALL = 0.13, 0.011, 0.014
 """Length and half width of an arrow, and radius of a sensor, relative to the mechanism."""
@@ -179,7 +177,7 @@ def _moving_on(model: FullOrderModel, frames: Frames, u: Array, doubted: Collect
 
 def _collected(model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look) -> Collector:
     collector = Collector()
-    _add_members(collector, model, motions, doubted, look)
+    add_members(collector, model, motions, doubted, look)
     collector.include(model.geometry.positions)
     add_discrete_elements(collector, model, motions, doubted, look)
     add_marks(collector, model, motions, look)
@@ -220,101 +218,125 @@ def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Arra
     return np.where(model.plan.topology.has_position[:, None], u, 0.0)
 
 
-class _Drawn(NamedTuple):
-    """Which copies (c,) of a part are drawn, by position, and which members (m,) of them."""
-
-    copies: Index
-    members: NDArray[np.bool_]
+MOST_NODES = 160
+"""More nodes than this are not marked; they would hide the mechanism."""
 
 
-def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
-    """What of the members is drawn: first fewer copies of every prototype, then fewer members of what has one copy."""
-    counts = {
-        name: (len(model.plan.topology.copies[name].paths), len(part.members))
+def add_marks(collector: Collector, model: FullOrderModel, motions: Motions, look: Look) -> None:
+    """Add supports and nodes, moving with the nodes."""
+    size, names = collector.size, model.plan.topology.node_names
+    bodies = _body_nodes(model)
+    supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
+    supports = [supports[k] for k in look.chosen(len(supports))]
+    for (node, held), footing in zip(supports, _footings(model, [n for n, _ in supports]), strict=True):
+        if all(held):
+            section = np.clip(1.3 * footing.section, 0.05 * size, 0.5 * size)
+            wall = box(np.array([0.014 * size, *section]), size)
+            points = (wall.points + np.array([0.007 * size, 0.0, 0.0])) @ footing.frame
+            kind, faces = Kind.CLAMP, wall.faces
+        else:
+            mark = cone(0.022 * size, 0.036 * size, footing.frame[0])
+            points, kind, faces = mark.points, Kind.PARTLY_HELD, mark.faces
+        points = points + model.geometry.positions[node]
+        collector.mesh(Mesh(points, faces), np.broadcast_to(motions.shift[node], points.shape), kind, names[node])
+    nodes = shared_nodes(model)
+    if len(nodes) <= MOST_NODES:
+        for node in nodes:
+            collector.dot(model.geometry.positions[node], motions.shift[node], Kind.NODE, names[node])
+
+
+def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:
+    """Nodes named under `ground`, with what is held of tx ty tz rx ry rz."""
+    layout, topology = model.plan.layout, model.plan.topology
+    exposed = layout.exposed(TOP)
+    held: dict[int, tuple[bool, ...]] = {}
+    for text, support in layout.mechanism.ground.items():
+        for name in matching(text, exposed):
+            held.setdefault(topology.node((), name), support.held)
+    return [(node, mask) for node, mask in held.items() if any(mask)]
+
+
+def _body_nodes(model: FullOrderModel) -> set[int]:
+    """Own nodes of bodies; a clamped body shows by its colour."""
+    placed = model.plan.topology.copies
+    return {
+        offset + node
         for name, part in model.plan.parts.items()
+        for node, _ in part.bodies.values()
+        for offset in placed[name].offset
     }
-    total = sum(c * m for c, m in counts.values())
-    found = {}
-    for name, (c, m) in counts.items():
-        copies = look.chosen(c, c / max(total, 1))
-        share = c / len(copies) if len(copies) else 1.0
-        members = np.zeros(m, dtype=bool)
-        members[look.chosen(m, share * m / max(total, 1))] = True
-        found[name] = _Drawn(copies, members)
-    return found
 
 
-def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
-    """The finest level of detail that keeps to the budget of faces."""
-    total = 0
-    for level in LEVELS[:-1]:
-        total = sum(
-            len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
-            for name, part in model.plan.parts.items()
-            for group, elements, _ in part.table.groups
-        )
-        if total <= look.faces:
-            return level.plain() if look.plain else level
-    return LEVELS[-2] if total <= look.most_faces else LEVELS[-1]
+class _Footing(NamedTuple):
+    """How a supported node meets its members: frame (3, 3), axes as rows, the first away from them; width and
+    thickness (2,), m, of the section along the second and third."""
+
+    frame: Array
+    section: Array
 
 
-def _add_members(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
-) -> None:
-    geometry, drawn = model.geometry, _drawn(model, look)
-    detail = _detail(model, drawn, look)
-    for name, part in model.plan.parts.items():
-        placed, chosen = model.plan.topology.copies[name], drawn[name]
-        nodes = np.array(placed.offset)[chosen.copies, None] + np.arange(part.n_nodes)
-        number = np.array(placed.number)[chosen.copies]
-        placing = Placing(geometry.Q[number], geometry.t[number], motions.of(nodes))
-        mirrored = np.linalg.det(placing.Q) < 0
-        own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
-        prefixes = ["".join(f"{step}." for step in placed.paths[c]) for c in chosen.copies]
-        for surface in member_surfaces(part, model.values, own, T, placing, detail, chosen.members):
-            kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
-            kinds = np.tile(kinds, (len(prefixes), 1))
-            names = [prefix + keys[k] for prefix in prefixes for k in surface.members]
-            if doubted:
-                labels = [f"{name}.{keys[k]}" for k in surface.members] * len(prefixes)
-                in_doubt = [{*pair} & set(doubted) != set() for pair in zip(names, labels, strict=True)]
-                kinds[np.reshape(in_doubt, kinds.shape)] = Kind.DOUBTED
-            grid = Grid(name, chosen.copies, surface.members, surface.along, 0)
-            collector.grid(grid, surface.points, surface.motions, surface.faces, kinds, mirrored, names)
-    _say(collector, drawn, detail, model)
+def _footings(model: FullOrderModel, nodes: list[int]) -> list[_Footing]:
+    if not nodes:
+        return []
+    x, root = model.geometry.positions, model.plan.topology.root
+    node, frames, sections = _member_ends(model)
+    reach = 1e-6 * (1e-3 + float(np.ptp(x, axis=0).max()))
+    footings = []
+    for k in nodes:
+        at = np.flatnonzero(root[node] == root[k])
+        at = at[np.linalg.norm(x[node[at]] - x[k], axis=1) <= reach]
+        away = frames[at, 0].sum(axis=0)
+        if len(at) == 1:
+            footings.append(_Footing(frames[at[0]], sections[at[0]]))
+        elif len(at) and np.linalg.norm(away) > 1e-3:
+            footings.append(_Footing(frame_along(away), np.full(2, sections[at].max())))
+        else:
+            footings.append(_Footing(frame_along(np.array([0.0, 0.0, -1.0])), np.zeros(2)))
+    return footings
 
 
-def _say(collector: Collector, drawn: Mapping[str, _Drawn], detail: Detail, model: FullOrderModel) -> None:
-    """Note which members are not drawn as they are."""
-    topology = model.plan.topology
-    total = sum(len(topology.copies[name].paths) * len(own.members) for name, own in drawn.items())
-    shown = sum(len(own.copies) * int(own.members.sum()) for own in drawn.values())
-    if shown < total:
-        collector.notes.append(f"{shown} of {total} members are drawn")
-    if detail.lines and total:
-        collector.notes.append("members are drawn as lines: there are too many to be drawn as solids")
+def _member_ends(model: FullOrderModel) -> tuple[Index, Array, Array]:
+    """All ends of members: their nodes (k,), frames (k, 3, 3) with the first axis leaving the member, and width and
+    thickness (k, 2), m, of the sections there."""
+    plan, geometry = model.plan, model.geometry
+    nodes, frames, sizes = [np.empty(0, dtype=np.intp)], [np.empty((0, 3, 3))], [np.empty((0, 2))]
+    for name, part in plan.parts.items():
+        if not part.members:
+            continue
+        own, placed = geometry.parts[name], plan.topology.copies[name]
+        _, _, nu, _ = part.table.moduli(model.values)
+        sections = part.table.section_properties(model.values, nu, own.length)
+        size = 2 * np.sqrt(3 * np.stack([sections.Iz, sections.Iy], axis=-1) / sections.A[:, None])
+        R = own.R @ np.swapaxes(geometry.Q[placed.number], -1, -2)[:, None]
+        for end, element, sign in ((0, part.first[:-1], -1.0), (1, part.first[1:] - 1, 1.0)):
+            node = np.array(placed.offset)[:, None] + part.ends[:, end]
+            turned = R * np.array([sign, 1.0, 1.0])[:, None]
+            turned[np.linalg.det(turned) < 0, 2] *= -1
+            nodes.append(node.ravel())
+            frames.append(turned.reshape(-1, 3, 3))
+            sizes.append(np.broadcast_to(size[element], (*node.shape, 2)).reshape(-1, 2))
+    return np.concatenate(nodes), np.concatenate(frames), np.concatenate(sizes)
 
 
-def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
-    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
-    prototypes, of the first state; NaN where they are not known."""
-    values = np.full(len(parts.points), np.nan)
-    for grid in parts.grids:
-        for profile in profiles.get(grid.prototype, ()):
-            if set(grid.members) <= set(profile.members):
-                own = _stresses(grid, profile)
-                values[grid.first : grid.first + own.size] = own.ravel()
-    return values
-
-
-def _stresses(grid: Grid, profile: StressProfile) -> Array:
-    """Stresses (c, m, p), Pa, at the points of members."""
-    stations, number = np.unique(grid.along, return_inverse=True)
-    middles = (stations[1:] + stations[:-1]) / 2
-    found = np.empty((len(grid.copies), len(grid.members), len(stations)))
-    for k, m in enumerate(np.searchsorted(profile.members, grid.members)):
-        x = profile.fractions[m]
-        for c, own in enumerate(profile.von_mises[grid.copies, m, :, 0]):
-            found[c, k] = np.interp(stations, x, own)
-            np.maximum.at(found[c, k], np.searchsorted(middles, x), own)
-    return found[..., number]
+def shared_nodes(model: FullOrderModel) -> list[int]:
+    """Nodes where parts meet: interfaces, joined and carried nodes, one for each place; or, when a mechanism has
+    none of these, its named nodes."""
+    plan = model.plan
+    chosen: list[int] = []
+    named: list[int] = []
+    for name, part in plan.parts.items():
+        interface = set(plan.layout.interface(name))
+        own = [k for k, node in enumerate(part.node_names[: part.n_own]) if node in interface]
+        own += [k for joint in part.joints for k in joint]
+        own += [k for carried in part.carried.values() for k in carried]
+        for offset in plan.topology.copies[name].offset:
+            chosen += [offset + k for k in own]
+            named += [offset + k for k in range(part.n_own)]
+    bodies = _body_nodes(model)
+    nodes = [node for node in chosen if node not in bodies] or [node for node in named if node not in bodies]
+    if not nodes:
+        return []
+    x = model.geometry.positions[nodes]
+    grid = np.round(x / (1e-6 * (1e-3 + float(np.ptp(x, axis=0).max()))))
+    _, first = np.unique(grid, axis=0, return_index=True)
+    return [nodes[k] for k in sorted(first)]
