@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import io
 import re
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -93,57 +94,41 @@ def new_chart(size: tuple[float, float], dpi: float = DPI) -> Figure:
     return figure
 
 
-COLOURS: dict[Kind, tuple[float, float, float]] = {
-    Kind.FLEXURE: (0.93, 0.42, 0.10),
-    Kind.LINK: (0.42, 0.64, 0.84),
-    Kind.BODY: (0.78, 0.79, 0.81),
-    Kind.EQUIVALENT_BODY: (0.66, 0.70, 0.62),
-    Kind.SPRING: (0.05, 0.52, 0.36),
-    Kind.MASS: (0.45, 0.25, 0.60),
-    Kind.SUPERELEMENT: (0.80, 0.20, 0.52),
-    Kind.CLAMP: (0.30, 0.32, 0.36),
-    Kind.PARTLY_HELD: (0.95, 0.80, 0.25),
-    Kind.ARM: (0.20, 0.20, 0.22),
-    Kind.NODE: (1.0, 1.0, 1.0),
-    Kind.CENTRE: (0.10, 0.10, 0.10),
-    Kind.PIEZO: (0.35, 0.75, 0.78),
-    Kind.DOUBTED: (0.84, 0.05, 0.15),
-    Kind.DOUBTED_BODY: (0.93, 0.45, 0.50),
-    Kind.ACTUATOR: (0.60, 0.05, 0.25),
-    Kind.SENSOR: (0.13, 0.30, 0.75),
-    Kind.DASHPOT: (0.52, 0.30, 0.12),
+RGB = tuple[float, float, float]
+
+
+class KindStyle(NamedTuple):
+    """How parts of a kind look: name in legends, colour, and width of their lines, points."""
+
+    name: str
+    colour: RGB
+    width: float = 1.0
+
+
+STYLES = {
+    Kind.FLEXURE: KindStyle("flexure", (0.93, 0.42, 0.10), 1.6),
+    Kind.LINK: KindStyle("link", (0.42, 0.64, 0.84)),
+    Kind.BODY: KindStyle("rigid body", (0.78, 0.79, 0.81)),
+    Kind.EQUIVALENT_BODY: KindStyle("rigid body (box of equal inertia)", (0.66, 0.70, 0.62)),
+    Kind.SPRING: KindStyle("spring", (0.05, 0.52, 0.36), 1.2),
+    Kind.MASS: KindStyle("point mass", (0.45, 0.25, 0.60)),
+    Kind.SUPERELEMENT: KindStyle("superelement", (0.80, 0.20, 0.52), 1.1),
+    Kind.CLAMP: KindStyle("clamped", (0.30, 0.32, 0.36)),
+    Kind.PARTLY_HELD: KindStyle("partly held", (0.95, 0.80, 0.25)),
+    Kind.ARM: KindStyle("rigid arm", (0.20, 0.20, 0.22), 0.8),
+    Kind.NODE: KindStyle("node", (1.0, 1.0, 1.0)),
+    Kind.CENTRE: KindStyle("centre of mass", (0.10, 0.10, 0.10)),
+    Kind.PIEZO: KindStyle("piezo stack", (0.35, 0.75, 0.78)),
+    Kind.FLAGGED: KindStyle("member with a warning", (0.84, 0.05, 0.15), 1.6),
+    Kind.FLAGGED_BODY: KindStyle("rigid body with a warning", (0.93, 0.45, 0.50)),
+    Kind.ACTUATOR: KindStyle("actuator", (0.60, 0.05, 0.25)),
+    Kind.SENSOR: KindStyle("sensor", (0.13, 0.30, 0.75)),
+    Kind.DASHPOT: KindStyle("dashpot", (0.52, 0.30, 0.12), 1.2),
 }
+COLOURS: dict[Kind, RGB] = {kind: style.colour for kind, style in STYLES.items()}
 """Colour of each kind of part, RGB."""
-NAMES: dict[Kind, str] = {
-    Kind.FLEXURE: "flexure",
-    Kind.LINK: "link",
-    Kind.BODY: "rigid body",
-    Kind.EQUIVALENT_BODY: "rigid body (box of equal inertia)",
-    Kind.SPRING: "spring",
-    Kind.MASS: "point mass",
-    Kind.SUPERELEMENT: "superelement",
-    Kind.CLAMP: "clamped",
-    Kind.PARTLY_HELD: "partly held",
-    Kind.ARM: "rigid arm",
-    Kind.NODE: "node",
-    Kind.CENTRE: "centre of mass",
-    Kind.PIEZO: "piezo stack",
-    Kind.DOUBTED: "member with a warning",
-    Kind.DOUBTED_BODY: "rigid body with a warning",
-    Kind.ACTUATOR: "actuator",
-    Kind.SENSOR: "sensor",
-    Kind.DASHPOT: "dashpot",
-}
-WIDTHS = {
-    Kind.ARM: 0.8,
-    Kind.SPRING: 1.2,
-    Kind.DASHPOT: 1.2,
-    Kind.SUPERELEMENT: 1.1,
-    Kind.FLEXURE: 1.6,
-    Kind.LINK: 1.0,
-    Kind.DOUBTED: 1.6,
-}
-INK = "#22262b"
+NAMES: dict[Kind, str] = {kind: style.name for kind, style in STYLES.items()}
+INK, GREY = "#22262b", "0.35"
 WARNING = "#8a5a00"
 GHOST = (0.90, 0.91, 0.92)
 
@@ -176,8 +161,8 @@ def wrapped(text: str, width: float, size: float, most: int, weight: str = "norm
     words = [word for word in re.split(r"[ \t\n]+", text) if word]
     lines = [""] if words else []
     for word in words:
-        rest = word if not lines[-1] else f" {word}"
-        if _width(lines[-1] + rest, weight) > room and lines[-1]:
+        rest = f" {word}" if lines[-1] else word
+        if lines[-1] and _width(lines[-1] + rest, weight) > room:
             lines.append("")
             rest = word
         while rest:
@@ -204,11 +189,7 @@ def _fitting(text: str, room: float, weight: str) -> int:
     """How many letters of a text, one at least, fit into a room in sizes of the type."""
     if _width(text, weight) <= room:
         return len(text)
-    low, high = 1, len(text)
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if _width(text[:middle], weight) <= room else (low, middle)
-    return low
+    return max(1, bisect_right(range(1, len(text)), room, key=lambda count: _width(text[:count], weight)))
 
 
 @lru_cache(maxsize=4096)
@@ -239,27 +220,38 @@ MOST_LINES = 3
 EM = 0.57
 """Width of a character over the size of the type: more than a line of text has on average."""
 
+SPACING = 1.35
+"""Height of a line of text over the size of the type."""
+
+
+def write(figure: Figure, x: float, y: float, text: str | Sequence[str], **style: Any) -> None:
+    """Write a text, or lines with more space between them, into a figure at a place in fractions of it; nothing is read
+    as mathematics."""
+    if not isinstance(text, str):
+        text, style = "\n".join(text), {"linespacing": SPACING} | style
+    if text:
+        figure.text(x, y, text, **{"color": INK, "parse_math": False} | style)
+
 
 def heading(figure: Figure, title: str, subtitle: str, warnings: Iterable[object] = ()) -> float:
     """Title, subtitle and warnings at the top left; returns where they end, as a fraction of the height."""
     width = 0.93 * figure.get_figwidth()
     lines = wrapped(title, width, 14, 2, "bold")
-    figure.text(0.035, 0.965, "\n".join(lines), size=14, weight="bold", va="top", color=INK, parse_math=False)
+    write(figure, 0.035, 0.965, "\n".join(lines), size=14, weight="bold", va="top")
     top = 0.965 - 0.045 * max(len(lines), 1)
-    below = wrapped(subtitle, width, 9.5, 3)
-    style = {"va": "top", "linespacing": 1.35, "parse_math": False}
-    figure.text(0.035, top, "\n".join(below), size=9.5, color="0.35", **style)
-    top -= len(below) * line_height(figure, 9.5)
-    said = remark_lines(warnings, "warning", width, 8.5, most=2)
-    if said:
+    lines = wrapped(subtitle, width, 9.5, 3)
+    write(figure, 0.035, top, lines, size=9.5, color=GREY, va="top")
+    top -= len(lines) * line_height(figure, 9.5)
+    lines = remark_lines(warnings, "warning", width, 8.5, most=2)
+    if lines:
         top -= 0.006
-        figure.text(0.035, top, "\n".join(said), size=8.5, color=WARNING, **style)
-    return top - len(said) * line_height(figure, 8.5)
+        write(figure, 0.035, top, lines, size=8.5, color=WARNING, va="top")
+    return top - len(lines) * line_height(figure, 8.5)
 
 
 def line_height(figure: Figure, size: float) -> float:
-    """Height of a line of type of a size in points, spaced by 1.35, as a fraction of the height of the figure."""
-    return 1.35 * size / 72 / figure.get_figheight()
+    """Height of a line of type of a size in points, as a fraction of the height of the figure."""
+    return SPACING * size / 72 / figure.get_figheight()
 
 
 def remark_lines(
@@ -267,29 +259,31 @@ def remark_lines(
 ) -> list[str]:
     """The first few remarks, each after its kind, wrapped to a width in inches of type of a size in points; how many
     more there are."""
-    own = list(dict.fromkeys(str(remark) for remark in remarks))
-    lines = [line for text in own[:most] for line in wrapped(f"{kind}: {text}", width, size, MOST_LINES)]
-    rest = len(own) - most
+    texts = list(dict.fromkeys(map(str, remarks)))
+    lines = [line for text in texts[:most] for line in wrapped(f"{kind}: {text}", width, size, MOST_LINES)]
+    rest = len(texts) - most
     return lines + ([f"and {rest} more {kind}{'s' if rest > 1 else ''}"] if rest > 0 else [])
 
 
-def foot(figure: Figure, warnings: Sequence[object], notes: Sequence[object] = ()) -> None:
-    """Warnings, then notes, along the lower edge of a figure whose layout is constrained."""
-    width, size = 0.97 * figure.get_figwidth(), 6.5
-    said = (remark_lines(warnings, "warning", width, size), remark_lines(notes, "note", width, size))
-    count = sum(map(len, said))
-    if not count:
-        return
-    line, gap = line_height(figure, size), 0.04 / figure.get_figheight()
+def headline(figure: Figure, title: str, warnings: Sequence[object] = (), notes: Sequence[object] = ()) -> None:
+    """Write a title over all axes of a figure whose layout is constrained, and along its lower edge warnings, then
+    notes."""
+    figure.suptitle(shortened(title, 90), fontsize=10, color=INK, parse_math=False)
+    width = 0.97 * figure.get_figwidth()
+    written_below(figure, remark_lines(notes, "note", width, 6.5), 6.5, GREY)
+    written_below(figure, remark_lines(warnings, "warning", width, 6.5), 6.5, WARNING)
+
+
+def written_below(figure: Figure, lines: Sequence[str], size: float = 7.0, colour: str = INK) -> None:
+    """Lines of text along the lower edge of a figure whose layout is constrained, above what is there already."""
     engine = figure.get_layout_engine()
-    assert engine is not None
-    engine.set(rect=(0.0, count * line + 2 * gap, 1.0, 1.0 - count * line - 2 * gap))  # type: ignore[call-arg]
-    top = gap
-    for lines, colour in zip(said[::-1], ("0.35", WARNING), strict=True):
-        if lines:
-            style = {"va": "bottom", "size": size, "color": colour, "linespacing": 1.35, "parse_math": False}
-            figure.text(0.015, top, "\n".join(lines), **style)
-            top += len(lines) * line
+    if not lines or engine is None:
+        return
+    left, bottom, width, height = engine.get()["rect"]  # type: ignore[index]
+    gap = 0.04 / figure.get_figheight()
+    total = len(lines) * line_height(figure, size) + 2 * gap
+    engine.set(rect=(left, bottom + total, width, height - total))  # type: ignore[call-arg]
+    write(figure, 0.015, bottom + gap, lines, size=size, color=colour, va="bottom")
 
 
 def legend(figure: Figure, parts: Solids) -> None:
@@ -331,17 +325,13 @@ def colour_bar(figure: Figure, area: Box) -> None:
 
 
 def stress_bar(figure: Figure, largest: float, area: Box) -> None:
-    """The scale of stress, MPa."""
+    """The scale of stress, MPa, unless the largest, Pa, is nothing."""
+    if not largest > 0:
+        return
     top = largest / 1e6
     ticks = [tick for tick in MaxNLocator(5).tick_values(0.0, top) if 0 <= tick <= top]
-    colour_scale(
-        figure,
-        area,
-        stress_colours(np.linspace(0, 1, 256)),
-        [tick / top for tick in ticks],
-        [f"{tick:g}" for tick in ticks],
-        "largest stress\nin section, MPa",
-    )
+    colours, texts = stress_colours(np.linspace(0, 1, 256)), [f"{tick:g}" for tick in ticks]
+    colour_scale(figure, area, colours, [tick / top for tick in ticks], texts, "largest stress\nin section, MPa")
 
 
 def colour_scale(

@@ -318,7 +318,7 @@ def draw_arrows(axes: Axes, view: View, arrows: Sequence[Arrow], colour: str = F
         axes.text(float(at[0]), float(at[1]), text, bbox=halo, **style)
 
 
-def triad(figure: Figure, camera: Camera, area: Box) -> None:
+def triad(figure: Figure, camera: Camera, area: Box = (0.875, 0.03, 0.10, 0.133)) -> None:
     """The directions of x, y and z, as seen by the camera."""
     axes = figure.add_axes(area)
     axes.set(xlim=(-1.35, 1.35), ylim=(-1.35, 1.35), aspect="equal")

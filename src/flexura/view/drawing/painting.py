@@ -15,7 +15,7 @@ from flexura.view.drawing.figures import (
     COLOURS,
     DPI,
     GHOST,
-    WIDTHS,
+    STYLES,
     Box,
     displacement_colours,
     dot_style,
@@ -283,16 +283,16 @@ def _painting(
     ink: float = 0.45,
     clear_bodies: bool = False,
 ) -> Painting:
-    """A scene with its points at `points` (v, 3); boxes of equal inertia, and what is in doubt, are see-through.
+    """A scene with its points at `points` (v, 3); boxes of equal inertia, and bodies with warnings, are see-through.
 
     face_colours: (f, 4, 3); line_colours: (l, 3), RGB.
     """
     look = (1.0, ambient, ink)
-    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.DOUBTED_BODY)
+    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.FLAGGED_BODY)
     clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
     opaque, edges = painted(view, points, parts.faces[~clear], face_colours[~clear], *look)
     glass, rims = painted(view, points, parts.faces[clear], face_colours[clear], *look)
-    width = np.array([WIDTHS.get(kind, 1.0) for kind in Kind])[parts.line_kinds] * DPI / 72
+    width = np.array([STYLES[kind].width for kind in Kind])[parts.line_kinds] * DPI / 72
     lines = Lines(view.pixels(points)[parts.lines], line_colours, width)
     return Painting.of([opaque], [edges, rims, lines], [glass])
 

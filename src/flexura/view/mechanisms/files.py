@@ -1,4 +1,4 @@
-"""Pictures as PNG files, each written whole or not at all."""
+"""Pictures as PNG files and animations as GIF, WebP or MP4, each written whole or not at all."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -74,20 +74,27 @@ def save_pictures(
             f" each where there are any; found {u.shape}, {len(titles)} titles, {len(subtitles)} subtitles,"
             f" {len(flags)} flags and {len(warnings)} lists of warnings"
         )
-    positive(magnify)
+    _check_factor(magnify)
     target = make_folder(Path(folder))
-    pictures = _pictures(model, u, titles, subtitles, flags, warnings, common, names, magnify, dpi)
-    return write_files(pictures, target)
+    captions = [_Caption(*caption) for caption in zip(titles, subtitles, flags, warnings, strict=True)]
+    return write_files(_pictures(model, u, captions, common, names=names, magnify=magnify, dpi=dpi), target)
+
+
+class _Caption(NamedTuple):
+    """What is written above a mode: on the sheet the flag, in its own picture the warnings."""
+
+    title: str
+    subtitle: str
+    flag: str
+    warnings: Sequence[object]
 
 
 def _pictures(
     model: FullOrderModel,
-    u: Array,
-    titles: Sequence[str],
-    subtitles: Sequence[str],
-    flags: Sequence[str],
-    warnings: Sequence[Sequence[object]],
+    shapes: Array,
+    captions: Sequence[_Caption],
     common: Sequence[object],
+    *,
     names: bool | Sequence[str],
     magnify: float,
     dpi: float,
@@ -95,14 +102,15 @@ def _pictures(
     """The pictures of `save_pictures` by name."""
     camera = good_camera(solids(model))
     view: dict[str, Any] = {"elev": camera.elev, "azim": camera.azim, "dpi": dpi}
-    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, elev=camera.elev, azim=camera.azim, dpi=dpi))}
-    for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
-        stage(f"drawing mode {k + 1} of {len(titles)}")
-        how: dict[str, Any] = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
-        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=[*own, *common], **how)
-        pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
-    if titles:
-        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
+    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, **view))}
+    for k, (title, subtitle, _, warnings) in enumerate(captions):
+        stage(f"drawing mode {k + 1} of {len(captions)}")
+        scale = magnify * mode_scale(solids(model, shapes[:, :, k]))
+        texts: dict[str, Any] = {"title": title, "subtitle": subtitle, "warnings": [*warnings, *common]}
+        pictures[f"mode_{k + 1:02d}.png"] = _png(draw_mode(model, shapes[:, :, k], scale=scale, **texts, **view))
+    if captions:
+        titles, subtitles, flags, _ = zip(*captions, strict=True)
+        sheet = draw_sheet(model, shapes, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
         pictures["modes.png"] = _png(sheet)
     return pictures
 
@@ -125,49 +133,33 @@ def save_modes(
     `save_animation` does.
     """
     form = None if animate is None else writable(animate)
-    positive(magnify)
-    own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
+    _check_factor(magnify)
+    model, common = result.model, [warning for warning in result.warnings if not warning.place]
     target = make_folder(Path(folder))
-    titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
-    subtitles = margins(result)
-    warnings = [[w for w in result.warnings if w.place == place] for place in own]
+    captions = [
+        _Caption(
+            f"mode {mode.number}: {_frequency(mode)}",
+            f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}",
+            mode.flag,
+            [warning for warning in result.warnings if warning.place == f"mode {mode.number}"],
+        )
+        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
+    ]
     films: dict[str, bytes] = {}
     if form is not None:
-        camera = good_camera(solids(result.model))
-        for k, title in enumerate(titles):
-            stage(f"drawing mode {k + 1} of {len(titles)} in motion")
-            u, said = result.shapes[:, :, k], [*warnings[k], *common]
-            how: dict[str, Any] = {
-                "scale": magnify * mode_scale(solids(result.model, u)),
-                "elev": camera.elev,
-                "azim": camera.azim,
-            }
-            film = animate_mode(result.model, u, title=title, subtitle=subtitles[k], warnings=said, **how)
+        camera = good_camera(solids(model))
+        for k, (title, subtitle, _, warnings) in enumerate(captions):
+            stage(f"drawing mode {k + 1} of {len(captions)} in motion")
+            shape = result.shapes[:, :, k]
+            scale = magnify * mode_scale(solids(model, shape))
+            texts: dict[str, Any] = {"title": title, "subtitle": subtitle, "warnings": [*warnings, *common]}
+            film = animate_mode(model, shape, scale=scale, elev=camera.elev, azim=camera.azim, **texts)
             films[f"mode_{k + 1:02d}.{form}"] = encoded(film, form)
-    pictures = _pictures(
-        result.model,
-        result.shapes,
-        titles,
-        subtitles,
-        [mode.flag for mode in result.modes],
-        warnings,
-        common,
-        names,
-        magnify,
-        dpi,
-    )
+    pictures = _pictures(model, result.shapes, captions, common, names=names, magnify=magnify, dpi=dpi)
     return write_files(pictures | films, target)
 
 
-def margins(result: Modes) -> list[str]:
-    """Of every mode how far the frequency is proven, how far the part may be from it, and what moves."""
-    return [
-        f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}"
-        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
-    ]
-
-
-def positive(magnify: float) -> None:
+def _check_factor(magnify: float) -> None:
     """Raises OptionError for what displacements cannot be magnified by."""
     if not (isinstance(magnify, int | float | np.number) and np.isfinite(magnify) and magnify > 0):
         raise OptionError(f"`magnify` is a positive number, not {magnify!r}")

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator
-from numpy.typing import NDArray
 
 from flexura.analysis import (
     FrequencyResponse,
@@ -33,16 +31,20 @@ from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, 
 from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
 from flexura.view.drawing import (
-    CENTRED,
     FAINT,
+    GREY,
     INK,
     SERIES,
-    foot,
+    Curve,
+    Panel,
+    draw_marks,
+    draw_panel,
     frequency_axis,
     headline,
     legend_above,
     legend_of,
     new_chart,
+    panel_grid,
     plain_axes,
     remark_lines,
     shortened,
@@ -51,9 +53,19 @@ from flexura.view.drawing import (
     written_below,
 )
 from flexura.view.mechanisms import save_figures
+from flexura.view.scene import Array
 
 MOST_RESONANCES = 14
 """Resonances of which it is written what moves."""
+
+MOST_CHANNELS = 12
+"""Inputs, and outputs, in a matrix of responses."""
+
+MOST_PANELS = 12
+"""Measured responses in one figure."""
+
+CLOSE = 0.022
+"""Resonances nearer to each other, relative to the width of a logarithmic axis, have one label."""
 
 
 @verb
@@ -74,19 +86,75 @@ def save_frequency_response(result: FrequencyResponse, folder: Path | str) -> li
     return save_figures(figures, folder)
 
 
+@verb
+def draw_bode(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *, unit: str | None = None) -> Figure:
+    """Magnitude and phase over frequency of (output, input) pairs of one unit, resonances as numbered vertical lines
+    with what moves in each.
+
+    By default the pairs of the `unit`, or of the first one, that matter: at most eight different curves, none below a
+    thousandth of the largest; what is left out is said. Raises OptionError for names and units that are not there.
+    """
+    group = _group(result, pairs, unit)
+    hz, marks = result.frequency_hz, result.resonances_hz
+    figure = new_chart((7.4, 5.8))
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    magnitudes = [Curve(hz, np.abs(curve.H), curve.label) for curve in group.curves]
+    phases = [Curve(hz, phase_in_degrees(curve.H)) for curve in group.curves]
+    draw_panel(upper, Panel(magnitudes, y_label=_with_unit("magnitude", group.unit), marks=marks), width=1.2, size=10)
+    draw_panel(lower, Panel(phases, "frequency, Hz", "phase, deg", marks=marks), width=1.2, size=10)
+    frequency_axis(upper, float(hz[0]), float(hz[-1]))
+    value_axis(upper, np.concatenate([np.abs(curve.H) for curve in group.curves]))
+    low, high = lower.dataLim.intervaly
+    lower.yaxis.set_major_locator(MultipleLocator(90 if high - low < 460 else 180))
+    lower.set_ylim(min(low, -180) - 15, max(high, 0) + 15)
+    headline(figure, result.name, result.warnings)
+    written_below(figure, _left_out(group, 7.1), 6.5, GREY)
+    written_below(figure, _numbered(lower, result))
+    legend_above(upper)
+    return figure
+
+
+@verb
+def draw_nyquist(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *, unit: str | None = None) -> Figure:
+    """Imaginary over real part of (output, input) pairs of one unit, both to one scale; pairs and errors as in
+    `draw_bode`."""
+    group = _group(result, pairs, unit)
+    figure = new_chart((5.6, 6.0))
+    axes = figure.subplots()
+    curves = [Curve(curve.H.real, curve.H.imag, curve.label) for curve in group.curves]
+    real, imaginary = _with_unit("real part", group.unit), _with_unit("imaginary part", group.unit)
+    draw_panel(axes, Panel(curves, real, imaginary), width=1.2, size=10)
+    axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
+    axes.axvline(0, color=FAINT, linewidth=0.8, zorder=0)
+    plain_axes(axes)
+    axes.set_aspect("equal", adjustable="datalim")
+    headline(figure, result.name, result.warnings)
+    written_below(figure, _left_out(group, 5.3), 6.5, GREY)
+    legend_above(axes)
+    return figure
+
+
 def _group(result: FrequencyResponse, pairs: Sequence[Pair] | None, unit: str | None) -> ResponseGroup:
     """The responses to draw. Raises OptionError."""
-    if pairs is not None:
-        if not pairs:
-            raise OptionError("there is nothing to draw: no pair of output and input is given")
-        own = {pair: result.unit(*pair) for pair in pairs for _ in [result.of(*pair)]}
-        mixed = len(set(own.values())) > 1
-        curves = [ResponseCurve([pair], result.of(*pair), f"  [{own[pair]}]" if mixed else "") for pair in pairs]
-        return ResponseGroup("" if mixed else own[pairs[0]], curves, [])
-    units = response_units(result)
-    if unit is not None and unit not in units:
-        raise OptionError(f"there is no response in {unit!r}; units are {', '.join(units)}")
-    return response_group(result, units[0] if unit is None else unit)
+    if pairs is None:
+        units = response_units(result)
+        if unit is not None and unit not in units:
+            raise OptionError(f"there is no response in {unit!r}; units are {', '.join(units)}")
+        return response_group(result, units[0] if unit is None else unit)
+    if not pairs:
+        raise OptionError("there is nothing to draw: no pair of output and input is given")
+    responses = [result.of(*pair) for pair in pairs]
+    units = [result.unit(*pair) for pair in pairs]
+    is_mixed = len(set(units)) > 1
+    curves = [
+        ResponseCurve([pair], response, f"  [{unit}]" if is_mixed else "")
+        for pair, response, unit in zip(pairs, responses, units, strict=True)
+    ]
+    return ResponseGroup("" if is_mixed else units[0], curves, [])
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name}, {unit}" if unit else name
 
 
 def _left_out(group: ResponseGroup, width: float) -> list[str]:
@@ -99,82 +167,23 @@ def _left_out(group: ResponseGroup, width: float) -> list[str]:
     return remark_lines([text], "not shown", width, 6.5)
 
 
-@verb
-def draw_bode(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *, unit: str | None = None) -> Figure:
-    """Magnitude and phase over frequency of (output, input) pairs of one unit, resonances as numbered vertical lines
-    with what moves in each.
-
-    By default the pairs of the `unit`, or of the first one, that matter: at most eight different curves, none below a
-    thousandth of the largest; what is left out is said. Raises OptionError for names and units that are not there.
-    """
-    group = _group(result, pairs, unit)
-    figure = new_chart((7.4, 5.8))
-    size, angle = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    hz = result.frequency_hz
-    for k, curve in enumerate(group.curves):
-        colour = SERIES[k % len(SERIES)]
-        size.plot(hz, np.abs(curve.H), color=colour, linewidth=1.2, label=curve.label)
-        angle.plot(hz, phase_in_degrees(curve.H), color=colour, linewidth=1.2)
-    for axes in (size, angle):
-        for f in result.resonances_hz:
-            axes.axvline(f, color=FAINT, linewidth=0.8, zorder=0)
-        style(axes)
-    frequency_axis(size, float(hz[0]), float(hz[-1]))
-    value_axis(size, np.concatenate([np.abs(curve.H) for curve in group.curves]))
-    size.set_ylabel(", ".join(filter(None, ["magnitude", group.unit])), parse_math=False)
-    angle.set_ylabel("phase, deg")
-    angle.set_xlabel("frequency, Hz")
-    low, high = angle.dataLim.intervaly
-    angle.yaxis.set_major_locator(MultipleLocator(90 if high - low < 460 else 180))
-    angle.set_ylim(min(low, -180) - 15, max(high, 0) + 15)
-    headline(figure, result.name)
-    foot(figure, result.warnings)
-    written_below(figure, _left_out(group, 7.1), 6.5, "0.35")
-    written_below(figure, _numbered(angle, result))
-    legend_above(size)
-    return figure
-
-
 def _numbered(axes: Axes, result: FrequencyResponse) -> list[str]:
     """Write the numbers of resonances at the top of axes, close ones together; what moves in them, in words."""
     hz = result.resonances_hz
     if not len(hz):
         return []
     low, high = np.log(result.frequency_hz[[0, -1]])
-    close = np.flatnonzero(np.diff(np.log(hz)) > 0.022 * max(high - low, 1e-9)) + 1
-    for own in np.split(np.arange(len(hz)), close):
-        text = f"{own[0] + 1}" if len(own) == 1 else f"{own[0] + 1}-{own[-1] + 1}"
-        at = float(np.exp(np.log(hz[own]).mean()))
-        axes.text(at, 1.0, text, size=6.5, color="0.35", ha="center", va="bottom", transform=axes.get_xaxis_transform())
-    told = [
-        f"{k + 1}  {in_hz(f, 4)}" + (f"  {shortened(words.partition(' (')[0], 64)}" if words else "")
-        for k, (f, words) in enumerate(itertools.zip_longest(hz, result.resonance_motions))
+    far = np.flatnonzero(np.diff(np.log(hz)) > CLOSE * max(high - low, 1e-9)) + 1
+    for cluster in np.split(np.arange(len(hz)), far):
+        text = f"{cluster[0] + 1}" if len(cluster) == 1 else f"{cluster[0] + 1}-{cluster[-1] + 1}"
+        at = float(np.exp(np.log(hz[cluster]).mean()))
+        axes.text(at, 1.0, text, size=6.5, color=GREY, ha="center", va="bottom", transform=axes.get_xaxis_transform())
+    lines = [
+        f"{k + 1}  {in_hz(f, 4)}" + (f"  {shortened(motion.partition(' (')[0], 64)}" if motion else "")
+        for k, (f, motion) in enumerate(itertools.zip_longest(hz, result.resonance_motions))
     ]
-    rest = len(told) - MOST_RESONANCES
-    return told[:MOST_RESONANCES] + ([f"and {rest} more resonances"] if rest > 0 else [])
-
-
-@verb
-def draw_nyquist(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *, unit: str | None = None) -> Figure:
-    """Imaginary over real part of (output, input) pairs of one unit, both to one scale; pairs and errors as in
-    `draw_bode`."""
-    group = _group(result, pairs, unit)
-    figure = new_chart((5.6, 6.0))
-    axes = figure.subplots()
-    for k, curve in enumerate(group.curves):
-        axes.plot(curve.H.real, curve.H.imag, color=SERIES[k % len(SERIES)], linewidth=1.2, label=curve.label)
-    axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
-    axes.axvline(0, color=FAINT, linewidth=0.8, zorder=0)
-    style(axes)
-    plain_axes(axes)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel(", ".join(filter(None, ["real part", group.unit])), parse_math=False)
-    axes.set_ylabel(", ".join(filter(None, ["imaginary part", group.unit])), parse_math=False)
-    headline(figure, result.name)
-    foot(figure, result.warnings)
-    written_below(figure, _left_out(group, 5.3), 6.5, "0.35")
-    legend_above(axes)
-    return figure
+    rest = len(lines) - MOST_RESONANCES
+    return lines[:MOST_RESONANCES] + ([f"and {rest} more resonances"] if rest > 0 else [])
 
 
 @verb
@@ -184,34 +193,25 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
     Raises OptionError for outputs that are not there.
     """
     names = [c.name for c in result.outputs] if outputs is None else list(outputs)
+    responses = {name: result.of(name) for name in names}
     unit = {c.name: c.unit for c in result.outputs}
-    curves = {name: result.of(name) for name in names}
-    units = list(dict.fromkeys(unit[name] for name in names))
-    driven = list(dict.fromkeys(channel.unit for channel in result.inputs))
-    figure = new_chart((7.4, 1.2 + 1.9 * (len(driven) + len(units))))
-    panels = figure.subplots(len(driven) + len(units), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, own in zip(panels, driven, strict=False):
-        channels = [(c, u) for c, u in zip(result.inputs, result.signals, strict=True) if c.unit == own]
-        for k, (channel, u) in enumerate(channels):
-            panel.plot(result.time, u, color=SERIES[k % len(SERIES)], linewidth=1.0, label=channel.name)
-        panel.set_ylabel(f"input, {own}", fontsize=8, parse_math=False)
-    for panel, own in zip(panels[len(driven) :], units, strict=True):
-        for k, name in enumerate(n for n in names if unit[n] == own):
-            panel.plot(result.time, curves[name], color=SERIES[k % len(SERIES)], linewidth=1.0, label=name)
-        panel.set_ylabel(own, fontsize=8, parse_math=False)
-    for panel in panels:
-        style(panel)
-        plain_axes(panel)
-        panel.margins(x=0.0)
-        legend_above(panel)
-    panels[-1].set_xlabel("time, s")
-    headline(figure, result.name)
-    foot(figure, result.warnings)
+    signals: dict[str, list[Curve]] = {}
+    for channel, signal in zip(result.inputs, result.signals, strict=True):
+        signals.setdefault(f"input, {channel.unit}", []).append(Curve(result.time, signal, channel.name))
+    curves: dict[str, list[Curve]] = {}
+    for name, response in responses.items():
+        curves.setdefault(unit[name], []).append(Curve(result.time, response, name))
+    panels = [*signals.items(), *curves.items()]
+    figure = new_chart((7.4, 1.2 + 1.9 * len(panels)))
+    every_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (label, listed) in zip(every_axes, panels, strict=True):
+        draw_panel(axes, Panel(listed, y_label=label))
+        plain_axes(axes)
+        axes.margins(x=0.0)
+        legend_above(axes)
+    every_axes[-1].set_xlabel("time, s", fontsize=10)
+    headline(figure, result.name, result.warnings)
     return figure
-
-
-MOST_CHANNELS = 12
-"""Inputs, and outputs, in a matrix of responses."""
 
 
 @verb
@@ -225,37 +225,33 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
         raise OptionError(f"a matrix has at most {MOST_CHANNELS} inputs and outputs; name some of the {p} x {m}")
     figure = new_chart((1.3 + 1.7 * m, 1.0 + 1.3 * p))
     panels = figure.subplots(p, m, sharex=True, sharey="row", squeeze=False)
-    magnitude, hz, sounds = np.abs(result.response), result.frequency_hz, heard(result)
+    magnitude, hz, is_heard = np.abs(result.response), result.frequency_hz, heard(result)
     for i, output in enumerate(result.outputs):
-        drawn = []
         for j, axes in enumerate(panels[i]):
-            own = magnitude[:, i, j]
-            for f in result.resonances_hz:
-                axes.axvline(f, color=FAINT, linewidth=0.6, zorder=0)
-            if sounds[i, j]:
-                axes.plot(hz, own, color=SERIES[0], linewidth=0.9)
-                drawn.append(own)
-            else:
-                axes.text(0.5, 0.5, "0", color="#8a93a0", fontsize=9, transform=axes.transAxes, **CENTRED)
-            style(axes)
-        _scale(panels[i, 0], np.concatenate(drawn) if drawn else np.empty(0))
+            curves = [Curve(hz, magnitude[:, i, j], style={"color": SERIES[0]})] if is_heard[i, j] else []
+            draw_panel(axes, Panel(curves, marks=result.resonances_hz), width=0.9)
+            if not curves:
+                zero = {"color": "#8a93a0", "fontsize": 9, "ha": "center", "va": "center"}
+                axes.text(0.5, 0.5, "0", transform=axes.transAxes, **zero)
+        _whole_decades(panels[i, 0], magnitude[:, i, is_heard[i]])
         for axes in panels[i]:
             frequency_axis(axes, float(hz[0]), float(hz[-1]), room=7)
             axes.minorticks_off()
-            axes.tick_params(labelsize=6)
-            axes.tick_params(labelbottom=i == p - 1, labelleft=axes is panels[i, 0], length=2)
-        panels[i, 0].set_ylabel(
-            f"{shortened(output.name, 26)}\n[{output.unit}]", fontsize=7, color=INK, parse_math=False
-        )
+            is_first = axes is panels[i, 0]
+            axes.tick_params(labelsize=6, labelbottom=i == p - 1, labelleft=is_first, length=2)
+        panels[i, 0].set_ylabel(_channel_label(output.name, output.unit), fontsize=7, color=INK, parse_math=False)
     for axes, channel in zip(panels[0], result.inputs, strict=True):
-        axes.set_title(f"{shortened(channel.name, 26)}\n[{channel.unit}]", fontsize=7, color=INK, parse_math=False)
+        axes.set_title(_channel_label(channel.name, channel.unit), fontsize=7, color=INK, parse_math=False)
     figure.supxlabel("frequency, Hz", fontsize=8)
-    headline(figure, result.name)
-    foot(figure, result.warnings)
+    headline(figure, result.name, result.warnings)
     return figure
 
 
-def _scale(axes, values: np.ndarray) -> None:  # type: ignore[no-untyped-def]
+def _channel_label(name: str, unit: str) -> str:
+    return f"{shortened(name, 26)}\n[{unit}]"
+
+
+def _whole_decades(axes: Axes, values: Array) -> None:
     """One logarithmic scale for a row, in whole powers of ten of which at most five are written."""
     values = values[values > 0]
     if not len(values):
@@ -269,20 +265,6 @@ def _scale(axes, values: np.ndarray) -> None:  # type: ignore[no-untyped-def]
     axes.yaxis.set_major_locator(LogLocator(base=10.0**step, numticks=99))
 
 
-Bits = NDArray[np.integer[Any]]
-"""Which marks a pole has, as the bits of a number."""
-
-MOST_PANELS = 12
-"""Responses in one figure."""
-
-CLASSES: tuple[tuple[str, Callable[[Bits], NDArray[np.bool_]], str, str], ...] = (
-    ("pole", lambda bits: (bits & 3) != 3, "#c9ced6", "."),
-    ("frequency and damping stable", lambda bits: (bits & 7) == 3, "#b8860b", "x"),
-    ("shape stable too", lambda bits: (bits & 7) == 7, "#2c8a4b", "o"),
-)
-"""Poles of a diagram: label, which bits, colour and marker."""
-
-
 @verb
 def save_identification(result: IdentifiedModes, folder: Path | str, *, data: Data) -> list[Path]:
     """Write `stabilisation.png` and `synthesis.png`, one for every setup where there are several, into a folder.
@@ -290,13 +272,13 @@ def save_identification(result: IdentifiedModes, folder: Path | str, *, data: Da
     Files appear complete or not at all. Raises OptionError when the folder cannot be written to, and for `data` that
     the modes are not from.
     """
-    each = result.setups or (result,)
+    setups = result.setups or (result,)
     figures = {}
-    for k, own in enumerate(each):
-        end = f"_{k + 1:02d}" if len(each) > 1 else ""
-        matrix = _matrix_of(own, data, len(each) > 1)
-        figures[f"stabilisation{end}.png"] = draw_stabilisation(own, matrix)
-        figures[f"synthesis{end}.png"] = draw_synthesis(own, matrix)
+    for k, setup in enumerate(setups):
+        end = f"_{k + 1:02d}" if len(setups) > 1 else ""
+        matrix = _matrix_of(setup, data, len(setups) > 1)
+        figures[f"stabilisation{end}.png"] = draw_stabilisation(setup, matrix)
+        figures[f"synthesis{end}.png"] = draw_synthesis(setup, matrix)
     return save_figures(figures, folder)
 
 
@@ -311,25 +293,33 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
     figure = new_chart((8.6, 5.2))
     axes = figure.subplots()
     if data is not None:
-        matrix = data if isinstance(data, ResponseMatrix) else _matrix_of(result, data, bool(result.setup))
-        _indicators(axes, matrix)
-    for label, own, colour, marker in CLASSES:
-        at = own(poles.stable)
-        dots = {"linestyle": "", "marker": marker, "color": colour, "markersize": 4 if marker != "." else 3}
-        axes.plot(poles.frequency_hz[at], poles.order[at], label=label, markerfacecolor="none", **dots)
+        _draw_indicators(axes, _matrix_of(result, data, bool(result.setup)))
+    # bits of `stable`: frequency 1, damping 2, shape 4
+    poles_by_class = (
+        ("pole", (poles.stable & 3) != 3, "#c9ced6", "."),
+        ("frequency and damping stable", (poles.stable & 7) == 3, "#b8860b", "x"),
+        ("shape stable too", (poles.stable & 7) == 7, "#2c8a4b", "o"),
+    )
+    curves = [
+        Curve(
+            poles.frequency_hz[chosen],
+            poles.order[chosen],
+            name,
+            {"ls": "", "marker": marker, "color": colour, "ms": 3 if marker == "." else 4, "mfc": "none"},
+        )
+        for name, chosen, colour, marker in poles_by_class
+    ]
+    draw_panel(axes, Panel(curves, "frequency, Hz", "model order"), size=9)
     for hz, evidence in zip(result.frequency_hz, result.evidence, strict=True):
         axes.axvline(hz, color=SERIES[1], linewidth=0.4 + 0.8 * evidence.confidence, zorder=1)
-    axes.set_xlabel("frequency, Hz", fontsize=9)
-    axes.set_ylabel("model order", fontsize=9)
     axes.set_ylim(0, poles.order.max(initial=1) * 1.12)
-    style(axes)
     legend_above(axes)
-    headline(figure, _title(result))
-    foot(figure, (), result.notes)
+    headline(figure, _modes_title(result), notes=result.notes)
     return figure
 
 
-def _indicators(axes: Axes, matrix: ResponseMatrix) -> None:
+def _draw_indicators(axes: Axes, matrix: ResponseMatrix) -> None:
+    """Mode indicator functions behind the poles, on an axis of their own."""
     behind = axes.twinx()
     for k, values in enumerate(mode_indicators(matrix).T):
         colour = SERIES[0] if k == 0 else "#8fb0d6"
@@ -352,31 +342,27 @@ def draw_synthesis(
     OptionError for more, for pairs that there are not, and for data that the modes are not from.
     """
     _one_diagram(result)
-    matrix = data if isinstance(data, ResponseMatrix) else _matrix_of(result, data, bool(result.setup))
-    given = modes_of_setup(result, matrix)
-    chosen = _pairs(matrix, pairs)
+    matrix = _matrix_of(result, data, bool(result.setup))
+    synthesis = modes_of_setup(result, matrix)
+    chosen, hz = _chosen_pairs(matrix, pairs), matrix.frequency_hz
     columns = min(3, len(chosen))
     rows = -(-len(chosen) // columns)
-    figure = new_chart((1.0 + 2.9 * columns, 0.8 + 1.9 * rows))
-    panels = figure.subplots(rows, columns, sharex=True, squeeze=False)
-    for panel in panels.flat[len(chosen) :]:
-        panel.set_visible(False)
-    for panel, (i, j) in zip(panels.flat, chosen, strict=False):
-        panel.semilogy(matrix.frequency_hz, np.abs(matrix.response[:, i, j]), color=SERIES[0], lw=0.9, label="measured")
-        panel.semilogy(matrix.frequency_hz, np.abs(given[:, i, j]), color=SERIES[1], lw=0.9, ls="--", label="modes")
-        for hz in result.frequency_hz:
-            panel.axvline(hz, color=FAINT, linewidth=0.6, zorder=0)
+    size = (1.0 + 2.9 * columns, 0.8 + 1.9 * rows)
+    figure, panels = panel_grid(len(chosen), (rows, columns), size, sharex=True)
+    for axes, (i, j) in zip(panels, chosen, strict=True):
+        measured = Curve(hz, np.abs(matrix.response[:, i, j]), "measured")
+        given_back = Curve(hz, np.abs(synthesis[:, i, j]), "modes", {"ls": "--"})
         title = f"{matrix.outputs[i].name} / {matrix.inputs[j].name}"
-        panel.set_title(title, fontsize=8, color=INK, parse_math=False)
-        style(panel)
-    legend_of(figure, panels[0, 0])
+        panel = Panel([measured, given_back], title=title, marks=result.frequency_hz, log=True)
+        draw_panel(axes, panel, width=0.9)
+    legend_of(figure, panels[0])
     figure.supxlabel("frequency, Hz", fontsize=8)
-    headline(figure, _title(result))
-    foot(figure, (), result.notes)
+    headline(figure, _modes_title(result), notes=result.notes)
     return figure
 
 
-def _pairs(matrix: ResponseMatrix, pairs: Sequence[tuple[str, str]] | None) -> list[tuple[int, int]]:
+def _chosen_pairs(matrix: ResponseMatrix, pairs: Sequence[tuple[str, str]] | None) -> list[tuple[int, int]]:
+    """Outputs and inputs, by position, of named responses, or of the largest. Raises OptionError."""
     outputs, inputs = [c.name for c in matrix.outputs], [c.name for c in matrix.inputs]
     if pairs is None:
         size = np.abs(matrix.scaled).max(axis=0)
@@ -392,27 +378,30 @@ def _pairs(matrix: ResponseMatrix, pairs: Sequence[tuple[str, str]] | None) -> l
     return [(outputs.index(output), inputs.index(into)) for output, into in pairs]
 
 
-def _matrix_of(result: IdentifiedModes, data: Data, several: bool) -> ResponseMatrix:
-    """The responses that the modes of one setup are from."""
-    frfs = [frf for frf in frfs_of(data)[1] if not several or frf.setup == result.setup]
+def _matrix_of(result: IdentifiedModes, data: Data | ResponseMatrix, has_setups: bool) -> ResponseMatrix:
+    """The responses that the modes of one setup are from. Raises OptionError."""
+    if isinstance(data, ResponseMatrix):
+        return data
+    frfs = [frf for frf in frfs_of(data)[1] if not has_setups or frf.setup == result.setup]
     if not frfs:
         raise OptionError(f"the data have no setup {result.setup!r}, which the modes are from")
-    matrix = response_matrices(frfs, result.band, together=not several)[0]
+    matrix = response_matrices(frfs, result.band, together=not has_setups)[0]
     if [c.name for c in matrix.outputs] != [c.name for c in result.outputs]:
         raise OptionError("the modes are not from these data: their outputs differ")
     return matrix
 
 
 def _one_diagram(result: IdentifiedModes) -> Poles:
+    """The poles of modes of one setup. Raises OptionError for several."""
     if len(result.diagram) != 1:
         raise OptionError(f"these are modes of {len(result.diagram)} setups: draw those of each, in `setups`")
     return result.diagram[0]
 
 
-def _title(result: IdentifiedModes) -> str:
-    n = len(result.poles)
-    where = f", {result.setup}" if result.setup and result.setup != result.name else ""
-    return f"{result.name}{where}: {n} mode{'s' * (n != 1)}, synthesis error {100 * result.synthesis_error:.2g} %"
+def _modes_title(result: IdentifiedModes) -> str:
+    setup = f", {result.setup}" if result.setup and result.setup != result.name else ""
+    error = f"synthesis error {100 * result.synthesis_error:.2g} %"
+    return f"{result.name}{setup}: {counted(len(result.poles), 'mode')}, {error}"
 
 
 @verb
@@ -423,10 +412,10 @@ def save_virtual_test(
 
     Raises OptionError when the folder cannot be written to, and for a test without frequency responses.
     """
-    found = save_figures({"virtual_test.png": draw_virtual_test(result, measured)}, folder)
+    paths = save_figures({"virtual_test.png": draw_virtual_test(result, measured)}, folder)
     if result.identified is not None:
-        found += save_identification(result.identified, folder, data=result.measurement)
-    return found
+        paths += save_identification(result.identified, folder, data=result.measurement)
+    return paths
 
 
 @verb
@@ -439,57 +428,53 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
     frfs = result.measurement.frfs
     if not frfs:
         raise OptionError("; ".join(result.notes) or "the test has no frequency responses")
-    figure = new_chart((9.0, 6.4))
-    magnitude, coherence, shift = figure.subplots(3, 1, height_ratios=(3, 1, 1.4))
+    magnitudes, coherences = [], []
     for k, frf in enumerate(frfs):
         size = np.abs(frf.response).max(axis=0)
         i, j = np.unravel_index(int(leading(size.ravel())), size.shape)
-        label = f"{frf.outputs[i].name} / {frf.inputs[j].name}" + (f", {frf.setup}" if frf.setup else "")
-        colour = SERIES[k % len(SERIES)]
-        magnitude.semilogy(frf.frequency_hz, np.abs(frf.response[:, i, j]), color=colour, lw=1.0, label=label)
+        name = f"{frf.outputs[i].name} / {frf.inputs[j].name}" + (f", {frf.setup}" if frf.setup else "")
+        colour = {"color": SERIES[k % len(SERIES)]}
+        magnitudes.append(Curve(frf.frequency_hz, np.abs(frf.response[:, i, j]), name))
         if frf.coherence is not None:
-            coherence.plot(frf.frequency_hz, frf.coherence[:, i, j], color=colour, lw=0.9)
-    _lines(magnitude, result, measured)
-    magnitude.set_ylabel("(m/s²)/N", fontsize=8)
-    legend_above(magnitude)
-    coherence.set_ylabel("coherence", fontsize=8)
-    coherence.set_ylim(0, 1.05)
-    coherence.set_xlabel("frequency, Hz", fontsize=8)
-    for axes in (magnitude, coherence):
+            coherences.append(Curve(frf.frequency_hz, frf.coherence[:, i, j], style=colour))
+    figure = new_chart((9.0, 6.4))
+    upper, middle, lower = figure.subplots(3, 1, height_ratios=(3, 1, 1.4))
+    draw_panel(upper, Panel(magnitudes, y_label="(m/s²)/N", log=True))
+    _draw_frequencies(upper, result, measured)
+    draw_panel(middle, Panel(coherences, "frequency, Hz", "coherence"), width=0.9)
+    legend_above(upper)
+    middle.set_ylim(0, 1.05)
+    for axes in (upper, middle):
         axes.set_xlim(*result.band)
-    _shifts(shift, result)
-    for axes in (magnitude, coherence, shift):
-        style(axes)
+    _draw_shifts(lower, result)
     title = f"{result.name}: virtual test, {counted(len(result.measurement.recordings), 'hit')}"
-    figure.suptitle(title, fontsize=10, color=INK)
-    foot(figure, (), result.notes)
+    headline(figure, title, notes=result.notes)
     return figure
 
 
-def _lines(axes: Axes, result: VirtualTest, measured: MeasuredFrequencies | None) -> None:
-    styles = (
+def _draw_frequencies(axes: Axes, result: VirtualTest, measured: MeasuredFrequencies | None) -> None:
+    """Vertical lines at natural frequencies: of the model, identified, measured."""
+    for name, frequencies, colour, dashes in (
         ("without sensors", [m.bare_hz for m in result.modes], INK, "--"),
-        ("identified", [m.identified_hz for m in result.modes], "#9aa3ad", "-"),
+        ("identified", [m.identified_hz for m in result.modes if m.identified_hz is not None], "#9aa3ad", "-"),
         ("measured", [] if measured is None else measured.frequency_hz.tolist(), INK, ":"),
-    )
-    for label, listed, colour, dashes in styles:
-        for n, hz in enumerate(hz for hz in listed if hz is not None):
-            axes.axvline(hz, linewidth=0.8, zorder=0, label="" if n else label, color=colour, linestyle=dashes)
+    ):
+        for k, hz in enumerate(frequencies):
+            draw_marks(axes, [hz], lw=0.8, color=colour, ls=dashes, label="" if k else name)
 
 
-def _shifts(axes: Axes, result: VirtualTest) -> None:
+def _draw_shifts(axes: Axes, result: VirtualTest) -> None:
     """Shift of every mode by the mass of the sensors of each placement, lines true and marks identified."""
     numbers = np.array([m.number for m in result.modes])
+    bare = np.array([m.bare_hz for m in result.modes])
     for k, placement in enumerate(result.test.placed()):
         colour, at = SERIES[k % len(SERIES)], numbers + 0.12 * (k - len(result.mass_loaded) / 2)
-        pairs = [m.placement_hz[placement] for m in result.modes]
-        true = [100 * (t / m.bare_hz - 1) for (t, _), m in zip(pairs, result.modes, strict=True)]
-        found = [
-            np.nan if f is None else 100 * (f / m.bare_hz - 1) for (_, f), m in zip(pairs, result.modes, strict=True)
-        ]
+        hz = np.array([m.placement_hz[placement] for m in result.modes], dtype=float).reshape(-1, 2)
+        true, identified = 100 * (hz.T / bare - 1)
         axes.bar(at, true, width=0.1, color=colour, alpha=0.35)
-        axes.plot(at, found, linestyle="", marker="_", markersize=7, color=colour)
+        axes.plot(at, identified, linestyle="", marker="_", markersize=7, color=colour)
     axes.axhline(0, color=INK, linewidth=0.6)
     axes.set_xticks(numbers)
     axes.set_xlabel("mode (bars: true, marks: identified)", fontsize=8)
     axes.set_ylabel("shift by sensors, %", fontsize=8)
+    style(axes)

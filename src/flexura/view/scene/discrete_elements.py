@@ -56,9 +56,9 @@ class _Copy:
 
 
 def add_discrete_elements(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
+    collector: Collector, model: FullOrderModel, motions: Motions, flagged: Collection[str], look: Look
 ) -> None:
-    """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `doubted` are of the
+    """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `flagged` are of the
     kind for these."""
     plan, geometry = model.plan, model.geometry
     values = {name: _number(value) for name, value in plan.scoped_values(model.parameters).items()}
@@ -88,8 +88,8 @@ def add_discrete_elements(
         shown += len(copies) * sum(map(len, (drawn.bodies, drawn.masses, drawn.springs, drawn.dashpots)))
         for k in copies:
             number, offset, path = placed.number[k], placed.offset[k], placed.paths[k]
-            names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if doubted}
-            drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
+            names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if flagged}
+            drawn.flagged = {key for key, own in names.items() if own & set(flagged)}
             drawn.prefix = "".join(f"{step}." for step in path)
             span = slice(offset, offset + part.n_nodes)
             held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
@@ -143,8 +143,8 @@ class _Drawn:
     """Whether round things have half the corners."""
     prefix: str = ""
     """What the names of the copy that is drawn begin with."""
-    doubted: Collection[str] = frozenset()
-    """Bodies of the copy that is drawn that are in doubt."""
+    flagged: Collection[str] = frozenset()
+    """Bodies of the copy that is drawn that have warnings."""
 
     def add(self, collector: Collector, copy: _Copy, origin: Array, size: float) -> None:
         """Add the discrete elements of one copy; `origin` (3,), m, is where its frame has its origin."""
@@ -178,7 +178,7 @@ class _Drawn:
     def _add_body(self, collector: Collector, copy: _Copy, key: str, body: RigidBody) -> Mesh:
         node, name = self.part.bodies[key][0], self.prefix + key
         mesh, kind = body_mesh(body, self.cell, _ROUND // 2 if self.plain else _ROUND)
-        kind = Kind.DOUBTED_BODY if key in self.doubted else Kind.CLAMP if copy.clamped[node] else kind
+        kind = Kind.FLAGGED_BODY if key in self.flagged else Kind.CLAMP if copy.clamped[node] else kind
         centre = copy.x[node]
         points = mesh.points @ copy.Q.T + centre
         faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces

@@ -305,7 +305,7 @@ def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> D
 
 
 def add_members(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
+    collector: Collector, model: FullOrderModel, motions: Motions, flagged: Collection[str], look: Look
 ) -> None:
     geometry, drawn = model.geometry, _drawn(model, look)
     detail = _detail(model, drawn, look)
@@ -321,10 +321,10 @@ def add_members(
             kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
             kinds = np.tile(kinds, (len(prefixes), 1))
             names = [prefix + keys[k] for prefix in prefixes for k in surface.members]
-            if doubted:
+            if flagged:
                 labels = [f"{name}.{keys[k]}" for k in surface.members] * len(prefixes)
-                in_doubt = [{*pair} & set(doubted) != set() for pair in zip(names, labels, strict=True)]
-                kinds[np.reshape(in_doubt, kinds.shape)] = Kind.DOUBTED
+                is_flagged = [{*pair} & set(flagged) != set() for pair in zip(names, labels, strict=True)]
+                kinds[np.reshape(is_flagged, kinds.shape)] = Kind.FLAGGED
             grid = Grid(name, chosen.copies, surface.members, surface.along, 0)
             collector.grid(grid, surface.points, surface.motions, surface.faces, kinds, mirrored, names)
     _say(collector, drawn, detail, model)

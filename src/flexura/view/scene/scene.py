@@ -32,8 +32,8 @@ class Kind(IntEnum):
     NODE = 10
     CENTRE = 11
     PIEZO = 12
-    DOUBTED = 13
-    DOUBTED_BODY = 14
+    FLAGGED = 13
+    FLAGGED_BODY = 14
     ACTUATOR = 15
     SENSOR = 16
     DASHPOT = 17

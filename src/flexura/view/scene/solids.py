@@ -125,30 +125,30 @@ PICTURE = Look()
 def solids(
     model: FullOrderModel,
     displacements: ArrayLike | None = None,
-    doubted: Collection[str] = frozenset(),
+    flagged: Collection[str] = frozenset(),
     look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism, moving with its nodes.
 
     displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
-    vector; none for a mechanism that stands still, at rest or at the pose that is described. doubted: names of members
-    and bodies in doubt, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the displacements.
-    Members carry their real sections; the number of faces stays near that of `look`, and members of very large
-    mechanisms become lines. Raises OptionError when the displacements are not finite or have another shape, or when the
-    model holds a stack of designs.
+    vector; none for a mechanism that stands still, at rest or at the pose that is described. flagged: names of members
+    and bodies with warnings, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the
+    displacements. Members carry their real sections; the number of faces stays near that of `look`, and members of very
+    large mechanisms become lines. Raises OptionError when the displacements are not finite or have another shape, or
+    when the model holds a stack of designs.
     """
     u = node_motions(model, displacements)
     turned = float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
     if (posed := pose_of(model)) is not None:
-        return replace(_moving_on(model, posed.pose.state.frames, u, doubted, look), rotation=turned)
-    return _collected(model, Motions.small(u), doubted, look).solids(turned)
+        return replace(_moving_on(model, posed.pose.state.frames, u, flagged, look), rotation=turned)
+    return _collected(model, Motions.small(u), flagged, look).solids(turned)
 
 
 def moved_solids(
     model: FullOrderModel,
     frames: Frames,
     profiles: Mapping[str, Sequence[StressProfile]],
-    doubted: Collection[str] = frozenset(),
+    flagged: Collection[str] = frozenset(),
     look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism whose nodes have moved and turned as far as their frames have.
@@ -157,29 +157,29 @@ def moved_solids(
     Raises OptionError when the model holds a stack of designs.
     """
     node_motions(model, None)
-    parts = _collected(model, Motions.finite(model, frames), doubted, look).solids(0.0)
+    parts = _collected(model, Motions.finite(model, frames), flagged, look).solids(0.0)
     return replace(parts, values=stresses_along(parts, profiles))
 
 
-def _moving_on(model: FullOrderModel, frames: Frames, u: Array, doubted: Collection[str], look: Look) -> Solids:
+def _moving_on(model: FullOrderModel, frames: Frames, u: Array, flagged: Collection[str], look: Look) -> Solids:
     """The solids where frames have moved, with small motions from there: the derivative by displacements u (n, 6)."""
-    here = moved_solids(model, frames, {}, doubted, look)
+    here = moved_solids(model, frames, {}, flagged, look)
     points = here.points + here.motions
     largest = float(np.abs(u * [1, 1, 1, *[here.size()] * 3]).max(initial=0.0))
     motions = np.zeros(points.shape)
     if largest:
         step = SMALL * here.size() / largest
         moved = np.concatenate([u, np.zeros((1, 6))])
-        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, doubted, look) for sign in (1, -1))
+        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, flagged, look) for sign in (1, -1))
         motions = (ahead.motions - behind.motions) / (2 * step)
     return replace(here, points=points, motions=motions)
 
 
-def _collected(model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look) -> Collector:
+def _collected(model: FullOrderModel, motions: Motions, flagged: Collection[str], look: Look) -> Collector:
     collector = Collector()
-    add_members(collector, model, motions, doubted, look)
+    add_members(collector, model, motions, flagged, look)
     collector.include(model.geometry.positions)
-    add_discrete_elements(collector, model, motions, doubted, look)
+    add_discrete_elements(collector, model, motions, flagged, look)
     add_marks(collector, model, motions, look)
     if look.channels:
         add_channels(collector, model, motions, look)
