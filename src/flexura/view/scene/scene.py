@@ -119,132 +119,6 @@ class Solids:
         return float(np.sqrt((self.motions**2).sum(axis=1).max(initial=0.0)))
 
 
-class _Runs(NamedTuple):
-    """Cells one after another, of several parts in equal numbers: the parts (k,), their kinds (k,), cells of each."""
-
-    parts: Index
-    kinds: Index
-    each: int
-
-
-@dataclass
-class Collector:
-    """Gathers meshes, lines and dots, each of a part with a name, into one set of points."""
-
-    notes: list[str] = field(default_factory=list)
-    _points: list[Array] = field(default_factory=list)
-    _motions: list[Array] = field(default_factory=list)
-    _cells: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
-    _runs: dict[str, list[_Runs]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
-    _names: dict[str, int] = field(default_factory=dict)
-    _grids: list[Grid] = field(default_factory=list)
-    _count: int = 0
-    _low: Array = field(default_factory=lambda: np.full(3, np.inf))
-    _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
-
-    def mesh(self, mesh: Mesh, motions: Array, kind: Kind, name: str) -> None:
-        """Add a mesh whose points move by `motions` (v, 3)."""
-        self._add("faces", mesh.points, motions, mesh.faces, self._run(kind, name, len(mesh.faces)))
-
-    def path(self, points: Array, motions: Array, kind: Kind, name: str) -> None:
-        """Add a line through points (p, 3)."""
-        k = np.arange(len(points) - 1)
-        self._add("lines", points, motions, np.stack([k, k + 1], axis=-1), self._run(kind, name, len(k)))
-
-    def segments(self, ends: Array, motions: Array, kind: Kind, names: Sequence[str]) -> None:
-        """Add a straight line of each name, with ends (k, 2, 3)."""
-        numbers = np.array([self._number(name) for name in names], dtype=np.intp)
-        cells = np.arange(2 * len(ends)).reshape(-1, 2)
-        runs = _Runs(numbers, np.full(len(ends), kind), 1)
-        self._add("lines", ends.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
-
-    def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
-        """Add a dot."""
-        self._add("dots", point[None], motion[None], np.zeros(1, dtype=np.intp), self._run(kind, name, 1))
-
-    def grid(
-        self,
-        grid: Grid,
-        points: Array,
-        motions: Array,
-        cells: Index,
-        kinds: Index,
-        mirrored: NDArray[np.bool_],
-        names: Sequence[str],
-    ) -> None:
-        """Add equal meshes: points, motions (c, m, p, 3), faces (f, 4) or lines (l, 2) over the p points.
-
-        `kinds` (c, m) and `names`, c times m, go by member; `mirrored` (c,) turns faces the other way round. Where the
-        points are in the end is set in `grid`.
-        """
-        c, m, p, _ = points.shape
-        first = p * np.arange(c * m).reshape(c, m, 1, 1)
-        numbered = first + cells
-        numbered[mirrored] = numbered[mirrored][..., ::-1]
-        shape = "faces" if cells.shape[1] == 4 else "lines"
-        runs = _Runs(np.array([self._number(name) for name in names], dtype=np.intp), kinds.ravel(), len(cells))
-        cells = numbered.reshape(-1, cells.shape[1])
-        self._grids.append(grid._replace(first=self._count))
-        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
-
-    def _number(self, name: str) -> int:
-        return self._names.setdefault(name, len(self._names))
-
-    def _run(self, kind: Kind, name: str, count: int) -> _Runs:
-        return _Runs(np.array([self._number(name)]), np.array([kind]), count)
-
-    def _add(self, shape: str, points: Array, motions: Array, cells: Index, runs: _Runs) -> None:
-        self._points.append(points)
-        self._motions.append(motions)
-        self._cells[shape].append(cells + self._count)
-        self._runs[shape].append(runs)
-        self._count += len(points)
-        self.include(points)
-
-    def include(self, points: Array) -> None:
-        """Count points (p, 3) towards the size without drawing anything there."""
-        self._low = np.minimum(self._low, points.min(axis=0, initial=np.inf))
-        self._high = np.maximum(self._high, points.max(axis=0, initial=-np.inf))
-
-    @property
-    def size(self) -> float:
-        """Longest side of the bounding box so far, m; 10 mm when there is nothing yet."""
-        longest = float((self._high - self._low).max())
-        return longest if np.isfinite(longest) and longest > 0 else 0.01
-
-    @property
-    def middle(self) -> Array:
-        """Middle of the bounding box so far, m."""
-        return (self._low + self._high) / 2
-
-    def solids(self, rotation: float) -> Solids:
-        """What was gathered, with the largest rotation of any node."""
-
-        def joined(shape: str, *width: int) -> tuple[Index, Index, Index]:
-            """Cells, their kinds and their parts."""
-            cells = np.concatenate([np.empty((0, *width), dtype=np.intp), *self._cells[shape]]).astype(np.intp)
-            runs = self._runs[shape]
-            each = np.repeat([own.each for own in runs], [len(own.parts) for own in runs]).astype(np.intp)
-            kinds, parts = (
-                np.repeat(np.concatenate([np.empty(0, dtype=np.intp), *own]), each)
-                for own in ([own.kinds for own in runs], [own.parts for own in runs])
-            )
-            return cells, kinds, parts
-
-        return Solids(
-            np.concatenate([np.empty((0, 3)), *self._points]),
-            np.concatenate([np.empty((0, 3)), *self._motions]),
-            *joined("faces", 4),
-            *joined("lines", 2),
-            *joined("dots"),
-            tuple(self._names),
-            rotation,
-            np.full(self._count, np.nan),
-            tuple(self._grids),
-            tuple(self.notes),
-        )
-
-
 class Motions(NamedTuple):
     """Motions of nodes: `shift` (..., n, 3), m, of where they are, and `turn` (..., n, 3, 3), global frame.
 
@@ -283,3 +157,121 @@ class Motions(NamedTuple):
     def rotations(self) -> Array:
         """Small rotations (..., n, 3)."""
         return self.turn[..., [2, 0, 1], [1, 2, 0]]
+
+
+class Surfaces(NamedTuple):
+    """Equal meshes of members in all copies of a part, global frame: points (c, m, p, 3), m, the motion of each with
+    the nodes, and faces (f, 4) over the p points, or lines (l, 2)."""
+
+    points: Array
+    motions: Array
+    faces: Index
+
+
+_Cells = tuple[Index, Index, Index]
+"""Faces (k, 4), lines (k, 2) or dots (k,), which index points, their kinds (k,) and their parts (k,)."""
+
+
+@dataclass
+class Collector:
+    """Gathers meshes, lines and dots, each of a part with a name, into one set of points, while the parts of a
+    mechanism are gone through: its nodes have `motions`, parts that are `flagged` a kind of their own."""
+
+    motions: Motions
+    look: Look
+    flagged: frozenset[str] = frozenset()
+    notes: list[str] = field(default_factory=list)
+    _points: list[Array] = field(default_factory=lambda: [np.empty((0, 3))])
+    _motions: list[Array] = field(default_factory=lambda: [np.empty((0, 3))])
+    _faces: list[_Cells] = field(default_factory=lambda: [_cells(4)])
+    _lines: list[_Cells] = field(default_factory=lambda: [_cells(2)])
+    _dots: list[_Cells] = field(default_factory=lambda: [_cells()])
+    _names: dict[str, int] = field(default_factory=dict)
+    _grids: list[Grid] = field(default_factory=list)
+    _count: int = 0
+    _low: Array = field(default_factory=lambda: np.full(3, np.inf))
+    _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
+
+    def mesh(self, mesh: Mesh, motions: Array, kind: Kind, name: str) -> None:
+        """Add a mesh whose points move by `motions` (v, 3)."""
+        self._add(self._faces, (mesh.points, motions), mesh.faces, kind, self._number(name))
+
+    def path(self, points: Array, motions: Array, kind: Kind, name: str) -> None:
+        """Add a line through points (p, 3)."""
+        k = np.arange(len(points) - 1)
+        self._add(self._lines, (points, motions), np.stack([k, k + 1], axis=-1), kind, self._number(name))
+
+    def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
+        """Add a dot."""
+        self._add(self._dots, (point[None], motion[None]), np.zeros(1, dtype=np.intp), kind, self._number(name))
+
+    def members(
+        self, surfaces: Surfaces, grid: Grid, kinds: Index, names: Sequence[str], mirrored: NDArray[np.bool_]
+    ) -> None:
+        """Add the surfaces of members: `kinds` (c, m) and `names`, c times m, go by member; `mirrored` (c,) turns faces
+        the other way round. Where the points are in the end is set in `grid`."""
+        c, m, p, _ = surfaces.points.shape
+        cells = p * np.arange(c * m).reshape(c, m, 1, 1) + surfaces.faces
+        cells[mirrored] = cells[mirrored][..., ::-1]
+        each, corners = surfaces.faces.shape
+        self._grids.append(grid._replace(first=self._count))
+        points = surfaces.points.reshape(-1, 3), surfaces.motions.reshape(-1, 3)
+        parts = np.repeat([self._number(name) for name in names], each)
+        shape = self._faces if corners == 4 else self._lines
+        self._add(shape, points, cells.reshape(-1, corners), np.repeat(kinds.ravel(), each), parts)
+
+    def _number(self, name: str) -> int:
+        return self._names.setdefault(name, len(self._names))
+
+    def _add(
+        self, shape: list[_Cells], points: tuple[Array, Array], cells: Index, kinds: Index | Kind, parts: Index | int
+    ) -> None:
+        """Add cells over points, which have motions; kinds and parts are of each cell, or of all."""
+        places, motions = points
+        self._points.append(places)
+        self._motions.append(motions)
+        count = len(cells)
+        shape.append((cells + self._count, np.broadcast_to(kinds, count), np.broadcast_to(parts, count)))
+        self._count += len(places)
+        self.include(places)
+
+    def include(self, points: Array) -> None:
+        """Count points (p, 3) towards the size without drawing anything there."""
+        self._low = np.minimum(self._low, points.min(axis=0, initial=np.inf))
+        self._high = np.maximum(self._high, points.max(axis=0, initial=-np.inf))
+
+    @property
+    def size(self) -> float:
+        """Longest side of the bounding box so far, m; 10 mm when there is nothing yet."""
+        longest = float((self._high - self._low).max())
+        return longest if np.isfinite(longest) and longest > 0 else 0.01
+
+    @property
+    def middle(self) -> Array:
+        """Middle of the bounding box so far, m."""
+        return (self._low + self._high) / 2
+
+    def solids(self, rotation: float) -> Solids:
+        """What was gathered, with the largest rotation of any node."""
+
+        def joined(cells: list[_Cells]) -> _Cells:
+            indices, kinds, parts = (np.concatenate(arrays).astype(np.intp) for arrays in zip(*cells, strict=True))
+            return indices, kinds, parts
+
+        return Solids(
+            np.concatenate(self._points),
+            np.concatenate(self._motions),
+            *joined(self._faces),
+            *joined(self._lines),
+            *joined(self._dots),
+            tuple(self._names),
+            rotation,
+            np.full(self._count, np.nan),
+            tuple(self._grids),
+            tuple(self.notes),
+        )
+
+
+def _cells(*width: int) -> _Cells:
+    """No cells."""
+    return np.empty((0, *width), dtype=np.intp), np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
