@@ -63,6 +63,7 @@ from flexura.view.drawing.labels import write_labels as write_labels
 from flexura.view.drawing.painting import HIDDEN as HIDDEN
 from flexura.view.drawing.painting import MODE_SIZE as MODE_SIZE
 from flexura.view.drawing.painting import Camera as Camera
+from flexura.view.drawing.painting import Colours as Colours
 from flexura.view.drawing.painting import View as View
 from flexura.view.drawing.painting import add_dots as add_dots
 from flexura.view.drawing.painting import camera_for as camera_for
@@ -70,14 +71,11 @@ from flexura.view.drawing.painting import colours_by_stress as colours_by_stress
 from flexura.view.drawing.painting import ghost as ghost
 from flexura.view.drawing.painting import good_camera as good_camera
 from flexura.view.drawing.painting import mode_colours as mode_colours
-from flexura.view.drawing.painting import mode_painting as mode_painting
 from flexura.view.drawing.painting import mode_scale as mode_scale
 from flexura.view.drawing.painting import mode_view as mode_view
-from flexura.view.drawing.painting import moved_painting as moved_painting
-from flexura.view.drawing.painting import over_ghost as over_ghost
 from flexura.view.drawing.painting import paint as paint
+from flexura.view.drawing.painting import painting_of as painting_of
 from flexura.view.drawing.painting import rest_colours as rest_colours
-from flexura.view.drawing.painting import rest_painting as rest_painting
 from flexura.view.drawing.painting import scale_of as scale_of
 from flexura.view.drawing.painting import view_of as view_of
 from flexura.view.drawing.painting import visible_flexures as visible_flexures

@@ -62,10 +62,10 @@ class Panel:
 
 def draw_panel(axes: Axes, panel: Panel, *, width: float = 1.0, size: float = 8.0) -> None:
     """Draw a panel: each curve in a colour of its own, lines of a width and labels of a size in points."""
-    draw_marks(axes, panel.marks, lw=0.65 * width)
     for k, curve in enumerate(panel.curves):
         look = {"color": SERIES[k % len(SERIES)], "lw": width, **curve.style}
         axes.plot(curve.x, curve.y, label=curve.name or None, **look)
+    draw_marks(axes, panel.marks, lw=0.65 * width)
     if panel.log:
         axes.set_yscale("log")
     axes.set_xlabel(panel.x_label, fontsize=size, parse_math=False)

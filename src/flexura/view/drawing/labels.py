@@ -112,12 +112,12 @@ def _draw_axis(
         at = pixels[0] + (tick - low[k]) / (high[k] - low[k]) * along
         axes.plot(*np.transpose([at, at + 6 * outward]), color=_LINE, linewidth=0.8, zorder=3)
         text = _Text(f"{round(tick * factor, 9) + 0.0:g}", at, 8.0, False)
-        reach = float(np.abs(outward) @ text.half())
-        deepest = max(deepest, 11 + 2 * reach)
-        texts.append(text._replace(at=at + (10 + reach) * outward))
+        extent = float(np.abs(outward) @ text.half())
+        deepest = max(deepest, 11 + 2 * extent)
+        texts.append(text._replace(at=at + (10 + extent) * outward))
     name = _Text(label, pixels.mean(axis=0), 9.0, True)
-    reach = float(np.abs(outward) @ name.half())
-    return [name._replace(at=name.at + (deepest + 4 + reach) * outward), *texts]
+    extent = float(np.abs(outward) @ name.half())
+    return [name._replace(at=name.at + (deepest + 4 + extent) * outward), *texts]
 
 
 def _edge(view: View, k: int, low: Array, high: Array) -> Array:
@@ -205,19 +205,19 @@ def part_labels(parts: Solids, points: Array, names: bool | Sequence[str]) -> tu
     kinds, cells = _cells(parts)
     wanted = list(kinds) if names is True else []
     for text in () if names is True else names:
-        own = [k for k in kinds if parts.names[k] in matching(text, [parts.names[k]])]
-        if not own:
+        matches = [k for k in kinds if parts.names[k] in matching(text, [parts.names[k]])]
+        if not matches:
             known = ", ".join(parts.names[k] for k in list(kinds)[:8])
             raise OptionError(f"there is no part {text!r} in the picture; there are {known} and so on")
-        wanted += [k for k in own if k not in wanted]
+        wanted += [k for k in matches if k not in wanted]
     if names is True:
         wanted = sorted((k for k in wanted if kinds[k] is not Kind.NODE), key=lambda k: _RANK.get(kinds[k], 5))
     room = 2 * int((SPAN[1] - SPAN[0]) * 6.0 / (1.45 * SIZE / 72))
     labels = []
     for k in wanted[:room]:
-        own = points[cells[k]]
-        middle = (own.min(axis=0) + own.max(axis=0)) / 2
-        nearest = own[np.linalg.norm(own - middle, axis=1).argmin()]
+        part_points = points[cells[k]]
+        middle = (part_points.min(axis=0) + part_points.max(axis=0)) / 2
+        nearest = part_points[np.linalg.norm(part_points - middle, axis=1).argmin()]
         at = middle if kinds[k] not in (Kind.BODY, Kind.EQUIVALENT_BODY) else nearest
         held = HELD.get(kinds[k], "")
         labels.append(Label(shortened(parts.names[k], CHARACTERS - len(held)) + held, at))
@@ -237,13 +237,13 @@ def _cells(parts: Solids) -> tuple[dict[int, Kind], dict[int, Index]]:
         (parts.lines, parts.line_parts, parts.line_kinds),
         (parts.dots[:, None], parts.dot_parts, parts.dot_kinds),
     )
-    for own, numbers, kind in every:
+    for indices, numbers, kind in every:
         order = np.argsort(numbers, kind="stable")
         starts = np.flatnonzero(np.diff(numbers[order], prepend=-1))
         for rows in np.split(order, starts[1:]) if len(order) else ():
             part = int(numbers[rows[0]])
             if part not in kinds:
-                kinds[part], cells[part] = Kind(kind[rows[0]]), np.unique(own[rows])
+                kinds[part], cells[part] = Kind(kind[rows[0]]), np.unique(indices[rows])
     return kinds, cells
 
 
@@ -255,17 +255,17 @@ def write_labels(axes: Axes, view: View, labels: Sequence[Label]) -> None:
     width, height = axes.get_xlim()[1], axes.get_ylim()[1]
     order = np.argsort(at[:, 0], kind="stable")
     line = 1.45 * SIZE * DPI / 72
-    for own, x, side in (
+    for column, x, side in (
         (order[: len(order) // 2], COLUMNS[0], "right"),
         (order[len(order) // 2 :], COLUMNS[1], "left"),
     ):
-        rows = own[np.argsort(at[own, 1], kind="stable")]
+        rows = column[np.argsort(at[column, 1], kind="stable")]
         heights = _apart(at[rows, 1], line, SPAN[0] * height, SPAN[1] * height)
-        way = 1 if side == "right" else -1
+        sign = 1 if side == "right" else -1
         for k, y in zip(rows, heights, strict=True):
             style = {"size": SIZE, "color": INK, "va": "center", "ha": side, "parse_math": False, "zorder": 9}
             axes.text(x * width, y, labels[k].text, **style)
-            path = [(x * width + 5 * way, y), (x * width + 18 * way, y), tuple(at[k])]
+            path = [(x * width + 5 * sign, y), (x * width + 18 * sign, y), tuple(at[k])]
             axes.plot(*zip(*path, strict=True), color="0.45", linewidth=0.5, zorder=8)
             axes.plot(*at[k], marker="o", markersize=1.8, color=INK, zorder=8)
 
@@ -274,14 +274,14 @@ def _apart(wanted: Array, least: float, low: float, high: float) -> Array:
     """Heights in order (n,), as near to those wanted as is possible in so much room, no two nearer than `least`."""
     n = len(wanted)
     least = min(least, (high - low) / max(n - 1, 1))
-    found = wanted.clip(low, high)
+    heights = wanted.clip(low, high)
     for k in range(1, n):
-        found[k] = max(found[k], found[k - 1] + least)
-    if n and found[-1] > high:
-        found[-1] = high
+        heights[k] = max(heights[k], heights[k - 1] + least)
+    if n and heights[-1] > high:
+        heights[-1] = high
         for k in range(n - 2, -1, -1):
-            found[k] = min(found[k], found[k + 1] - least)
-    return found
+            heights[k] = min(heights[k], heights[k + 1] - least)
+    return heights
 
 
 def draw_arrows(axes: Axes, view: View, arrows: Sequence[Arrow], colour: str = FORCE) -> None:
@@ -297,9 +297,9 @@ def draw_arrows(axes: Axes, view: View, arrows: Sequence[Arrow], colour: str = F
                 *tip, marker="o", markersize=9, color="white", markeredgecolor=colour, markeredgewidth=1.6, zorder=10
             )
             axes.plot(*tip, marker="." if seen[2] > 0 else "x", markersize=5, color=colour, zorder=11)
-            tail, way = tip, np.array([0.0, 1.0])
+            tail, outward = tip, np.array([0.0, 1.0])
         else:
-            tail, way = tip - ARROW * along, -along / np.linalg.norm(along)
+            tail, outward = tip - ARROW * along, -along / np.linalg.norm(along)
             heads = (tip, tip + 0.16 * (tail - tip)) if arrow.turns else (tip,)
             for head in heads:
                 style = {"arrowstyle": "-|>,head_width=0.28,head_length=0.55", "color": colour, "linewidth": 1.8}
@@ -307,10 +307,13 @@ def draw_arrows(axes: Axes, view: View, arrows: Sequence[Arrow], colour: str = F
                 axes.annotate("", tuple(head), tuple(tail), arrowprops=style, annotation_clip=False, zorder=10)
         text = shortened(arrow.text, 34)
         half = np.array([EM * len(text) / 2, 0.75]) * 8 * DPI / 72
-        at = tail + (8 + np.abs(way) @ half) * way
+        at = tail + (8 + np.abs(outward) @ half) * outward
         most = np.array([axes.get_xlim()[1], axes.get_ylim()[1]])
         at = np.clip(at, half + 4, most - half - 4)
-        while any((np.abs(at - other) < half + own).all() for other, own in written) and at[1] < most[1] - half[1] - 8:
+        while (
+            any((np.abs(at - other) < half + other_half).all() for other, other_half in written)
+            and at[1] < most[1] - half[1] - 8
+        ):
             at = at + np.array([0.0, 4.0])
         written.append((at, half))
         style = {"size": 8, "color": colour, "ha": "center", "va": "center", "parse_math": False, "zorder": 11}

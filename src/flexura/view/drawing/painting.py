@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -190,9 +191,9 @@ def visible_flexures(parts: Solids, camera: Camera) -> float:
     image = view.pixels(points)
     front = [faces[normals(points, faces) @ camera.axes[2] > 0] for faces in (flexures, others)]
     every = of_faces(image[np.concatenate(front)], np.zeros((sum(map(len, front)), 4, 3)))
-    own = 2 * len(front[0])
-    alone = len(nearest_triangles(Triangles(every.corners[:own], every.colours[:own]), width, height))
-    among = int((nearest_triangles(every, width, height) < own).sum())
+    count = 2 * len(front[0])
+    alone = len(nearest_triangles(Triangles(every.corners[:count], every.colours[:count]), width, height))
+    among = int((nearest_triangles(every, width, height) < count).sum())
     return among / alone if alone else 1.0
 
 
@@ -206,95 +207,73 @@ FAR = 1e6
 """How far behind everything a ghost stands, pixels."""
 
 
-def rest_painting(parts: Solids, view: View, clear_bodies: bool) -> Painting:
-    """A mechanism at rest, coloured by kind, rigid bodies see-through or not."""
-    return _painting(parts, parts.points, view, *rest_colours(parts), clear_bodies=clear_bodies)
+class Colours(NamedTuple):
+    """Colours, RGB, at the corners of faces (f, 4, 3), and of lines (l, 3)."""
+
+    faces: Array
+    lines: Array
 
 
-def rest_colours(parts: Solids) -> tuple[Array, Array]:
-    """Colours by kind of faces (f, 4, 3) and lines (l, 3)."""
+def rest_colours(parts: Solids) -> Colours:
+    """Colours by kind."""
     colours = np.array([COLOURS[kind] for kind in Kind])
-    return np.repeat(colours[parts.face_kinds][:, None], 4, axis=1), colours[parts.line_kinds]
+    return Colours(np.repeat(colours[parts.face_kinds][:, None], 4, axis=1), colours[parts.line_kinds])
 
 
-def mode_colours(parts: Solids) -> tuple[Array, Array]:
-    """Colours of faces (f, 4, 3) and lines (l, 3) by displacement; clamps and rigid arms have their own."""
+def mode_colours(parts: Solids) -> Colours:
+    """Colours by displacement; clamps and rigid arms have their own."""
     largest = parts.largest_motion() or 1.0
     colours = displacement_colours(np.linalg.norm(parts.motions, axis=1) / largest)
-    own = np.array([COLOURS[kind] for kind in Kind])
-    faces = colours[parts.faces]
-    faces[parts.face_kinds == Kind.CLAMP] = own[Kind.CLAMP]
-    lines = 0.85 * colours[parts.lines].mean(axis=1)
-    lines[parts.line_kinds == Kind.ARM] = own[Kind.ARM]
-    return faces, lines
+    faces, lines = colours[parts.faces], 0.85 * colours[parts.lines].mean(axis=1)
+    faces[parts.face_kinds == Kind.CLAMP] = COLOURS[Kind.CLAMP]
+    lines[parts.line_kinds == Kind.ARM] = COLOURS[Kind.ARM]
+    return Colours(faces, lines)
 
 
-def colours_by_stress(parts: Solids, largest: float) -> tuple[Array, Array]:
-    """Colours of faces (f, 4, 3) and lines (l, 3): by stress where it is known, of which the largest is given."""
+def colours_by_stress(parts: Solids, largest: float) -> Colours:
+    """Colours by stress where it is known, of which the largest is given, and by kind elsewhere."""
     faces, lines = rest_colours(parts)
     colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))
     faces = np.where(np.isnan(parts.values[parts.faces][..., None]), faces, colours[parts.faces])
     unknown = np.isnan(parts.values[parts.lines].sum(axis=1, keepdims=True))
-    return faces, np.where(unknown, lines, colours[parts.lines].mean(axis=1))
+    return Colours(faces, np.where(unknown, lines, colours[parts.lines].mean(axis=1)))
 
 
-def mode_painting(parts: Solids, view: View, scale: float) -> Painting:
-    """A deformed mechanism, coloured by displacement, in front of its ghost at rest."""
-    return over_ghost(parts, view, scale, *mode_colours(parts))
-
-
-def over_ghost(
-    parts: Solids, view: View, scale: float, faces: Array, lines: Array, clear_bodies: bool = False
+def painting_of(
+    parts: Solids,
+    view: View,
+    colours: Colours,
+    scale: float = 0.0,
+    *,
+    over_ghost: bool = False,
+    clear_bodies: bool = False,
+    ambient: float = 0.62,
+    ink: float = 0.45,
 ) -> Painting:
-    """A mechanism that has moved by `scale` times its motions, in colours, in front of its ghost at rest.
+    """A mechanism that has moved by `scale` times its motions, in colours, in front of its ghost at rest or without it.
 
-    faces: (f, 4, 3), lines: (l, 3), RGB; rigid bodies see-through or not.
+    Boxes of equal inertia, bodies with warnings, and other rigid bodies where these are clear, are see-through.
     """
-    return Painting.joined([ghost(parts, view), moved_painting(parts, view, scale, faces, lines, clear_bodies)])
+    points = parts.points + scale * parts.motions
+    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.FLAGGED_BODY)
+    clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
+    opaque, edges = painted(view, points, parts.faces[~clear], colours.faces[~clear], 1.0, ambient, ink)
+    glass, rims = painted(view, points, parts.faces[clear], colours.faces[clear], 1.0, ambient, ink)
+    width = np.array([STYLES[kind].width for kind in Kind])[parts.line_kinds] * DPI / 72
+    lines = Lines(view.pixels(points)[parts.lines], colours.lines, width)
+    painting = Painting.of([opaque], [edges, rims, lines], [glass])
+    return Painting.joined([ghost(parts, view), painting]) if over_ghost else painting
 
 
 def ghost(parts: Solids, view: View) -> Painting:
     """A mechanism at rest in light grey, behind everything."""
     grey = np.array(GHOST)
-    rest = np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3))
-    solid, lines, glass = _painting(parts, parts.points, view, *rest, ambient=0.9, ink=0.75)
-    own = Painting.of([solid, glass], [lines])
-    own.solid.corners[..., 2] -= FAR
-    own.lines.ends[..., 2] -= FAR
-    return own
-
-
-def moved_painting(
-    parts: Solids, view: View, scale: float, faces: Array, lines: Array, clear_bodies: bool = False
-) -> Painting:
-    """The same as `over_ghost` without the ghost."""
-    moved = parts.points + scale * parts.motions
-    return _painting(parts, moved, view, faces, lines, clear_bodies=clear_bodies)
-
-
-def _painting(
-    parts: Solids,
-    points: Array,
-    view: View,
-    face_colours: Array,
-    line_colours: Array,
-    *,
-    ambient: float = 0.62,
-    ink: float = 0.45,
-    clear_bodies: bool = False,
-) -> Painting:
-    """A scene with its points at `points` (v, 3); boxes of equal inertia, and bodies with warnings, are see-through.
-
-    face_colours: (f, 4, 3); line_colours: (l, 3), RGB.
-    """
-    look = (1.0, ambient, ink)
-    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.FLAGGED_BODY)
-    clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
-    opaque, edges = painted(view, points, parts.faces[~clear], face_colours[~clear], *look)
-    glass, rims = painted(view, points, parts.faces[clear], face_colours[clear], *look)
-    width = np.array([STYLES[kind].width for kind in Kind])[parts.line_kinds] * DPI / 72
-    lines = Lines(view.pixels(points)[parts.lines], line_colours, width)
-    return Painting.of([opaque], [edges, rims, lines], [glass])
+    colours = Colours(np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3)))
+    solid, lines, glass = painting_of(parts, view, colours, ambient=0.9, ink=0.75)
+    behind = Painting.of([solid, glass], [lines])
+    behind.solid.corners[..., 2] -= FAR
+    behind.lines.ends[..., 2] -= FAR
+    return behind
 
 
 def camera_for(parts: Solids, elev: float | None, azim: float | None) -> Camera:

@@ -40,16 +40,17 @@ from flexura.view.drawing import (
     headline,
     legend,
     legend_of,
-    mode_painting,
+    mode_colours,
     mode_scale,
     mode_view,
     new_chart,
     new_figure,
     paint,
+    painting_of,
     panel_grid,
     pixel_axes,
     remark_lines,
-    rest_painting,
+    rest_colours,
     triad,
     without_frame,
     write,
@@ -154,6 +155,7 @@ def _draw_pair(
 ) -> tuple[Figure, list[View]]:
     """A figure of two modes side by side, each a scene and the factor on its motions, and their views."""
     figure = new_figure(PAIR_SIZE)
+    heading(figure, title, subtitle)
     views, paintings = [], []
     for side, name, area in zip(sides, names, AREAS, strict=True):
         middle = area[0] + area[2] / 2
@@ -163,9 +165,8 @@ def _draw_pair(
             continue
         parts, factor = side
         views.append(mode_view(figure, parts, camera, factor, area))
-        paintings.append(mode_painting(parts, views[-1], factor))
+        paintings.append(painting_of(parts, views[-1], mode_colours(parts), factor, over_ghost=True))
     paint(figure, Painting.joined(paintings))
-    heading(figure, title, subtitle)
     triad(figure, camera, (0.915, 0.03, 0.065, 0.065 * PAIR_SIZE[0] / PAIR_SIZE[1]))
     colour_bar(figure, (0.94, 0.30, 0.010, 0.44))
     return figure, views
@@ -284,7 +285,7 @@ def draw_sensors(placement: SensorPlacement) -> Figure:
     camera = good_camera(parts)
     figure = new_figure((12.0, 6.0))
     view = frame(figure, camera, parts.bounds(), (0.04, 0.16, 0.58, 0.72))
-    paint(figure, rest_painting(parts, view, clear_bodies=True))
+    paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=True))
     is_placed = np.isfinite(placement.positions).all(axis=1)
     arrows = MODE_SIZE * parts.size() * placement.directions[is_placed]
     numbers = [str(k + 1) for k in np.flatnonzero(is_placed)]

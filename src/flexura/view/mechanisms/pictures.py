@@ -36,16 +36,15 @@ from flexura.view.drawing import (
     legend,
     line_height,
     mode_colours,
-    mode_painting,
     mode_scale,
     mode_view,
-    moved_painting,
     new_figure,
     paint,
+    painting_of,
     part_labels,
     remark_lines,
     render,
-    rest_painting,
+    rest_colours,
     scale_of,
     triad,
     view_of,
@@ -87,7 +86,8 @@ def draw_mechanism(
     figure = new_figure(SIZE, dpi)
     labels, left_out = part_labels(parts, parts.points, names)
     view = frame(figure, camera, parts.bounds(), LABEL_AREA if labels else (0.07, 0.175, 0.81, 0.725))
-    axes, depth = paint(figure, rest_painting(parts, view, visible_flexures(parts, camera) < HIDDEN))
+    clear_bodies = visible_flexures(parts, camera) < HIDDEN
+    axes, depth = paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=clear_bodies))
     add_dots(axes, parts, view, depth)
     write_labels(axes, view, labels)
     subtitle = "; ".join(filter(None, [left_out, *parts.notes]))
@@ -129,7 +129,7 @@ def draw_mode(
     top = min(heading(figure, title, subtitle, warnings) - 0.01, 0.84)
     area = (LABEL_AREA[0], 0.05, LABEL_AREA[2], top - 0.05) if labels else (0.035, 0.05, 0.82, top - 0.05)
     view = mode_view(figure, parts, camera, factor, area)
-    axes, _ = paint(figure, mode_painting(parts, view, factor))
+    axes, _ = paint(figure, painting_of(parts, view, mode_colours(parts), factor, over_ghost=True))
     write_labels(axes, view, labels)
     triad(figure, camera)
     colour_bar(figure, (0.912, 0.27, 0.017, min(0.45, top - 0.34)))
@@ -180,7 +180,7 @@ def draw_sheet(
             top -= len(lines) * line_height(figure, 8.5)
         height = min(0.77 * cell, top - 0.01 - bottom - 0.05 * cell)
         view = mode_view(figure, parts, camera, scale, (left + 0.01, bottom + 0.05 * cell, 0.28, height))
-        paintings.append(mode_painting(parts, view, scale))
+        paintings.append(painting_of(parts, view, mode_colours(parts), scale, over_ghost=True))
     write(figure, 0.025, 0.012, warning_lines, size=8.5, color=WARNING, va="bottom")
     if camera is not None:
         paint(figure, Painting.joined(paintings))
@@ -214,7 +214,7 @@ def draw_warnings(
     subtitle = counted(count, "warning") if count else "no warnings"
     top = heading(figure, report.name, subtitle, texts)
     view = frame(figure, camera, parts.bounds(), (0.07, 0.175, 0.81, min(0.725, top - 0.195)))
-    axes, depth = paint(figure, rest_painting(parts, view, bool(labels)))
+    axes, depth = paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=bool(labels)))
     add_dots(axes, parts, view, depth)
     _write_beside(axes, view, parts.points, labels)
     legend(figure, parts)
@@ -318,7 +318,7 @@ def animate_mode(
     paint(figure, ghost(parts, view))
     behind, colours = drawn_pixels(figure), mode_colours(parts)
     phases, at = np.unique(np.cos(2 * np.pi * np.arange(frames) / frames).round(9), return_inverse=True)
-    images = [painted_over(behind, moved_painting(parts, view, share * factor, *colours)) for share in phases]
+    images = [painted_over(behind, painting_of(parts, view, colours, share * factor)) for share in phases]
     return Animation(np.stack(images)[at])
 
 

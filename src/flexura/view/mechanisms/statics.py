@@ -26,6 +26,7 @@ from flexura.view.drawing import (
     Arrow,
     Box,
     Camera,
+    Colours,
     View,
     camera_for,
     colour_scale,
@@ -41,11 +42,10 @@ from flexura.view.drawing import (
     mode_view,
     new_chart,
     new_figure,
-    over_ghost,
     paint,
+    painting_of,
     plain,
     rest_colours,
-    rest_painting,
     scale_of,
     shortened,
     stress_bar,
@@ -156,7 +156,7 @@ class _State(NamedTuple):
 def _draw_state(
     figure: Figure,
     state: _State,
-    colours: tuple[Array, Array],
+    colours: Colours,
     camera: Camera,
     *,
     texts: Sequence[str],
@@ -166,7 +166,8 @@ def _draw_state(
     model, parts, factor, arrows = state
     top = min(heading(figure, model.plan.mechanism.name, "; ".join([*texts, *parts.notes]), warnings) - 0.01, 0.86)
     view = mode_view(figure, parts, camera, factor, (0.08, 0.07, 0.76, top - 0.13))
-    axes, _ = paint(figure, over_ghost(parts, view, factor, *colours, visible_flexures(parts, camera) < HIDDEN))
+    clear_bodies = visible_flexures(parts, camera) < HIDDEN
+    axes, _ = paint(figure, painting_of(parts, view, colours, factor, over_ghost=True, clear_bodies=clear_bodies))
     draw_arrows(axes, view, arrows[:MOST_ARROWS])
     triad(figure, camera)
 
@@ -220,21 +221,18 @@ def _force_and_moment(at: Array, load: Array) -> Iterator[Arrow]:
             yield Arrow(at, vector, quantity(size, unit), turns)
 
 
-def _colours_by_axial_force(
-    parts: Solids, forces: Mapping[str, tuple[float, float]]
-) -> tuple[tuple[Array, Array], float]:
-    """Colours of faces (f, 4, 3) and lines (l, 3) by the axial force of members, and the largest, N; those of the kinds
-    where there is none."""
+def _colours_by_axial_force(parts: Solids, forces: Mapping[str, tuple[float, float]]) -> tuple[Colours, float]:
+    """Colours by the axial force of members, by kind where there is none, and the largest force, N."""
     extreme = {name: max(ends, key=abs) for name, ends in forces.items()}
     largest = max(map(abs, extreme.values()), default=0.0)
-    faces, lines = rest_colours(parts)
+    colours = rest_colours(parts)
     if largest > 0:
         share = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
-        for colours, numbers in ((faces, parts.face_parts), (lines, parts.line_parts)):
+        for tinted, numbers in ((colours.faces, parts.face_parts), (colours.lines, parts.line_parts)):
             known = np.isfinite(share[numbers])
-            tinted = force_colours(share[numbers][known])
-            colours[known] = tinted[:, None] if colours.ndim == 3 else tinted
-    return (faces, lines), largest
+            tints = force_colours(share[numbers][known])
+            tinted[known] = tints[:, None] if tinted.ndim == 3 else tints
+    return colours, largest
 
 
 MOST_INPUTS = 16
@@ -280,7 +278,7 @@ def draw_freedoms(
     texts = [f"{result.platform}: {kind}", *(_freedom_text(k, freedom) for k, freedom in enumerate(result.freedoms))]
     top = heading(figure, model.plan.mechanism.name, "; ".join(texts), result.warnings)
     view = frame(figure, camera, parts.bounds(), (0.09, 0.175, 0.76, min(0.70, top - 0.205)))
-    axes, _ = paint(figure, rest_painting(parts, view, clear_bodies=True))
+    axes, _ = paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=True))
     platform = model.geometry.positions[int(model.plan.topology.numbers([result.platform])[0])]
     for k, freedom in enumerate(result.freedoms):
         _draw_freedom(axes, view, k, freedom, platform=platform, size=parts.size())

@@ -38,11 +38,10 @@ from flexura.view.drawing import (
     headline,
     legend_above,
     line_height,
-    moved_painting,
     new_chart,
     new_figure,
-    over_ghost,
     paint,
+    painting_of,
     plain_axes,
     remark_lines,
     stress_bar,
@@ -142,10 +141,10 @@ def draw_poses(
     scenes = _scenes(result, numbers, elev, azim)
     figure, areas = _laid_out(result, [result.poses[k] for k in numbers], scenes, dpi)
     views = [View.fitting(scenes.camera, scenes.outline, area[:2], area[:2] + area[2:]) for area in areas]
-    paintings = [
-        over_ghost(parts, view, 1.0, *colours_by_stress(parts, scenes.largest), scenes.clear_bodies)
-        for parts, view in zip(scenes.parts, views, strict=True)
-    ]
+    clear_bodies, paintings = scenes.clear_bodies, []
+    for parts, view in zip(scenes.parts, views, strict=True):
+        colours = colours_by_stress(parts, scenes.largest)
+        paintings.append(painting_of(parts, view, colours, 1.0, over_ghost=True, clear_bodies=clear_bodies))
     axes, _ = paint(figure, Painting.joined(paintings))
     _draw_scale_bar(axes, views[0], areas[0])
     triad(figure, scenes.camera, (0.925, 0.02, 0.06, 0.06 * WIDTH / figure.get_figheight()))
@@ -243,7 +242,7 @@ def animate_stroke(
     for k, parts in zip(numbers, scenes.parts, strict=True):
         title.set_text(_pose_title(result, result.poses[k]))
         colours = colours_by_stress(parts, scenes.largest)
-        painting = moved_painting(parts, view, 1.0, *colours, scenes.clear_bodies)
+        painting = painting_of(parts, view, colours, 1.0, clear_bodies=scenes.clear_bodies)
         images.append(painted_over(drawn_pixels(figure), painting))
     return Animation(np.stack([*images, *images[-2:0:-1]]))
 

@@ -92,9 +92,9 @@ def draw_optimum(result: Optimum | Pareto, *, dpi: float = DPI) -> Figure:
     _draw_starts(upper, result)
     _draw_variables(middle, result)
     _draw_active(lower, result)
-    found = f" {quantity(result.value, result.unit)}" if result.is_feasible else ": no design meets the limits"
+    outcome = f" {quantity(result.value, result.unit)}" if result.is_feasible else ": no design meets the limits"
     headline(
-        figure, f"{result.name}: {result.goal}{found}", foremost(result.warnings, 1), [*shown.notes, *result.notes]
+        figure, f"{result.name}: {result.goal}{outcome}", foremost(result.warnings, 1), [*shown.notes, *result.notes]
     )
     return legible(figure, [around])
 
@@ -266,7 +266,7 @@ def _draw_slice(axes: Axes, result: Optimum, designs: DesignSlice) -> None:
     over = " and ".join(shortened(variable.name, 28) for variable in designs.along)
     title = f"{'level lines of ' if shown.is_map else ''}{goal_label} over {over}"
     if designs.held:
-        held = ", ".join(f"{own.name} {quantity(own.value, own.unit, 4)}" for own in designs.held)
+        held = ", ".join(f"{variable.name} {quantity(variable.value, variable.unit, 4)}" for variable in designs.held)
         title += f"\nall else as {'found' if result.is_feasible else 'in the nearest design'}: {shortened(held, 70)}"
     _draw_legend(axes, title, entries)
 

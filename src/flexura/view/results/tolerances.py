@@ -156,7 +156,7 @@ def _draw_shares(axes: Axes, result: Tolerance, text: str, slots: int) -> None:
     shown = names[:MOST_BARS]
     y = -np.arange(len(shown), dtype=float)
     rows = [result.tolerances.index(name) for name in shown]
-    total, half_width, first = (100 * own[rows, k] for own in (indices.total, indices.total_half, indices.first))
+    total, half_width, first = (100 * shares[rows, k] for shares in (indices.total, indices.total_half, indices.first))
     ends = np.nan_to_num(total + half_width, nan=0.0)
     axes.barh(y, total, 0.7, color=TOTAL, label="with all others", gid="total")
     axes.barh(y, np.maximum(first, 0.0), 0.32, color=FIRST, label="alone", gid="first")

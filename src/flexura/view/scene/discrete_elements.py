@@ -23,7 +23,7 @@ from flexura.mechanism import (
     rotation_matrix,
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
-from flexura.view.scene.meshes import Array, Hulls, Mesh, box, cylinder, frame_along, is_inside, sphere
+from flexura.view.scene.meshes import Array, Hulls, Index, Mesh, box, cylinder, frame_along, is_inside, sphere
 from flexura.view.scene.scene import Collector, Kind, Motions
 
 Element = TypeVar("Element", RigidBody, PointMass, Spring, Dashpot)
@@ -83,9 +83,7 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
             for key, piezo in part.channels.piezos.items():
                 section = piezo.section(model.values)
                 copy.add_stack(key, piezo.nodes, None if section is None else float(np.sqrt(section.A)))
-            for member, end in arms.tolist():
-                node = int(part.ends[member, end])
-                copy.add_arm(copy.prefix + members[member], node, copy.x[node] + copy.Q @ offsets[member, end])
+            copy.add_member_arms([members[m] for m in arms[:, 0]], part.ends[*arms.T], offsets[*arms.T])
     if shown < total:
         collector.notes.append(f"{shown} of {total} bodies, masses, springs and dashpots are drawn")
 
@@ -155,6 +153,16 @@ class _Copy:
         if np.linalg.norm(end - self.x[node]) > _NO_ARM * (1e-3 + abs(end).max()):
             points = np.stack([self.x[node], end])
             self.scene.collector.path(points, self.attached(node, points), Kind.ARM, name)
+
+    def add_member_arms(self, keys: list[str], nodes: Index, arms: Array) -> None:
+        """Rigid arms (k, 3), m, in the part's frame, from nodes (k,) to where members begin or end."""
+        start, arms = self.x[nodes], arms @ self.Q.T
+        drawn = np.linalg.norm(arms, axis=1) > _NO_ARM * (1e-3 + np.abs(start + arms).max(axis=1, initial=0.0))
+        motions = self.motions.of(nodes)
+        ends = np.stack([start, start + arms], axis=1)[drawn]
+        moved = np.stack([motions.shift, motions.carried(arms)], axis=1)[drawn]
+        names = [self.prefix + keys[k] for k in np.flatnonzero(drawn)]
+        self.scene.collector.segments(ends, moved, Kind.ARM, names)
 
     def add_stack(self, key: str, nodes: list[int], side: float | None) -> None:
         """A piezo stack as a square prism between its nodes, a tenth of its length thick where its side, m, is not

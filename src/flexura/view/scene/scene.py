@@ -101,8 +101,8 @@ class Solids:
     @property
     def kinds(self) -> set[Kind]:
         """Kinds that occur."""
-        found = np.unique(np.concatenate([self.face_kinds, self.line_kinds, self.dot_kinds]))
-        return {Kind(k) for k in found}
+        kinds = np.unique(np.concatenate([self.face_kinds, self.line_kinds, self.dot_kinds]))
+        return {Kind(k) for k in kinds}
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper corner (3,), m, of what is drawn, undeformed; 10 mm apart when it is a single point."""
@@ -201,6 +201,12 @@ class Collector:
         k = np.arange(len(points) - 1)
         self._add(self._lines, (points, motions), np.stack([k, k + 1], axis=-1), kind, self._number(name))
 
+    def segments(self, ends: Array, motions: Array, kind: Kind, names: Sequence[str]) -> None:
+        """Add a straight line of each name, with ends (k, 2, 3)."""
+        points = ends.reshape(-1, 3), motions.reshape(-1, 3)
+        parts = np.array([self._number(name) for name in names], dtype=np.intp)
+        self._add(self._lines, points, np.arange(2 * len(ends)).reshape(-1, 2), kind, parts)
+
     def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
         """Add a dot."""
         self._add(self._dots, (point[None], motion[None]), np.zeros(1, dtype=np.intp), kind, self._number(name))
@@ -231,7 +237,7 @@ class Collector:
         self._points.append(places)
         self._motions.append(motions)
         count = len(cells)
-        shape.append((cells + self._count, np.broadcast_to(kinds, count), np.broadcast_to(parts, count)))
+        shape.append((cells + self._count, np.full(count, kinds), np.full(count, parts)))
         self._count += len(places)
         self.include(places)
 

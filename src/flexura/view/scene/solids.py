@@ -110,8 +110,8 @@ def _collected(model: FullOrderModel, collector: Collector, has_members: bool = 
         add_members(collector, model)
     collector.include(model.geometry.positions)
     add_discrete_elements(collector, model)
-    _add_supports(collector, model)
     nodes, names = _shared_nodes(model), model.plan.topology.node_names
+    _add_supports(collector, model, names)
     for node in nodes if len(nodes) <= MOST_NODES else ():
         collector.dot(model.geometry.positions[node], collector.motions.shift[node], Kind.NODE, names[node])
     if collector.look.channels:
@@ -138,9 +138,9 @@ def _largest_rotation(u: Array) -> float:
     return float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
 
 
-def _add_supports(collector: Collector, model: FullOrderModel) -> None:
-    """Add marks of how nodes are held; clamped bodies show it by their colour."""
-    size, names, bodies = collector.size, model.plan.topology.node_names, _body_nodes(model)
+def _add_supports(collector: Collector, model: FullOrderModel, names: list[str]) -> None:
+    """Add marks of how nodes with names are held; clamped bodies show it by their colour."""
+    size, bodies = collector.size, _body_nodes(model)
     supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
     supports = [supports[k] for k in collector.look.chosen(len(supports))]
     for (node, held), footing in zip(supports, _footings(model, [node for node, _ in supports]), strict=True):
