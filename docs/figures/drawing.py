@@ -16,7 +16,7 @@ from ruamel.yaml import YAML
 
 import flexura as fx
 from flexura.view import COLOURS, Kind, Look, solids
-from flexura.view.drawing.camera import Camera, outlines
+from flexura.view.drawing.painting import Camera, outlines
 from flexura.view.scene.meshes import Array, normals
 from flexura.view.scene.scene import Solids
 

@@ -311,7 +311,7 @@ def test_the_command_tells_and_draws(tmp_path) -> None:
     assert load(path).flexures.keys() == {"rising", "falling"}
     text = CliRunner().invoke(app, ["check", str(path), "--plot", str(tmp_path / "p")]).output
     assert "rising: shares 1.92 mm³ with falling at (0, 0, 0) mm" in " ".join(text.split())
-    assert (tmp_path / "p" / "doubts.png").stat().st_size > 10_000
+    assert (tmp_path / "p" / "warnings.png").stat().st_size > 10_000
     data = json.loads(CliRunner().invoke(app, ["check", str(path), "--json"]).output)
     assert data["clashes"][0]["volume"] == pytest.approx(1.92e-9)
     assert [d["kind"] for d in data["doubts"] if d["kind"] in GEOMETRIC] == ["clash"]

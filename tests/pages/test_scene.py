@@ -296,8 +296,8 @@ def test_doubts_stand_at_their_places():
         assert (
             mark.severity == "doubt" and (np.array(mark.at) >= low - margin).all() and (mark.at <= high + margin).all()
         )
-    doubted = {part.name for part in scene.parts if part.kind.startswith("doubted")}
-    assert doubted
+    flagged = {part.name for part in scene.parts if part.kind.startswith("flagged")}
+    assert flagged
     told = {part.name: [value for name, value in part.facts if name == "warning"] for part in scene.parts}
     for mark in scene.marks:
         assert mark.text.partition(": ")[2] in " ".join(told[mark.part])

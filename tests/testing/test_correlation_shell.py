@@ -13,7 +13,7 @@ from flexura.cli import main
 from flexura.errors import OptionError
 from flexura.testing.correlation.correlation import correlate
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement
-from flexura.view.mechanisms.correlation import (
+from flexura.view.mechanisms.comparisons import (
     draw_correlation,
     draw_frf_overlay,
     draw_sensors,

@@ -14,11 +14,9 @@ from flexura.errors import OptionError
 from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
 from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, solids
-from flexura.view.drawing.axes import frame
-from flexura.view.drawing.camera import Camera
-from flexura.view.drawing.figures import new_figure
-from flexura.view.drawing.palette import COLOURS, NAMES
-from flexura.view.drawing.viewpoint import good_camera, visible_flexures
+from flexura.view.drawing.figures import COLOURS, NAMES, new_figure
+from flexura.view.drawing.labels import frame
+from flexura.view.drawing.painting import Camera, good_camera, visible_flexures
 from helpers.pictures import AL, assert_no_overlap, guide
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from flexura.view.drawing.camera import Camera, View, outlines, painted
+from flexura.view.drawing.painting import Camera, View, outlines, painted
 from flexura.view.drawing.raster import Lines, Painting, of_faces, render
 from flexura.view.scene.meshes import box, normals
 

@@ -25,8 +25,8 @@ from flexura.view import (
     save_preload,
     save_statics,
 )
-from flexura.view.drawing.palette import COLOURS, force_colours
-from flexura.view.drawing.pointers import FORCE
+from flexura.view.drawing.figures import COLOURS, force_colours
+from flexura.view.drawing.labels import FORCE
 from helpers.pictures import assert_no_overlap, guide
 from helpers.shell import GUIDE
 

@@ -79,7 +79,7 @@ class Facts:
     def _own(self, prototype: str, key: str, kind: Kind) -> list[Fact]:
         part, described = self.plan.parts[prototype], self.plan.layout.prototypes[prototype]
         match kind:
-            case Kind.BODY | Kind.EQUIVALENT_BODY | Kind.DOUBTED_BODY | Kind.CENTRE:
+            case Kind.BODY | Kind.EQUIVALENT_BODY | Kind.FLAGGED_BODY | Kind.CENTRE:
                 return self._body(part, key, evaluated(described.bodies[key], self.values))
             case Kind.MASS:
                 mass = evaluated(described.masses[key], self.values)

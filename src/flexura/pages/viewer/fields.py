@@ -103,7 +103,7 @@ def stress_by_part(drawing: Drawing, stresses: Stresses) -> tuple[ByPart, ...]:
 def by_part(drawing: Drawing, label: str, kinds: set[Kind], told: Mapping[str, str]) -> ByPart:
     """What is told of parts by name, of those of some kinds, as the page has it."""
     names = drawing.solids.names
-    held = {*kinds, Kind.DOUBTED, Kind.DOUBTED_BODY}
+    held = {*kinds, Kind.FLAGGED, Kind.FLAGGED_BODY}
     return ByPart(
         label, tuple(told.get(names[n], "") if Kind(kind) in held else "" for n, kind in drawing.parts.tolist())
     )

@@ -187,15 +187,15 @@ GROUPS: dict[Kind, str] = {
     Kind.NODE: "nodes",
     Kind.CENTRE: "nodes",
     Kind.PIEZO: "actuators",
-    Kind.DOUBTED: "with warnings",
-    Kind.DOUBTED_BODY: "with warnings",
+    Kind.FLAGGED: "with warnings",
+    Kind.FLAGGED_BODY: "with warnings",
     Kind.ACTUATOR: "actuators",
     Kind.SENSOR: "sensors",
     Kind.DASHPOT: "dashpots",
 }
 """Groups of the legend."""
 
-CLEAR = {Kind.EQUIVALENT_BODY: 0.45, Kind.DOUBTED_BODY: 0.45}
+CLEAR = {Kind.EQUIVALENT_BODY: 0.45, Kind.FLAGGED_BODY: 0.45}
 """Opacity of what lets see through it."""
 
 HIDING = 0.35
@@ -355,7 +355,7 @@ def _kind(kind: Kind, hiding: bool) -> ShownKind:
 
 def _hides(parts: Solids) -> bool:
     """Whether rigid bodies would hide most of the flexures, those in doubt included."""
-    kinds = np.where(parts.face_kinds == Kind.DOUBTED, Kind.FLEXURE, parts.face_kinds)
+    kinds = np.where(parts.face_kinds == Kind.FLAGGED, Kind.FLEXURE, parts.face_kinds)
     return visible_flexures(replace(parts, face_kinds=kinds), customary_camera(*parts.bounds())) < HIDDEN
 
 

@@ -1,19 +1,201 @@
-"""Scenes as triangles and lines in the colours that a picture asks for, and these as an image in a figure."""
+"""Scenes as a viewer far away sees them: where to look from, shaded faces and outlines, their image in a figure."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from flexura.errors import OptionError
-from flexura.view.drawing.annotations import Box, dot_style, pixel_axes
-from flexura.view.drawing.camera import Camera, View, painted
-from flexura.view.drawing.figures import DPI, lay_image
-from flexura.view.drawing.palette import COLOURS, GHOST, WIDTHS, displacement_colours
-from flexura.view.drawing.raster import Lines, Painting, render
-from flexura.view.drawing.viewpoint import good_camera
-from flexura.view.scene import Array, Kind, Solids
+from flexura.view.drawing.figures import (
+    COLOURS,
+    DPI,
+    GHOST,
+    STYLES,
+    Box,
+    displacement_colours,
+    dot_style,
+    lay_image,
+    pixel_axes,
+    stress_colours,
+)
+from flexura.view.drawing.raster import Lines, Painting, Triangles, nearest_triangles, of_faces, render
+from flexura.view.scene import Array, Index, Kind, Solids, normals
+
+_SHARP = np.cos(np.deg2rad(40))
+_LIFT = 3.0
+"""Outlines are so many times their width nearer than the edges that they follow, so that surfaces do not bury them."""
+_STEEP = 8.0
+"""Inside the silhouette a surface comes nearer by so much for each pixel at most."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A direction of view: elevation above the xy plane and azimuth from the x axis, both in degrees."""
+
+    elev: float
+    azim: float
+
+    @property
+    def axes(self) -> Array:
+        """Unit vectors (3, 3) as rows: to the right of the picture, up in it, and towards the viewer."""
+        e, a = np.deg2rad([self.elev, self.azim])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        return np.stack([right, np.cross(towards, right), towards])
+
+
+@dataclass(frozen=True)
+class View:
+    """Where a camera's image lies in a picture: `scale`, pixels per metre, and `origin` (2,), pixels, the image of
+    the global origin, from the lower left corner."""
+
+    camera: Camera
+    scale: float
+    origin: Array
+
+    def pixels(self, points: Array) -> Array:
+        """Image of points (..., 3), m: x to the right, y up, z towards the viewer, pixels."""
+        image = points @ self.camera.axes.T * self.scale
+        image[..., :2] += self.origin
+        return image
+
+    @staticmethod
+    def fitting(camera: Camera, points: Array, low: Array, high: Array) -> View:
+        """The view in which points (n, 3), m, fill the area between two corners (2,), pixels."""
+        image = points @ camera.axes[:2].T
+        first, last = image.min(axis=0), image.max(axis=0)
+        extent = last - first
+        scale = float(((high - low) / (np.maximum(extent, 1e-9 * extent.max()) if extent.any() else 0.01)).min())
+        return View(camera, scale, (low + high) / 2 - scale * (first + last) / 2)
+
+
+def painted(
+    view: View,
+    points: Array,
+    faces: Index,
+    colours: Array,
+    outline: float,
+    ambient: float,
+    ink: float = 0.45,
+) -> tuple[Triangles, Lines]:
+    """Visible faces of closed surfaces, shaded, and their outlines.
+
+    points: (v, 3), m; faces: (f, 4); colours: (f, 4, 3), RGB at the corners; outline: width of outlines, pixels;
+    ambient: brightness of faces that get no light; ink: that of outlines.
+    """
+    area = normals(points, faces)
+    length = np.linalg.norm(area, axis=1)
+    unit = area / np.where(length > 0, length, 1.0)[:, None]
+    front = unit @ view.camera.axes[2] > 1e-9
+    shade = (ambient + (1 - ambient) * _lit(unit, view.camera))[:, None, None]
+    image = view.pixels(points)
+    triangles = of_faces(image[faces[front]], (colours * shade)[front])
+    ends, pair, sharp = outlines(faces, unit, front)
+    seen = np.where(front[pair[:, 0]], pair[:, 0], pair[:, 1])
+    edges = image[ends]
+    steep = np.where(front[pair].all(axis=1), 0.0, _steepness(unit[seen], view.camera))
+    edges[..., 2] += outline * (_LIFT + steep[:, None])
+    return triangles, Lines(edges, ink * colours[seen].mean(axis=1), outline * np.where(sharp, 1.0, 1.2))
+
+
+def outlines(faces: Index, unit: Array, front: NDArray[np.bool_]) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Edges to draw: sharp ones next to a visible face, and the silhouette.
+
+    unit: normals (f, 3); front: (f,), whether a face is turned to the viewer. Returns end points (k, 2), the two
+    faces of each (k, 2), and whether it is sharp (k,).
+    """
+    a, b = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    owner = np.repeat(np.arange(len(faces)), 4)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    proper = low < high
+    low, high, owner = low[proper], high[proper], owner[proper]
+    order = np.lexsort((high, low))
+    low, high, owner = low[order], high[order], owner[order]
+    twice = np.flatnonzero((low[:-1] == low[1:]) & (high[:-1] == high[1:]))
+    pair = np.stack([owner[twice], owner[twice + 1]], axis=-1)
+    one, other = front[pair].T
+    sharp = np.einsum("ij,ij->i", unit[pair[:, 0]], unit[pair[:, 1]]) < _SHARP
+    drawn = (sharp & (one | other)) | (one != other)
+    return np.stack([low[twice], high[twice]], axis=-1)[drawn], pair[drawn], sharp[drawn]
+
+
+def _steepness(unit: Array, camera: Camera) -> Array:
+    """How much the depth of faces with normals (f, 3) changes from one pixel to the next, (f,), at most _STEEP."""
+    across, up, towards = np.abs(camera.axes @ unit.T)
+    return np.minimum(np.hypot(across, up) / np.maximum(towards, 1e-9), _STEEP)
+
+
+def _lit(unit: Array, camera: Camera) -> Array:
+    """Light (f,), at most 1, on faces with normals (f, 3): most from the upper left behind the viewer, some from the
+    right."""
+    main, fill = np.array([[-0.45, 0.75, 0.8], [0.85, 0.1, 0.5]]) @ camera.axes
+    strong = np.maximum(unit @ (main / np.linalg.norm(main)), 0.0)
+    weak = np.maximum(unit @ (fill / np.linalg.norm(fill)), 0.0)
+    return np.minimum(strong + 0.3 * weak, 1.0)
+
+
+_GOOD = 0.8
+_SKETCH = (160, 120)
+
+
+def good_camera(parts: Solids) -> Camera:
+    """The customary view of a mechanism, or another one when that hides much of its flexures.
+
+    Raises OptionError when there is nothing to look at.
+    """
+    if not len(parts.points):
+        raise OptionError("there is nothing to draw: the mechanism has no nodes")
+    first = customary_camera(*parts.bounds())
+    best, most = first, -1.0
+    for camera in (first, *_alternatives(first)):
+        share = visible_flexures(parts, camera)
+        if share >= _GOOD:
+            return camera
+        if share > most + 0.05:
+            best, most = camera, share
+    return best
+
+
+def customary_camera(low: Array, high: Array) -> Camera:
+    """A view from the front right on a bounding box (3,), m; steeper on what lies flat."""
+    extent = high - low
+    flat = extent < 0.2 * float(extent.max())
+    if flat[2] and not flat[:2].any():
+        return Camera(48.0, -60.0)
+    if flat[1] and not flat[[0, 2]].any():
+        return Camera(22.0, -65.0)
+    if flat[0] and not flat[1:].any():
+        return Camera(22.0, -25.0)
+    return Camera(26.0, -56.0)
+
+
+def _alternatives(first: Camera) -> Iterator[Camera]:
+    for elev in (first.elev, 13.0, 38.0, 55.0):
+        for azim in (first.azim, -38.0, -74.0):
+            if (elev, azim) != (first.elev, first.azim):
+                yield Camera(elev, azim)
+
+
+def visible_flexures(parts: Solids, camera: Camera) -> float:
+    """Share of the image of the flexures that nothing else hides, from a small sketch; 1 when there are none."""
+    is_flexure, is_glass = parts.face_kinds == Kind.FLEXURE, parts.face_kinds == Kind.EQUIVALENT_BODY
+    points, flexures, others = parts.points, parts.faces[is_flexure], parts.faces[~is_flexure & ~is_glass]
+    width, height = _SKETCH
+    view = View.fitting(camera, points, np.zeros(2), np.array([width, height], dtype=float))
+    image = view.pixels(points)
+    front = [faces[normals(points, faces) @ camera.axes[2] > 0] for faces in (flexures, others)]
+    every = of_faces(image[np.concatenate(front)], np.zeros((sum(map(len, front)), 4, 3)))
+    count = 2 * len(front[0])
+    alone = len(nearest_triangles(Triangles(every.corners[:count], every.colours[:count]), width, height))
+    among = int((nearest_triangles(every, width, height) < count).sum())
+    return among / alone if alone else 1.0
+
 
 MODE_SIZE = 0.12
 """Largest drawn displacement of a mode, relative to the longest side of the mechanism."""
@@ -25,86 +207,73 @@ FAR = 1e6
 """How far behind everything a ghost stands, pixels."""
 
 
-def rest_painting(parts: Solids, view: View, clear_bodies: bool) -> Painting:
-    """A mechanism at rest, coloured by kind, rigid bodies see-through or not."""
-    return _painting(parts, parts.points, view, *rest_colours(parts), clear_bodies=clear_bodies)
+class Colours(NamedTuple):
+    """Colours, RGB, at the corners of faces (f, 4, 3), and of lines (l, 3)."""
+
+    faces: Array
+    lines: Array
 
 
-def rest_colours(parts: Solids) -> tuple[Array, Array]:
-    """Colours by kind of faces (f, 4, 3) and lines (l, 3)."""
+def rest_colours(parts: Solids) -> Colours:
+    """Colours by kind."""
     colours = np.array([COLOURS[kind] for kind in Kind])
-    return np.repeat(colours[parts.face_kinds][:, None], 4, axis=1), colours[parts.line_kinds]
+    return Colours(np.repeat(colours[parts.face_kinds][:, None], 4, axis=1), colours[parts.line_kinds])
 
 
-def mode_colours(parts: Solids) -> tuple[Array, Array]:
-    """Colours of faces (f, 4, 3) and lines (l, 3) by displacement; clamps and rigid arms have their own."""
+def mode_colours(parts: Solids) -> Colours:
+    """Colours by displacement; clamps and rigid arms have their own."""
     largest = parts.largest_motion() or 1.0
     colours = displacement_colours(np.linalg.norm(parts.motions, axis=1) / largest)
-    own = np.array([COLOURS[kind] for kind in Kind])
-    faces = colours[parts.faces]
-    faces[parts.face_kinds == Kind.CLAMP] = own[Kind.CLAMP]
-    lines = 0.85 * colours[parts.lines].mean(axis=1)
-    lines[parts.line_kinds == Kind.ARM] = own[Kind.ARM]
-    return faces, lines
+    faces, lines = colours[parts.faces], 0.85 * colours[parts.lines].mean(axis=1)
+    faces[parts.face_kinds == Kind.CLAMP] = COLOURS[Kind.CLAMP]
+    lines[parts.line_kinds == Kind.ARM] = COLOURS[Kind.ARM]
+    return Colours(faces, lines)
 
 
-def mode_painting(parts: Solids, view: View, scale: float) -> Painting:
-    """A deformed mechanism, coloured by displacement, in front of its ghost at rest."""
-    return over_ghost(parts, view, scale, *mode_colours(parts))
+def colours_by_stress(parts: Solids, largest: float) -> Colours:
+    """Colours by stress where it is known, of which the largest is given, and by kind elsewhere."""
+    faces, lines = rest_colours(parts)
+    colours = stress_colours(np.nan_to_num(parts.values) / (largest or 1.0))
+    faces = np.where(np.isnan(parts.values[parts.faces][..., None]), faces, colours[parts.faces])
+    unknown = np.isnan(parts.values[parts.lines].sum(axis=1, keepdims=True))
+    return Colours(faces, np.where(unknown, lines, colours[parts.lines].mean(axis=1)))
 
 
-def over_ghost(
-    parts: Solids, view: View, scale: float, faces: Array, lines: Array, clear_bodies: bool = False
+def painting_of(
+    parts: Solids,
+    view: View,
+    colours: Colours,
+    scale: float = 0.0,
+    *,
+    over_ghost: bool = False,
+    clear_bodies: bool = False,
+    ambient: float = 0.62,
+    ink: float = 0.45,
 ) -> Painting:
-    """A mechanism that has moved by `scale` times its motions, in colours, in front of its ghost at rest.
+    """A mechanism that has moved by `scale` times its motions, in colours, in front of its ghost at rest or without it.
 
-    faces: (f, 4, 3), lines: (l, 3), RGB; rigid bodies see-through or not.
+    Boxes of equal inertia, bodies with warnings, and other rigid bodies where these are clear, are see-through.
     """
-    return Painting.joined([ghost(parts, view), moved_painting(parts, view, scale, faces, lines, clear_bodies)])
+    points = parts.points + scale * parts.motions
+    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.FLAGGED_BODY)
+    clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
+    opaque, edges = painted(view, points, parts.faces[~clear], colours.faces[~clear], 1.0, ambient, ink)
+    glass, rims = painted(view, points, parts.faces[clear], colours.faces[clear], 1.0, ambient, ink)
+    width = np.array([STYLES[kind].width for kind in Kind])[parts.line_kinds] * DPI / 72
+    lines = Lines(view.pixels(points)[parts.lines], colours.lines, width)
+    painting = Painting.of([opaque], [edges, rims, lines], [glass])
+    return Painting.joined([ghost(parts, view), painting]) if over_ghost else painting
 
 
 def ghost(parts: Solids, view: View) -> Painting:
     """A mechanism at rest in light grey, behind everything."""
     grey = np.array(GHOST)
-    rest = np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3))
-    solid, lines, glass = _painting(parts, parts.points, view, *rest, ambient=0.9, ink=0.75)
-    own = Painting.of([solid, glass], [lines])
-    own.solid.corners[..., 2] -= FAR
-    own.lines.ends[..., 2] -= FAR
-    return own
-
-
-def moved_painting(
-    parts: Solids, view: View, scale: float, faces: Array, lines: Array, clear_bodies: bool = False
-) -> Painting:
-    """The same as `over_ghost` without the ghost."""
-    moved = parts.points + scale * parts.motions
-    return _painting(parts, moved, view, faces, lines, clear_bodies=clear_bodies)
-
-
-def _painting(
-    parts: Solids,
-    points: Array,
-    view: View,
-    face_colours: Array,
-    line_colours: Array,
-    *,
-    ambient: float = 0.62,
-    ink: float = 0.45,
-    clear_bodies: bool = False,
-) -> Painting:
-    """A scene with its points at `points` (v, 3); boxes of equal inertia, and what is in doubt, are see-through.
-
-    face_colours: (f, 4, 3); line_colours: (l, 3), RGB.
-    """
-    look = (1.0, ambient, ink)
-    clear = (parts.face_kinds == Kind.EQUIVALENT_BODY) | (parts.face_kinds == Kind.DOUBTED_BODY)
-    clear |= (parts.face_kinds == Kind.BODY) & clear_bodies
-    opaque, edges = painted(view, points, parts.faces[~clear], face_colours[~clear], *look)
-    glass, rims = painted(view, points, parts.faces[clear], face_colours[clear], *look)
-    width = np.array([WIDTHS.get(kind, 1.0) for kind in Kind])[parts.line_kinds] * DPI / 72
-    lines = Lines(view.pixels(points)[parts.lines], line_colours, width)
-    return Painting.of([opaque], [edges, rims, lines], [glass])
+    colours = Colours(np.broadcast_to(grey, (*parts.faces.shape, 3)), np.broadcast_to(grey, (len(parts.lines), 3)))
+    solid, lines, glass = painting_of(parts, view, colours, ambient=0.9, ink=0.75)
+    behind = Painting.of([solid, glass], [lines])
+    behind.solid.corners[..., 2] -= FAR
+    behind.lines.ends[..., 2] -= FAR
+    return behind
 
 
 def camera_for(parts: Solids, elev: float | None, azim: float | None) -> Camera:

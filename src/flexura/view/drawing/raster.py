@@ -62,7 +62,7 @@ class Painting(NamedTuple):
 
     def enlarged(self, factor: float) -> Painting:
         """The same, so many times as large."""
-        solid, glass = (Triangles(factor * own.corners, own.colours) for own in (self.solid, self.glass))
+        solid, glass = (Triangles(factor * some.corners, some.colours) for some in (self.solid, self.glass))
         lines = self.lines
         return Painting(solid, Lines(factor * lines.ends, lines.colours, factor * lines.width), glass)
 
@@ -86,17 +86,17 @@ def render(
 
     The background is transparent and infinitely far (-inf).
     """
-    found = np.full(height * width, _NOTHING, dtype=np.uint32)
+    image = np.full(height * width, _NOTHING, dtype=np.uint32)
     surface = np.full(height * width, -np.inf, dtype=np.float32)
     pixel, rgb, z = _nearest(painting.solid, width, height)
-    found[pixel], surface[pixel] = _packed(rgb), z
+    image[pixel], surface[pixel] = _packed(rgb), z
     strokes = _strokes(painting.lines, width, height, surface)
     pixel, rgb, z = _nearest(painting.glass, width, height)
     seen = z > surface[pixel] + _TIE
     pane = pixel[seen], rgb[seen], z[seen]
     touched = np.unique(np.concatenate([strokes.pixel, pane[0]]))
-    found[touched] = _blended(_unpacked(found[touched]), touched, strokes, pane, opacity)
-    return found.view(np.uint8).reshape(height, width, 4), surface.reshape(height, width)
+    image[touched] = _blended(_unpacked(image[touched]), touched, strokes, pane, opacity)
+    return image.view(np.uint8).reshape(height, width, 4), surface.reshape(height, width)
 
 
 def _blended(
@@ -134,18 +134,18 @@ _NOTHING = np.frombuffer(b"\xff\xff\xff\x00", dtype=np.uint32)[0]
 
 def _packed(colours: NDArray[np.float32]) -> NDArray[np.uint32]:
     """RGB (k, 3), opaque, or RGBA (k, 4), as pixels of four bytes (k,)."""
-    found = np.full((len(colours), 4), 255, dtype=np.uint8)
+    pixels = np.full((len(colours), 4), 255, dtype=np.uint8)
     for begin in range(0, len(colours), _CHUNK):
         piece = slice(begin, begin + _CHUNK)
-        found[piece, : colours.shape[1]] = (colours[piece] * np.float32(255) + np.float32(0.5)).clip(0, 255)
-    return found.view(np.uint32)[:, 0]
+        pixels[piece, : colours.shape[1]] = (colours[piece] * np.float32(255) + np.float32(0.5)).clip(0, 255)
+    return pixels.view(np.uint32)[:, 0]
 
 
 def _unpacked(pixels: NDArray[np.uint32]) -> NDArray[np.float32]:
     """Premultiplied RGBA (k, 4) of pixels (k,) that are opaque or transparent."""
-    found = (pixels.view(np.uint8).reshape(-1, 4) / np.float32(255)).astype(np.float32)
-    found *= found[:, 3:]
-    return found
+    colours = (pixels.view(np.uint8).reshape(-1, 4) / np.float32(255)).astype(np.float32)
+    colours *= colours[:, 3:]
+    return colours
 
 
 class _Rows(NamedTuple):
@@ -229,10 +229,12 @@ def _front(corners: Array, area: Array, sides: Array, w: int, h: int) -> _Front:
         key = (depth.clip(0, 2.0 ** (62 - bits)).astype(np.int64) << bits) | rows.owner[row]
         np.maximum.at(best, first[row] + x, key)
     at = np.flatnonzero(best >= 0)
-    found = best[at]
+    keys = best[at]
     y, x = np.divmod(at, wide)
-    own = found & ((1 << bits) - 1)
-    return _Front((y + low) * w + x + left, kept[own], ((found >> bits) / step + least - lift[own]).astype(np.float32))
+    triangle = keys & ((1 << bits) - 1)
+    return _Front(
+        (y + low) * w + x + left, kept[triangle], ((keys >> bits) / step + least - lift[triangle]).astype(np.float32)
+    )
 
 
 def _inside(points: Array, w: int, h: int) -> tuple[int, int, int, int] | None:
@@ -256,9 +258,9 @@ def _nearest(triangles: Triangles, w: int, h: int) -> tuple[Index, NDArray[np.fl
     rgb = np.empty((len(pixel), 3), dtype=np.float32)
     for begin in range(0, len(pixel), _CHUNK):
         piece = slice(begin, begin + _CHUNK)
-        own = slopes[owner[piece]]
+        plane = slopes[owner[piece]]
         y, x = (at.astype(np.float32) + np.float32(0.5) for at in np.divmod(pixel[piece], w))
-        (own[:, 0] * x[:, None] + own[:, 1] * y[:, None] + own[:, 2]).clip(0.0, 1.0, out=rgb[piece])
+        (plane[:, 0] * x[:, None] + plane[:, 1] * y[:, None] + plane[:, 2]).clip(0.0, 1.0, out=rgb[piece])
     return pixel, rgb, z
 
 
@@ -291,14 +293,16 @@ def _strokes(lines: Lines, w: int, h: int, surface: NDArray[np.float32]) -> _Str
     length = np.linalg.norm(span, axis=1, keepdims=True)
     along = np.where(length > 1e-9, span / np.maximum(length, 1e-9), [1.0, 0.0])
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
-    reach = (half + 0.5)[:, None]
-    low, high = ends[:, 0, :2] - reach * along, ends[:, 1, :2] + reach * along
-    corners = np.stack([low - reach * across, high - reach * across, high + reach * across, low + reach * across], 1)
+    margin = (half + 0.5)[:, None]
+    low, high = ends[:, 0, :2] - margin * along, ends[:, 1, :2] + margin * along
+    corners = np.stack(
+        [low - margin * across, high - margin * across, high + margin * across, low + margin * across], 1
+    )
     sides = np.empty((len(ends), 4, 3))
-    for k, way in enumerate((across, -along, -across, along)):
-        sides[:, k, :2], sides[:, k, 2] = way, -np.einsum("ij,ij->i", way, corners[:, k])
+    for k, normal in enumerate((across, -along, -across, along)):
+        sides[:, k, :2], sides[:, k, 2] = normal, -np.einsum("ij,ij->i", normal, corners[:, k])
     rows = _rows(corners, sides, w, h)
-    found = []
+    samples = []
     for row, x in _samples(rows):
         line = rows.owner[row]
         apart = np.stack([x + 0.5, rows.y[row] + 0.5], axis=-1) - ends[line, 0, :2]
@@ -311,8 +315,8 @@ def _strokes(lines: Lines, w: int, h: int, surface: NDArray[np.float32]) -> _Str
         pixel = rows.y[row] * w + x
         kept = (cover > 0) & (z >= surface[pixel])
         line = line[kept]
-        found.append((pixel[kept], z[kept], cover[kept].astype(np.float32), lines.colours[line].astype(np.float32)))
-    return _Strokes(*map(np.concatenate, zip(*found, strict=True)))
+        samples.append((pixel[kept], z[kept], cover[kept].astype(np.float32), lines.colours[line].astype(np.float32)))
+    return _Strokes(*map(np.concatenate, zip(*samples, strict=True)))
 
 
 def _laid(image: NDArray[np.float32], strokes: _Strokes) -> None:
@@ -328,12 +332,12 @@ def _laid(image: NDArray[np.float32], strokes: _Strokes) -> None:
     count = np.diff(starts, append=len(pixel))
     covered, depth = np.zeros(len(starts), dtype=np.float32), np.full(len(starts), -np.inf)
     for layer in range(int(count.max())):
-        own = np.flatnonzero(count > layer)
-        k = starts[own] + layer
-        before = np.where(z[k] - depth[own] < _ONE_LINE, covered[own], np.float32(0.0))
+        deep = np.flatnonzero(count > layer)
+        k = starts[deep] + layer
+        before = np.where(z[k] - depth[deep] < _ONE_LINE, covered[deep], np.float32(0.0))
         more = np.maximum(cover[k], before)
         alpha = ((more - before) / np.maximum(1 - before, np.float32(1e-6)))[:, None].clip(0.0, 1.0)
-        covered[own], depth[own] = more, z[k]
+        covered[deep], depth[deep] = more, z[k]
         at = pixel[k]
         image[at] *= 1 - alpha
         image[at, :3] += alpha * colour[k]

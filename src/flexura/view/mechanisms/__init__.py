@@ -1,4 +1,4 @@
-"""Pictures of mechanisms that are deformed, move or are in doubt."""
+"""Pictures of mechanisms that are deformed, move or have warnings."""
 
 from flexura.lazy import face
 

@@ -1,27 +1,41 @@
-"""Pictures as PNG files, each written whole or not at all."""
+"""Pictures as PNG files and animations as GIF, WebP or MP4, each written whole or not at all."""
 
 from __future__ import annotations
 
 import io
 import os
+import shutil
+import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from numpy.typing import ArrayLike
+from PIL import Image
 
-from flexura.analysis import Mode, Modes
+from flexura.analysis import CheckReport, Mode, Modes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import OptionError
-from flexura.files import complete_files
+from flexura.files import complete_file, complete_files, scratch_folder
 from flexura.structure import FullOrderModel
-from flexura.view.drawing import DPI, Canvas, good_camera, mode_scale
-from flexura.view.mechanisms.animation import Format, animate_mode, encoded, writable
-from flexura.view.mechanisms.pictures import draw_mechanism, draw_mode, draw_sheet
+from flexura.view.drawing import (
+    DPI,
+    Canvas,
+    good_camera,
+    mode_scale,
+)
+from flexura.view.mechanisms.pictures import (
+    Animation,
+    animate_mode,
+    draw_mechanism,
+    draw_mode,
+    draw_sheet,
+    draw_warnings,
+)
 from flexura.view.scene import Array, solids
 
 
@@ -60,20 +74,27 @@ def save_pictures(
             f" each where there are any; found {u.shape}, {len(titles)} titles, {len(subtitles)} subtitles,"
             f" {len(flags)} flags and {len(warnings)} lists of warnings"
         )
-    positive(magnify)
+    _check_factor(magnify)
     target = make_folder(Path(folder))
-    pictures = _pictures(model, u, titles, subtitles, flags, warnings, common, names, magnify, dpi)
-    return write_files(pictures, target)
+    captions = [_Caption(*caption) for caption in zip(titles, subtitles, flags, warnings, strict=True)]
+    return write_files(_pictures(model, u, captions, common, names=names, magnify=magnify, dpi=dpi), target)
+
+
+class _Caption(NamedTuple):
+    """What is written above a mode: on the sheet the flag, in its own picture the warnings."""
+
+    title: str
+    subtitle: str
+    flag: str
+    warnings: Sequence[object]
 
 
 def _pictures(
     model: FullOrderModel,
-    u: Array,
-    titles: Sequence[str],
-    subtitles: Sequence[str],
-    flags: Sequence[str],
-    warnings: Sequence[Sequence[object]],
+    shapes: Array,
+    captions: Sequence[_Caption],
     common: Sequence[object],
+    *,
     names: bool | Sequence[str],
     magnify: float,
     dpi: float,
@@ -81,14 +102,15 @@ def _pictures(
     """The pictures of `save_pictures` by name."""
     camera = good_camera(solids(model))
     view: dict[str, Any] = {"elev": camera.elev, "azim": camera.azim, "dpi": dpi}
-    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, elev=camera.elev, azim=camera.azim, dpi=dpi))}
-    for k, (title, subtitle, own) in enumerate(zip(titles, subtitles, warnings, strict=True)):
-        stage(f"drawing mode {k + 1} of {len(titles)}")
-        how: dict[str, Any] = view | {"scale": magnify * mode_scale(solids(model, u[:, :, k]))}
-        mode = draw_mode(model, u[:, :, k], title=title, subtitle=subtitle, warnings=[*own, *common], **how)
-        pictures[f"mode_{k + 1:02d}.png"] = _png(mode)
-    if titles:
-        sheet = draw_sheet(model, u, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
+    pictures = {"mechanism.png": _png(draw_mechanism(model, names=names, **view))}
+    for k, (title, subtitle, _, warnings) in enumerate(captions):
+        stage(f"drawing mode {k + 1} of {len(captions)}")
+        scale = magnify * mode_scale(solids(model, shapes[:, :, k]))
+        texts: dict[str, Any] = {"title": title, "subtitle": subtitle, "warnings": [*warnings, *common]}
+        pictures[f"mode_{k + 1:02d}.png"] = _png(draw_mode(model, shapes[:, :, k], scale=scale, **texts, **view))
+    if captions:
+        titles, subtitles, flags, _ = zip(*captions, strict=True)
+        sheet = draw_sheet(model, shapes, titles, subtitles, flags=flags, warnings=common, magnify=magnify, **view)
         pictures["modes.png"] = _png(sheet)
     return pictures
 
@@ -111,49 +133,33 @@ def save_modes(
     `save_animation` does.
     """
     form = None if animate is None else writable(animate)
-    positive(magnify)
-    own, common = [f"mode {mode.number}" for mode in result.modes], [w for w in result.warnings if not w.place]
+    _check_factor(magnify)
+    model, common = result.model, [warning for warning in result.warnings if not warning.place]
     target = make_folder(Path(folder))
-    titles = [f"mode {mode.number}: {_frequency(mode)}" for mode in result.modes]
-    subtitles = margins(result)
-    warnings = [[w for w in result.warnings if w.place == place] for place in own]
+    captions = [
+        _Caption(
+            f"mode {mode.number}: {_frequency(mode)}",
+            f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}",
+            mode.flag,
+            [warning for warning in result.warnings if warning.place == f"mode {mode.number}"],
+        )
+        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
+    ]
     films: dict[str, bytes] = {}
     if form is not None:
-        camera = good_camera(solids(result.model))
-        for k, title in enumerate(titles):
-            stage(f"drawing mode {k + 1} of {len(titles)} in motion")
-            u, said = result.shapes[:, :, k], [*warnings[k], *common]
-            how: dict[str, Any] = {
-                "scale": magnify * mode_scale(solids(result.model, u)),
-                "elev": camera.elev,
-                "azim": camera.azim,
-            }
-            film = animate_mode(result.model, u, title=title, subtitle=subtitles[k], warnings=said, **how)
+        camera = good_camera(solids(model))
+        for k, (title, subtitle, _, warnings) in enumerate(captions):
+            stage(f"drawing mode {k + 1} of {len(captions)} in motion")
+            shape = result.shapes[:, :, k]
+            scale = magnify * mode_scale(solids(model, shape))
+            texts: dict[str, Any] = {"title": title, "subtitle": subtitle, "warnings": [*warnings, *common]}
+            film = animate_mode(model, shape, scale=scale, elev=camera.elev, azim=camera.azim, **texts)
             films[f"mode_{k + 1:02d}.{form}"] = encoded(film, form)
-    pictures = _pictures(
-        result.model,
-        result.shapes,
-        titles,
-        subtitles,
-        [mode.flag for mode in result.modes],
-        warnings,
-        common,
-        names,
-        magnify,
-        dpi,
-    )
+    pictures = _pictures(model, result.shapes, captions, common, names=names, magnify=magnify, dpi=dpi)
     return write_files(pictures | films, target)
 
 
-def margins(result: Modes) -> list[str]:
-    """Of every mode how far the frequency is proven, how far the part may be from it, and what moves."""
-    return [
-        f"proven: {mode.proven_text}, model error: {error}; {mode.motion.summary}"
-        for mode, error in zip(result.modes, result.model_errors.texts, strict=True)
-    ]
-
-
-def positive(magnify: float) -> None:
+def _check_factor(magnify: float) -> None:
     """Raises OptionError for what displacements cannot be magnified by."""
     if not (isinstance(magnify, int | float | np.number) and np.isfinite(magnify) and magnify > 0):
         raise OptionError(f"`magnify` is a positive number, not {magnify!r}")
@@ -164,6 +170,80 @@ def _frequency(mode: Mode) -> str:
     if mode.is_rigid:
         return "0 Hz, rigid motion"
     return "frequency unknown" if mode.frequency_text == "unknown" else mode.frequency_text
+
+
+@verb
+def save_animation(animation: Animation, path: Path | str) -> Path:
+    """Write an animation as a GIF, WebP or MP4, by its suffix, which loops; the file appears complete or not at all.
+
+    Raises OptionError for other suffixes, for files that cannot be written, and for MP4 without the program ffmpeg.
+    """
+    if not isinstance(animation, Animation):
+        raise OptionError(
+            f"save_animation: `animation` is what animate_mode or animate_stroke returns, not {animation!r}"
+        )
+    content = encoded(animation, Path(path).suffix[1:].lower())
+    with complete_file(path) as scratch:
+        scratch.write_bytes(content)
+    return Path(path)
+
+
+Format = Literal["gif", "webp", "mp4"]
+"""Files that animations are written as."""
+
+
+def writable(form: str) -> str:
+    """The same form. Raises OptionError for one that is not known, and for MP4 without ffmpeg."""
+    if form not in get_args(Format):
+        raise OptionError(f"animations are written as gif, webp or mp4, not {form!r}")
+    if form == "mp4" and shutil.which("ffmpeg") is None:
+        raise OptionError(
+            "MP4 needs the program ffmpeg, which is not there: install it (on Debian: apt-get install ffmpeg), or ask"
+            " for gif or webp"
+        )
+    return form
+
+
+def encoded(animation: Animation, form: str) -> bytes:
+    """The content of a file of an animation. Raises OptionError as `writable` does."""
+    if writable(form) == "mp4":
+        return _mp4(animation)
+    pictures = [Image.fromarray(image) for image in animation.images]
+    buffer = io.BytesIO()
+    times = {"save_all": True, "loop": 0, "duration": round(1000 / animation.fps)}
+    if form == "webp":
+        pictures[0].save(buffer, "WEBP", append_images=pictures[1:], quality=80, method=2, **times)
+        return buffer.getvalue()
+    # one palette for all, so that colours do not flicker and what stands still is stored once
+    sample = Image.fromarray(np.concatenate(animation.images[:: max(1, len(pictures) // 4)][:4]))
+    palette = sample.quantize(255, dither=Image.Dither.NONE)
+    colours = np.array(palette.getpalette()).reshape(-1, 3)
+    colours[colours.sum(axis=1).argmax()] = 255  # paper is white
+    palette.putpalette(colours.ravel().tolist())
+    flat = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    flat[0].save(buffer, "GIF", append_images=flat[1:], optimize=False, **times)
+    return buffer.getvalue()
+
+
+def _mp4(animation: Animation) -> bytes:
+    """H.264 by ffmpeg; three loops, as players stop at the end."""
+    _, height, width, _ = animation.images.shape
+    with scratch_folder() as folder:
+        target = Path(folder) / "film.mp4"
+        size = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{animation.fps:g}", "-i", "-"]
+        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-movflags", "+faststart"]
+        command = [shutil.which("ffmpeg") or "ffmpeg", "-v", "error", "-y", *size, *even, os.fspath(target)]
+        done = subprocess.run(command, input=3 * animation.images.tobytes(), capture_output=True, check=False)
+        if done.returncode or not target.exists():
+            reason = done.stderr.decode(errors="replace").strip().splitlines()
+            raise OptionError(f"ffmpeg cannot write MP4: {reason[-1] if reason else f'status {done.returncode}'}")
+        return target.read_bytes()
+
+
+@verb
+def save_warnings(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
+    """Write the picture of `draw_warnings` as `warnings.png`. Raises OptionError when the folder cannot be written to."""
+    return save_figures({"warnings.png": draw_warnings(model, report)}, folder)
 
 
 @verb

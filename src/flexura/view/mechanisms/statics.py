@@ -1,50 +1,66 @@
-"""Static states in pictures: deformed, stress or axial force as colour, loads as arrows."""
+"""Static states and freedoms in pictures: deformed, with loads as arrows; screw axes, compliance, workspace."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
+from matplotlib.ticker import MaxNLocator
 
-from flexura.analysis import Preload, Statics
+from flexura.analysis import Freedom, Kinetostatics, Preload, Statics
 from flexura.arguments import verb
+from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.systems import Ports
 from flexura.tables import quantity
 from flexura.view.drawing import (
     DPI,
     HIDDEN,
+    INK,
+    SERIES,
     Arrow,
+    Box,
     Camera,
+    Colours,
     View,
     camera_for,
     colour_scale,
+    colours_by_stress,
     draw_arrows,
+    draw_matrix,
     force_colours,
+    frame,
     heading,
+    headline,
+    legend,
     mode_scale,
     mode_view,
+    new_chart,
     new_figure,
-    over_ghost,
     paint,
+    painting_of,
+    plain,
     rest_colours,
     scale_of,
+    shortened,
+    stress_bar,
+    style,
     triad,
     visible_flexures,
 )
 from flexura.view.mechanisms.files import save_figures
 from flexura.view.mechanisms.pictures import SIZE
-from flexura.view.mechanisms.poses import pose_colours, stress_bar
 from flexura.view.scene import Array, Solids, solids, stresses_along
 
-AREA = (0.08, 0.07, 0.76)
-"""Left, bottom and width of what is drawn; arrows reach beyond it."""
+BAR_AREA: Box = (0.895, 0.27, 0.017, 0.34)
+"""Where the scale of colours stands."""
 
-NOTHING = 1e-12
+NO_LOAD = 1e-12
 """Forces below so much of the largest are none."""
 
 MOST_ARROWS = 24
@@ -77,21 +93,20 @@ def draw_statics(
     u = model.node_displacements(result.displacement_vector[:, None])[:, :, 0]
     parts = solids(model, u)
     values = stresses_along(parts, result.stress_profiles())
-    factor = _round(mode_scale(parts)) if scale is None else scale_of(parts, scale)
     largest = float(np.nanmax(values, initial=0.0))
-    loads = _sum(model.plan.loads.wrenches(model.values) if not model.plan.is_posed else {}, result.loads)
+    factor = _round_below(mode_scale(parts)) if scale is None else scale_of(parts, scale)
+    loads = {} if model.plan.is_posed else dict(model.plan.loads.wrenches(model.values))
+    for node, load in result.loads.items():
+        loads[node] = loads.get(node, np.zeros(6)) + np.asarray(load, dtype=float)
     commands = {state.name: state.command for state in result.actuators}
-    words = ["static response", _times(factor), f"the largest is {quantity(parts.largest_motion(), 'm')}"]
+    state = _State(model, parts, factor, [*_arrows(model, factor * u[:, :3], loads, commands)])
+    texts = ["static response", _factor_text(factor), f"the largest is {quantity(parts.largest_motion(), 'm')}"]
     if any(result.gravity):
-        words.append(f"gravity ({', '.join(f'{c:g}' for c in result.gravity)}) m/s²")
+        texts.append(f"gravity ({', '.join(f'{c:g}' for c in result.gravity)}) m/s²")
     figure = new_figure(SIZE, dpi)
-    view = _view(figure, model, parts, camera_for(parts, elev, azim), factor, words, result.warnings)
-    colours = pose_colours(replace(parts, values=values), largest)
-    axes, _ = paint(figure, over_ghost(parts, view, factor, *colours, visible_flexures(parts, view.camera) < HIDDEN))
-    draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
-    triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
-    if largest > 0:
-        stress_bar(figure, largest, (0.895, 0.27, 0.017, 0.34))
+    colours = colours_by_stress(replace(parts, values=values), largest)
+    _draw_state(figure, state, colours, camera_for(parts, elev, azim), texts=texts, warnings=result.warnings)
+    stress_bar(figure, largest, BAR_AREA)
     return figure
 
 
@@ -113,46 +128,56 @@ def draw_buckling(result: Preload, *, elev: float | None = None, azim: float | N
     model, shape = result.model, result.buckling_shape
     u = model.node_displacements((result.displacement_vector if shape is None else shape)[:, None])[:, :, 0]
     parts = solids(model, u)
-    factor = mode_scale(parts)
+    factor = mode_scale(parts) if shape is not None else _round_below(mode_scale(parts))
+    text = f"buckles at {result.buckling_factor:.4g} times these loads, in this shape, drawn in any size"
     if shape is None:
-        factor = _round(factor)
-        told = f"no load of this direction buckles it; {_times(factor)}" if parts.largest_motion() > 0 else "no loads"
-    else:
-        told = f"buckles at {result.buckling_factor:.4g} times these loads, in this shape, drawn in any size"
+        is_loaded = parts.largest_motion() > 0
+        text = f"no load of this direction buckles it; {_factor_text(factor)}" if is_loaded else "no loads"
+    state = _State(model, parts, factor, [*_arrows(model, factor * u[:, :3], result.loads, result.actuators)])
     figure = new_figure(SIZE, dpi)
-    view = _view(figure, model, parts, camera_for(parts, elev, azim), factor, [told], result.warnings)
-    colours, largest = _axial(parts, result.axial_force)
-    axes, _ = paint(figure, over_ghost(parts, view, factor, *colours, visible_flexures(parts, view.camera) < HIDDEN))
-    loads, commands = result.loads, result.actuators
-    draw_arrows(axes, view, list(_arrows(model, u, factor, loads, commands))[:MOST_ARROWS])
-    triad(figure, view.camera, (0.875, 0.03, 0.10, 0.133))
+    colours, largest = _colours_by_axial_force(parts, result.axial_force)
+    _draw_state(figure, state, colours, camera_for(parts, elev, azim), texts=[text], warnings=result.warnings)
     if largest > 0:
         scale = force_colours(np.linspace(-1, 1, 256))
         ends = [f"{-largest:.3g}", "0", f"{largest:.3g}"]
-        colour_scale(figure, (0.895, 0.27, 0.017, 0.34), scale, [0, 0.5, 1], ends, "axial force, N\ntension +")
+        colour_scale(figure, BAR_AREA, scale, [0, 0.5, 1], ends, "axial force, N\ntension +")
     return figure
 
 
-def _view(
+class _State(NamedTuple):
+    """A deformed mechanism, by which factor its displacements are drawn, and its loads and commands as arrows."""
+
+    model: FullOrderModel
+    parts: Solids
+    factor: float
+    arrows: Sequence[Arrow]
+
+
+def _draw_state(
     figure: Figure,
-    model: FullOrderModel,
-    parts: Solids,
+    state: _State,
+    colours: Colours,
     camera: Camera,
-    factor: float,
-    words: Sequence[str],
+    *,
+    texts: Sequence[str],
     warnings: Sequence[object],
-) -> View:
-    """Write the heading of a figure; the view in which a mechanism fills what is left, with room for arrows."""
-    top = min(heading(figure, model.plan.mechanism.name, "; ".join([*words, *parts.notes]), warnings) - 0.01, 0.86)
-    return mode_view(figure, parts, camera, factor, (AREA[0], AREA[1], AREA[2], top - AREA[1] - 0.06))
+) -> None:
+    """A heading, and below it a deformed mechanism over its ghost, with room for arrows."""
+    model, parts, factor, arrows = state
+    top = min(heading(figure, model.plan.mechanism.name, "; ".join([*texts, *parts.notes]), warnings) - 0.01, 0.86)
+    view = mode_view(figure, parts, camera, factor, (0.08, 0.07, 0.76, top - 0.13))
+    clear_bodies = visible_flexures(parts, camera) < HIDDEN
+    axes, _ = paint(figure, painting_of(parts, view, colours, factor, over_ghost=True, clear_bodies=clear_bodies))
+    draw_arrows(axes, view, arrows[:MOST_ARROWS])
+    triad(figure, camera)
 
 
-def _times(factor: float) -> str:
+def _factor_text(factor: float) -> str:
     """How large displacements are drawn."""
     return "displacements to scale" if factor == 1 else f"displacements drawn {factor:g} times as large as they are"
 
 
-def _round(factor: float) -> float:
+def _round_below(factor: float) -> float:
     """The next smaller of 1, 2 and 5 times a power of ten."""
     if not factor > 0:
         return 1.0
@@ -160,61 +185,182 @@ def _round(factor: float) -> float:
     return float(f"{max(step for step in (1, 2, 5) if step * power <= factor * (1 + 1e-9)) * power:.3g}")
 
 
-def _sum(one: Mapping[str, Array], other: Mapping[str, ArrayLike]) -> dict[str, Array]:
-    """Loads (6,) by node, those of both together."""
-    total = {node: np.asarray(load, dtype=float) for node, load in one.items()}
-    for node, load in other.items():
-        total[node] = total.get(node, np.zeros(6)) + np.asarray(load, dtype=float)
-    return total
-
-
 def _arrows(
-    model: FullOrderModel, u: Array, factor: float, loads: Mapping[str, Array], commands: Mapping[str, float]
+    model: FullOrderModel, shifts: Array, loads: Mapping[str, Array], commands: Mapping[str, float]
 ) -> Iterator[Arrow]:
-    """Loads by node, and commands of actuators, where the nodes have moved to."""
-    x = model.geometry.positions + factor * u[:, :3]
+    """Loads by node, and commands of actuators, where the nodes have moved to by `shifts` (n, 3), m."""
+    x = model.geometry.positions + shifts
     for node, load in loads.items():
-        at = x[int(model.plan.topology.numbers([node])[0])]
-        yield from _pair(at, np.asarray(load, dtype=float), "")
-    ports = Ports(model.design)
+        yield from _force_and_moment(x[int(model.plan.topology.numbers([node])[0])], np.asarray(load, dtype=float))
+    ports, topology = Ports(model.design), model.plan.topology
     for name, command in commands.items():
-        own = ports.inputs([name])[0]
-        if not command or own.base is not None:
+        port = ports.inputs([name])[0]
+        if not command or port.base is not None:
             continue
-        written = f"{name}: {quantity(command, own.channel.unit)}"
-        if own.stiffness is not None and len(own.nodes) == 2:
-            a, b = x[list(own.nodes)]
-            if np.linalg.norm(b - a) > 0:
-                yield Arrow(b, np.sign(own.stroke * command) * (b - a), written)
+        text = f"{name}: {quantity(command, port.channel.unit)}"
+        if port.stiffness is not None and len(port.nodes) == 2:
+            first, second = x[list(port.nodes)]
+            if np.linalg.norm(second - first) > 0:
+                yield Arrow(second, np.sign(port.stroke * command) * (second - first), text)
             continue
-        topology = model.plan.topology
-        for node in own.nodes:
+        for node in port.nodes:
             dof = topology.dof[topology.root[node]]
-            force = np.where(dof >= 0, np.append(own.load, 0.0)[dof], 0.0) * command
-            named = force if np.abs(force[:3]).max() > 0 and own.channel.unit == "N" else force * ([0] * 3 + [1] * 3)
-            for arrow in _pair(x[node], named * ([1] * 3 + [0] * 3) if own.channel.unit == "N" else named, ""):
-                yield arrow._replace(text=written)
+            load = np.where(dof >= 0, np.append(port.load, 0.0)[dof], 0.0) * command
+            # the moment that a force has about the node that it is carried to is no command
+            load[3:] *= port.channel.unit != "N"
+            load[:3] *= port.channel.unit == "N"
+            for arrow in _force_and_moment(x[node], load):
+                yield arrow._replace(text=text)
 
 
-def _pair(at: Array, load: Array, name: str) -> Iterator[Arrow]:
+def _force_and_moment(at: Array, load: Array) -> Iterator[Arrow]:
     """The arrows of a force and a moment."""
-    for own, unit, turns in ((load[:3], "N", False), (load[3:], "N m", True)):
-        size = float(np.linalg.norm(own))
-        if size > NOTHING * np.abs(load).max() and size > 0:
-            yield Arrow(at, own, f"{name}{quantity(size, unit)}", turns)
+    for vector, unit, turns in ((load[:3], "N", False), (load[3:], "N m", True)):
+        size = float(np.linalg.norm(vector))
+        if size > NO_LOAD * np.abs(load).max():
+            yield Arrow(at, vector, quantity(size, unit), turns)
 
 
-def _axial(parts: Solids, forces: Mapping[str, tuple[float, float]]) -> tuple[tuple[Array, Array], float]:
-    """Colours of faces (f, 4, 3) and lines (l, 3) by the axial force of members, and the largest, N; those of the kinds
-    where there is none."""
-    extreme = {name: max(own, key=abs) for name, own in forces.items()}
+def _colours_by_axial_force(parts: Solids, forces: Mapping[str, tuple[float, float]]) -> tuple[Colours, float]:
+    """Colours by the axial force of members, by kind where there is none, and the largest force, N."""
+    extreme = {name: max(ends, key=abs) for name, ends in forces.items()}
     largest = max(map(abs, extreme.values()), default=0.0)
-    faces, lines = rest_colours(parts)
-    if not largest > 0:
-        return (faces, lines), 0.0
-    own = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
-    for colours, numbers in ((faces, parts.face_parts), (lines, parts.line_parts)):
-        known = np.isfinite(own[numbers])
-        tinted = force_colours(own[numbers][known])
-        colours[known] = tinted[:, None] if colours.ndim == 3 else tinted
-    return (faces, lines), largest
+    colours = rest_colours(parts)
+    if largest > 0:
+        share = np.array([extreme.get(name, np.nan) / largest for name in parts.names] or [np.nan])
+        for tinted, numbers in ((colours.faces, parts.face_parts), (colours.lines, parts.line_parts)):
+            known = np.isfinite(share[numbers])
+            tints = force_colours(share[numbers][known])
+            tinted[known] = tints[:, None] if tinted.ndim == 3 else tints
+    return colours, largest
+
+
+MOST_INPUTS = 16
+"""Actuators whose coupling is drawn."""
+
+NO_COUPLING = 1e-9
+"""Couplings below so much of the largest of their row are nothing."""
+
+
+@verb
+def save_kinetostatics(
+    result: Kinetostatics, folder: Path | str, *, model: FullOrderModel, dpi: float = DPI
+) -> list[Path]:
+    """Write `freedoms.png` and `kinetostatics.png`, complete or not at all, of the model that the result is of.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    figures = {
+        "freedoms.png": draw_freedoms(model, result, dpi=dpi),
+        "kinetostatics.png": draw_kinetostatics(result, dpi=dpi),
+    }
+    return save_figures(figures, folder)
+
+
+@verb
+def draw_freedoms(
+    model: FullOrderModel,
+    result: Kinetostatics,
+    *,
+    elev: float | None = None,
+    azim: float | None = None,
+    dpi: float = DPI,
+) -> Figure:
+    """Draw a mechanism with the freedoms of its platform: screw axes of rotations where they lie, with their pitch and
+    range, and arrows of translations.
+
+    Rigid bodies are see-through. elev, azim, dpi and errors as in `draw_mechanism`.
+    """
+    parts = solids(model)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE, dpi)
+    kind = f"freedoms {result.kind}" if result.is_clear else "no freedoms that are clear cut"
+    texts = [f"{result.platform}: {kind}", *(_freedom_text(k, freedom) for k, freedom in enumerate(result.freedoms))]
+    top = heading(figure, model.plan.mechanism.name, "; ".join(texts), result.warnings)
+    view = frame(figure, camera, parts.bounds(), (0.09, 0.175, 0.76, min(0.70, top - 0.205)))
+    axes, _ = paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=True))
+    platform = model.geometry.positions[int(model.plan.topology.numbers([result.platform])[0])]
+    for k, freedom in enumerate(result.freedoms):
+        _draw_freedom(axes, view, k, freedom, platform=platform, size=parts.size())
+    legend(figure, parts)
+    return figure
+
+
+def _freedom_text(k: int, freedom: Freedom) -> str:
+    """A freedom in words."""
+    name, unit = ("rotation", "rad") if freedom.kind == "R" else ("translation", "m")
+    has_pitch = freedom.kind == "R" and abs(freedom.axis.pitch) > 0
+    pitch = f", pitch {1e3 * freedom.axis.pitch:.3g} mm/rad" if has_pitch else ""
+    return f"{k + 1}: {name}{pitch}" + ("" if freedom.stroke is None else f", range ±{quantity(freedom.stroke, unit)}")
+
+
+def _draw_freedom(axes: Axes, view: View, k: int, freedom: Freedom, *, platform: Array, size: float) -> None:
+    """A screw axis as a dash-dotted line with an arrow of two heads, or the arrow of a translation."""
+    direction, colour = np.array(freedom.axis.direction, dtype=float), SERIES[k % len(SERIES)]
+    name = f"{k + 1}  {freedom.kind}"
+    if freedom.kind != "R":
+        draw_arrows(axes, view, [Arrow(platform + 0.3 * size * direction, direction, name)], colour)
+        return
+    point = np.array(freedom.axis.point, dtype=float)
+    ends = point + np.outer([-0.6, 0.6], size * direction)
+    axes.plot(*view.pixels(ends)[:, :2].T, color=colour, linewidth=1.3, linestyle=(0, (9, 3, 2, 3)), zorder=9)
+    axes.plot(*view.pixels(point[None])[0, :2], marker="o", markersize=4, color=colour, zorder=10)
+    draw_arrows(axes, view, [Arrow(ends[1], direction, name, turns=True)], colour)
+
+
+@verb
+def draw_kinetostatics(result: Kinetostatics, *, dpi: float = DPI) -> Figure:
+    """Draw what a unit of each command moves the platform by, its compliance, and how far the commands reach.
+
+    Numbers stand in SI units. Colours of the coupling go by row, from the largest one; those of the compliance are the
+    coupling of two coordinates, C_ij over the root of C_ii C_jj. At most sixteen actuators are shown. dpi:
+    dots per inch, 300 for print. Returns a Figure.
+    """
+    inputs = result.inputs[:MOST_INPUTS]
+    figure = new_chart((8.0 + 0.25 * len(inputs), 8.4 if inputs else 5.0), dpi)
+    side = 2 if inputs else 1
+    panels = figure.subplots(side, side, squeeze=False)
+    C = result.compliance
+    root = np.sqrt(np.outer(np.diagonal(C), np.diagonal(C)))
+    share = C / np.where(root > 0, root, 1.0)
+    _draw_numbers(panels[0, 0], C, share, DOF_NAMES, "compliance, m/N, rad/N, rad/(N m)")
+    if inputs:
+        coupling = result.coupling[:, : len(inputs)]
+        largest = np.abs(coupling).max(axis=1, keepdims=True)
+        share = coupling / np.where(largest > 0, largest, 1.0)
+        columns = [f"{shortened(c.name, 16)}\n[{c.unit}]" for c in inputs]
+        _draw_numbers(panels[0, 1], coupling, share, columns, "moved by a unit of each command, m, rad")
+        _draw_workspace(panels[1, 0], 1e3 * result.workspace[:3], DOF_NAMES[:3], "mm")
+        _draw_workspace(panels[1, 1], 1e3 * result.workspace[3:], DOF_NAMES[3:], "mrad")
+    kind = result.kind if result.is_clear else "no freedoms that are clear cut"
+    headline(figure, f"{result.platform}: {kind}", result.warnings, result.notes)
+    return figure
+
+
+def _draw_numbers(axes: Axes, values: Array, share: Array, columns: Sequence[str], title: str) -> None:
+    """Numbers of the platform's coordinates over their share of something, from -1 to 1, as colour."""
+    texts = np.where(np.abs(share) < NO_COUPLING, "0", np.vectorize("{:.3g}".format)(values))
+    is_small = values.shape[1] <= 8
+    draw_matrix(axes, share, texts, (DOF_NAMES, columns), title=title, size=7 if is_small else 4.5, is_signed=True)
+    if not is_small:
+        axes.tick_params(axis="x", rotation=90)
+
+
+def _draw_workspace(axes: Axes, ranges: Array, names: Sequence[str], unit: str) -> None:
+    """From where to where (3, 2) the commands bring each coordinate within their limits."""
+    axes.set_title(f"workspace, one coordinate at a time, {unit}", size=9, color=INK)
+    style(axes)
+    axes.set_yticks(range(3), names, size=8)
+    axes.invert_yaxis()
+    axes.axvline(0, color="0.6", linewidth=0.8)
+    for k, (low, high) in enumerate(ranges):
+        if np.isfinite([low, high]).all():
+            axes.barh(k, high - low, left=low, height=0.5, color=SERIES[0], alpha=0.8)
+            axes.text(high, k, f"  {low:.3g} to {high:.3g}", va="center", size=7, color=INK)
+        else:
+            axes.text(0, k, "  no limits", va="center", size=7, color="0.4")
+    axes.xaxis.set_major_locator(MaxNLocator(6))
+    axes.xaxis.set_major_formatter(plain)
+    known = np.append(ranges[np.isfinite(ranges)], 0.0)
+    span = max(float(np.ptp(known)), 1e-300)
+    axes.set_xlim(known.min() - 0.1 * span, known.max() + 0.7 * span)

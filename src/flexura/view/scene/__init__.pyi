@@ -1,11 +1,10 @@
+from flexura.view.scene.members import stresses_along as stresses_along
 from flexura.view.scene.meshes import Array as Array
 from flexura.view.scene.meshes import Index as Index
 from flexura.view.scene.meshes import normals as normals
-from flexura.view.scene.scene import Grid as Grid
 from flexura.view.scene.scene import Kind as Kind
 from flexura.view.scene.scene import Look as Look
 from flexura.view.scene.scene import Solids as Solids
 from flexura.view.scene.solids import meshed_solids as meshed_solids
 from flexura.view.scene.solids import moved_solids as moved_solids
 from flexura.view.scene.solids import solids as solids
-from flexura.view.scene.solids import stresses_along as stresses_along

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam import SectionProperties
 from flexura.mechanism import (
     DOF_NAMES,
     Box,
@@ -24,215 +23,226 @@ from flexura.mechanism import (
     rotation_matrix,
 )
 from flexura.structure import FullOrderModel, Part, inertia_tensor
-from flexura.view.scene.glyphs import add_glyph
-from flexura.view.scene.hulls import Hulls, is_inside
-from flexura.view.scene.meshes import Array, Index, Mesh, box, cylinder, sphere
-from flexura.view.scene.motions import Motions
-from flexura.view.scene.scene import Collector, Kind, Look
+from flexura.view.scene.meshes import Array, Hulls, Index, Mesh, box, cylinder, frame_along, is_inside, sphere
+from flexura.view.scene.scene import Collector, Kind, Motions
 
-T = TypeVar("T")
+Element = TypeVar("Element", RigidBody, PointMass, Spring, Dashpot)
 
 _STEEL = 7850.0
 _SPRING_LENGTH = 0.09
 """Drawn length of a spring or dashpot that has none of its own, relative to the mechanism."""
 
-_ROUND, _BALL = 64, 24
-"""Sides of cylinders and balls."""
+_ROUND, _BALL, _POT_SIDES = 64, 24, 16
+"""Sides of cylinders, of balls, and of the pots of dashpots."""
 
 _MOST_ARMS = 60
 """The arms of a body that carries more nodes than this would hide everything else."""
 
-
-@dataclass(frozen=True)
-class _Copy:
-    """One placed copy of a part: Q (3, 3) into the global frame, node positions x (n, 3), m, motions of the n nodes,
-    and whether these are clamped (n,)."""
-
-    Q: Array
-    x: Array
-    motions: Motions
-    clamped: NDArray[np.bool_]
-
-    def attached(self, node: int, points: Array) -> Array:
-        """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
-        return self.motions.of(node).carried(points - self.x[node])
+_NO_ARM = 1e-9
+"""Arms shorter than so much of how far from the origin they end, and of a mm, are none."""
 
 
-def add_discrete_elements(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
-) -> None:
-    """Add the parts of a mechanism that are not members, moving with its nodes; the bodies called `doubted` are of the
-    kind for these."""
-    plan, geometry = model.plan, model.geometry
+def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
+    """Add the parts of a mechanism that are not members, moving with its nodes."""
+    plan, geometry, look = model.plan, model.geometry, collector.look
     values = {name: _number(value) for name, value in plan.scoped_values(model.parameters).items()}
+    count = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
     size = collector.size
-    bodies = sum(len(plan.topology.copies[name].paths) * len(part.bodies) for name, part in plan.parts.items())
-    cell = np.inf if look.plain else size / (20 if bodies <= 20 else 8)
-    hulls = Hulls()
+    scene = _Scene(collector, Hulls(), np.inf if look.plain else size / (20 if count <= 20 else 8), size)
+
+    def chosen(described: Mapping[str, Element]) -> dict[str, Element]:
+        """What of a prototype's parts of a kind is drawn, its numbers resolved."""
+        keys = list(described)
+        return {keys[k]: evaluated(described[keys[k]], values) for k in look.chosen(len(keys))}
+
     total = shown = 0
     for name, part in plan.parts.items():
-        placed = plan.topology.copies[name]
-        prototype = plan.layout.prototypes[name]
-        drawn = _Drawn(
-            part,
-            {key: evaluated(body, values) for key, body in _chosen(prototype.bodies, look)},
-            {key: evaluated(mass, values) for key, mass in _chosen(prototype.masses, look)},
-            {key: evaluated(spring, values) for key, spring in _chosen(prototype.springs, look)},
-            {key: evaluated(dashpot, values) for key, dashpot in _chosen(prototype.dashpots, look)},
-            _member_arms(part, geometry.parts[name].offsets, look),
-            model.values,
-            hulls,
-            cell,
-            look.plain,
-        )
+        placed, prototype = plan.topology.copies[name], plan.layout.prototypes[name]
+        bodies, masses = chosen(prototype.bodies), chosen(prototype.masses)
+        springs, dashpots = chosen(prototype.springs), chosen(prototype.dashpots)
+        described = (prototype.bodies, prototype.masses, prototype.springs, prototype.dashpots)
+        members, offsets = list(part.members), geometry.parts[name].offsets
+        arms = np.argwhere(np.any(offsets, axis=-1))
+        arms = arms[look.chosen(len(arms))]
         copies = look.chosen(len(placed.paths))
-        kinds = (prototype.bodies, prototype.masses, prototype.springs, prototype.dashpots)
-        total += len(placed.paths) * sum(map(len, kinds))
-        shown += len(copies) * sum(map(len, (drawn.bodies, drawn.masses, drawn.springs, drawn.dashpots)))
+        total += len(placed.paths) * sum(map(len, described))
+        shown += len(copies) * sum(map(len, (bodies, masses, springs, dashpots)))
         for k in copies:
-            number, offset, path = placed.number[k], placed.offset[k], placed.paths[k]
-            names = {key: {".".join((*path, key)), f"{name}.{key}"} for key in prototype.bodies if doubted}
-            drawn.doubted = {key for key, own in names.items() if own & set(doubted)}
-            drawn.prefix = "".join(f"{step}." for step in path)
-            span = slice(offset, offset + part.n_nodes)
-            held = np.all(plan.topology.held[plan.topology.root[span]], axis=1)
-            copy = _Copy(geometry.Q[number], geometry.positions[span], motions.of(span), held)
-            drawn.add(collector, copy, geometry.t[number], size)
+            path, span = placed.paths[k], slice(placed.offset[k], placed.offset[k] + part.n_nodes)
+            copy = _Copy(
+                scene,
+                part,
+                geometry.Q[placed.number[k]],
+                geometry.t[placed.number[k]],
+                geometry.positions[span],
+                collector.motions.of(span),
+                np.all(plan.topology.held[plan.topology.root[span]], axis=1),
+                "".join(f"{step}." for step in path),
+            )
+            copy.add(bodies, masses, springs, dashpots)
+            for key, piezo in part.channels.piezos.items():
+                section = piezo.section(model.values)
+                copy.add_stack(key, piezo.nodes, None if section is None else float(np.sqrt(section.A)))
+            copy.add_member_arms([members[m] for m in arms[:, 0]], part.ends[*arms.T], offsets[*arms.T])
     if shown < total:
         collector.notes.append(f"{shown} of {total} bodies, masses, springs and dashpots are drawn")
 
 
-def _chosen(described: Mapping[str, T], look: Look) -> list[tuple[str, T]]:
-    """What of a prototype's parts of a kind is drawn."""
-    every = list(described.items())
-    return [every[k] for k in look.chosen(len(every))]
+class _Scene(NamedTuple):
+    """What is drawn into: bodies so far, global frame, how long the sides of cells of flat faces are, m, and the size
+    of the mechanism, m."""
 
-
-class _MemberArms(NamedTuple):
-    """Rigid arms of members: the keys of these, the nodes (k,) that arms begin at, and the arms (k, 3), m, to where the
-    members begin or end."""
-
-    keys: list[str]
-    nodes: Index
-    arms: Array
+    collector: Collector
+    bodies: Hulls
+    cell: float
+    size: float
 
 
 class _Coupling(NamedTuple):
-    """A spring or dashpot of a kind, its name, its numbers resolved, and its one or two nodes."""
+    """A spring or dashpot of a kind, its name, its numbers resolved, its one or two nodes, and where it acts, m, where
+    that is described."""
 
     kind: Kind
     name: str
     element: Spring | Dashpot
     nodes: list[int]
+    at: Array | None
 
 
-@dataclass
-class _Drawn:
-    """The discrete elements of a part with all numbers resolved."""
+@dataclass(frozen=True)
+class _Copy:
+    """One placed copy of a part: Q (3, 3) and origin (3,), m, into the global frame, node positions x (n, 3), m,
+    motions of the n nodes, whether these are clamped (n,), and what names begin with."""
 
+    scene: _Scene
     part: Part
-    bodies: Mapping[str, RigidBody]
-    masses: Mapping[str, PointMass]
-    springs: Mapping[str, Spring]
-    dashpots: Mapping[str, Dashpot]
-    arms: _MemberArms
-    values: Array
-    """Values of the table of the design."""
-    hulls: Hulls
-    """Bodies drawn so far, global frame, those of all other parts included."""
-    cell: float
-    """Into what flat sides are cut, m."""
-    plain: bool
-    """Whether round things have half the corners."""
-    prefix: str = ""
-    """What the names of the copy that is drawn begin with."""
-    doubted: Collection[str] = frozenset()
-    """Bodies of the copy that is drawn that are in doubt."""
+    Q: Array
+    origin: Array
+    x: Array
+    motions: Motions
+    clamped: NDArray[np.bool_]
+    prefix: str
 
-    def add(self, collector: Collector, copy: _Copy, origin: Array, size: float) -> None:
-        """Add the discrete elements of one copy; `origin` (3,), m, is where its frame has its origin."""
-        for key, body in self.bodies.items():
-            self.hulls.add(self._add_body(collector, copy, key, body))
-        for key, mass in self.masses.items():
-            self._add_mass(collector, copy, key, mass, size)
-        for key, spring in self.springs.items():
-            own = _Coupling(Kind.SPRING, self.prefix + key, spring, self.part.springs[key].nodes)
-            self._add_coupling(collector, copy, own, origin, size)
-        for key, dashpot in self.dashpots.items():
-            own = _Coupling(Kind.DASHPOT, self.prefix + key, dashpot, self.part.dashpots[key].nodes)
-            self._add_coupling(collector, copy, own, origin, size)
+    def attached(self, node: int, points: Array) -> Array:
+        """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
+        return self.motions.of(node).carried(points - self.x[node])
+
+    def add(
+        self,
+        bodies: Mapping[str, RigidBody],
+        masses: Mapping[str, PointMass],
+        springs: Mapping[str, Spring],
+        dashpots: Mapping[str, Dashpot],
+    ) -> None:
+        """Add the elements of the part, with all numbers resolved, and its superelements."""
+        for key, body in bodies.items():
+            self._add_body(key, body)
+        for key, mass in masses.items():
+            self._add_mass(key, mass)
+        couplings = [(Kind.SPRING, key, spring, self.part.springs[key].nodes) for key, spring in springs.items()]
+        couplings += [(Kind.DASHPOT, key, dashpot, self.part.dashpots[key].nodes) for key, dashpot in dashpots.items()]
+        for kind, key, element, nodes in couplings:
+            at = None if element.at is None else self.Q @ _vector(element.at) + self.origin
+            add_coupling = self._add_grounded if len(nodes) == 1 else self._add_between
+            add_coupling(_Coupling(kind, self.prefix + key, element, nodes, at))
         for key, (nodes, _, _) in self.part.superelements.items():
-            _add_star(collector, copy, self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
-        for key, piezo in self.part.channels.piezos.items():
-            section = piezo.section(self.values)
-            _add_stack(collector, copy, self.prefix + key, piezo.nodes, section, self.cell)
-        self._add_member_arms(collector, copy)
+            self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
 
-    def _add_member_arms(self, collector: Collector, copy: _Copy) -> None:
-        start = copy.x[self.arms.nodes]
-        arms = self.arms.arms @ copy.Q.T
-        drawn = np.linalg.norm(arms, axis=1) > 1e-9 * (1e-3 + np.abs(start + arms).max(axis=1))
-        if drawn.any():
-            own = copy.motions.of(self.arms.nodes[drawn])
-            ends = np.stack([start, start + arms], axis=1)[drawn]
-            moved = np.stack([own.shift, own.carried(arms[drawn])], axis=1)
-            collector.segments(ends, moved, Kind.ARM, [self.prefix + self.arms.keys[k] for k in np.flatnonzero(drawn)])
+    def add_arm(self, name: str, node: int, end: Array) -> None:
+        """A rigid arm from a node to a point."""
+        if np.linalg.norm(end - self.x[node]) > _NO_ARM * (1e-3 + abs(end).max()):
+            points = np.stack([self.x[node], end])
+            self.scene.collector.path(points, self.attached(node, points), Kind.ARM, name)
 
-    def _add_body(self, collector: Collector, copy: _Copy, key: str, body: RigidBody) -> Mesh:
-        node, name = self.part.bodies[key][0], self.prefix + key
-        mesh, kind = body_mesh(body, self.cell, _ROUND // 2 if self.plain else _ROUND)
-        kind = Kind.DOUBTED_BODY if key in self.doubted else Kind.CLAMP if copy.clamped[node] else kind
-        centre = copy.x[node]
-        points = mesh.points @ copy.Q.T + centre
-        faces = mesh.faces[:, ::-1] if np.linalg.det(copy.Q) < 0 else mesh.faces
-        placed = Mesh(points, faces)
-        collector.mesh(placed, copy.attached(node, points), kind, name)
+    def add_member_arms(self, keys: list[str], nodes: Index, arms: Array) -> None:
+        """Rigid arms (k, 3), m, in the part's frame, from nodes (k,) to where members begin or end."""
+        start, arms = self.x[nodes], arms @ self.Q.T
+        drawn = np.linalg.norm(arms, axis=1) > _NO_ARM * (1e-3 + np.abs(start + arms).max(axis=1, initial=0.0))
+        motions = self.motions.of(nodes)
+        ends = np.stack([start, start + arms], axis=1)[drawn]
+        moved = np.stack([motions.shift, motions.carried(arms)], axis=1)[drawn]
+        names = [self.prefix + keys[k] for k in np.flatnonzero(drawn)]
+        self.scene.collector.segments(ends, moved, Kind.ARM, names)
+
+    def add_stack(self, key: str, nodes: list[int], side: float | None) -> None:
+        """A piezo stack as a square prism between its nodes, a tenth of its length thick where its side, m, is not
+        known."""
+        ends, motions = self.x[nodes], self.motions.shift[nodes]
+        along = ends[1] - ends[0]
+        length = float(np.linalg.norm(along))
+        side = 0.1 * length if side is None else side
+        mesh = box(np.array([length, side, side]), self.scene.cell)
+        points = ends.mean(axis=0) + mesh.points @ frame_along(along)
+        share = (mesh.points[:, :1] / length) + 0.5
+        moved = motions[0] + share * (motions[1] - motions[0])
+        self.scene.collector.mesh(Mesh(points, mesh.faces), moved, Kind.PIEZO, self.prefix + key)
+
+    def _add_body(self, key: str, body: RigidBody) -> None:
+        node, name, collector = self.part.bodies[key][0], self.prefix + key, self.scene.collector
+        mesh, kind = body_mesh(body, self.scene.cell, _ROUND // 2 if collector.look.plain else _ROUND)
+        labels = {name, f"{self.part.name}.{key}"}
+        kind = Kind.FLAGGED_BODY if labels & collector.flagged else Kind.CLAMP if self.clamped[node] else kind
+        centre = self.x[node]
+        faces = mesh.faces[:, ::-1] if np.linalg.det(self.Q) < 0 else mesh.faces
+        placed = Mesh(mesh.points @ self.Q.T + centre, faces)
+        collector.mesh(placed, self.attached(node, placed.points), kind, name)
         if body.solid is None:
-            collector.dot(centre, copy.motions.shift[node], Kind.CENTRE, name)
+            collector.dot(centre, self.motions.shift[node], Kind.CENTRE, name)
         carries = self.part.carried.get(node, [])
         for carried in carries if len(carries) <= _MOST_ARMS else []:
-            if kind is Kind.EQUIVALENT_BODY or not is_inside(placed, copy.x[carried]):
-                _add_arm(collector, copy, name, node, copy.x[carried])
-        return placed
+            if kind is Kind.EQUIVALENT_BODY or not is_inside(placed, self.x[carried]):
+                self.add_arm(name, node, self.x[carried])
+        self.scene.bodies.add(placed)
 
-    def _add_mass(self, collector: Collector, copy: _Copy, key: str, mass: PointMass, size: float) -> None:
+    def _add_mass(self, key: str, mass: PointMass) -> None:
         """A ball of steel of that mass, within limits that keep it visible."""
-        node, name = self.part.points[key][0], self.prefix + key
+        node, name, size = self.part.points[key][0], self.prefix + key, self.scene.size
         radius = (3 * _number(mass.mass) / (4 * np.pi * _STEEL)) ** (1 / 3)
-        ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)), _BALL // 2 if self.plain else _BALL)
-        at = copy.x[node] + copy.Q @ _vector(mass.offset)
+        sides = _BALL // 2 if self.scene.collector.look.plain else _BALL
+        ball = sphere(float(np.clip(radius, 0.012 * size, 0.04 * size)), sides)
+        at = self.x[node] + self.Q @ _vector(mass.offset)
         points = ball.points + at
-        collector.mesh(Mesh(points, ball.faces), copy.attached(node, points), Kind.MASS, name)
-        _add_arm(collector, copy, name, node, at)
+        self.scene.collector.mesh(Mesh(points, ball.faces), self.attached(node, points), Kind.MASS, name)
+        self.add_arm(name, node, at)
 
-    def _add_coupling(self, collector: Collector, copy: _Copy, coupling: _Coupling, origin: Array, size: float) -> None:
-        at = None if coupling.element.at is None else copy.Q @ _vector(coupling.element.at) + origin
-        if len(coupling.nodes) == 1:
-            self._add_grounded(collector, copy, coupling, at, size)
-        else:
-            _add_between(collector, copy, coupling, at, size)
-
-    def _add_grounded(
-        self, collector: Collector, copy: _Copy, coupling: _Coupling, at: Array | None, size: float
-    ) -> None:
+    def _add_grounded(self, coupling: _Coupling) -> None:
         """A spring or dashpot from a node, or from the surface of the body in which it lies, outwards to ground."""
-        node = coupling.nodes[0]
-        start = copy.x[node] if at is None else at
-        way = _strongest(coupling.element, copy)
-        if (start - collector.middle) @ way < -1e-6 * size:
-            way = -way
-        begin = start + self.hulls.way_out(start, way) * way
-        _add_arm(collector, copy, coupling.name, node, begin)
-        ends = np.stack([begin, begin + _SPRING_LENGTH * size * way])
-        motion = np.stack([copy.attached(node, begin[None])[0], np.zeros(3)])
-        add_glyph(collector, coupling.kind, coupling.name, ends, motion, size, grounded=True)
+        (node,), size = coupling.nodes, self.scene.size
+        start = self.x[node] if coupling.at is None else coupling.at
+        direction = _strongest(coupling.element, self.Q)
+        if (start - self.scene.collector.middle) @ direction < -1e-6 * size:
+            direction = -direction
+        begin = start + self.scene.bodies.way_out(start, direction) * direction
+        self.add_arm(coupling.name, node, begin)
+        ends = np.stack([begin, begin + _SPRING_LENGTH * size * direction])
+        motions = np.stack([self.attached(node, begin[None])[0], np.zeros(3)])
+        _add_glyph(self.scene, coupling, ends, motions, grounded=True)
 
+    def _add_between(self, coupling: _Coupling) -> None:
+        """A spring or dashpot between two nodes, or a short one where it acts when they coincide or reach there by
+        arms."""
+        nodes, at, length = coupling.nodes, coupling.at, _SPRING_LENGTH * self.scene.size
+        span = self.x[nodes[1]] - self.x[nodes[0]]
+        distance = float(np.linalg.norm(span))
+        if at is None and distance > 0.2 * length:
+            _add_glyph(self.scene, coupling, self.x[nodes], self.motions.shift[nodes])
+            return
+        middle = self.x[nodes].mean(axis=0) if at is None else at
+        direction = span / distance if distance > 0.01 * length else _strongest(coupling.element, self.Q)
+        ends = middle + np.array([[-0.5], [0.5]]) * length * direction
+        for node, end in zip(nodes, ends, strict=True):
+            self.add_arm(coupling.name, node, end)
+        motions = [self.attached(node, end[None])[0] for node, end in zip(nodes, ends, strict=True)]
+        _add_glyph(self.scene, coupling, ends, np.stack(motions))
 
-def _member_arms(part: Part, offsets: Array, look: Look) -> _MemberArms:
-    """Offsets (m, 2, 3), m, that are not zero."""
-    found, keys = np.argwhere(np.any(offsets, axis=-1)), list(part.members)
-    m, end = found[look.chosen(len(found))].T
-    return _MemberArms([keys[k] for k in m], part.ends[m, end], offsets[m, end])
+    def _add_star(self, name: str, nodes: list[int]) -> None:
+        """Lines from the middle of a superelement's nodes to each of them."""
+        collector, shift = self.scene.collector, self.motions.shift
+        middle, motion = self.x[nodes].mean(axis=0), shift[nodes].mean(axis=0)
+        for node in nodes if len(nodes) > 1 else ():
+            ends, moved = np.stack([middle, self.x[node]]), np.stack([motion, shift[node]])
+            collector.path(ends, moved, Kind.SUPERELEMENT, name)
+        collector.dot(middle, motion, Kind.SUPERELEMENT, name)
 
 
 def _vector(values: object) -> Array:
@@ -285,68 +295,65 @@ def equivalent_box(mass: float, inertia: Array) -> tuple[Array, Array]:
     return np.sqrt(np.maximum(square, 1e-4 * largest)), axes
 
 
-def _add_arm(collector: Collector, copy: _Copy, name: str, node: int, end: Array) -> None:
-    """A rigid arm from a node to a point."""
-    if np.linalg.norm(end - copy.x[node]) > 1e-9 * (1e-3 + abs(end).max()):
-        points = np.stack([copy.x[node], end])
-        collector.path(points, copy.attached(node, points), Kind.ARM, name)
-
-
-def _add_star(collector: Collector, copy: _Copy, name: str, nodes: list[int]) -> None:
-    """Lines from the middle of a superelement's nodes to each of them."""
-    middle, motion = copy.x[nodes].mean(axis=0), copy.motions.shift[nodes].mean(axis=0)
-    for node in nodes:
-        if len(nodes) > 1:
-            path, moved = np.stack([middle, copy.x[node]]), np.stack([motion, copy.motions.shift[node]])
-            collector.path(path, moved, Kind.SUPERELEMENT, name)
-    collector.dot(middle, motion, Kind.SUPERELEMENT, name)
-
-
-def _add_stack(
-    collector: Collector, copy: _Copy, name: str, nodes: list[int], section: SectionProperties | None, cell: float
-) -> None:
-    """A piezo stack as a square prism between its nodes, a tenth of its length thick where its section is not known."""
-    ends, motions = copy.x[nodes], copy.motions.shift[nodes]
-    along = ends[1] - ends[0]
-    length = float(np.linalg.norm(along))
-    side = 0.1 * length if section is None else float(np.sqrt(section.A))
-    x = along / length
-    y = np.cross(x, np.eye(3)[np.argmin(abs(x))])
-    y /= np.linalg.norm(y)
-    mesh = box(np.array([length, side, side]), cell)
-    points = ends.mean(axis=0) + mesh.points @ np.stack([x, y, np.cross(x, y)])
-    share = (mesh.points[:, :1] / length) + 0.5
-    collector.mesh(Mesh(points, mesh.faces), motions[0] + share * (motions[1] - motions[0]), Kind.PIEZO, name)
-
-
-def _add_between(collector: Collector, copy: _Copy, coupling: _Coupling, at: Array | None, size: float) -> None:
-    """A spring or dashpot between two nodes, or a short one where it acts when they coincide or reach there by arms."""
-    kind, name, element, nodes = coupling
-    length = _SPRING_LENGTH * size
-    a, b = nodes
-    span = copy.x[b] - copy.x[a]
-    distance = float(np.linalg.norm(span))
-    if at is None and distance > 0.2 * length:
-        add_glyph(collector, kind, name, copy.x[nodes], copy.motions.shift[nodes], size)
-        return
-    middle = copy.x[nodes].mean(axis=0) if at is None else at
-    way = span / distance if distance > 0.01 * length else _strongest(element, copy)
-    ends = middle + np.array([[-0.5], [0.5]]) * length * way
-    motions = np.concatenate([copy.attached(a, ends[:1]), copy.attached(b, ends[1:])])
-    for node, end in zip(nodes, ends, strict=True):
-        _add_arm(collector, copy, name, node, end)
-    add_glyph(collector, kind, name, ends, motions, size)
-
-
-def _strongest(element: Spring | Dashpot, copy: _Copy) -> Array:
-    """Direction (3,), global frame, in which a spring or dashpot resists most; its rotations count when no translation
-    does."""
+def _strongest(element: Spring | Dashpot, Q: Array) -> Array:
+    """Direction (3,), global frame, in which a spring or dashpot of a copy with axes Q resists most; its rotations
+    count when no translation does."""
     if isinstance(element, Spring) and element.matrix is not None:
         K = _vector(element.matrix)
     else:
-        own = element.stiffness if isinstance(element, Spring) else element.damping
-        K = np.diag(_vector([getattr(own, name) for name in DOF_NAMES])) if own is not None else np.zeros((6, 6))
+        rates = element.stiffness if isinstance(element, Spring) else element.damping
+        K = np.diag(_vector([getattr(rates, name) for name in DOF_NAMES])) if rates is not None else np.zeros((6, 6))
     block = K[:3, :3] if abs(K[:3, :3]).max() > 0 else K[3:, 3:]
     direction = np.linalg.eigh(block)[1][:, -1]
     direction = direction * (-1.0 if direction.sum() > 0 else 1.0)
-    return copy.Q @ _turned(element.rotate) @ direction
+    return Q @ _turned(element.rotate) @ direction
+
+
+def _add_glyph(scene: _Scene, coupling: _Coupling, ends: Array, motions: Array, grounded: bool = False) -> None:
+    """Add a spring as a coil or a dashpot as a piston in a pot, of lines, between two ends (2, 3), m, that move by
+    `motions` (2, 3), with a square at the second where it is `grounded`."""
+    along = ends[1] - ends[0]
+    length = float(np.linalg.norm(along))
+    if length == 0:
+        return
+    across = -frame_along(along)[1:]
+    width = min(0.022 * scene.size, 0.2 * length)
+    for share, swing, follows in _coil(length, width) if coupling.kind is Kind.SPRING else _pot(width):
+        path = ends[0] + share[:, None] * along + swing @ across
+        moved = motions[0] + follows[:, None] * (motions[1] - motions[0])
+        scene.collector.path(path, moved, coupling.kind, coupling.name)
+    if grounded:
+        square = 1.4 * width * np.concatenate([across, -across, across[:1]])
+        scene.collector.path(ends[1] + square, np.zeros((5, 3)) + motions[1], coupling.kind, coupling.name)
+
+
+_Paths = list[tuple[Array, Array, Array]]
+"""Paths: of every point the share (p,) of the way, the distances (p, 2) from the axis, m, and how far it follows the
+second end, (p,)."""
+
+
+def _coil(length: float, width: float) -> _Paths:
+    """The whole of it is stretched."""
+    coils = int(np.clip(0.7 * length / (1.6 * width), 4, 16))
+    turns = np.arange(8 * coils + 1) / (8 * coils)
+    angle = 2 * np.pi * coils * turns
+    share = np.concatenate([[0, 0.15], 0.15 + 0.7 * turns, [0.85, 1.0]])
+    swing = np.concatenate([np.zeros((2, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1), np.zeros((2, 2))])
+    return [(share, width * swing, share)]
+
+
+def _pot(width: float) -> _Paths:
+    """A rod with its piston moves with the first end, the pot around it with the second."""
+    angle = 2 * np.pi * np.arange(_POT_SIDES + 1) / _POT_SIDES
+    ring = width * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    axis, rod, pot = np.zeros((2, 2)), np.zeros, np.ones
+    bottom = np.concatenate([axis[:1], ring])
+    paths = [
+        (np.array([0.0, 0.5]), axis, rod(2)),
+        (np.full(_POT_SIDES + 2, 0.5), 0.75 * bottom, rod(_POT_SIDES + 2)),
+        (np.full(_POT_SIDES + 1, 0.3), ring, pot(_POT_SIDES + 1)),
+        (np.full(_POT_SIDES + 2, 0.75), bottom, pot(_POT_SIDES + 2)),
+        (np.array([0.75, 1.0]), axis, pot(2)),
+    ]
+    walls = [(np.array([0.3, 0.75]), ring[[k, k]], pot(2)) for k in range(0, _POT_SIDES, _POT_SIDES // 4)]
+    return paths + walls

@@ -1,58 +1,20 @@
-"""Members as solids: their true sections along the length, bent with the shape functions of their elements.
-
-Axes of members between nodes that have moved and turned as far as they like.
-"""
+"""Members as solids: their true sections along the length, bent with the shape functions of their elements, or along
+axes between nodes that have moved and turned as far as they like."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis import StressProfile
 from flexura.beam import SectionProperties, shape_functions
-from flexura.structure import Part, PartGeometry, SectionGroup
+from flexura.structure import FullOrderModel, Part, PartGeometry, SectionGroup
 from flexura.view.scene.meshes import Array, Index, loft_faces, polygon, square
-from flexura.view.scene.motions import Motions
-
-
-class Stations(NamedTuple):
-    """Stations s along members: in which element, and where in it, from 0 to 1 (s,), its length l (m, 1), m, the nodes
-    (m, s, 2) at its ends, and where at rest the ends of the element are from these nodes (c, m, s, 2, 3), m."""
-
-    share: Array
-    length: Array
-    nodes: Index
-    arms: Array
-
-
-def bent_axes(stations: Stations, positions: Array, axes: Array, motions: Motions) -> tuple[Array, Array]:
-    """Where stations are (c, m, s, 3), m, and the axes of their sections (c, m, s, 3, 3) as rows, global frame.
-
-    positions: (c, n, 3) of nodes at rest, m; axes: (c, m, 3, 3) of members at rest as rows. Between the ends of an
-    element, which move and turn with their nodes, its axis is the cubic that leaves both along their normals, and its
-    section turns with the axis, and about it from one end to the other.
-    """
-    ends = motions.of((slice(None), stations.nodes))
-    x = positions[:, stations.nodes] + stations.arms + ends.carried(stations.arms)
-    own = axes[:, :, None, None] @ np.swapaxes(np.eye(3) + ends.turn, -1, -2)
-    s, length = stations.share[:, None], stations.length[..., None]
-    a, b = x[..., 0, :], x[..., 1, :]
-    u, v = length * own[..., 0, 0, :], length * own[..., 1, 0, :]
-    at = (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * u + s**2 * (3 - 2 * s) * b - s**2 * (1 - s) * v
-    along = 6 * s * (1 - s) * (b - a) + (1 - s) * (1 - 3 * s) * u + s * (3 * s - 2) * v
-    first = _unit(along)
-    across = (1 - s) * own[..., 0, 1, :] + s * own[..., 1, 1, :]
-    second = _unit(across - np.einsum("...i,...i->...", across, first)[..., None] * first)
-    handed = np.linalg.det(axes).round()[:, :, None, None]
-    return at, np.stack([first, second, handed * np.cross(first, second)], axis=-2)
-
-
-def _unit(vectors: Array) -> Array:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
-
+from flexura.view.scene.scene import Collector, Grid, Kind, Look, Motions, Solids, Surfaces
 
 _ROUND = ("circle", "round", "tube", "constants")
 _VARYING = ("notch", "round", "two_axis")
@@ -100,97 +62,203 @@ LEVELS = (
 )
 
 
-class Surfaces(NamedTuple):
-    """Members of one group in all copies of a part, global frame.
+class _Drawn(NamedTuple):
+    """Which copies (c,) of a part are drawn, by position, and which members (m,) of them."""
 
-    points, motions: (c, m, p, 3), m, and the motion of each point with the nodes; faces: (f, 4) over the p points, or
-    lines (l, 2) when members are drawn as lines; is_flexure: (m,); members: (m,), their numbers; along: (p,), where the
-    points are, as a fraction of the length.
-    """
-
-    points: Array
-    motions: Array
-    faces: Index
-    is_flexure: NDArray[np.bool_]
-    members: Index
-    along: Array
+    copies: Index
+    members: NDArray[np.bool_]
 
 
-class Placing(NamedTuple):
+def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
+    """What of the members is drawn: first fewer copies of every prototype, then fewer members of what has one copy."""
+    counts = {
+        name: (len(model.plan.topology.copies[name].paths), len(part.members))
+        for name, part in model.plan.parts.items()
+    }
+    total = sum(c * m for c, m in counts.values())
+    drawn = {}
+    for name, (c, m) in counts.items():
+        copies = look.chosen(c, c / max(total, 1))
+        share = c / len(copies) if len(copies) else 1.0
+        members = np.zeros(m, dtype=bool)
+        members[look.chosen(m, share * m / max(total, 1))] = True
+        drawn[name] = _Drawn(copies, members)
+    return drawn
+
+
+def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
+    """The finest level of detail that keeps to the budget of faces."""
+    total = 0
+    for level in LEVELS[:-1]:
+        total = sum(
+            len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
+            for name, part in model.plan.parts.items()
+            for group, elements, _ in part.table.groups
+        )
+        if total <= look.faces:
+            return level.plain() if look.plain else level
+    return LEVELS[-2] if total <= look.most_faces else LEVELS[-1]
+
+
+def add_members(collector: Collector, model: FullOrderModel) -> None:
+    """Add members with their real sections, and note which are not drawn as they are."""
+    drawn = _drawn(model, collector.look)
+    detail = _detail(model, drawn, collector.look)
+    for name, part in model.plan.parts.items():
+        if part.members:
+            _add_part(collector, model, name, drawn[name], detail)
+    copies = model.plan.topology.copies
+    total = sum(len(copies[name].paths) * len(chosen.members) for name, chosen in drawn.items())
+    shown = sum(len(chosen.copies) * int(chosen.members.sum()) for chosen in drawn.values())
+    if shown < total:
+        collector.notes.append(f"{shown} of {total} members are drawn")
+    if detail.lines and total:
+        collector.notes.append("members are drawn as lines: there are too many to be drawn as solids")
+
+
+class _Placing(NamedTuple):
     """Copies of a part: Q (c, 3, 3) and t (c, 3) place it in the global frame; its nodes (c, n) have motions."""
 
     Q: Array
     t: Array
     motions: Motions
 
-    def nodes(self, geometry: PartGeometry) -> Array:
-        """Positions (c, n, 3), m, of the nodes at rest."""
-        return geometry.positions @ np.swapaxes(self.Q, -1, -2) + self.t[:, None]
-
     def end_displacements(self, T: Array, connectivity: Index) -> Array:
         """Displacements (c, e, 12) of the element ends in the elements' axes; rotations are axial vectors."""
         handed = np.linalg.det(self.Q).round()[:, None, None]
-        own = np.concatenate([self.motions.shift @ self.Q, handed * (self.motions.rotations @ self.Q)], axis=-1)
-        ends = own[:, connectivity].reshape(len(own), len(connectivity), 12)
-        return np.einsum("eij,cej->cei", T, ends)
+        u = np.concatenate([self.motions.shift @ self.Q, handed * (self.motions.rotations @ self.Q)], axis=-1)
+        return np.einsum("eij,cej->cei", T, u[:, connectivity].reshape(len(u), len(connectivity), 12))
 
 
-def member_surfaces(
-    part: Part,
-    values: Array,
-    geometry: PartGeometry,
-    T: Array,
-    placing: Placing,
-    detail: Detail,
-    chosen: NDArray[np.bool_],
-) -> Iterator[Surfaces]:
-    """Surfaces of the `chosen` (m,) members of a part, group by group.
+class _Stations(NamedTuple):
+    """Stations s along members m of one group of a part, at `fractions` (s,) of their lengths (m,), m; each member, by
+    number, has so many elements."""
 
-    values: (s,) values of the table; geometry and T (e, 12, 12) in the part's frame.
-    """
-    if not part.members:
-        return
-    d = placing.end_displacements(T, part.connectivity)
-    _, _, nu, _ = part.table.moduli(values)
+    part: Part
+    geometry: PartGeometry
+    members: Index
+    elements: int
+    length: Array
+    fractions: Array
+
+    @property
+    def element(self) -> Index:
+        """In which element of its member each is (s,)."""
+        return np.minimum((self.fractions * self.elements).astype(np.intp), self.elements - 1)
+
+    @property
+    def share(self) -> Array:
+        """Where in its element each is, from 0 to 1 (s,)."""
+        return self.fractions * self.elements - self.element
+
+    @property
+    def element_length(self) -> Array:
+        """Lengths (m, 1), m, of elements."""
+        return (self.length / self.elements)[:, None]
+
+    @property
+    def starts(self) -> Array:
+        """Where members begin (m, 3), m, in the part's frame."""
+        return self.geometry.positions[self.part.ends[self.members, 0]] + self.geometry.offsets[self.members, 0]
+
+
+def _add_part(collector: Collector, model: FullOrderModel, name: str, drawn: _Drawn, detail: Detail) -> None:
+    """Add the members of a part that are drawn, group by group."""
+    part, geometry, placed = model.plan.parts[name], model.geometry.parts[name], model.plan.topology.copies[name]
+    nodes = np.array(placed.offset)[drawn.copies, None] + np.arange(part.n_nodes)
+    number = np.array(placed.number)[drawn.copies]
+    placing = _Placing(model.geometry.Q[number], model.geometry.t[number], collector.motions.of(nodes))
+    displacements = placing.end_displacements(model.geometry.T[name], part.connectivity)
+    _, _, nu, _ = part.table.moduli(model.values)
     is_flexure = np.array([hasattr(member, "profile") for member in part.members.values()])
-    start = geometry.positions[part.ends[:, 0]] + geometry.offsets[:, 0]
-    for group, n, _ in part.table.groups:
-        drawn = chosen[group.index]
-        at, L = group.index, geometry.length[group.index]
-        fractions = station_fractions(group, detail.segments(group, n))
-        section = group.properties(values, nu[at], L, fractions)
-        rings = _rings(group, section, L, fractions, detail)
-        rings, at, L = rings._replace(across=rings.across[drawn]), at[drawn], L[drawn]
-        local = np.zeros((*rings.across.shape[:-1], 3))
-        local[..., 1:] = rings.across
-        R = geometry.R[at] @ np.swapaxes(placing.Q, -1, -2)[:, None]
-        first = start[at] @ np.swapaxes(placing.Q, -1, -2) + placing.t[:, None]
-        along = (L[:, None] * fractions)[:, rings.station, None, None]
-        points = first[:, :, None, None] + along * R[:, :, None, None, 0] + local @ R[:, :, None]
-        if placing.motions.is_finite:
-            where, axes = bent_axes(
-                _ends(part, at, n, L, fractions, geometry, placing), placing.nodes(geometry), R, placing.motions
-            )
-            moved = where[:, :, rings.station, None] + local @ axes[:, :, rings.station] - points
-        else:
-            u, turn = np.split(_stations(part, at, n, L, fractions, d)[:, :, rings.station, None], 2, axis=-1)
-            moved = (u + np.cross(turn, local)) @ R[:, :, None]
-        flat = (*points.shape[:2], -1, 3)
-        share = np.repeat(fractions[rings.station], rings.across.shape[2])
-        yield Surfaces(points.reshape(flat), moved.reshape(flat), rings.faces, is_flexure[at], at, share)
+    keys, prefixes = list(part.members), ["".join(f"{step}." for step in placed.paths[c]) for c in drawn.copies]
+    for group, elements, _ in part.table.groups:
+        is_drawn = drawn.members[group.index]
+        length = geometry.length[group.index]
+        fractions = station_fractions(group, detail.segments(group, elements))
+        section = group.properties(model.values, nu[group.index], length, fractions)
+        rings = _rings(group, section, length, fractions, detail)
+        rings, members = rings._replace(across=rings.across[is_drawn]), group.index[is_drawn]
+        stations = _Stations(part, geometry, members, elements, length[is_drawn], fractions)
+        names = [prefix + keys[k] for prefix in prefixes for k in members]
+        kinds = np.tile(np.where(is_flexure[members], Kind.FLEXURE, Kind.LINK).astype(np.intp), (len(prefixes), 1))
+        if collector.flagged:
+            labels = [f"{name}.{keys[k]}" for k in members] * len(prefixes)
+            is_flagged = [not collector.flagged.isdisjoint(pair) for pair in zip(names, labels, strict=True)]
+            kinds[np.reshape(is_flagged, kinds.shape)] = Kind.FLAGGED
+        along = np.repeat(fractions[rings.station], rings.across.shape[2])
+        surfaces = _surfaces(stations, rings, placing, displacements)
+        grid = Grid(name, drawn.copies, members, along, 0)
+        collector.members(surfaces, grid, kinds, names, np.linalg.det(placing.Q) < 0)
 
 
-def _ends(
-    part: Part, at: Index, n: int, L: Array, fractions: Array, geometry: PartGeometry, placing: Placing
-) -> Stations:
-    """The elements in which stations of members are."""
-    k = np.minimum((fractions * n).astype(np.intp), n - 1)
-    nodes = part.connectivity[part.first[at][:, None] + k]
-    start = geometry.positions[part.ends[at, 0]] + geometry.offsets[at, 0]
-    share = (np.stack([k, k + 1], axis=-1) / n)[..., None]
-    ends = start[:, None, None] + share * (L[:, None] * geometry.R[at, 0])[:, None, None]
-    arms = (ends - geometry.positions[nodes]) @ np.swapaxes(placing.Q, -1, -2)[:, None, None]
-    return Stations(fractions * n - k, (L / n)[:, None], nodes, arms)
+def _surfaces(stations: _Stations, rings: _Rings, placing: _Placing, displacements: Array) -> Surfaces:
+    """Surfaces of members in all copies of their part, and their motions; displacements: (c, e, 12) of the ends of all
+    elements in their axes, if motions are small."""
+    turned = np.swapaxes(placing.Q, -1, -2)
+    local = np.zeros((*rings.across.shape[:-1], 3))
+    local[..., 1:] = rings.across
+    R = stations.geometry.R[stations.members] @ turned[:, None]
+    first = stations.starts @ turned + placing.t[:, None]
+    along = (stations.length[:, None] * stations.fractions)[:, rings.station, None, None]
+    points = first[:, :, None, None] + along * R[:, :, None, None, 0] + local @ R[:, :, None]
+    if placing.motions.is_finite:
+        x, axes = _bent_axes(stations, placing, R)
+        moved = x[:, :, rings.station, None] + local @ axes[:, :, rings.station] - points
+    else:
+        small = _small_motions(stations, displacements)[:, :, rings.station, None]
+        u, turn = np.split(small, 2, axis=-1)
+        moved = (u + np.cross(turn, local)) @ R[:, :, None]
+    flat = (*points.shape[:2], -1, 3)
+    return Surfaces(points.reshape(flat), moved.reshape(flat), rings.faces)
+
+
+def _small_motions(stations: _Stations, displacements: Array) -> Array:
+    """Small motions (c, m, s, 6) of stations along the members, member axes.
+
+    Inside an element the motion follows the shape functions without shear, whatever its section (eq. 12 of the RPR
+    paper): it is exact at the nodes.
+    """
+    one = np.ones(())
+    section = SectionProperties(one, one, one, one, one, one)
+    x = stations.share * stations.element_length
+    N = shape_functions(x, 1.0, 1.0, section, np.broadcast_to(stations.element_length, x.shape), 0.0)
+    ends = displacements[:, stations.part.first[stations.members][:, None] + stations.element]
+    return np.einsum("msij,cmsj->cmsi", N, ends)
+
+
+def _bent_axes(stations: _Stations, placing: _Placing, axes: Array) -> tuple[Array, Array]:
+    """Where stations are (c, m, s, 3), m, and the axes of their sections (c, m, s, 3, 3) as rows, global frame.
+
+    axes: (c, m, 3, 3) of members at rest as rows. Between the ends of an element, which move and turn with their nodes,
+    its axis is the cubic that leaves both along their normals, and its section turns with the axis, and about it from
+    one end to the other.
+    """
+    part, geometry, members = stations.part, stations.geometry, stations.members
+    turned, k = np.swapaxes(placing.Q, -1, -2), stations.element
+    nodes = part.connectivity[part.first[members][:, None] + k]
+    fractions = (np.stack([k, k + 1], axis=-1) / stations.elements)[..., None]
+    directions = stations.length[:, None] * geometry.R[members, 0]
+    at_rest = stations.starts[:, None, None] + fractions * directions[:, None, None]
+    arms = (at_rest - geometry.positions[nodes]) @ turned[:, None, None]
+    positions = geometry.positions @ turned + placing.t[:, None]
+    ends = placing.motions.of((slice(None), nodes))
+    x = positions[:, nodes] + arms + ends.carried(arms)
+    end_axes = axes[:, :, None, None] @ np.swapaxes(np.eye(3) + ends.turn, -1, -2)
+    s, length = stations.share[:, None], stations.element_length[..., None]
+    a, b = x[..., 0, :], x[..., 1, :]
+    u, v = length * end_axes[..., 0, 0, :], length * end_axes[..., 1, 0, :]
+    at = (1 + 2 * s) * (1 - s) ** 2 * a + s * (1 - s) ** 2 * u + s**2 * (3 - 2 * s) * b - s**2 * (1 - s) * v
+    along = 6 * s * (1 - s) * (b - a) + (1 - s) * (1 - 3 * s) * u + s * (3 * s - 2) * v
+    first = _unit(along)
+    across = (1 - s) * end_axes[..., 0, 1, :] + s * end_axes[..., 1, 1, :]
+    second = _unit(across - np.einsum("...i,...i->...", across, first)[..., None] * first)
+    handed = np.linalg.det(axes).round()[:, :, None, None]
+    return at, np.stack([first, second, handed * np.cross(first, second)], axis=-2)
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def station_fractions(group: SectionGroup, segments: int) -> Array:
@@ -249,17 +317,26 @@ def _rings(group: SectionGroup, section: SectionProperties, L: Array, fractions:
     return _Rings(station, across, loft_faces(S + 2, len(outline)))
 
 
-def _stations(part: Part, at: Index, n: int, L: Array, fractions: Array, d: Array) -> Array:
-    """Small motions (c, m, s, 6) of stations along the members, member axes.
+def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
+    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
+    prototypes, of the first state; NaN where they are not known."""
+    values = np.full(len(parts.points), np.nan)
+    for grid in parts.grids:
+        for profile in profiles.get(grid.prototype, ()):
+            if set(grid.members) <= set(profile.members):
+                stresses = _stresses(grid, profile)
+                values[grid.first : grid.first + stresses.size] = stresses.ravel()
+    return values
 
-    Inside an element the motion follows the shape functions without shear, whatever its section (eq. 12 of the RPR
-    paper): it is exact at the nodes.
-    """
-    k = np.minimum((fractions * n).astype(np.intp), n - 1)
-    one = np.ones(())
-    section = SectionProperties(one, one, one, one, one, one)
-    length = (L / n)[:, None]
-    x = (fractions * n - k) * length
-    N = shape_functions(x, 1.0, 1.0, section, np.broadcast_to(length, x.shape), 0.0)
-    ends = d[:, part.first[at][:, None] + k]
-    return np.einsum("msij,cmsj->cmsi", N, ends)
+
+def _stresses(grid: Grid, profile: StressProfile) -> Array:
+    """Stresses (c, m, p), Pa, at the points of members."""
+    stations, number = np.unique(grid.along, return_inverse=True)
+    middles = (stations[1:] + stations[:-1]) / 2
+    stresses = np.empty((len(grid.copies), len(grid.members), len(stations)))
+    for k, m in enumerate(np.searchsorted(profile.members, grid.members)):
+        x = profile.fractions[m]
+        for c, von_mises in enumerate(profile.von_mises[grid.copies, m, :, 0]):
+            stresses[c, k] = np.interp(stations, x, von_mises)
+            np.maximum.at(stresses[c, k], np.searchsorted(middles, x), von_mises)
+    return stresses[..., number]

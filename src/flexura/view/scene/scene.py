@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.beam import skew
+from flexura.motion import Frames
+from flexura.structure import FullOrderModel
 from flexura.view.scene.meshes import Array, Index, Mesh
 
 
@@ -29,8 +32,8 @@ class Kind(IntEnum):
     NODE = 10
     CENTRE = 11
     PIEZO = 12
-    DOUBTED = 13
-    DOUBTED_BODY = 14
+    FLAGGED = 13
+    FLAGGED_BODY = 14
     ACTUATOR = 15
     SENSOR = 16
     DASHPOT = 17
@@ -98,8 +101,8 @@ class Solids:
     @property
     def kinds(self) -> set[Kind]:
         """Kinds that occur."""
-        found = np.unique(np.concatenate([self.face_kinds, self.line_kinds, self.dot_kinds]))
-        return {Kind(k) for k in found}
+        kinds = np.unique(np.concatenate([self.face_kinds, self.line_kinds, self.dot_kinds]))
+        return {Kind(k) for k in kinds}
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper corner (3,), m, of what is drawn, undeformed; 10 mm apart when it is a single point."""
@@ -116,23 +119,73 @@ class Solids:
         return float(np.sqrt((self.motions**2).sum(axis=1).max(initial=0.0)))
 
 
-class _Runs(NamedTuple):
-    """Cells one after another, of several parts in equal numbers: the parts (k,), their kinds (k,), cells of each."""
+class Motions(NamedTuple):
+    """Motions of nodes: `shift` (..., n, 3), m, of where they are, and `turn` (..., n, 3, 3), global frame.
 
-    parts: Index
-    kinds: Index
-    each: int
+    What is fixed to a node at a distance d moves by `shift + turn @ d`. `is_finite` says that the identity and `turn`
+    are a rotation; else `turn` is the vector product with small rotations.
+    """
+
+    shift: Array
+    turn: Array
+    is_finite: bool = False
+
+    @staticmethod
+    def small(u: Array) -> Motions:
+        """Of displacements (..., n, 6), m and rad in any common scale."""
+        return Motions(u[..., :3], skew(u[..., 3:]))
+
+    @staticmethod
+    def finite(model: FullOrderModel, frames: Frames) -> Motions:
+        """Of frames of all nodes and the ground in a pose (theory of large motion, G1)."""
+        topology, x = model.plan.topology, model.geometry.positions
+        root = topology.root
+        turn = frames.R[root] - np.eye(3)
+        moved = frames.x[root] - x[root] + (turn @ (x - x[root])[..., None])[..., 0]
+        placed = topology.has_position
+        return Motions(np.where(placed[:, None], moved, 0.0), np.where(placed[:, None, None], turn, 0.0), True)
+
+    def of(self, nodes: Any) -> Motions:
+        """Those of some nodes, by numbers or a slice."""
+        return Motions(self.shift[nodes], self.turn[nodes], self.is_finite)
+
+    def carried(self, distance: Array) -> Array:
+        """Motions (..., n, 3) of what is fixed to the nodes at distances (..., n, 3), m."""
+        return self.shift + (self.turn @ distance[..., None])[..., 0]
+
+    @property
+    def rotations(self) -> Array:
+        """Small rotations (..., n, 3)."""
+        return self.turn[..., [2, 0, 1], [1, 2, 0]]
+
+
+class Surfaces(NamedTuple):
+    """Equal meshes of members in all copies of a part, global frame: points (c, m, p, 3), m, the motion of each with
+    the nodes, and faces (f, 4) over the p points, or lines (l, 2)."""
+
+    points: Array
+    motions: Array
+    faces: Index
+
+
+_Cells = tuple[Index, Index, Index]
+"""Faces (k, 4), lines (k, 2) or dots (k,), which index points, their kinds (k,) and their parts (k,)."""
 
 
 @dataclass
 class Collector:
-    """Gathers meshes, lines and dots, each of a part with a name, into one set of points."""
+    """Gathers meshes, lines and dots, each of a part with a name, into one set of points, while the parts of a
+    mechanism are gone through: its nodes have `motions`, parts that are `flagged` a kind of their own."""
 
+    motions: Motions
+    look: Look
+    flagged: frozenset[str] = frozenset()
     notes: list[str] = field(default_factory=list)
-    _points: list[Array] = field(default_factory=list)
-    _motions: list[Array] = field(default_factory=list)
-    _cells: dict[str, list[Index]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
-    _runs: dict[str, list[_Runs]] = field(default_factory=lambda: {"faces": [], "lines": [], "dots": []})
+    _points: list[Array] = field(default_factory=lambda: [np.empty((0, 3))])
+    _motions: list[Array] = field(default_factory=lambda: [np.empty((0, 3))])
+    _faces: list[_Cells] = field(default_factory=lambda: [_cells(4)])
+    _lines: list[_Cells] = field(default_factory=lambda: [_cells(2)])
+    _dots: list[_Cells] = field(default_factory=lambda: [_cells()])
     _names: dict[str, int] = field(default_factory=dict)
     _grids: list[Grid] = field(default_factory=list)
     _count: int = 0
@@ -141,62 +194,52 @@ class Collector:
 
     def mesh(self, mesh: Mesh, motions: Array, kind: Kind, name: str) -> None:
         """Add a mesh whose points move by `motions` (v, 3)."""
-        self._add("faces", mesh.points, motions, mesh.faces, self._run(kind, name, len(mesh.faces)))
+        self._add(self._faces, (mesh.points, motions), mesh.faces, kind, self._number(name))
 
     def path(self, points: Array, motions: Array, kind: Kind, name: str) -> None:
         """Add a line through points (p, 3)."""
         k = np.arange(len(points) - 1)
-        self._add("lines", points, motions, np.stack([k, k + 1], axis=-1), self._run(kind, name, len(k)))
+        self._add(self._lines, (points, motions), np.stack([k, k + 1], axis=-1), kind, self._number(name))
 
     def segments(self, ends: Array, motions: Array, kind: Kind, names: Sequence[str]) -> None:
         """Add a straight line of each name, with ends (k, 2, 3)."""
-        numbers = np.array([self._number(name) for name in names], dtype=np.intp)
-        cells = np.arange(2 * len(ends)).reshape(-1, 2)
-        runs = _Runs(numbers, np.full(len(ends), kind), 1)
-        self._add("lines", ends.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
+        points = ends.reshape(-1, 3), motions.reshape(-1, 3)
+        parts = np.array([self._number(name) for name in names], dtype=np.intp)
+        self._add(self._lines, points, np.arange(2 * len(ends)).reshape(-1, 2), kind, parts)
 
     def dot(self, point: Array, motion: Array, kind: Kind, name: str) -> None:
         """Add a dot."""
-        self._add("dots", point[None], motion[None], np.zeros(1, dtype=np.intp), self._run(kind, name, 1))
+        self._add(self._dots, (point[None], motion[None]), np.zeros(1, dtype=np.intp), kind, self._number(name))
 
-    def grid(
-        self,
-        grid: Grid,
-        points: Array,
-        motions: Array,
-        cells: Index,
-        kinds: Index,
-        mirrored: NDArray[np.bool_],
-        names: Sequence[str],
+    def members(
+        self, surfaces: Surfaces, grid: Grid, kinds: Index, names: Sequence[str], mirrored: NDArray[np.bool_]
     ) -> None:
-        """Add equal meshes: points, motions (c, m, p, 3), faces (f, 4) or lines (l, 2) over the p points.
-
-        `kinds` (c, m) and `names`, c times m, go by member; `mirrored` (c,) turns faces the other way round. Where the
-        points are in the end is set in `grid`.
-        """
-        c, m, p, _ = points.shape
-        first = p * np.arange(c * m).reshape(c, m, 1, 1)
-        numbered = first + cells
-        numbered[mirrored] = numbered[mirrored][..., ::-1]
-        shape = "faces" if cells.shape[1] == 4 else "lines"
-        runs = _Runs(np.array([self._number(name) for name in names], dtype=np.intp), kinds.ravel(), len(cells))
-        cells = numbered.reshape(-1, cells.shape[1])
+        """Add the surfaces of members: `kinds` (c, m) and `names`, c times m, go by member; `mirrored` (c,) turns faces
+        the other way round. Where the points are in the end is set in `grid`."""
+        c, m, p, _ = surfaces.points.shape
+        cells = p * np.arange(c * m).reshape(c, m, 1, 1) + surfaces.faces
+        cells[mirrored] = cells[mirrored][..., ::-1]
+        each, corners = surfaces.faces.shape
         self._grids.append(grid._replace(first=self._count))
-        self._add(shape, points.reshape(-1, 3), motions.reshape(-1, 3), cells, runs)
+        points = surfaces.points.reshape(-1, 3), surfaces.motions.reshape(-1, 3)
+        parts = np.repeat([self._number(name) for name in names], each)
+        shape = self._faces if corners == 4 else self._lines
+        self._add(shape, points, cells.reshape(-1, corners), np.repeat(kinds.ravel(), each), parts)
 
     def _number(self, name: str) -> int:
         return self._names.setdefault(name, len(self._names))
 
-    def _run(self, kind: Kind, name: str, count: int) -> _Runs:
-        return _Runs(np.array([self._number(name)]), np.array([kind]), count)
-
-    def _add(self, shape: str, points: Array, motions: Array, cells: Index, runs: _Runs) -> None:
-        self._points.append(points)
+    def _add(
+        self, shape: list[_Cells], points: tuple[Array, Array], cells: Index, kinds: Index | Kind, parts: Index | int
+    ) -> None:
+        """Add cells over points, which have motions; kinds and parts are of each cell, or of all."""
+        places, motions = points
+        self._points.append(places)
         self._motions.append(motions)
-        self._cells[shape].append(cells + self._count)
-        self._runs[shape].append(runs)
-        self._count += len(points)
-        self.include(points)
+        count = len(cells)
+        shape.append((cells + self._count, np.full(count, kinds), np.full(count, parts)))
+        self._count += len(places)
+        self.include(places)
 
     def include(self, points: Array) -> None:
         """Count points (p, 3) towards the size without drawing anything there."""
@@ -217,26 +260,24 @@ class Collector:
     def solids(self, rotation: float) -> Solids:
         """What was gathered, with the largest rotation of any node."""
 
-        def joined(shape: str, *width: int) -> tuple[Index, Index, Index]:
-            """Cells, their kinds and their parts."""
-            cells = np.concatenate([np.empty((0, *width), dtype=np.intp), *self._cells[shape]]).astype(np.intp)
-            runs = self._runs[shape]
-            each = np.repeat([own.each for own in runs], [len(own.parts) for own in runs]).astype(np.intp)
-            kinds, parts = (
-                np.repeat(np.concatenate([np.empty(0, dtype=np.intp), *own]), each)
-                for own in ([own.kinds for own in runs], [own.parts for own in runs])
-            )
-            return cells, kinds, parts
+        def joined(cells: list[_Cells]) -> _Cells:
+            indices, kinds, parts = (np.concatenate(arrays).astype(np.intp) for arrays in zip(*cells, strict=True))
+            return indices, kinds, parts
 
         return Solids(
-            np.concatenate([np.empty((0, 3)), *self._points]),
-            np.concatenate([np.empty((0, 3)), *self._motions]),
-            *joined("faces", 4),
-            *joined("lines", 2),
-            *joined("dots"),
+            np.concatenate(self._points),
+            np.concatenate(self._motions),
+            *joined(self._faces),
+            *joined(self._lines),
+            *joined(self._dots),
             tuple(self._names),
             rotation,
             np.full(self._count, np.nan),
             tuple(self._grids),
             tuple(self.notes),
         )
+
+
+def _cells(*width: int) -> _Cells:
+    """No cells."""
+    return np.empty((0, *width), dtype=np.intp), np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)

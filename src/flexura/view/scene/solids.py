@@ -1,6 +1,7 @@
 """The solids of a mechanism, as points that move with its nodes: geometry only, no drawing.
 
-Actuators and sensors as arrows and marks that move with their nodes; piezo stacks are solids and drawn elsewhere.
+After members and bodies come the marks that help to read a picture: how nodes are held, where parts meet, and, where
+asked for, actuators and sensors; piezo stacks are solids.
 """
 
 from __future__ import annotations
@@ -10,147 +11,61 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
-from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack
+from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack, matching
 from flexura.motion import Frames, pose_of
 from flexura.solid.mesh import SurfaceShape
 from flexura.structure import Copies, FullOrderModel
 from flexura.view.scene.discrete_elements import add_discrete_elements
-from flexura.view.scene.marks import add_marks
-from flexura.view.scene.members import LEVELS, Detail, Placing, member_surfaces
-from flexura.view.scene.meshes import Array, Index, Mesh, cone, frame_along, sphere
-from flexura.view.scene.motions import Motions
-from flexura.view.scene.scene import Collector, Grid, Kind, Look, Solids
-
-LENGTH, WIDTH, BALL = 0.13, 0.011, 0.014
-"""Length and half width of an arrow, and radius of a sensor, relative to the mechanism."""
-
-
-def add_channels(collector: Collector, model: FullOrderModel, motions: Motions, look: Look) -> None:
-    """Add described actuators and sensors, each where it is and along its positive direction."""
-    size = collector.size
-    for placed in model.plan.topology.copies.values():
-        channels = placed.part.channels
-        for copy in look.chosen(len(placed.paths)) if channels.nodes else ():
-            prefix = "".join(f"{step}." for step in placed.paths[copy])
-            for key, actuator in channels.actuators.items():
-                if not isinstance(actuator, PiezoStack):
-                    own = _Placed(model, motions, placed, int(copy), ("actuator", key))
-                    turns = isinstance(actuator, MomentActuator | BaseRotation)
-                    own.add_arrow(collector, prefix + key, size, turns)
-            for key, sensor in channels.sensors.items():
-                source = ("actuator", sensor.actuator) if isinstance(sensor, ForceSensor) else ("sensor", key)
-                _Placed(model, motions, placed, int(copy), source).add_mark(collector, prefix + key, size)
-
-
-class _Placed:
-    """An actuator or a sensor of one copy of a part: nodes, and its direction (3,), global frame; None where it has
-    none."""
-
-    def __init__(
-        self, model: FullOrderModel, motions: Motions, placed: Copies, copy: int, own: tuple[str, str]
-    ) -> None:
-        channels, geometry = placed.part.channels, model.geometry
-        number = placed.number[copy]
-        described = (channels.actuators if own[0] == "actuator" else channels.sensors)[own[1]]
-        self.nodes = [placed.offset[copy] + node for node in channels.nodes[own]]
-        if isinstance(described, BaseMotion | BaseRotation):
-            self.nodes = _held(model)
-        self.x, self.motions = geometry.positions, motions
-        along = channels.number(*own, "direction", model.values)
-        if along is not None:
-            axial = isinstance(described, MomentActuator | BaseRotation)
-            along = geometry.Q[number] @ along * (round(float(np.linalg.det(geometry.Q[number]))) if axial else 1)
-        elif len(self.nodes) == 2:
-            along = self.x[self.nodes[1]] - self.x[self.nodes[0]]
-        length = 0.0 if along is None else float(np.linalg.norm(along))
-        self.direction = along / length if along is not None and length > 0 else None
-
-    def add_arrow(self, collector: Collector, name: str, size: float, turns: bool) -> None:
-        """An arrow from the node, or from the second of two, and one the other way at the first."""
-        if self.direction is None or not self.nodes:
-            return
-        senses = (-1.0, 1.0) if len(self.nodes) == 2 else (1.0,)
-        for node, sense in zip(self.nodes, senses, strict=True):
-            way = sense * self.direction
-            points, tip, heading = _ring(way, size) if turns else _shaft(way, size)
-            self._path(collector, name, node, points)
-            head = cone(WIDTH * size, 3 * WIDTH * size, -heading, sides=8)
-            self._mesh(collector, name, node, Mesh(head.points + tip, head.faces), Kind.ACTUATOR)
-
-    def add_mark(self, collector: Collector, name: str, size: float) -> None:
-        """A small ball at each node, with a line along what is read."""
-        for node in self.nodes:
-            self._mesh(collector, name, node, sphere(BALL * size, 8), Kind.SENSOR)
-        if self.direction is not None and self.nodes:
-            reach = np.outer([0.0, 4 * BALL * size], self.direction)
-            self._path(collector, name, self.nodes[-1], reach, Kind.SENSOR)
-
-    def _path(self, collector: Collector, name: str, node: int, points: Array, kind: Kind = Kind.ACTUATOR) -> None:
-        collector.path(self.x[node] + points, self.motions.of(node).carried(points), kind, name)
-
-    def _mesh(self, collector: Collector, name: str, node: int, mesh: Mesh, kind: Kind) -> None:
-        moved = self.motions.of(node).carried(mesh.points)
-        collector.mesh(Mesh(self.x[node] + mesh.points, mesh.faces), moved, kind, name)
-
-
-def _shaft(way: Array, size: float) -> tuple[Array, Array, Array]:
-    """A straight arrow from a node: points (2, 3), where its tip is, and where it points."""
-    return np.outer([0.0, LENGTH * size], way), (LENGTH + 3 * WIDTH) * size * way, way
-
-
-def _ring(way: Array, size: float) -> tuple[Array, Array, Array]:
-    """Three quarters of a circle about an axis, right-handed: points (k, 3), where the tip is, and where it points."""
-    _, first, second = frame_along(way)
-    angle = np.linspace(0.0, 1.5 * np.pi, 25)
-    points = LENGTH / 2 * size * (np.outer(np.cos(angle), first) + np.outer(np.sin(angle), second))
-    return points, points[-1] + 3 * WIDTH * size * first, first
-
-
-def _held(model: FullOrderModel) -> list[int]:
-    """The first node that is held, which moves with the base."""
-    topology = model.plan.topology
-    names = model.plan.layout.exposed(TOP)
-    held = [k for k in (topology.node((), name) for name in names) if topology.held[topology.root[k]].any()]
-    return held[:1]
-
+from flexura.view.scene.members import add_members, stresses_along
+from flexura.view.scene.meshes import Array, Index, Mesh, box, cone, frame_along, sphere
+from flexura.view.scene.scene import Collector, Kind, Look, Motions, Solids
 
 SMALL = 1e-5
 """Displacements over the size of a mechanism that are small."""
 
 PICTURE = Look()
 
+MOST_NODES = 160
+"""More nodes than this are not marked; they would hide the mechanism."""
+
+SAME_PLACE = 1e-6
+"""Nodes nearer to each other, over the size of the mechanism and a mm, are at one place."""
+
+LENGTH, WIDTH, BALL = 0.13, 0.011, 0.014
+"""Length and half width of an arrow, and radius of a sensor, relative to the mechanism."""
+
 
 def solids(
     model: FullOrderModel,
     displacements: ArrayLike | None = None,
-    doubted: Collection[str] = frozenset(),
+    flagged: Collection[str] = frozenset(),
     look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism, moving with its nodes.
 
     displacements: (n_nodes, 6), m and rad, global frame, as `FullOrderModel.node_displacements` gives them for one
-    vector; none for a mechanism that stands still, at rest or at the pose that is described. doubted: names of members
-    and bodies in doubt, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the displacements.
-    Members carry their real sections; the number of faces stays near that of `look`, and members of very large
-    mechanisms become lines. Raises OptionError when the displacements are not finite or have another shape, or when the
-    model holds a stack of designs.
+    vector; none for a mechanism that stands still, at rest or at the pose that is described. flagged: names of members
+    and bodies with warnings, such as `leaf1.blade`, or `leaf.blade` for all copies. Motions are linear in the
+    displacements. Members carry their real sections; the number of faces stays near that of `look`, and members of very
+    large mechanisms become lines. Raises OptionError when the displacements are not finite or have another shape, or
+    when the model holds a stack of designs.
     """
-    u = node_motions(model, displacements)
-    turned = float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
+    u = _node_motions(model, displacements)
+    rotation = _largest_rotation(u)
     if (posed := pose_of(model)) is not None:
-        return replace(_moving_on(model, posed.pose.state.frames, u, doubted, look), rotation=turned)
-    return _collected(model, Motions.small(u), doubted, look).solids(turned)
+        return replace(_moving_on(model, posed.pose.state.frames, u, flagged, look), rotation=rotation)
+    return _collected(model, Collector(Motions.small(u), look, frozenset(flagged))).solids(rotation)
 
 
 def moved_solids(
     model: FullOrderModel,
     frames: Frames,
     profiles: Mapping[str, Sequence[StressProfile]],
-    doubted: Collection[str] = frozenset(),
+    flagged: Collection[str] = frozenset(),
     look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism whose nodes have moved and turned as far as their frames have.
@@ -158,54 +73,53 @@ def moved_solids(
     `motions` lead from rest to there; `values` are stresses, Pa, by `profiles` of all prototypes, of the first state.
     Raises OptionError when the model holds a stack of designs.
     """
-    node_motions(model, None)
-    parts = _collected(model, Motions.finite(model, frames), doubted, look).solids(0.0)
+    _node_motions(model, None)
+    parts = _collected(model, Collector(Motions.finite(model, frames), look, frozenset(flagged))).solids(0.0)
     return replace(parts, values=stresses_along(parts, profiles))
 
 
-def _moving_on(model: FullOrderModel, frames: Frames, u: Array, doubted: Collection[str], look: Look) -> Solids:
+def _moving_on(model: FullOrderModel, frames: Frames, u: Array, flagged: Collection[str], look: Look) -> Solids:
     """The solids where frames have moved, with small motions from there: the derivative by displacements u (n, 6)."""
-    here = moved_solids(model, frames, {}, doubted, look)
+    here = moved_solids(model, frames, {}, flagged, look)
     points = here.points + here.motions
     largest = float(np.abs(u * [1, 1, 1, *[here.size()] * 3]).max(initial=0.0))
     motions = np.zeros(points.shape)
     if largest:
         step = SMALL * here.size() / largest
         moved = np.concatenate([u, np.zeros((1, 6))])
-        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, doubted, look) for sign in (1, -1))
+        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, flagged, look) for sign in (1, -1))
         motions = (ahead.motions - behind.motions) / (2 * step)
     return replace(here, points=points, motions=motions)
-
-
-def _collected(model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look) -> Collector:
-    collector = Collector()
-    _add_members(collector, model, motions, doubted, look)
-    collector.include(model.geometry.positions)
-    add_discrete_elements(collector, model, motions, doubted, look)
-    add_marks(collector, model, motions, look)
-    if look.channels:
-        add_channels(collector, model, motions, look)
-    return collector
 
 
 def meshed_solids(
     model: FullOrderModel, displacements: ArrayLike, surfaces: Sequence[SurfaceShape], mode: int
 ) -> Solids:
     """The same with the surfaces of solid meshes in place of the members, moving in their mode of position `mode`."""
-    u = node_motions(model, displacements)
-    collector = Collector()
+    u = _node_motions(model, displacements)
+    collector = Collector(Motions.small(u), PICTURE)
     for surface in surfaces:
-        collector.mesh(
-            Mesh(surface.points, surface.facets), surface.displacement[:, :, mode], Kind.FLEXURE, surface.name
-        )
+        mesh, motions = Mesh(surface.points, surface.facets), surface.displacement[:, :, mode]
+        collector.mesh(mesh, motions, Kind.FLEXURE, surface.name)
+    return _collected(model, collector, has_members=False).solids(_largest_rotation(u))
+
+
+def _collected(model: FullOrderModel, collector: Collector, has_members: bool = True) -> Collector:
+    """All parts of a mechanism, with or without members, and its marks."""
+    if has_members:
+        add_members(collector, model)
     collector.include(model.geometry.positions)
-    motions = Motions.small(u)
-    add_discrete_elements(collector, model, motions, frozenset(), PICTURE)
-    add_marks(collector, model, motions, PICTURE)
-    return collector.solids(float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0))))
+    add_discrete_elements(collector, model)
+    nodes, names = _shared_nodes(model), model.plan.topology.node_names
+    _add_supports(collector, model, names)
+    for node in nodes if len(nodes) <= MOST_NODES else ():
+        collector.dot(model.geometry.positions[node], collector.motions.shift[node], Kind.NODE, names[node])
+    if collector.look.channels:
+        _add_channels(collector, model)
+    return collector
 
 
-def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Array:
+def _node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Array:
     """Displacements (n_nodes, 6) of all nodes; zero when none are given. Raises OptionError as `solids` does."""
     n = model.plan.topology.n_nodes
     if model.geometry.positions.ndim != 2 or model.values.ndim != 1:
@@ -220,101 +134,204 @@ def node_motions(model: FullOrderModel, displacements: ArrayLike | None) -> Arra
     return np.where(model.plan.topology.has_position[:, None], u, 0.0)
 
 
-class _Drawn(NamedTuple):
-    """Which copies (c,) of a part are drawn, by position, and which members (m,) of them."""
-
-    copies: Index
-    members: NDArray[np.bool_]
+def _largest_rotation(u: Array) -> float:
+    return float(np.sqrt((u[:, 3:] ** 2).sum(axis=1).max(initial=0.0)))
 
 
-def _drawn(model: FullOrderModel, look: Look) -> dict[str, _Drawn]:
-    """What of the members is drawn: first fewer copies of every prototype, then fewer members of what has one copy."""
-    counts = {
-        name: (len(model.plan.topology.copies[name].paths), len(part.members))
+def _add_supports(collector: Collector, model: FullOrderModel, names: list[str]) -> None:
+    """Add marks of how nodes with names are held; clamped bodies show it by their colour."""
+    size, bodies = collector.size, _body_nodes(model)
+    supports = [(node, held) for node, held in _supported(model) if not (all(held) and node in bodies)]
+    supports = [supports[k] for k in collector.look.chosen(len(supports))]
+    for (node, held), footing in zip(supports, _footings(model, [node for node, _ in supports]), strict=True):
+        if all(held):
+            section = np.clip(1.3 * footing.section, 0.05 * size, 0.5 * size)
+            wall = box(np.array([0.014 * size, *section]), size)
+            mesh = Mesh((wall.points + np.array([0.007 * size, 0.0, 0.0])) @ footing.frame, wall.faces)
+        else:
+            mesh = cone(0.022 * size, 0.036 * size, footing.frame[0])
+        points = mesh.points + model.geometry.positions[node]
+        motions = np.broadcast_to(collector.motions.shift[node], points.shape)
+        collector.mesh(Mesh(points, mesh.faces), motions, Kind.CLAMP if all(held) else Kind.PARTLY_HELD, names[node])
+
+
+def _supported(model: FullOrderModel) -> list[tuple[int, tuple[bool, ...]]]:
+    """Nodes named under `ground`, with what is held of tx ty tz rx ry rz."""
+    layout, topology = model.plan.layout, model.plan.topology
+    exposed = layout.exposed(TOP)
+    held: dict[int, tuple[bool, ...]] = {}
+    for text, support in layout.mechanism.ground.items():
+        for name in matching(text, exposed):
+            held.setdefault(topology.node((), name), support.held)
+    return [(node, mask) for node, mask in held.items() if any(mask)]
+
+
+def _body_nodes(model: FullOrderModel) -> set[int]:
+    """Own nodes of bodies; a clamped body shows by its colour."""
+    placed = model.plan.topology.copies
+    return {
+        offset + node
         for name, part in model.plan.parts.items()
+        for node, _ in part.bodies.values()
+        for offset in placed[name].offset
     }
-    total = sum(c * m for c, m in counts.values())
-    found = {}
-    for name, (c, m) in counts.items():
-        copies = look.chosen(c, c / max(total, 1))
-        share = c / len(copies) if len(copies) else 1.0
-        members = np.zeros(m, dtype=bool)
-        members[look.chosen(m, share * m / max(total, 1))] = True
-        found[name] = _Drawn(copies, members)
-    return found
 
 
-def _detail(model: FullOrderModel, drawn: Mapping[str, _Drawn], look: Look) -> Detail:
-    """The finest level of detail that keeps to the budget of faces."""
-    total = 0
-    for level in LEVELS[:-1]:
-        total = sum(
-            len(drawn[name].copies) * int(drawn[name].members[group.index].sum()) * level.faces(group, elements)
-            for name, part in model.plan.parts.items()
-            for group, elements, _ in part.table.groups
-        )
-        if total <= look.faces:
-            return level.plain() if look.plain else level
-    return LEVELS[-2] if total <= look.most_faces else LEVELS[-1]
+class _Footing(NamedTuple):
+    """How a supported node meets its members: frame (3, 3), axes as rows, the first away from them; width and
+    thickness (2,), m, of the section along the second and third."""
+
+    frame: Array
+    section: Array
 
 
-def _add_members(
-    collector: Collector, model: FullOrderModel, motions: Motions, doubted: Collection[str], look: Look
-) -> None:
-    geometry, drawn = model.geometry, _drawn(model, look)
-    detail = _detail(model, drawn, look)
-    for name, part in model.plan.parts.items():
-        placed, chosen = model.plan.topology.copies[name], drawn[name]
-        nodes = np.array(placed.offset)[chosen.copies, None] + np.arange(part.n_nodes)
-        number = np.array(placed.number)[chosen.copies]
-        placing = Placing(geometry.Q[number], geometry.t[number], motions.of(nodes))
-        mirrored = np.linalg.det(placing.Q) < 0
-        own, T, keys = geometry.parts[name], geometry.T[name], list(part.members)
-        prefixes = ["".join(f"{step}." for step in placed.paths[c]) for c in chosen.copies]
-        for surface in member_surfaces(part, model.values, own, T, placing, detail, chosen.members):
-            kinds = np.where(surface.is_flexure, Kind.FLEXURE, Kind.LINK).astype(np.intp)
-            kinds = np.tile(kinds, (len(prefixes), 1))
-            names = [prefix + keys[k] for prefix in prefixes for k in surface.members]
-            if doubted:
-                labels = [f"{name}.{keys[k]}" for k in surface.members] * len(prefixes)
-                in_doubt = [{*pair} & set(doubted) != set() for pair in zip(names, labels, strict=True)]
-                kinds[np.reshape(in_doubt, kinds.shape)] = Kind.DOUBTED
-            grid = Grid(name, chosen.copies, surface.members, surface.along, 0)
-            collector.grid(grid, surface.points, surface.motions, surface.faces, kinds, mirrored, names)
-    _say(collector, drawn, detail, model)
+def _footings(model: FullOrderModel, nodes: list[int]) -> list[_Footing]:
+    if not nodes:
+        return []
+    x, root = model.geometry.positions, model.plan.topology.root
+    node, frames, sections = _member_ends(model)
+    nearest = SAME_PLACE * (1e-3 + float(np.ptp(x, axis=0).max()))
+    footings = []
+    for k in nodes:
+        at = np.flatnonzero(root[node] == root[k])
+        at = at[np.linalg.norm(x[node[at]] - x[k], axis=1) <= nearest]
+        away = frames[at, 0].sum(axis=0)
+        if len(at) == 1:
+            footings.append(_Footing(frames[at[0]], sections[at[0]]))
+        elif len(at) and np.linalg.norm(away) > 1e-3:
+            footings.append(_Footing(frame_along(away), np.full(2, sections[at].max())))
+        else:
+            footings.append(_Footing(frame_along(np.array([0.0, 0.0, -1.0])), np.zeros(2)))
+    return footings
 
 
-def _say(collector: Collector, drawn: Mapping[str, _Drawn], detail: Detail, model: FullOrderModel) -> None:
-    """Note which members are not drawn as they are."""
-    topology = model.plan.topology
-    total = sum(len(topology.copies[name].paths) * len(own.members) for name, own in drawn.items())
-    shown = sum(len(own.copies) * int(own.members.sum()) for own in drawn.values())
-    if shown < total:
-        collector.notes.append(f"{shown} of {total} members are drawn")
-    if detail.lines and total:
-        collector.notes.append("members are drawn as lines: there are too many to be drawn as solids")
+def _member_ends(model: FullOrderModel) -> tuple[Index, Array, Array]:
+    """All ends of members: their nodes (k,), frames (k, 3, 3) with the first axis leaving the member, and width and
+    thickness (k, 2), m, of the sections there."""
+    plan, geometry = model.plan, model.geometry
+    nodes, frames, sizes = [np.empty(0, dtype=np.intp)], [np.empty((0, 3, 3))], [np.empty((0, 2))]
+    for name, part in plan.parts.items():
+        if not part.members:
+            continue
+        placing, placed = geometry.parts[name], plan.topology.copies[name]
+        _, _, nu, _ = part.table.moduli(model.values)
+        sections = part.table.section_properties(model.values, nu, placing.length)
+        size = 2 * np.sqrt(3 * np.stack([sections.Iz, sections.Iy], axis=-1) / sections.A[:, None])
+        R = placing.R @ np.swapaxes(geometry.Q[placed.number], -1, -2)[:, None]
+        for end, element, sign in ((0, part.first[:-1], -1.0), (1, part.first[1:] - 1, 1.0)):
+            node = np.array(placed.offset)[:, None] + part.ends[:, end]
+            turned = R * np.array([sign, 1.0, 1.0])[:, None]
+            turned[np.linalg.det(turned) < 0, 2] *= -1
+            nodes.append(node.ravel())
+            frames.append(turned.reshape(-1, 3, 3))
+            sizes.append(np.broadcast_to(size[element], (*node.shape, 2)).reshape(-1, 2))
+    return np.concatenate(nodes), np.concatenate(frames), np.concatenate(sizes)
 
 
-def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
-    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
-    prototypes, of the first state; NaN where they are not known."""
-    values = np.full(len(parts.points), np.nan)
-    for grid in parts.grids:
-        for profile in profiles.get(grid.prototype, ()):
-            if set(grid.members) <= set(profile.members):
-                own = _stresses(grid, profile)
-                values[grid.first : grid.first + own.size] = own.ravel()
-    return values
+def _shared_nodes(model: FullOrderModel) -> list[int]:
+    """Nodes where parts meet: interfaces, joined and carried nodes, one for each place; or, when a mechanism has
+    none of these, its named nodes."""
+    plan = model.plan
+    chosen: list[int] = []
+    named: list[int] = []
+    for name, part in plan.parts.items():
+        interface = set(plan.layout.interface(name))
+        shared = [k for k, node in enumerate(part.node_names[: part.n_own]) if node in interface]
+        shared += [k for nodes in (*part.joints, *part.carried.values()) for k in nodes]
+        for offset in plan.topology.copies[name].offset:
+            chosen += [offset + k for k in shared]
+            named += [offset + k for k in range(part.n_own)]
+    bodies = _body_nodes(model)
+    nodes = [node for node in chosen if node not in bodies] or [node for node in named if node not in bodies]
+    if not nodes:
+        return []
+    x = model.geometry.positions[nodes]
+    grid = np.round(x / (SAME_PLACE * (1e-3 + float(np.ptp(x, axis=0).max()))))
+    _, first = np.unique(grid, axis=0, return_index=True)
+    return [nodes[k] for k in sorted(first)]
 
 
-def _stresses(grid: Grid, profile: StressProfile) -> Array:
-    """Stresses (c, m, p), Pa, at the points of members."""
-    stations, number = np.unique(grid.along, return_inverse=True)
-    middles = (stations[1:] + stations[:-1]) / 2
-    found = np.empty((len(grid.copies), len(grid.members), len(stations)))
-    for k, m in enumerate(np.searchsorted(profile.members, grid.members)):
-        x = profile.fractions[m]
-        for c, own in enumerate(profile.von_mises[grid.copies, m, :, 0]):
-            found[c, k] = np.interp(stations, x, own)
-            np.maximum.at(found[c, k], np.searchsorted(middles, x), own)
-    return found[..., number]
+def _add_channels(collector: Collector, model: FullOrderModel) -> None:
+    """Add described actuators and sensors, each where it is and along its positive direction."""
+    size = collector.size
+    for placed in model.plan.topology.copies.values():
+        channels = placed.part.channels
+        for copy in collector.look.chosen(len(placed.paths)) if channels.nodes else ():
+            prefix = "".join(f"{step}." for step in placed.paths[copy])
+            for key, actuator in channels.actuators.items():
+                if not isinstance(actuator, PiezoStack):
+                    nodes, direction = _port(model, placed, int(copy), ("actuator", key))
+                    turns = isinstance(actuator, MomentActuator | BaseRotation)
+                    _add_actuator(_Attached(collector, model, prefix + key, size), nodes, direction, turns)
+            for key, sensor in channels.sensors.items():
+                source = ("actuator", sensor.actuator) if isinstance(sensor, ForceSensor) else ("sensor", key)
+                nodes, direction = _port(model, placed, int(copy), source)
+                _add_sensor(_Attached(collector, model, prefix + key, size), nodes, direction)
+
+
+def _port(model: FullOrderModel, placed: Copies, copy: int, source: tuple[str, str]) -> tuple[list[int], Array | None]:
+    """Nodes of an actuator or a sensor of one copy of a part, and its direction (3,), global frame; None where it has
+    none."""
+    channels, x = placed.part.channels, model.geometry.positions
+    described = (channels.actuators if source[0] == "actuator" else channels.sensors)[source[1]]
+    nodes = [placed.offset[copy] + node for node in channels.nodes[source]]
+    if isinstance(described, BaseMotion | BaseRotation):  # the first node that is held moves with the base
+        topology = model.plan.topology
+        exposed = [topology.node((), name) for name in model.plan.layout.exposed(TOP)]
+        nodes = [node for node in exposed if topology.held[topology.root[node]].any()][:1]
+    along = channels.number(*source, "direction", model.values)
+    if along is not None:
+        Q = model.geometry.Q[placed.number[copy]]
+        is_axial = isinstance(described, MomentActuator | BaseRotation)
+        along = Q @ along * (round(float(np.linalg.det(Q))) if is_axial else 1)
+    elif len(nodes) == 2:
+        along = x[nodes[1]] - x[nodes[0]]
+    length = 0.0 if along is None else float(np.linalg.norm(along))
+    return nodes, None if along is None or not length > 0 else along / length
+
+
+class _Attached(NamedTuple):
+    """Meshes and lines of one name that are fixed to nodes; size: that of the mechanism, m."""
+
+    collector: Collector
+    model: FullOrderModel
+    name: str
+    size: float
+
+    def path(self, node: int, points: Array, kind: Kind) -> None:
+        """Add a line through points (p, 3), m, from a node."""
+        motions = self.collector.motions.of(node).carried(points)
+        self.collector.path(self.model.geometry.positions[node] + points, motions, kind, self.name)
+
+    def mesh(self, node: int, mesh: Mesh, kind: Kind) -> None:
+        """Add a mesh whose points are distances from a node."""
+        motions = self.collector.motions.of(node).carried(mesh.points)
+        placed = Mesh(self.model.geometry.positions[node] + mesh.points, mesh.faces)
+        self.collector.mesh(placed, motions, kind, self.name)
+
+
+def _add_actuator(attached: _Attached, nodes: list[int], direction: Array | None, turns: bool) -> None:
+    """An arrow from the node, or from the second of two, and one the other way at the first; of what turns three
+    quarters of a circle about the direction, right-handed."""
+    if direction is None:
+        return
+    size = attached.size
+    for node, sense in zip(nodes, (-1.0, 1.0) if len(nodes) == 2 else (1.0,), strict=False):
+        heading = sense * direction
+        line = np.outer([0.0, LENGTH * size], heading)
+        if turns:
+            _, heading, second = frame_along(heading)
+            angle = np.linspace(0.0, 1.5 * np.pi, 25)
+            line = LENGTH / 2 * size * (np.outer(np.cos(angle), heading) + np.outer(np.sin(angle), second))
+        attached.path(node, line, Kind.ACTUATOR)
+        head = cone(WIDTH * size, 3 * WIDTH * size, -heading, sides=8)
+        attached.mesh(node, Mesh(head.points + line[-1] + 3 * WIDTH * size * heading, head.faces), Kind.ACTUATOR)
+
+
+def _add_sensor(attached: _Attached, nodes: list[int], direction: Array | None) -> None:
+    """A small ball at each node, with a line along what is read."""
+    size = attached.size
+    for node in nodes:
+        attached.mesh(node, sphere(BALL * size, 8), Kind.SENSOR)
+    if direction is not None and nodes:
+        attached.path(nodes[-1], np.outer([0.0, 4 * BALL * size], direction), Kind.SENSOR)
