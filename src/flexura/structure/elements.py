@@ -10,11 +10,18 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.beam import (
+    COUPLED_FLEXIBILITY_BASIS,
+    PLANE_BASIS,
     SectionProperties,
     UniformBeam,
+    combine,
     element,
     gauss_stations,
     geometric_basis,
+    in_planes,
+    root_coefficients,
+    root_mass,
+    rooted_stiffness,
     tapered,
     tapered_geometric_basis,
 )
@@ -115,7 +122,7 @@ class Elements:
         soft = self._rooted_stiffness()
         whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-2]), *K.shape[-3:]), K, soft)
         whole[...] = K
-        whole[..., self.rooted, :, :] = element.combine(soft, element.PLANE_BASIS, 12)
+        whole[..., self.rooted, :, :] = combine(soft, PLANE_BASIS, 12)
         return whole
 
     @cached_property
@@ -127,7 +134,7 @@ class Elements:
         """Stiffness (..., r, 72) of `rooted` elements in `PLANE_BASIS`."""
         C = self.flexibility_coefficients[..., self.rooted, :]
         L = np.broadcast_to(self.length[..., self.rooted], C.shape[:-1]).reshape(-1)
-        K = element.rooted_stiffness(_in_planes(C, self.flexibility_basis), L)
+        K = rooted_stiffness(_in_planes(C, self.flexibility_basis), L)
         return np.moveaxis(K.reshape(72, *C.shape[:-1]), 0, -1)
 
     @cached_property
@@ -143,14 +150,14 @@ class Elements:
         for end in (0, 1):
             mine = np.flatnonzero(ends == end)
             root = zeros((*own.shape[:-2], len(rooted), C.shape[-1]), own)
-            root[..., np.searchsorted(rooted, at[mine]), :] = element.root_coefficients(own[..., mine, :], 0.0, end)
+            root[..., np.searchsorted(rooted, at[mine]), :] = root_coefficients(own[..., mine, :], 0.0, end)
             springs.append(_in_planes(np.broadcast_to(root, (*lead, root.shape[-1])), self.flexibility_basis))
         C, M = (
             _in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis)
             for table, basis in ((C, self.flexibility_basis), (M, self.mass_basis))
         )
         L = np.broadcast_to(self.length[..., rooted], lead).reshape(-1)
-        return np.moveaxis(element.root_mass(C, M, L, np.stack(springs)).reshape(72, *lead), 0, -1)
+        return np.moveaxis(root_mass(C, M, L, np.stack(springs)).reshape(72, *lead), 0, -1)
 
     @cached_property
     def _own_mass(self) -> Array:
@@ -169,7 +176,7 @@ class Elements:
         lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-2])
         M = zeros((*lead, *self._own_mass.shape[-3:]), self._own_mass, change)
         M[...] = self._own_mass
-        M[..., self.rooted, :, :] += element.combine(change, element.PLANE_BASIS, 12)
+        M[..., self.rooted, :, :] += combine(change, PLANE_BASIS, 12)
         return M
 
     @cached_property
@@ -211,13 +218,13 @@ class Elements:
         at, ends, own = self._roots
         for end in (0, 1):  # one element may have both
             mine = np.flatnonzero(ends == end)
-            whole[..., at[mine], :] += element.root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
+            whole[..., at[mine], :] += root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
         return whole
 
     @property
     def flexibility_basis(self) -> Array:
         """The basis (k, 36) of the flexibility: `COUPLED_FLEXIBILITY_BASIS` where there are elastic roots."""
-        return element.END_FLEXIBILITY_BASIS if self._roots is None else element.COUPLED_FLEXIBILITY_BASIS
+        return element.END_FLEXIBILITY_BASIS if self._roots is None else COUPLED_FLEXIBILITY_BASIS
 
     @property
     def mass_basis(self) -> Array:
@@ -269,9 +276,9 @@ class Elements:
         at, ends, flexibility = self._roots
         mine = np.flatnonzero((at >= own.start) & (at < own.stop))
         which[at[mine] - own.start, ends[mine]] = np.arange(len(mine))
-        turned = [element.root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
-        C = np.reshape(turned, (-1, len(element.COUPLED_FLEXIBILITY_BASIS)))
-        return which, element.combine(C, element.COUPLED_FLEXIBILITY_BASIS, 6)
+        turned = [root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
+        C = np.reshape(turned, (-1, len(COUPLED_FLEXIBILITY_BASIS)))
+        return which, combine(C, COUPLED_FLEXIBILITY_BASIS, 6)
 
     def _steps(self, most: int) -> list[Index]:
         """Numbers of steps (e',) of the tapered elements of every group, at most so many; one design.
@@ -309,7 +316,7 @@ class Elements:
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
         if self._roots is not None:
-            return element.combine(self.flexibility_coefficients, self.flexibility_basis, 6)
+            return combine(self.flexibility_coefficients, self.flexibility_basis, 6)
         return self.member_C
 
     @cached_property
@@ -324,7 +331,7 @@ class Elements:
 def _in_planes(coefficients: Array, basis: Array) -> Array:
     """Matrices `in_planes` of coefficients (..., k) of a basis (k, rows * columns)."""
     n = round(basis.shape[1] ** 0.5)
-    own = element.in_planes(basis.reshape(-1, n, n))
+    own = in_planes(basis.reshape(-1, n, n))
     found = own.reshape(-1, len(basis)) @ np.swapaxes(coefficients.reshape(-1, len(basis)), 0, 1)
     return found.reshape(*own.shape[:-1], -1)
 
