@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array, Bools
+from flexura.arrays import Array, Bools, Index
 from flexura.beam import (
     SectionProperties,
     anticlastic_compliance,
@@ -23,8 +23,7 @@ from flexura.beam import (
 from flexura.duals import with_slopes_of
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
-from flexura.structure.stacking import common
-from flexura.structure.value_table import Index
+from flexura.structure.values import common
 
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import (
     COUPLED_FLEXIBILITY_BASIS,
     PLANE_BASIS,
@@ -28,7 +28,6 @@ from flexura.beam import (
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
-from flexura.structure.value_table import Index
 
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""

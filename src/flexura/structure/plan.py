@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.duals import Dual, moves, plain, with_slopes_of, zeros
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
@@ -35,16 +35,11 @@ from flexura.mechanism import (
 from flexura.records import Kept, Latest, Record
 from flexura.registry import registered
 from flexura.results import Displayed
-from flexura.structure.ends import settle_ends
-from flexura.structure.geometry import Geometry, Transforms
-from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
-from flexura.structure.part import Part, PartGeometry
-from flexura.structure.pose import DescribedMotion, DescribedPose
+from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
-from flexura.structure.stacking import common, joined_along, picked
-from flexura.structure.topology import Topology
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.topology import Geometry, Topology, Transforms
+from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along, picked
 from flexura.tables import Facts, Table
 
 

@@ -12,17 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array, Bools
+from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR, root_flexibility
 from flexura.duals import plain
 from flexura.mechanism import origin_of
 from flexura.structure.discrete_elements import BodyElement
-from flexura.structure.geometry import Geometry
 from flexura.structure.members import Members
 from flexura.structure.part import Part
-from flexura.structure.stacking import joined_along
-from flexura.structure.topology import Topology
-from flexura.structure.value_table import Index
+from flexura.structure.topology import Geometry, Topology
+from flexura.structure.values import joined_along
 
 SAME = 1e-6
 """Relative difference of blocks below which copies of a member end in equal ones."""

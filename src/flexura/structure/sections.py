@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, circle, notch, rectangle, tube
 from flexura.mechanism import Flexure, Link
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.values import ValueTable
 
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
-from flexura.convex import Index, boxes
+from flexura.arrays import Array, Index
+from flexura.convex import boxes
 from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
 
