@@ -194,12 +194,11 @@ class MovingModel(Laid):
         loss: dict[str, float] = {}
         for name in design.matrices:
             part, paths = design.plan.parts[name], design.plan.topology.copies[name].paths
-            members = part.table.loss_factors(design.values, default)[part.first[:-1]].tolist()
-            others = part.discrete_losses(design.values, default)[len(part.bodies) + len(part.points) :]
-            keys = [*part.members, *part.springs, *part.superelements, *part.channels.piezos]
-            for path in paths:
-                prefixed = (".".join((*path, key)) for key in keys)
-                loss.update(zip(prefixed, [*members, *others], strict=False))
+            losses = zip(part.discrete, part.discrete_losses(design.values, default), strict=True)
+            members = part.table.loss_factors(design.values, default)[part.first[:-1]]
+            own = dict(zip(part.members, members.tolist(), strict=True))
+            own |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
+            loss |= {".".join((*path, name)): eta for path in paths for name, eta in own.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
 
     @cached_property

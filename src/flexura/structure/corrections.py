@@ -88,20 +88,16 @@ class MemberCorrections:
         self.unrooted: Bools = gives & ~self.rooted
         self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
         self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
-        self.settle(np.zeros((len(members), 2)))
+        self.settle(np.zeros((len(members), 2)), np.zeros(len(members), dtype=bool))
 
-    def settle(self, clamped: Array) -> None:
-        """Take in how far the ends are clamped (m, 2), from 0 to 1."""
+    def settle(self, clamped: Array, has_root: Bools) -> None:
+        """Take in how far the ends are clamped (m, 2), from 0 to 1, and which members (m,) end in something thicker."""
         self.clamped = clamped
         plate, warping, shear, notch, _ = self.wanted.T
         holds = (clamped > 0).any(axis=1)
-        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, np.zeros_like(notch)], axis=1)
+        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, has_root], axis=1)
         plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
-
-    def root(self, has_root: Bools) -> None:
-        """Take in which members (m,) end in something thicker."""
-        self.active[:, CORRECTIONS.index("root")] = has_root
 
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""

@@ -20,13 +20,15 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
-from flexura.mechanism import TOP, Flexure, Layout, Link, matching
+from flexura.mechanism import TOP, Flexure, Layout, Link, Substructure, matching
 from flexura.records import Latest
 from flexura.structure.discrete_elements import (
     BodyElement,
+    Lumped,
     PartChannels,
     PointMassElement,
     SpringElement,
+    SuperelementMatrices,
     least_aligned,
 )
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
@@ -112,10 +114,6 @@ class Part:
             key: SpringElement(table, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
         }
-        self._loss = [
-            None if own.loss_factor is None else table.add(own.loss_factor)
-            for own in (*prototype.springs.values(), *prototype.superelements.values())
-        ]
         self.channels: PartChannels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
@@ -131,6 +129,8 @@ class Part:
         self._mesh(nodes)
         self.n_positioned: int = len(nodes.names)
         self._add_amplitudes(nodes)
+        self.discrete: list[tuple[str, list[int], Lumped]] = self._discrete(prototype, table)
+        """What is no member: names, nodes and what has the matrices."""
         self.node_names: list[str] = nodes.names
         self.node_number: dict[str, int] = nodes.number
         self.boundary: Index = self._boundary(layout, nodes)
@@ -215,8 +215,7 @@ class Part:
     @property
     def has_matrices(self) -> bool:
         """True when anything elastic or massive is declared in this prototype itself."""
-        discrete_elements = self.bodies or self.points or self.springs or self.superelements or self.dashpots
-        return bool(self.members or discrete_elements or self.channels.has_matrices)
+        return bool(self.members or self.discrete or self.dashpots)
 
     @property
     def counts(self) -> Index:
@@ -228,21 +227,30 @@ class Part:
         """First element of every member, and the number of all elements (m + 1,)."""
         return self.table.first
 
+    def _discrete(self, prototype: Substructure, table: ValueTable) -> list[tuple[str, list[int], Lumped]]:
+        loss = {
+            key: None if part.loss_factor is None else table.add(part.loss_factor)
+            for key, part in prototype.superelements.items()
+        }
+        superelements = self.superelements.items()
+        return [
+            *((key, [node], body) for key, (node, body) in self.bodies.items()),
+            *((key, [node], point) for key, (node, point) in self.points.items()),
+            *((key, spring.nodes, spring) for key, spring in self.springs.items()),
+            *((key, nodes, SuperelementMatrices(K, M, loss[key])) for key, (nodes, K, M) in superelements),
+            *((key, piezo.nodes, piezo) for key, piezo in self.channels.piezos.items()),
+            *((key, [node], mass) for key, node, mass in self.channels.masses),
+        ]
+
     def discrete_nodes(self) -> list[tuple[list[int], bool, bool]]:
         """Nodes of the discrete elements in the order of their matrices, and whether they have stiffness and mass."""
-        discrete_elements: list[tuple[list[int], bool, bool]] = [
-            ([node], False, True) for node, _ in self.bodies.values()
-        ]
-        discrete_elements += [([node], False, True) for node, _ in self.points.values()]
-        discrete_elements += [(spring.nodes, True, False) for spring in self.springs.values()]
-        discrete_elements += [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
-        discrete_elements += [(piezo.nodes, True, True) for piezo in self.channels.piezos.values()]
-        return discrete_elements + [([node], False, True) for _, node, _ in self.channels.masses]
+        return [(nodes, part.has_stiffness, part.has_mass) for _, nodes, part in self.discrete]
 
-    def geometry_entries(self) -> set[int]:
+    @property
+    def geometry_entries(self) -> Index:
         """Entries on which node positions, member lengths and orientations depend."""
-        used = (self._position_entries, self._offset_entries, self._reference_entries)
-        return {int(entry) for entries in used for entry in entries.ravel()}
+        entries = (self._position_entries, self._offset_entries, self._reference_entries)
+        return np.concatenate([own.ravel() for own in entries])
 
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
         """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3); remembered while it is the same
@@ -322,44 +330,22 @@ class Part:
 
     def discrete_elements(self, values: Array, geometry: PartGeometry) -> list[DiscreteElement]:
         """Matrices of bodies, point masses, springs and superelements for values (..., s)."""
-        discrete_elements = [
-            DiscreteElement(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()
+        x = geometry.positions
+        return [
+            DiscreteElement(name, nodes, *part.matrices(values, x[..., nodes, :]))
+            for name, nodes, part in self.discrete
         ]
-        discrete_elements += [
-            DiscreteElement(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()
-        ]
-        for key, spring in self.springs.items():
-            K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
-            discrete_elements.append(DiscreteElement(key, spring.nodes, K, None))
-        discrete_elements += [DiscreteElement(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
-        for key, piezo in self.channels.piezos.items():
-            discrete_elements.append(
-                DiscreteElement(key, piezo.nodes, *piezo.matrices(values, geometry.positions[..., piezo.nodes, :]))
-            )
-        discrete_elements += [
-            DiscreteElement(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)
-        ]
-        return discrete_elements
 
     def resisted(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array] | None]:
         """For the discrete elements in the order of `discrete_elements`, stiffness k and B (r, 6n) with K = B' k B
         where a discrete element resists displacements B u of its n nodes, as springs and pinned stacks do; else None.
         One design."""
-        found: list[tuple[Array, Array] | None] = [None] * (len(self.bodies) + len(self.points))
-        found += [s.relative(values, geometry.positions[s.nodes]) for s in self.springs.values()]
-        found += [None] * len(self.superelements)
-        for piezo in self.channels.piezos.values():
-            pinned = piezo.section(values) is None
-            rows = piezo.elongation(geometry.positions[piezo.nodes])[None] if pinned else None
-            found.append(None if rows is None else (piezo.stiffness(values).reshape(1, 1), rows))
-        return found + [None] * len(self.channels.masses)
+        return [part.resisted(values, geometry.positions[nodes]) for _, nodes, part in self.discrete]
 
     def discrete_losses(self, values: Array, default: Any) -> list[Any]:
         """Loss factors of the discrete elements in the order of `discrete_elements`; `default` where there is none.
         One design."""
-        losses = [default] * (len(self.bodies) + len(self.points))
-        losses += [default if entry is None else values[entry] for entry in self._loss]
-        return losses + [default] * (len(self.channels.piezos) + len(self.channels.masses))
+        return [default if part.loss is None else values[part.loss] for _, _, part in self.discrete]
 
     def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:
         """Damping matrices (6n, 6n) of the dashpots over their nodes, part's axes."""

@@ -46,6 +46,10 @@ class ValueTable(Record):
         """Entries of several values."""
         return [self.add(value) for value in values]
 
+    def entries(self, value: Scalar | Sequence[Scalar]) -> Index:
+        """Entry () of a value, or those (n,) of several."""
+        return np.array(self.add_all(value) if isinstance(value, tuple) else self.add(value), dtype=np.intp)  # type: ignore[arg-type]
+
     @property
     def size(self) -> int:
         """Number of entries."""
@@ -119,9 +123,9 @@ class DeadLoads:
         loads = [component for load in mechanism.loads.values() for component in (*load.force, *load.moment)]
         self.any: bool = any(component != 0 for component in (*mechanism.gravity, *loads))
         """Whether anything is loaded, for some values of the parameters."""
-        self._gravity = np.array(table.add_all(mechanism.gravity), dtype=np.intp)
+        self._gravity = table.entries(mechanism.gravity)
         self._wrenches = {
-            node: np.array(table.add_all((*load.force, *load.moment)), dtype=np.intp)
+            node: table.entries((*load.force, *load.moment))
             for text, load in mechanism.loads.items()
             for node in matching(text, exposed)
         }
@@ -145,19 +149,11 @@ class DescribedPose:
     def __init__(self, layout: Layout, table: ValueTable) -> None:
         self.any: bool = bool(layout.mechanism.at)
         """Whether there is one away from rest."""
-        actuators = layout.actuators() if self.any else {}
-        self._moved, self._commands = dict[str, int](), dict[str, int]()
-        for name, own in layout.mechanism.at.items():
-            for key in own.given:
-                entry = table.add(getattr(own, key))
-                if key in COMMANDS:
-                    self._commands.update(dict.fromkeys(matching(name, actuators), entry))
-                else:
-                    self._moved[f"{name}.{key}"] = entry
+        self._displacements, self._commands = _prescribed(layout.mechanism.at, layout, table)
 
     def moved(self, values: Array) -> dict[str, float]:
         """Displacements, m, and components of rotation vectors, rad, by NODE.AXIS, at values (s,)."""
-        return {name: float(values[entry]) for name, entry in self._moved.items()}
+        return {name: float(values[entry]) for name, entry in self._displacements.items()}
 
     def commands(self, values: Array) -> dict[str, float]:
         """Commands of actuators by name as placed, in the units of their inputs, at values (s,)."""
@@ -168,28 +164,21 @@ class DescribedMotion:
     """The key `motion` of a mechanism, laid out once."""
 
     def __init__(self, layout: Layout, table: ValueTable) -> None:
-        motion = layout.mechanism.motion
-        self.motion: Motion | None = motion
+        self.motion: Motion | None = layout.mechanism.motion
         """What is described."""
-        self._moved, self._commands = dict[str, Index](), dict[str, Index]()
-        self._wrenches: dict[str, dict[str, Index]] = {"loads": {}, "follower": {}}
-        if motion is None:
-            return
-        actuators = layout.actuators()
-        for name, own in motion.move.items():
-            for key in own.given:
-                entries = np.array(table.add_all(getattr(own, key)), dtype=np.intp)
-                if key in COMMANDS:
-                    self._commands.update(dict.fromkeys(matching(name, actuators), entries))
-                else:
-                    self._moved[f"{name}.{key}"] = entries
-        for kind, found in self._wrenches.items():
-            for node, load in getattr(motion, kind).items():
-                found[node] = np.array(table.add_all((*load.force, *load.moment)), dtype=np.intp)
+        move = self.motion.move if self.motion is not None else {}
+        self._displacements, self._commands = _prescribed(move, layout, table)
+        self._wrenches: dict[str, dict[str, Index]] = {
+            kind: {
+                node: table.entries((*load.force, *load.moment))
+                for node, load in getattr(self.motion, kind, {}).items()
+            }
+            for kind in ("loads", "follower")
+        }
 
     def moved(self, values: Array) -> dict[str, Array]:
         """Displacements, m and rad, by NODE.AXIS, one or the first and the last (2,), at values (s,)."""
-        return {name: values[entries].squeeze() for name, entries in self._moved.items()}
+        return {name: values[entries].squeeze() for name, entries in self._displacements.items()}
 
     def commands(self, values: Array) -> dict[str, Array]:
         """Commands by name as placed, in the units of their inputs, likewise."""
@@ -197,4 +186,21 @@ class DescribedMotion:
 
     def wrenches(self, kind: str, values: Array) -> dict[str, Array]:
         """Forces and moments (2, 6), N and N m, by node, of `loads` or `follower`, from nothing."""
-        return {node: np.stack([0 * values[own], values[own]]) for node, own in self._wrenches[kind].items()}
+        wrenches = {node: values[entries] for node, entries in self._wrenches[kind].items()}
+        return {node: np.stack([0 * wrench, wrench]) for node, wrench in wrenches.items()}
+
+
+def _prescribed(
+    targets: Mapping[str, Any], layout: Layout, table: ValueTable
+) -> tuple[dict[str, Index], dict[str, Index]]:
+    """Entries of prescribed displacements by NODE.AXIS, and of commands of actuators by name as placed."""
+    displacements, commands = dict[str, Index](), dict[str, Index]()
+    actuators = layout.actuators() if targets else {}
+    for name, target in targets.items():
+        for key in target.given:
+            entries = table.entries(getattr(target, key))
+            if key in COMMANDS:
+                commands.update(dict.fromkeys(matching(name, actuators), entries))
+            else:
+                displacements[f"{name}.{key}"] = entries
+    return displacements, commands
