@@ -112,10 +112,10 @@ FILLET_AT = (0.4, 0.2)
 GAUSS = np.polynomial.legendre.leggauss(16)
 """Points and weights over fillets."""
 
-TINY = 1e-30
+LEAST_FILLET = 1e-30
 """What gives fillets of no radius slopes."""
 
-NONE = 1e-9
+LEAST_FLEXIBILITY = 1e-9
 """What keeps a root that does not give regular, without units."""
 
 LEAF = (6.0, 0.4)
@@ -195,7 +195,14 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     entries: list[Real] = [0.0] * 12
     for first, group in zip((0, 6), _GROUPS, strict=True):
         a, c, d, e, f, g = factors[first : first + 6]
-        own = (a * a + NONE, a * c, c * c + d * d + NONE, a * e, c * e + d * f, e * e + f * f + g * g + NONE)
+        own = (
+            a * a + LEAST_FLEXIBILITY,
+            a * c,
+            c * c + d * d + LEAST_FLEXIBILITY,
+            a * e,
+            c * e + d * f,
+            e * e + f * f + g * g + LEAST_FLEXIBILITY,
+        )
         for place, value in zip(group, own, strict=True):
             entries[place] = value
     return entries
@@ -297,7 +304,7 @@ def fillet_shares(radii: Array, step: Real, n: int) -> tuple[Array, Array]:
     for side in (0, 1):
         r = radii[..., side, None, None]
         left = np.where(plain(r) > plain(x), r - x, 0.0 * x)
-        h = h + r - np.sqrt(r * r - left * left + TINY)
+        h = h + r - np.sqrt(r * r - left * left + LEAST_FILLET)
     share = covered / step
     weights = GAUSS[1] / 2
     thin, thick = (1.0 - share * ((1.0 - h**-power) * weights).sum(axis=-1) for power in (1, 3))
