@@ -16,8 +16,7 @@ from flexura.duals import plain
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.motion.elements import Frames
-from flexura.motion.loads import NO_LOADS, Loads
-from flexura.motion.model import Forces, MovingModel
+from flexura.motion.model import NO_LOADS, Forces, Loads, MovingModel
 from flexura.motion.se3 import LARGEST, Logarithm
 
 HALF_TURN = 3.1

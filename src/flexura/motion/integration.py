@@ -16,7 +16,7 @@ from flexura.errors import SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
-from flexura.motion.loads import Loads
+from flexura.motion.model import Loads
 from flexura.motion.se3 import LARGEST
 from flexura.tables import quantity
 

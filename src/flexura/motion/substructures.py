@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise, next_to
-from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Frames
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import Logarithm, exponential
+from flexura.motion.superelements import Sagging, Superelements
 
 Flags = NDArray[np.bool_]
 

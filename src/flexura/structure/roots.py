@@ -454,8 +454,8 @@ class Roots:
 def _exit(place: Array, towards: Array, half: Array, is_round: Bools, t: Array) -> tuple[Array, Array]:
     """How far it is (3, ...), m, from points at (..., 3) in the axes of boxes, or of cylinders about their first axis,
     of half sizes (..., 3) to where lines along the columns of `towards` (..., 3, 3) leave them, and against these;
-    below zero from outside. Lines along a face, beside it, end the sooner the farther off they are, at once from half of
-    the member's thickness t (...) on, so that roots fade as members slide off their blocks."""
+    below zero from outside. Lines along a face, beside it, end the sooner the farther off they are, at once from half
+    of the member's thickness t (...) on, so that roots fade as members slide off their blocks."""
     exits: list[Array] = [np.array(np.inf)] * 2
     any_round = bool(is_round.any())
     slopes = [np.stack([towards[..., axis, column] for column in range(3)]) for axis in range(3)]
