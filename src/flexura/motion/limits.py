@@ -20,14 +20,14 @@ from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.layout import PLAIN
 from flexura.motion.model import MovingModel
 from flexura.motion.pose import Pose
-from flexura.motion.se3 import LARGEST, rotation_vector
+from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
 from flexura.motion.strain import beam_strain
 from flexura.motion.superelements import Superelements
 
-STEPS = 4
+BEAM_STEPS = 4
 """Steps of Newton's method for the beam under the same forces."""
 
-MEANT = 1e-9
+RESISTED_MOTION = 1e-9
 """Stiffness, over the largest with a diagonal of ones, below which a motion meets none."""
 
 
@@ -67,10 +67,10 @@ def _change(K: Array, own: slice, line: Array, d: Array) -> Array:
         return np.zeros((6, 6))
     scale = 1 / np.sqrt(np.diag(k))
     values, vectors = np.linalg.eigh(scale[:, None] * k * scale)
-    meant = values > MEANT * values[-1]
+    meant = values > RESISTED_MOTION * values[-1]
     kept = scale[:, None] * vectors[:, meant] / np.sqrt(values[meant])
     beam, force, at = beam_strain(k[None], np.array([length]), PLAIN), kept.T @ k @ d, d
-    for _ in range(STEPS):
+    for _ in range(BEAM_STEPS):
         _, gradient, bent = beam.response(at[None])
         at = at + kept @ np.linalg.solve(kept.T @ bent[0] @ kept, force - kept.T @ gradient[0])
     return turn.T @ (k - beam.response(at[None])[2][0]) @ turn
@@ -85,11 +85,11 @@ def _principal(k: Array, axis: Array) -> Array:
     return np.kron(np.eye(2), R)
 
 
-LIMIT = 0.5
+BEND_LIMIT = 0.5
 """Largest angle, rad, between sections of an element of a member. Beyond it strains are not quadratic: see the table of
 the theory page."""
 
-LINEAR = 0.1
+LINEAR_ROTATION = 0.1
 """Largest rotation, rad, of a superelement within itself: that of linear analysis."""
 
 
@@ -131,11 +131,11 @@ def bends(model: MovingModel, frames: Frames) -> list[Bend]:
             continue
         if isinstance(group, Superelements):
             turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
-            found = [Bend(names[0], float(turns.max(initial=0.0)), LINEAR, 0)]
+            found = [Bend(names[0], float(turns.max(initial=0.0)), LINEAR_ROTATION, 0)]
         elif _bends(group):
             counts = Counter(names)
             angles = _angles(group, frames).tolist()
-            found = [Bend(name, angle, LIMIT, counts[name]) for name, angle in zip(names, angles, strict=True)]
+            found = [Bend(name, angle, BEND_LIMIT, counts[name]) for name, angle in zip(names, angles, strict=True)]
         else:
             found = []
         for own in found:
@@ -191,10 +191,10 @@ def _angles(group: PoseElements, frames: Frames) -> Array:
     return np.maximum(ends, ends / 2 + 1.5 * across)
 
 
-STRETCH = 2e-4
+EDGE_STRAIN = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
 
-HELD_TURN = 1e-3
+PATH_TURN = 1e-3
 """Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the way."""
 
 
@@ -221,9 +221,9 @@ def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
 def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members whose edges twist stretches by what stresses should contain."""
     for name, strain in edge_strains(model, frames).items():
-        if strain > STRETCH:
+        if strain > EDGE_STRAIN:
             text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
-            yield Diagnostic("twist", name, strain, STRETCH, "1", text)
+            yield Diagnostic("twist", name, strain, EDGE_STRAIN, "1", text)
 
 
 def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
@@ -238,16 +238,16 @@ def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
         axis = int(np.argmax(held[node]))
         turn = rotation_vector(frames.R[node])
         turned = max(abs(float(turn[axis])), abs(float(turn[axis - 1] * turn[axis - 2])) / 2)
-        if turned > HELD_TURN:
+        if turned > PATH_TURN:
             name = model.design.plan.topology.node_names[node]
             text = (
                 f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
                 f" both other axes, {turned:.3g} rad of its rotation vector there depend on the path"
             )
-            yield Diagnostic("rotation", name, turned, HELD_TURN, "rad", text)
+            yield Diagnostic("rotation", name, turned, PATH_TURN, "rad", text)
 
 
-NEARLY = 0.9
+NEAR_LARGEST = 0.9
 """Part of the largest rotation within an element from which this is why a way ends."""
 
 STIFFER = 30.0
@@ -257,9 +257,9 @@ STIFFER = 30.0
 def why_it_ends(equations: Equations, last: Equilibrium) -> str:
     """What is found in the last state of a way, in words, with what may help."""
     angle, name = _sharpest(equations.model, last.frames)
-    if angle > NEARLY * LARGEST:
+    if angle > NEAR_LARGEST * LARGEST_ROTATION:
         return (
-            f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST:.3g} rad are known:"
+            f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST_ROTATION:.3g} rad are known:"
             " refine a member; a spring turns no further"
         )
     for k, drive in enumerate(equations.drives):

@@ -1,8 +1,8 @@
 """Paths through states of equilibrium: from point to point, and by arc length through limit points and snap-back.
 
 Steps adapt, and are predicted from the states before. By arc length the load itself is found: of the loads between two
-points a share is on, which is an unknown; a further equation says how far to go, along the tangent of the path. Sources:
-Riks (1979), Int. J. Solids Structures 15; Crisfield (1981), Comput. & Structures 13, whose sphere is here the plane
+points a share is on, which is an unknown; a further equation says how far to go, along the tangent of the path.
+Sources: Riks (1979), Int. J. Solids Structures 15; Crisfield (1981), Comput. & Structures 13, whose sphere is here the plane
 across the tangent (theory eq. G31).
 """
 
@@ -19,12 +19,12 @@ from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import count_below, leading
 from flexura.motion.elements import Frames
-from flexura.motion.equilibrium import CONVERGED, ITERATIONS, Equations, Equilibrium
+from flexura.motion.equilibrium import NEWTON_CONVERGED, NEWTON_STEPS, Equations, Equilibrium
 from flexura.motion.model import Loads
 from flexura.motion.pose import Pose
-from flexura.motion.se3 import LARGEST, rotation_vector
+from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
 
-SMALLEST = 1.0 / 4096
+SMALLEST_STEP = 1.0 / 4096
 """Least part of a step to the next point that is tried."""
 
 JUMP, NO_JUMP = 0.2, 1e-5
@@ -95,7 +95,7 @@ class Path:
                 state = self.equations.solve(predicted, aim.loads, aim.targets)
                 self._as_predicted(predicted, state)
             except SolverError:
-                if part <= SMALLEST:
+                if part <= SMALLEST_STEP:
                     return Stopped(number, done, self.state)
                 part /= 2 if self._before else 4
                 self._before = []
@@ -148,22 +148,22 @@ def _distance(start: Point, end: Point, size: float, load: float) -> float:
     return own + end.loads.apart(start.loads) / load
 
 
-FURTHEST = 0.1
+LONGEST_STEP = 0.1
 """Longest step: displacement over the size of the mechanism, or rad."""
 
-LEAST = 1e-3
+LEAST_RESPONSE = 1e-3
 """Least response to all loads, over the size of the mechanism, by which displacements are scaled."""
 
-ALIKE = 0.8
+SMOOTH_COSINE = 0.8
 """Cosine of the angles between tangents one after another and the step between them, up to which it is not too long."""
 
 BISECTIONS = 40
 """Steps by which a point of a way is found between two others."""
 
-CLOSE = 1e-7
+CRITICAL_POINT = 1e-7
 """How near, over the length of a step, a limit point or a fork is found."""
 
-NEAR = 1e-2
+NEAR_STATE = 1e-2
 """How near a state is found from which Newton's method leads to that with the same share."""
 
 SEPARATE = 64
@@ -213,7 +213,7 @@ class Arc:
         scale = equations.scale**2
         response = equations.solver(state.tangent)(self._missing(state.frames), last.targets - first.targets)[0]
         square = float(np.mean(scale * response**2))
-        self.weight: Array = scale / len(scale) / max(square, LEAST**2)
+        self.weight: Array = scale / len(scale) / max(square, LEAST_RESPONSE**2)
         """Weights (n,) of squared displacements in the length of a way: the linear response of a state to all of the
         loads counts as much as these."""
 
@@ -251,11 +251,11 @@ class Arc:
     def _longest(self, at: Along, spacing: float) -> float:
         """The longest step that is tried from a state."""
         farthest = float(np.abs(at.forward * self.equations.scale).max(initial=0.0))
-        return min(FURTHEST / max(farthest, 1e-300), spacing / max(abs(at.rising), 1e-300))
+        return min(LONGEST_STEP / max(farthest, 1e-300), spacing / max(abs(at.rising), 1e-300))
 
     def _next(self, at: Along, length: float, spacing: float) -> tuple[Along, float, int] | None:
         """The state after a step, as long as possible up to a length, its length, and Newton's steps to it."""
-        least = SMALLEST * self._longest(at, spacing)
+        least = SMALLEST_STEP * self._longest(at, spacing)
         while length > least:
             try:
                 there = self.step(at, length)
@@ -272,7 +272,7 @@ class Arc:
         way = self.equations.free(displacement(at.state.frames, there.state.frames))
         chord = float(np.sqrt(self.weight @ way**2 + (there.share - at.share) ** 2))
         turned = float(self.weight @ (at.forward * there.forward)) + at.rising * there.rising
-        return turned > ALIKE and length > ALIKE * chord
+        return turned > SMOOTH_COSINE and length > SMOOTH_COSINE * chord
 
     def fork(self, at: Along, there: Along) -> Along:
         """The state between two at which the number of negative pivots changes. Raises SolverError as `where`."""
@@ -299,7 +299,7 @@ class Arc:
                 continue
         raise SolverError("no bifurcated path of equilibria is found")
 
-    def where(self, at: Along, there: Along, value: Callable[[Along], float], close: float = CLOSE) -> Along:
+    def where(self, at: Along, there: Along, value: Callable[[Along], float], close: float = CRITICAL_POINT) -> Along:
         """The state between two where a value that is positive at the first is zero, as `close` as that over the length
         between them. Raises SolverError where steps between them do not lead anywhere."""
         at, length = self._curved(at, there)
@@ -325,7 +325,7 @@ class Arc:
         ahead = length * at.forward + length**2 * at.curve
         frames = at.state.frames.moved(equations.displacements(ahead))
         last, along = np.inf, self.weight * at.forward
-        for iteration in range(1, ITERATIONS + 1):
+        for iteration in range(1, NEWTON_STEPS + 1):
             point = self.first.between(self.last, share)
             tangent, missing = equations.tangent(frames, point.loads, multipliers)
             solve = equations.solver(tangent)
@@ -338,11 +338,11 @@ class Arc:
             if not np.isfinite(q).all():
                 break
             size = max(float(np.abs(q * equations.scale).max(initial=0.0)), abs(change))
-            if size > LARGEST or (iteration > 6 and size > last):
+            if size > LARGEST_ROTATION or (iteration > 6 and size > last):
                 break
             frames, share, last = frames.moved(equations.displacements(q)), share + change, size
             multipliers = own_drive + change * drive_by_share
-            if size < CONVERGED:
+            if size < NEWTON_CONVERGED:
                 point = self.first.between(self.last, share)
                 tangent, _ = equations.tangent(frames, point.loads, multipliers)
                 state = Equilibrium(frames, multipliers, point.loads, tangent, iteration)
@@ -352,7 +352,7 @@ class Arc:
     def at(self, one: Along, other: Along, share: float) -> Along:
         """The state with a share that lies between those of two states. Raises SolverError as `where`."""
         sense = float(np.sign(other.share - one.share))
-        near = self.where(one, other, lambda own: (share - own.share) * sense, NEAR)
+        near = self.where(one, other, lambda own: (share - own.share) * sense, NEAR_STATE)
         point = self.first.between(self.last, share)
         state = self.equations.solve(near.state.frames, point.loads, point.targets)
         return self._along(state, share, near.forward, near.rising)

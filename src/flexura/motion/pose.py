@@ -1,5 +1,4 @@
-"""What a mechanism is about a state of equilibrium: stiffness, compliance, modes, buckling, internal forces.
-"""
+"""What a mechanism is about a state of equilibrium: stiffness, compliance, modes, buckling, internal forces."""
 
 from __future__ import annotations
 
@@ -196,10 +195,10 @@ def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpai
     raise SolverError("something without mass is unstable")
 
 
-MOST = 1e6
+LARGEST_FACTOR = 1e6
 """Factors beyond this are round-off: nothing buckles."""
 
-UNLOADED = 1e-12
+UNLOADED_STIFFNESS = 1e-12
 """Entries of the geometric stiffness, beside a diagonal of ones of the other, that are round-off."""
 
 
@@ -217,7 +216,7 @@ def buckling_factor(pose: Pose) -> float | None:
         factors = critical_factors(*parts, 1)
     except SolverError:
         return None
-    return float(factors[0]) if len(factors) and factors[0] < MOST else None
+    return float(factors[0]) if len(factors) and factors[0] < LARGEST_FACTOR else None
 
 
 def critical_state(pose: Pose, n: int) -> tuple[Array, Array] | None:
@@ -242,7 +241,7 @@ def _parts(pose: Pose) -> tuple[Matrix, Matrix] | None:
     total, _ = pose.matrices(held=True)
     material = pose.holding.matrix(material_at(pose))
     geometric = total - material
-    if not material.shape[0] or abs(scaled(geometric, unit_scale(material))).max() < UNLOADED:
+    if not material.shape[0] or abs(scaled(geometric, unit_scale(material))).max() < UNLOADED_STIFFNESS:
         return None
     return material, geometric
 

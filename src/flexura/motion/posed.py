@@ -1,5 +1,4 @@
-"""A design at the pose that its description names, and what is linear about it (theory eqs. G25-G26).
-"""
+"""A design at the pose that its description names, and what is linear about it (theory eqs. G25-G26)."""
 
 from __future__ import annotations
 

@@ -24,13 +24,13 @@ from flexura.motion.path import displacement
 from flexura.motion.substructures import Condensed, Flags, Substructure, middle, partition, sixes, taken
 from flexura.motion.superelements import Polynomial, Sagging, Superelements
 
-LARGEST = {2: 60, 3: 30}
+MOST_DEFORMATIONS = {2: 60, 3: 30}
 """Deformations of a substructure up to which terms of forces of an order are worked out."""
 
-CHANGE = 0.01
+STIFFNESS_CHANGE = 0.01
 """Relative change of the stiffness at the deformations from which derivatives are differences."""
 
-TURN = 0.02
+LARGEST_TURN = 0.02
 """Rotations there at most, rad, and displacements over the size of the substructure."""
 
 SOFTEST = 1e-10
@@ -49,7 +49,7 @@ def expanded(own: Substructure, order: int) -> Polynomial:
     at_rest = own.condensed(np.zeros((1, n))).tangent[0]
     if not np.isfinite(at_rest).all():
         raise SolverError(f"{own.name} has no equilibrium inside, undeformed already")
-    if order < 2 or n > LARGEST[2]:
+    if order < 2 or n > MOST_DEFORMATIONS[2]:
         return Polynomial.linear(at_rest[None])
     unit = np.tile([own.size] * 3 + [1.0] * 3, own.k - 1)
     values, vectors = np.linalg.eigh(unit[:, None] * at_rest * unit)
@@ -61,7 +61,7 @@ def expanded(own: Substructure, order: int) -> Polynomial:
     c = _symmetric(np.moveaxis(cubic, 0, -1))
     for axis in range(3):
         c = np.moveaxis(np.tensordot(c, back, axes=(axis, 0)), -1, axis)
-    if order < 3 or n > LARGEST[3]:
+    if order < 3 or n > MOST_DEFORMATIONS[3]:
         return Polynomial(at_rest[None], c[None], np.empty((0,) * 5))
     q = _quartic(own, V, size, sides, none)
     for axis in range(4):
@@ -71,13 +71,13 @@ def expanded(own: Substructure, order: int) -> Polynomial:
 
 def _amplitude(own: Substructure, V: Array, unit: Array, none: Array) -> tuple[float, Array]:
     """How far to go along the columns of V, and stiffnesses (2, d, d, d) that far to both sides."""
-    size = TURN / float(np.abs(V / unit[:, None]).max())
+    size = LARGEST_TURN / float(np.abs(V / unit[:, None]).max())
     for _ in range(ATTEMPTS):
         sides = _stiffness(own, np.concatenate([size * V.T, -size * V.T]), V).reshape(2, *(len(V),) * 3)
         change = float(np.abs(sides - none).max())
-        if change < 2 * CHANGE:
+        if change < 2 * STIFFNESS_CHANGE:
             return size, sides
-        size *= 0.1 if not np.isfinite(change) else max(CHANGE / change, 0.1)
+        size *= 0.1 if not np.isfinite(change) else max(STIFFNESS_CHANGE / change, 0.1)
     raise SolverError(f"{own.name} changes its stiffness at once as it deforms")
 
 
@@ -114,7 +114,7 @@ def _symmetric(tensor: Array) -> Array:
     return np.asarray(sum(found) / len(found))
 
 
-ALIKE = 1.001
+SAME_FREQUENCY = 1.001
 """Modes of frequencies this near are kept together."""
 
 
@@ -182,7 +182,7 @@ class TurningModel:
         more = inside[inside > self.up_to]
         if not len(more):
             return None
-        up_to = ALIKE * float(more.min())
+        up_to = SAME_FREQUENCY * float(more.min())
         return replace(TurningModel.of(self.full, self.kept, up_to=up_to), made_finer=self.made_finer)
 
 

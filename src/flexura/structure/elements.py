@@ -38,7 +38,7 @@ STATIONS, WEIGHTS = gauss_stations(6)
 TAPERED_PIECES = 16
 """Most uniform steps that stand for a tapered element."""
 
-CHANGE = 0.02
+STEP_CHANGE = 0.02
 """Most relative change of a rigidity or mass along a step of a tapered element, as long as it has fewer steps."""
 
 STEP_ERROR = 1e-5
@@ -285,7 +285,7 @@ class Elements:
         Along a step of length h = b L of a member, whose flexibility f changes by d = ln(f2/f1), the energy int f m^2
         of a moment m is taken with f at the middle. The midpoint rule leaves d^2/24 + d b L (m^2)'/(12 m^2) of it. As
         int f (m^2)' is what m^2 is at a clamped end, some 4 times its mean, a frequency is off by half the mean of
-        d^2/24 + d b/3: CHANGE bounds the first term, STEP_ERROR the second.
+        d^2/24 + d b/3: STEP_CHANGE bounds the first term, STEP_ERROR the second.
         """
         found = []
         count = max(most, TAPERED_PIECES)
@@ -296,7 +296,7 @@ class Elements:
                 change = np.nan_to_num(np.abs(np.diff(np.log(sizes), axis=-1))).max(axis=(0, -1))
             whole = count * change
             wanted = np.maximum(
-                whole / CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
+                whole / STEP_CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
             )
             found.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
         return found

@@ -125,7 +125,7 @@ def checked_design(mechanism: Mechanism | Plan | FullOrderModel, parameters: Map
     return design
 
 
-ALIKE = 1e-7
+SAME_SLOPE = 1e-7
 """Relative difference of slopes that is round-off."""
 
 RULE = "stiffness or mass is not finite: sizes here lie further apart than double precision can hold"
@@ -189,7 +189,7 @@ def tables_left(design: Design, number: int) -> list[str]:
             for last in group.table_ends(design.values):
                 length = design.geometry.parts[name].length[group.index]
                 one, other = (slope_of(x)[number] if isinstance(x, Dual) else 0 * x for x in (last, length))
-                away = np.abs(one - other) > ALIKE * np.maximum(np.abs(one), np.abs(other))
+                away = np.abs(one - other) > SAME_SLOPE * np.maximum(np.abs(one), np.abs(other))
                 found += [_said(name, list(part.members)[k]) for k in group.index[away]]
     return found
 

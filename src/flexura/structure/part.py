@@ -35,7 +35,7 @@ from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
 from flexura.structure.values import ValueTable, picked
 
-AXES = (2, 3, 2, 2)
+GIVEN_AXES = (2, 3, 2, 2)
 """Axes, beside that of designs, of positions of own nodes, offsets, references and positions of foreign nodes."""
 
 
@@ -257,7 +257,7 @@ class Part:
         in all designs. What does not vary along the design axis lacks it."""
         own, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
         given = own, offsets, picked(values, self._reference_entries), foreign
-        varies = any(numbers.ndim > n for numbers, n in zip(given, AXES, strict=True))
+        varies = any(numbers.ndim > n for numbers, n in zip(given, GIVEN_AXES, strict=True))
         if varies or with_slopes_of(*given) is not None:
             return self._geometry(*given)
         return self._latest.get(b"".join(numbers.tobytes() for numbers in given), lambda: self._geometry(*given))
@@ -352,7 +352,7 @@ class Part:
         return [d.matrix(values, geometry.positions[..., d.nodes, :]) for d in self.dashpots.values()]
 
 
-ARM = 0.5
+CLAMPING_ARM = 0.5
 """Length of a rigid arm over the member's least thickness from which it holds the end flat altogether."""
 
 
@@ -366,7 +366,7 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
     """
     table = part.table
     J, least, thickness = table.bulk(values, geometry.length)
-    arm = np.linalg.norm(geometry.offsets, axis=-1) / (ARM * thickness[:, None])
+    arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
     clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]

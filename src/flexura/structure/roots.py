@@ -25,7 +25,7 @@ from flexura.structure.values import joined_along
 SAME_BLOCK = 1e-6
 """Relative difference of blocks below which copies of a member end in equal ones."""
 
-SIDES = ("up", "down", "left", "right", "behind")
+DIRECTIONS = ("up", "down", "left", "right", "behind")
 """Distances of `Roots.reach`: along the member's z and against it, along its y and against it, and behind its end."""
 
 ROD = np.zeros((12, 12))
@@ -329,7 +329,7 @@ class Roots:
         off."""
         sizes = self._sizes(values, geometry) if sizes is None else sizes
         t = sizes.t[..., self._row]
-        large = np.stack([np.full(t.shape, np.inf)] * len(SIDES), axis=-1)
+        large = np.stack([np.full(t.shape, np.inf)] * len(DIRECTIONS), axis=-1)
         if not self._host.shape[-1]:
             return large
         place, towards, half, is_round = self._in_blocks(values, geometry, sizes)

@@ -18,7 +18,7 @@ from flexura.structure.values import ValueTable
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
-ROUND_OFF = 1e-9
+SAME_LENGTH = 1e-9
 """Relative difference of lengths that are the same, as descriptions are checked."""
 
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
@@ -156,14 +156,14 @@ def _fits(shape: str, half: Array, sizes: Sizes) -> Any:
     """Whether a contour fits between the ends of a notch (..., 1)."""
     match shape:
         case "circular":
-            return sizes["radius"] >= half * (1 - ROUND_OFF)
+            return sizes["radius"] >= half * (1 - SAME_LENGTH)
         case "corner_filleted":
-            return sizes["fillet_radius"] <= half * (1 + ROUND_OFF)
+            return sizes["fillet_radius"] <= half * (1 + SAME_LENGTH)
         case "v_shaped":
             return sizes["angle"] < np.pi / 2
         case "table":
             ends = sizes["positions"][..., 0], sizes["positions"][..., -1] - 2 * half
-            return (np.abs(ends[0]) <= ROUND_OFF * 2 * half) & (np.abs(ends[1]) <= ROUND_OFF * 2 * half)
+            return (np.abs(ends[0]) <= SAME_LENGTH * 2 * half) & (np.abs(ends[1]) <= SAME_LENGTH * 2 * half)
     return np.ones(1, dtype=bool)
 
 
