@@ -207,7 +207,7 @@ class Equations:
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:
         """What gives steps (n,) or (n, k) towards equilibrium, and the forces (d,) of the drives after them, from the
-        forces that are missing (n,) and the ways (d,) that are left to the drives (theory eq. G14).
+        forces that are missing (n,) and the displacements (d,) that are left to the drives (theory eq. G14).
 
         Raises SolverError where the mechanism has lost its stiffness.
         """

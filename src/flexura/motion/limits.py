@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 
 from flexura.arrays import Array
 from flexura.beam import member_frame
 from flexura.errors import Diagnostic, SolverError
-from flexura.motion.elements import Bars, Frames, Group, PoseElements
+from flexura.motion.elements import Frames, Group, PoseElements
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.layout import PLAIN
 from flexura.motion.model import MovingModel
@@ -93,57 +93,6 @@ LINEAR_ROTATION = 0.1
 """Largest rotation, rad, of a superelement within itself: that of linear analysis."""
 
 
-class Bend(NamedTuple):
-    """The largest angle, rad, within an element of a member, its limit, and how many elements the member has, 0 for a
-    superelement."""
-
-    name: str
-    angle: float
-    limit: float
-    elements: int
-
-    @property
-    def share(self) -> float:
-        """Angle over limit."""
-        return self.angle / self.limit
-
-    @property
-    def exceeded(self) -> Diagnostic:
-        """It as a warning."""
-        if not self.elements:
-            text = (
-                f"superelement {self.name}: it turns by {self.angle:.3g} rad within itself, more than {self.limit} rad;"
-                " it is linear inside"
-            )
-            return Diagnostic("rotation", self.name, self.angle, self.limit, "rad", text)
-        text = (
-            f"member {self.name}: one of its elements, {self.elements} in all, bends by {self.angle:.3g} rad, more than"
-            f" the {self.limit} rad up to which strains are known: refine it"
-        )
-        return Diagnostic("mesh", self.name, self.angle, self.limit, "rad", text)
-
-
-def bends(model: MovingModel, frames: Frames) -> list[Bend]:
-    """The largest angles within members and superelements in a state, each over its limit."""
-    worst: dict[str, Bend] = {}
-    for group, names in zip(model.elements, model.names, strict=True):
-        if isinstance(group, Bars):
-            continue
-        if isinstance(group, Superelements):
-            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
-            found = [Bend(names[0], float(turns.max(initial=0.0)), LINEAR_ROTATION, 0)]
-        elif _bends(group):
-            counts = Counter(names)
-            angles = _angles(group, frames).tolist()
-            found = [Bend(name, angle, BEND_LIMIT, counts[name]) for name, angle in zip(names, angles, strict=True)]
-        else:
-            found = []
-        for own in found:
-            if own.share > max(1.0, worst[own.name].share if own.name in worst else 0.0):
-                worst[own.name] = own
-    return list(worst.values())
-
-
 def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
     """Relative errors (k,) of the stiffness that free displacements (n, k) meet in a state, estimated, by member for
     want of finer elements (theory eq. G27), and by superelement for what bending would make of a beam (theory eq.
@@ -160,20 +109,6 @@ def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energie
         for name, error in zip(names, relief / energies, strict=True):
             found[name] = found.get(name, 0.0) + error
     return found
-
-
-def edge_strains(model: MovingModel, frames: Frames) -> dict[str, float]:
-    """The largest stretch in a state, by member, of the edges of twisted strips over the mean of their sections, where
-    corrections take it in: (r^2 - Ip/A)/2 times the square of the rate of twist, which is Ip/A times it at corners."""
-    found: dict[str, float] = {}
-    for group, names in zip(model.elements, model.names, strict=True):
-        if _bends(group):
-            length = np.linalg.norm(group.rest[:, :3], axis=1)
-            # Ip/AL per square of the twist of the ends is what shortens
-            stretch = group.strain.curvature[:, 0, 3, 3] * group.deformation(frames)[:, 3] ** 2 / length
-            for name, strain in zip(names, stretch.tolist(), strict=True):
-                found[name] = max(strain, found.get(name, 0.0))
-    return {name: strain for name, strain in found.items() if strain > 0}
 
 
 def _bends(group: Group) -> TypeGuard[PoseElements]:
@@ -195,7 +130,7 @@ EDGE_STRAIN = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
 
 PATH_TURN = 1e-3
-"""Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the way."""
+"""Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the path."""
 
 
 def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ...]:
@@ -215,12 +150,40 @@ def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ..
 
 def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members and superelements that bend further within an element than is accurate."""
-    return (bend.exceeded for bend in bends(model, frames))
+    for group, names in zip(model.elements, model.names, strict=True):
+        if isinstance(group, Superelements):
+            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
+            angle = float(turns.max(initial=0.0))
+            if angle > LINEAR_ROTATION:
+                text = (
+                    f"superelement {names[0]}: it turns by {angle:.3g} rad within itself, more than {LINEAR_ROTATION}"
+                    " rad; it is linear inside"
+                )
+                yield Diagnostic("rotation", names[0], angle, LINEAR_ROTATION, "rad", text)
+        elif _bends(group):
+            counts = Counter(names)
+            for name, angle in zip(names, _angles(group, frames).tolist(), strict=True):
+                if angle > BEND_LIMIT:
+                    text = (
+                        f"member {name}: one of its elements, {counts[name]} in all, bends by {angle:.3g} rad, more"
+                        f" than the {BEND_LIMIT} rad up to which strains are known: refine it"
+                    )
+                    yield Diagnostic("mesh", name, angle, BEND_LIMIT, "rad", text)
 
 
 def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
-    """Members whose edges twist stretches by what stresses should contain."""
-    for name, strain in edge_strains(model, frames).items():
+    """Members whose edges twist stretches over the mean of their sections by what stresses should contain, where
+    corrections take it in: by (r^2 - Ip/A)/2 times the square of the rate of twist, which is Ip/A times it at corners.
+    """
+    strains: dict[str, float] = {}
+    for group, names in zip(model.elements, model.names, strict=True):
+        if _bends(group):
+            length = np.linalg.norm(group.rest[:, :3], axis=1)
+            # Ip/AL per square of the twist of the ends is what shortens
+            stretch = group.strain.curvature[:, 0, 3, 3] * group.deformation(frames)[:, 3] ** 2 / length
+            for name, strain in zip(names, stretch.tolist(), strict=True):
+                strains[name] = max(strain, strains.get(name, 0.0))
+    for name, strain in strains.items():
         if strain > EDGE_STRAIN:
             text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
             yield Diagnostic("twist", name, strain, EDGE_STRAIN, "1", text)
@@ -229,8 +192,8 @@ def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
 def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Nodes of which the ground holds one rotation alone and which turn about both other axes.
 
-    How far they then turn about its axis depends on the way: by half the product of the other two between the straight
-    way and one after the other.
+    How far they then turn about its axis depends on the path: by half the product of the other two between the straight
+    one and one after the other.
     """
     held = model.dof[:-1, 3:] < 0
     nodes = np.flatnonzero((held.sum(axis=1) == 1) & (model.root[:-1] == np.arange(len(held))) & model.rest.placed[:-1])
@@ -248,42 +211,42 @@ def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
 
 
 NEAR_LARGEST = 0.9
-"""Part of the largest rotation within an element from which this is why a way ends."""
+"""Part of the largest rotation within an element from which this is why a path ends."""
 
 STIFFER = 30.0
 """By how much a drive has stiffened where its displacement turns back."""
 
 
 def why_it_ends(equations: Equations, last: Equilibrium) -> str:
-    """What is found in the last state of a way, in words, with what may help."""
+    """What is found in the last state of a path, in words, with what may help."""
     angle, name = _sharpest(equations.model, last.frames)
     if angle > NEAR_LARGEST * LARGEST_ROTATION:
         return (
-            f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST_ROTATION:.3g} rad are known:"
-            " refine a member; a spring turns no further"
+            f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST_ROTATION:.3g} rad are"
+            " known: refine a member; a spring turns no further"
         )
-    for k, drive in enumerate(equations.drives):
-        if _stiffness(equations, last, k) > STIFFER * _stiffness(equations, _rest(equations), k) > 0:
-            return (
-                f"the force at {drive.name} grows without limit there, as where members are stretched straight or at a"
-                " limit point of the displacement: prescribe another displacement, or a load"
-            )
+    if equations.drives:
+        undeformed = equations.solve(equations.model.rest, targets=np.zeros(len(equations.drives)))
+        stiffness = zip(_drive_stiffness(equations, last), _drive_stiffness(equations, undeformed), strict=True)
+        for drive, (at_last, at_rest) in zip(equations.drives, stiffness, strict=True):
+            if at_last > STIFFER * at_rest > 0:
+                return (
+                    f"the force at {drive.name} grows without limit there, as where members are stretched straight or"
+                    " at a limit point of the displacement: prescribe another displacement, or a load"
+                )
     return (
         "at a limit point of the displacement, as in a snap-through, prescribe another displacement; refine members"
         " that bend sharply"
     )
 
 
-def _rest(equations: Equations) -> Equilibrium:
-    return equations.solve(equations.model.rest, targets=np.zeros(len(equations.drives)))
-
-
-def _stiffness(equations: Equations, state: Equilibrium, drive: int) -> float:
-    """Size of the derivative of the force of a drive by its displacement, others held; zero where there is none."""
+def _drive_stiffness(equations: Equations, state: Equilibrium) -> Array:
+    """Sizes (d,) of the derivatives of the forces of drives by their displacements, the others held; zero where there
+    are none."""
     try:
-        return abs(float(Pose(equations, state).drive_stiffness()[drive]))
+        return np.abs(Pose(equations, state).drive_stiffness())
     except (SolverError, np.linalg.LinAlgError):
-        return 0.0
+        return np.zeros(len(equations.drives))
 
 
 def _sharpest(model: MovingModel, frames: Frames) -> tuple[float, str]:

@@ -229,7 +229,7 @@ class Loads:
     actuators: Mapping[str, float] = field(default_factory=dict)
 
     def mixed(self, other: Loads, share: float) -> Loads:
-        """Loads on the way to others, all in proportion."""
+        """Loads between these and others, all in proportion."""
         return Loads(
             _mixed(self.dead, other.dead, share),
             _mixed(self.follower, other.follower, share),
@@ -288,7 +288,7 @@ NO_LOADS = Loads({}, {}, np.zeros(3))
 
 
 def _mixed(own: Mapping[Any, Any], there: Mapping[Any, Any], share: float) -> dict[Any, Any]:
-    """Values by name or node on the way to others; what is not there is zero."""
+    """Values by name or node between these and others; what is not there is zero."""
     keys = dict.fromkeys((*own, *there))
     return {key: (1 - share) * own.get(key, 0.0) + share * there.get(key, 0.0) for key in keys}
 

@@ -2,8 +2,8 @@
 
 Steps adapt, and are predicted from the states before. By arc length the load itself is found: of the loads between two
 points a share is on, which is an unknown; a further equation says how far to go, along the tangent of the path.
-Sources: Riks (1979), Int. J. Solids Structures 15; Crisfield (1981), Comput. & Structures 13, whose sphere is here the plane
-across the tangent (theory eq. G31).
+Sources: Riks (1979), Int. J. Solids Structures 15; Crisfield (1981), Comput. & Structures 13, whose sphere is here the
+plane across the tangent (theory eq. G31).
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Point:
     loads: Loads
 
     def between(self, other: Point, share: float) -> Point:
-        """A point on the way to another one. Loads move in proportion."""
+        """A point between this and another one. Loads move in proportion."""
         return Point(self.targets + share * (other.targets - self.targets), self.loads.mixed(other.loads, share))
 
 
@@ -69,7 +69,7 @@ class Path:
         self.state: Equilibrium = start
         self.at: Point = at
         self._before: list[tuple[float, Frames]] = []
-        self._way, self._load = 0.0, 1.0
+        self._travel, self._load = 0.0, 1.0
 
     def through(self, points: Sequence[Point]) -> Iterator[Equilibrium | Stopped]:
         """The states at the points, in order; a last `Stopped` where no equilibrium is found further on."""
@@ -89,9 +89,9 @@ class Path:
             part = min(part, 1.0 - done)
             share = 1.0 if part >= 1.0 - done else done + part
             aim = point if share == 1.0 else start.between(point, share)
-            way = self._way + (share - done) * length
+            travel = self._travel + (share - done) * length
             try:
-                predicted = self._predicted(way, aim)
+                predicted = self._predicted(travel, aim)
                 state = self.equations.solve(predicted, aim.loads, aim.targets)
                 self._as_predicted(predicted, state)
             except SolverError:
@@ -100,17 +100,17 @@ class Path:
                 part /= 2 if self._before else 4
                 self._before = []
                 continue
-            if way > self._way:
-                self._before = [*self._before, (self._way, self.state.frames)][-REMEMBERED:]
-            self._way, self.state, self.at = way, state, aim
+            if travel > self._travel:
+                self._before = [*self._before, (self._travel, self.state.frames)][-REMEMBERED:]
+            self._travel, self.state, self.at = travel, state, aim
             done = share
             part *= 2.0 if state.iterations <= QUICK else 1.0
         return None
 
     def _as_predicted(self, predicted: Frames, state: Equilibrium) -> None:
-        """Raise SolverError for a state that lies elsewhere, as one of another way does that Newton's method jumped to.
+        """Raise SolverError for a state that lies elsewhere, as on another path that Newton's method jumped to.
 
-        On one way what is left of a step after its prediction vanishes with its length; across a gap it does not.
+        On one path what is left of a step after its prediction vanishes with its length; across a gap it does not.
         """
         scale = np.append(np.full(3, 1 / self.equations.size), np.ones(3))
         off, step = (
@@ -120,18 +120,18 @@ class Path:
         if off > max(JUMP * step, NO_JUMP):
             raise SolverError("the next state is not on the path of the last one")
 
-    def _predicted(self, way: float, aim: Point) -> Frames:
-        """The state at a length of way, by the polynomial (Lagrange) of the displacements from the last state to those
-        before it; along the tangent where there are none."""
-        now, ahead = self.state.frames, way - self._way
+    def _predicted(self, travel: float, aim: Point) -> Frames:
+        """The state at a length of the path, by the polynomial (Lagrange) of the displacements from the last state to
+        those before it; along the tangent where there are none."""
+        now, ahead = self.state.frames, travel - self._travel
         if not self._before:
             tangent, missing = self.equations.tangent(now, aim.loads, self.state.drive)
             gap = aim.targets - self.equations.travelled(now)
             return now.moved(self.equations.displacements(self.equations.solver(tangent)(missing, gap)[0]))
-        ways = [0.0, *(s - self._way for s, _ in self._before)]
+        lengths = [0.0, *(s - self._travel for s, _ in self._before)]
         step = np.zeros((len(now.x), 6))
-        for own, (_, frames) in zip(ways[1:], self._before, strict=True):
-            weight = math.prod((ahead - other) / (own - other) for other in ways if other != own)
+        for own, (_, frames) in zip(lengths[1:], self._before, strict=True):
+            weight = math.prod((ahead - other) / (own - other) for other in lengths if other != own)
             step += weight * displacement(now, frames)
         return now.moved(step)
 
@@ -158,7 +158,7 @@ SMOOTH_COSINE = 0.8
 """Cosine of the angles between tangents one after another and the step between them, up to which it is not too long."""
 
 BISECTIONS = 40
-"""Steps by which a point of a way is found between two others."""
+"""Steps by which a point of a path is found between two others."""
 
 CRITICAL_POINT = 1e-7
 """How near, over the length of a step, a limit point or a fork is found."""
@@ -177,8 +177,8 @@ INVERSE_STEPS = 3
 
 
 class Along(NamedTuple):
-    """A state on a way, the `share` of the way's loads on, and the unit tangent: displacements `forward` (n,), m and
-    rad, and share `rising`; `curve` and `bend` are those by the square of the length, of a way through another state.
+    """A state on a path, the `share` of its loads on, and the unit tangent: displacements `forward` (n,), m and
+    rad, and share `rising`; `curve` and `bend` are those by the square of the length, of a path through another state.
     Its `kind` is `limit` where the share has an extremum, and `fork` at a bifurcation.
     """
 
@@ -198,7 +198,7 @@ def unstable(equations: Equations, state: Equilibrium) -> int:
 
 
 class Lost(NamedTuple):
-    """The last state of a way of which nothing further is found."""
+    """The last state of a path of which nothing further is found."""
 
     last: Along
 
@@ -214,11 +214,11 @@ class Arc:
         response = equations.solver(state.tangent)(self._missing(state.frames), last.targets - first.targets)[0]
         square = float(np.mean(scale * response**2))
         self.weight: Array = scale / len(scale) / max(square, LEAST_RESPONSE**2)
-        """Weights (n,) of squared displacements in the length of a way: the linear response of a state to all of the
+        """Weights (n,) of squared displacements in the length of a path: the linear response of a state to all of the
         loads counts as much as these."""
 
     def start(self, state: Equilibrium, share: float, sense: float) -> Along:
-        """A state on the way, from which the share rises, or falls where `sense` is negative."""
+        """A state on the path, from which the share rises, or falls where `sense` is negative."""
         return self._along(state, share, np.zeros(len(self.weight)), sense)
 
     def through(self, start: Along, spacing: float) -> Iterator[Along | Lost]:
@@ -268,9 +268,9 @@ class Arc:
         return None
 
     def _alike(self, at: Along, there: Along, length: float) -> bool:
-        """Whether a step of a length, along the tangent, led further on the same way."""
-        way = self.equations.free(displacement(at.state.frames, there.state.frames))
-        chord = float(np.sqrt(self.weight @ way**2 + (there.share - at.share) ** 2))
+        """Whether a step of a length, along the tangent, led further on the same path."""
+        moved = self.equations.free(displacement(at.state.frames, there.state.frames))
+        chord = float(np.sqrt(self.weight @ moved**2 + (there.share - at.share) ** 2))
         turned = float(self.weight @ (at.forward * there.forward)) + at.rising * there.rising
         return turned > SMOOTH_COSINE and length > SMOOTH_COSINE * chord
 
@@ -282,7 +282,7 @@ class Arc:
 
     def branched(self, fork: Along, side: int) -> Along:
         """The first state on the path that branches off at a bifurcation, to the side of the largest displacement of
-        the         critical mode, or the other one for -1. Raises SolverError where none is found."""
+        the critical mode, or the other one for -1. Raises SolverError where none is found."""
         solve = self.equations.solver(fork.state.tangent)
         mode = np.random.default_rng(0).standard_normal(len(self.weight))
         for _ in range(INVERSE_STEPS):
@@ -331,8 +331,8 @@ class Arc:
             solve = equations.solver(tangent)
             own, own_drive = solve(missing, point.targets - equations.travelled(frames))
             by_share, drive_by_share = solve(self._missing(frames), self.last.targets - self.first.targets)
-            way = equations.free(displacement(at.state.frames, frames))
-            left = length - along @ (way + own) - at.rising * (share - at.share)
+            moved = equations.free(displacement(at.state.frames, frames))
+            left = length - along @ (moved + own) - at.rising * (share - at.share)
             change = float(left / (along @ by_share + at.rising))
             q = own + change * by_share
             if not np.isfinite(q).all():
@@ -366,15 +366,15 @@ class Arc:
         return Along(state, share, sense * q / length, sense / length, np.zeros(len(q)), 0.0)
 
     def _curved(self, at: Along, other: Along) -> tuple[Along, float]:
-        """A state with the way bent so that it leads through another one, and how far that is along its tangent."""
-        way = self.equations.free(displacement(at.state.frames, other.state.frames))
+        """A state with the path bent so that it leads through another one, and how far that is along its tangent."""
+        moved = self.equations.free(displacement(at.state.frames, other.state.frames))
         share = other.share - at.share
-        length = float((self.weight * at.forward) @ way + at.rising * share)
-        curve, bend = (way - length * at.forward) / length**2, (share - length * at.rising) / length**2
+        length = float((self.weight * at.forward) @ moved + at.rising * share)
+        curve, bend = (moved - length * at.forward) / length**2, (share - length * at.rising) / length**2
         return at._replace(curve=curve, bend=bend), length
 
     def _missing(self, frames: Frames) -> Array:
-        """Forces (n,) that the loads of the whole way add in a state."""
+        """Forces (n,) that the loads of the whole path add in a state."""
         ends, model = (self.first.loads, self.last.loads), self.equations.model
         low, high = (loads.forces(model, frames) for loads in ends)
         if any(loads.actuators for loads in ends) or (ends[0].gravity != ends[1].gravity).any():

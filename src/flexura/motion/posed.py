@@ -173,10 +173,10 @@ def posed(design: Design) -> PosedDesign:
 
 
 def reached(design: Design) -> PosedDesign:
-    """A design at the pose that its description names, reached from rest by a way of equilibria under the loads and
+    """A design at the pose that its description names, reached from rest by a path of equilibria under the loads and
     gravity that are described; the last one is kept with the plan.
 
-    Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached.
+    Raises OptionError for what cannot turn, and SolverError where the path ends before, with the pose that it reached.
     """
     latest: Latest[PosedDesign] = design.plan.prepared.once("reached", Latest)
     return latest.get(design.values.tobytes(), lambda: _reached(design))
