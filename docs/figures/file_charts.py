@@ -10,7 +10,7 @@ from file_parts import GUIDE
 from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
-from flexura.beam import contour
+from flexura.beam import notch
 
 ORANGE, BLUE, RED = "#b8530a", "#1a5fb4", "#990d40"
 
@@ -95,11 +95,11 @@ contour:
     sheet = Sheet("Contours of notches with their sizes", fragment, 420)
     a, x = 5.0, np.linspace(-5.0, 5.0, 81)
     kinds = (
-        ("circular", contour.circular(x, a, 1.0)),
-        ("elliptical", contour.elliptical(x, a, 3.0, 1.0)),
-        ("corner_filleted", contour.corner_filleted(x, a, 2.0, 1.0)),
-        ("v_shaped", contour.v_shaped(x, np.radians(35), 1.0, 1.0)),
-        ("table", contour.tabulated(x + a, np.array([0.0, 3, 6, 10]), np.array([5.0, 1.5, 1, 4]))),
+        ("circular", notch.circular(x, a, 1.0)),
+        ("elliptical", notch.elliptical(x, a, 3.0, 1.0)),
+        ("corner_filleted", notch.corner_filleted(x, a, 2.0, 1.0)),
+        ("v_shaped", notch.v_shaped(x, np.radians(35), 1.0, 1.0)),
+        ("table", notch.tabulated(x + a, np.array([0.0, 3, 6, 10]), np.array([5.0, 1.5, 1, 4]))),
         ("straight", np.full_like(x, 1.0)),
     )
     for k, (name, h) in enumerate(kinds):

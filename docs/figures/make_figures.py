@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import flexura as fx
-from flexura.beam import contour
+from flexura.beam import notch
 
 HERE = Path(__file__).parent
 HEAD = """\
@@ -24,13 +24,13 @@ def contours() -> None:
     a, b, t = 5.0, 3.0, 1.0
     x = np.linspace(-a, a, 65)
     shapes = {
-        "circular, R = a": contour.circular(x, a, t),
-        "elliptical": contour.elliptical(x, a, b, t),
-        "parabolic": contour.parabolic(x, a, b, t),
-        "hyperbolic": contour.hyperbolic(x, a, b, t),
-        "corner_filleted": contour.corner_filleted(x, a, 1.5, t),
-        "v_shaped": contour.v_shaped(x, np.radians(35), 1.0, t),
-        "table": contour.tabulated(x + a, np.array([0.0, 3, 6, 10]), np.array([5.0, 1.5, 1, 4])),
+        "circular, R = a": notch.circular(x, a, t),
+        "elliptical": notch.elliptical(x, a, b, t),
+        "parabolic": notch.parabolic(x, a, b, t),
+        "hyperbolic": notch.hyperbolic(x, a, b, t),
+        "corner_filleted": notch.corner_filleted(x, a, 1.5, t),
+        "v_shaped": notch.v_shaped(x, np.radians(35), 1.0, t),
+        "table": notch.tabulated(x + a, np.array([0.0, 3, 6, 10]), np.array([5.0, 1.5, 1, 4])),
         "straight": t + 0 * x,
     }
     lines = [HEAD]

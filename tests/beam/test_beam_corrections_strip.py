@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.linalg import solve_banded
 
 from flexura.beam import rectangle
-from flexura.beam.strip import (
+from flexura.beam.section import (
     anticlastic_compliance,
     mean_cosh,
     secondary_constant,

@@ -5,8 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import dblquad, quad
 
-from flexura.beam import contour
-from flexura.beam.wedge import beam_flexibility, notch_flexibility, wedge_functions
+from flexura.beam import notch
+from flexura.beam.notch import beam_flexibility, notch_flexibility, wedge_functions
 
 EVERY = (0.05, 0.4, 1.0, np.pi / 2)
 
@@ -97,7 +97,7 @@ def test_series_are_the_functions(a):
 def test_gentle_notches_follow_beam_theory():
     x = np.linspace(-1, 1, 201)
     for depth, limit in ((0.01, 2e-3), (0.001, 2e-5)):
-        h = contour.parabolic(x, 1.0, depth, 0.1)
+        h = notch.parabolic(x, 1.0, depth, 0.1)
         for own, beam in zip(notch_flexibility(0.01, h), beam_flexibility(0.01, h), strict=True):
             assert 0 < own.sum() / beam.sum() - 1 < limit
     flat = np.full(11, 0.3)
@@ -109,7 +109,7 @@ def test_gentle_notches_follow_beam_theory():
 def test_no_slice_has_less_than_beam_theory(kind):
     x = np.linspace(-1, 1, 161)
     bumps = 0.3 + 0.1 * np.abs(np.sin(7 * x)) + 0.3 * (np.abs(x) > 0.5)
-    h = contour.circular(x, 1.0, 0.1) if kind == "circular" else bumps
+    h = notch.circular(x, 1.0, 0.1) if kind == "circular" else bumps
     for own, beam in zip(notch_flexibility(2 / 160, h), beam_flexibility(2 / 160, h), strict=True):
         assert (own >= beam * (1 - 1e-12)).all()
 
@@ -130,6 +130,6 @@ def test_slices_converge():
     sums = []
     for n in (160, 320, 640):
         x = np.linspace(-4, 4, n + 1)
-        sums.append([part.sum() for part in notch_flexibility(8 / n, contour.circular(x, 4.0, 0.3))])
+        sums.append([part.sum() for part in notch_flexibility(8 / n, notch.circular(x, 4.0, 0.3))])
     assert_allclose(sums[0], sums[2], rtol=1e-3)
     assert np.abs(np.subtract(sums[1], sums[2])).max() < 0.3 * np.abs(np.subtract(sums[0], sums[2])).max()

@@ -7,11 +7,11 @@ from scipy.linalg import eigh
 
 from flexura.beam import (
     SectionProperties,
-    contour,
     flexibility,
     gauss_stations,
     integration_matrices,
     mass,
+    notch,
     phi,
     rectangle,
     rigid_arm,
@@ -92,7 +92,7 @@ def test_right_circular_notch_against_the_notch_integrals(R, t, rotation, axial,
     points, weights = gauss_stations(8)
     lengths = np.diff(cuts)
     xi = cuts[:-1, None] + lengths[:, None] * points
-    section = rectangle(1.0, contour.circular(xi, R, t), 0.3)
+    section = rectangle(1.0, notch.circular(xi, R, t), 0.3)
     C, M = tapered(1.0, 0.4, 1.0, section, lengths, 0, 1, points, weights)
     to_end = rigid_arm(np.stack([R - cuts[1:], 0 * lengths, 0 * lengths], axis=-1))
     total = (to_end @ C @ np.swapaxes(to_end, -1, -2)).sum(axis=0)
@@ -152,7 +152,7 @@ def test_broadcasts_over_designs_and_elements():
     lengths = np.array([4e-3, 6e-3])
     web = np.array([2e-4, 3e-4, 5e-4])[:, None, None]
     xi = (points - 0.5) * lengths[:, None]
-    section = rectangle(5e-3, contour.parabolic(xi, 5e-3, 1e-3, web), 0.33)
+    section = rectangle(5e-3, notch.parabolic(xi, 5e-3, 1e-3, web), 0.33)
     shear, rho = np.array([0, 1]), np.array([[2700.0], [2800.0], [7800.0]])
     C, M = tapered(E, G, rho, section, lengths, shear, 1, points, weights)
     assert C.shape == (3, 2, 6, 6)

@@ -10,7 +10,7 @@ from flexura.solid.geometry import ENDS, joints, solids
 from flexura.solid.mesh import occ
 from flexura.solid.mesh.meshing import group_mesh
 from flexura.solid.mesh.solid_mesh import SolidMesh
-from flexura.structure.assembler import full_order
+from flexura.structure.assembly import full_order
 from helpers.direct_solids import lowest_modes
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.beam import contour, wedge
+from flexura.beam import notch
 from helpers.verification_report import Case
 
 SOLID = "quadratic tetrahedra, 192 000 DOFs"
@@ -268,7 +268,7 @@ def lobontiu(length, r, t):
 def test_closed_forms_of_right_circular_hinges(R, t):
     np.testing.assert_allclose(wu_zhou(R, t), paros_weisbord(R, t), rtol=1e-12)
     x = np.linspace(-R, R, 20001)
-    sums = [s.sum() for s in wedge.beam_flexibility(R / 10000, contour.circular(x, R, t))]
+    sums = [s.sum() for s in notch.beam_flexibility(R / 10000, notch.circular(x, R, t))]
     np.testing.assert_allclose(sums, wu_zhou(R, t), rtol=2e-6)
 
 

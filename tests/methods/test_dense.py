@@ -26,7 +26,7 @@ def test_too_many_are_refused_before_they_are_written(method, monkeypatch) -> No
         raise AssertionError("a matrix was begun")
 
     model = assemble(comb(400))
-    monkeypatch.setattr("flexura.structure.scatter.Scatter.dense", never)
+    monkeypatch.setattr("flexura.structure.assembly.Scatter.dense", never)
     with pytest.raises(fx.SolverError, match=r"4800 equations over the nodes .* more than the 2000"):
         method(model, 3)
     with pytest.raises(fx.SolverError, match="4800 equations"):

@@ -11,9 +11,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import flexura as fx
-from flexura.beam.dynamic import dynamic_beam
-from flexura.beam.dynamic_series import BeamSeries
-from flexura.beam.uniform import UniformBeam
+from flexura.beam.dynamic import BeamSeries, dynamic_beam
+from flexura.beam.element import UniformBeam
 from flexura.linalg import lowest
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness

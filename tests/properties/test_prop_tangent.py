@@ -8,7 +8,7 @@ from hypothesis import given
 import flexura as fx
 from flexura.analysis.strain.tangent import tangent_stiffness
 from flexura.beam import skew
-from flexura.structure.assembler import full_order
+from flexura.structure.assembly import full_order
 from helpers.random_mechanisms import FEW, mechanisms
 
 

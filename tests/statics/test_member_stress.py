@@ -8,7 +8,7 @@ import pytest
 import flexura as fx
 from flexura.analysis.strain.internal_forces import internal_force_rows
 from flexura.analysis.strain.stress import member_stresses, stress_rows
-from flexura.beam.stress import (
+from flexura.beam.section import (
     flat_notch_factors,
     rectangle_torsion_stress,
     rectangle_von_mises,

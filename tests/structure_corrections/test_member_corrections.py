@@ -8,9 +8,8 @@ import flexura as fx
 from flexura.beam import element_mass, element_stiffness, rectangle
 from flexura.linalg import lowest
 from flexura.structure import Design
-from flexura.structure.assembler import full_order
+from flexura.structure.assembly import block_diagonal, full_order
 from flexura.structure.full_order import stiffness_and_mass
-from flexura.structure.scatter import block_diagonal
 from flexura.structure.segments import segments
 
 LEAF = fx.describe.Leaf(width=10e-3, thickness=0.5e-3)

@@ -4,6 +4,10 @@ One formula covers three theories. `shear` = 0, `rotary` = 0 is Euler-Bernoulli,
 Rayleigh beam of the RPR paper (eqs. 12-18), `shear` = 1, `rotary` = 1 Timoshenko. The Timoshenko element is
 exact for end loads: it does not lock and its nodal static displacements are those of the theory.
 
+`UniformBeam` has the theory folded into its rigidities and inertias per length, all that the dynamics of a beam depends
+on: without shear its shear flexibilities are zero, without rotary inertia its rotary inertias are, and effective
+rigidities stand for effects beyond beam theory.
+
 Arguments shared by the functions below; all broadcast against each other to the element shape (...):
 
 E, G      Young's and shear modulus, Pa
@@ -21,11 +25,12 @@ warp freely. Without shear and rotary inertia the frequencies are too high by ab
 """
 
 from contextlib import suppress
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.beam._columns import FloatArray, Real, basis_of, columns, combine, symmetric
-from flexura.beam.frames import rigid_arm
+from flexura.arrays import Array
+from flexura.beam.frames import Real, arm_along_x, basis_of, columns, combine, symmetric
 from flexura.beam.section import SectionProperties
 from flexura.duals import plain, real
 from flexura.linalg import unit_scale
@@ -105,27 +110,6 @@ END_FLEXIBILITY_BASIS = basis_of(
         *((_END_XZ, pattern) for pattern in _PAIR),
     ],
 )
-COUPLED_FLEXIBILITY_BASIS = np.concatenate(
-    [
-        END_FLEXIBILITY_BASIS,
-        basis_of(
-            6,
-            [
-                (((0, 1), (2, 1)), symmetric({(0, 1): 1})),
-                (((0, 1), (4, 1)), symmetric({(0, 1): 1})),
-                (((1, 1), (3, 1)), symmetric({(0, 1): 1})),
-                (((3, 1), (5, 1)), symmetric({(0, 1): 1})),
-            ],
-        ),
-    ]
-)
-"""That of `END_FLEXIBILITY_BASIS`, and what couples it where the xz plane alone is one of symmetry: tx with tz and ry,
-rx with ty and rz."""
-_PLANES = np.array([[0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9, 11]])
-_IN_PLANES = np.broadcast_arrays(_PLANES[:, :, None], _PLANES[:, None, :])
-PLANE_BASIS = np.zeros((72, 144))
-"""What takes matrices `in_planes` to (12, 12)."""
-PLANE_BASIS[np.arange(72), np.ravel(np.moveaxis(12 * _IN_PLANES[0] + _IN_PLANES[1], 0, -1))] = 1.0
 _FOUR = [symmetric({(i, j): 1}) for i in range(4) for j in range(i, 4)]
 MASS_ENTRIES = basis_of(
     12,
@@ -150,7 +134,7 @@ def phi(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real)
     return factor * section.Iz / section.ky, factor * section.Iy / section.kz
 
 
-def partial_flexibility(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def partial_flexibility(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return S(x), the displacement at x per unit load at end j, with end i clamped (theory eq. 11).
 
     In the xy plane, v = F [(L x^2/2 - x^3/6)/EIz + x/(ky G A)] + M x^2/2EIz, theta = F (L x - x^2/2)/EIz +
@@ -174,7 +158,7 @@ def partial_flexibility(x: Real, E: Real, G: Real, section: SectionProperties, l
     return combine(coefficients, FLEXIBILITY_BASIS, 6)
 
 
-def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return the eight numbers of which the flexibility is the linear combination with END_FLEXIBILITY_BASIS.
 
     L/EA, L/GJ, then per bending plane (xy, xz) L^3/3EI + shear L/kGA, L^2/2EI, L/EI (theory eq. 12).
@@ -193,90 +177,7 @@ def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, lengt
     )
 
 
-def root_coefficients(root: FloatArray, length: Real, end: int) -> FloatArray:
-    """Return what an elastic root at an end adds to the flexibility of an element, in COUPLED_FLEXIBILITY_BASIS.
-
-    At end j it adds itself, turned about z so that x leads along the element. At end i it moves end j on the rigid arm
-    of the element's length, D C D^T with D = rigid_arm((L, 0, 0)) (theory eq. F23).
-
-    root: (..., 12) as of `root_flexibility`; length: (...) m; end: 0 for i, 1 for j. Returns (..., 12).
-    """
-    uu, tt, vv, vr, rr, ww, wq, qq, uw, uq, tv, tr = np.moveaxis(root, -1, 0)
-    if end:
-        return columns(uu, tt, vv, -vr, rr, ww, wq, qq, -uw, uq, tv, -tr)
-    L = length
-    plane_xy = (vv + L * (2 * vr + L * rr), vr + L * rr, rr)
-    plane_xz = (ww + L * (L * qq - 2 * wq), L * qq - wq, qq)
-    return columns(uu, tt, *plane_xy, *plane_xz, uw - L * uq, uq, tv + L * tr, tr)
-
-
-def in_planes(A: FloatArray) -> FloatArray:
-    """Matrices (..., 6, 6) or (..., 12, 12) in the planes that the xz plane as one of symmetry keeps apart, first that
-    of tx, tz, ry, then that of ty, rx, rz, of end i and of end j: (k, k, 2, n), k 3 or 6, leading axes in one."""
-    k = A.shape[-1] // 2
-    rows, columns = (index[:, :k, :k].transpose(1, 2, 0) for index in _IN_PLANES)
-    return np.moveaxis(A[..., rows, columns].reshape(-1, k, k, 2), 0, -1)
-
-
-def rooted_stiffness(C: FloatArray, L: Real) -> FloatArray:
-    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots (theory eq. F23).
-
-    With C of element and roots in series it is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of any element.
-
-    Both `in_planes`: C (3, 3, 2, n), flexibility with the roots, as of `flexibility`; L: (n,) m. Returns (6, 6, 2, n),
-    which `PLANE_BASIS` takes to (12, 12).
-    """
-    return _spread(_turned(_spread(_inverse_of_three(C), L)), L)
-
-
-def root_mass(C: FloatArray, M: FloatArray, L: Real, roots: FloatArray) -> FloatArray:
-    """Return what elastic roots change of the mass of elements (theory eq. F24).
-
-    With K of `rooted_stiffness` the ends are T u = u - R K u of the nodes' displacements u, so that the mass is
-    T^T M T; rigid motions keep theirs.
-
-    All `in_planes`: C (3, 3, 2, n) and L (n,) as of `rooted_stiffness`; M (6, 6, 2, n), mass of the element itself;
-    roots: (2, 3, 3, 2, n), flexibility of those at ends i and j, element axes. Returns the change of M (6, 6, 2, n).
-    """
-    W = _inverse_of_three(C)
-    Z = np.concatenate([-_product(roots[0], _turned(_moved(W, L))), _product(roots[1], W)])
-    Y = _product(M, Z)
-    P = np.einsum("kign,kjgn->ijgn", Z, Y) / 2
-    Y = Y + np.concatenate([_turned(_moved(P, L)), -P])
-    change = _spread(Y, L)
-    return -(change + _turned(change))
-
-
-def _product(A: FloatArray, B: FloatArray) -> FloatArray:
-    return np.einsum("ikgn,kjgn->ijgn", A, B)
-
-
-def _moved(A: FloatArray, L: Real) -> FloatArray:
-    """A D of planes A (k, 3, 2, n), D the arm of length L (n,) from end i to end j."""
-    last = np.stack([A[:, 2, 0] - L * A[:, 1, 0], A[:, 2, 1] + L * A[:, 0, 1]], axis=1)
-    return np.stack([A[:, 0], A[:, 1], last], axis=1)
-
-
-def _spread(A: FloatArray, L: Real) -> FloatArray:
-    """A B (k, 6, 2, n) of planes A (k, 3, 2, n)."""
-    return np.concatenate([-_moved(A, L), A], axis=1)
-
-
-def _turned(A: FloatArray) -> FloatArray:
-    return np.swapaxes(A, 0, 1)
-
-
-def _inverse_of_three(A: FloatArray) -> FloatArray:
-    """Inverses of symmetric matrices (3, 3, ...) by their cofactors; not finite where there is none."""
-    a, b, c, d, e, f = A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2]
-    own = (d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b)
-    with np.errstate(all="ignore"):
-        share = 1.0 / (a * own[0] + b * own[1] + c * own[2])
-        p, q, r, s, t, u = (share * x for x in own)
-    return np.stack([np.stack(row) for row in ((p, q, r), (q, s, t), (r, t, u))])
-
-
-def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return C, the displacement of end j per unit load there, with end i clamped: k_k^-1 of eq. 18 (theory eq. 12).
 
     C = S(L) of `partial_flexibility`; in the xy plane [[L^3/3EIz + L/(ky G A), L^2/2EIz], [L^2/2EIz, L/EIz]].
@@ -286,7 +187,7 @@ def flexibility(E: Real, G: Real, section: SectionProperties, length: Real, shea
     return partial_flexibility(length, E, G, section, length, shear)
 
 
-def stiffness_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def stiffness_coefficients(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return the ten numbers of which the stiffness is the linear combination with STIFFNESS_BASIS.
 
     EA/L, GJ/L, then per bending plane (xy, xz), with B = EI/(1 + phi): 12B/L^3, 6B/L^2, (4 + phi)B/L,
@@ -309,7 +210,7 @@ def stiffness_coefficients(E: Real, G: Real, section: SectionProperties, length:
     )
 
 
-def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return the element stiffness K in closed form (theory eq. 15).
 
     K = `stiffness_coefficients` @ STIFFNESS_BASIS, which is eq. 18 of the RPR paper with the k_k of the beam
@@ -320,7 +221,7 @@ def stiffness(E: Real, G: Real, section: SectionProperties, length: Real, shear:
     return combine(stiffness_coefficients(E, G, section, length, shear), STIFFNESS_BASIS, 12)
 
 
-def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
+def stiffness_from_flexibility(C: Array, length: Real) -> Array:
     """Return the element stiffness of a given flexibility, K = [-D, I]^T C^-1 [-D, I] (RPR paper, eq. 18).
 
     D = rigid_arm((L, 0, 0)). The result has six rigid motions whatever C is (theory eq. 13).
@@ -334,7 +235,7 @@ def stiffness_from_flexibility(C: FloatArray, length: Real) -> FloatArray:
     return (K + np.swapaxes(K, -1, -2)) / 2
 
 
-def _inverse(C: FloatArray) -> FloatArray:
+def _inverse(C: Array) -> Array:
     """Inverses (..., 6, 6) to their last digits, rows scaled alike; NaN where there is none."""
     d = unit_scale(plain(C))
     scale = d[..., :, None] * d[..., None, :]  # symmetric to the last bit
@@ -349,7 +250,7 @@ def _inverse(C: FloatArray) -> FloatArray:
     return found * scale
 
 
-def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatArray:
+def interpolation(S: Array, C: Array, x: Real, length: Real) -> Array:
     """Return the shape functions of an element from its flexibilities, Nbar = [D(x), 0] + S C^-1 [-D(L), I].
 
     Eqs. 11 and 13 of the RPR paper, with N(x) = S C^-1 [-D(L), I] in place of the printed polynomials
@@ -362,11 +263,11 @@ def interpolation(S: FloatArray, C: FloatArray, x: Real, length: Real) -> FloatA
     P = _inverse(C) @ _deformation(length)
     stacked = S.reshape(*S.shape[:-3], 6 * S.shape[-3], 6) @ P  # all stations of an element in one product
     N = stacked.reshape(*stacked.shape[:-2], S.shape[-3], 6, 12)
-    N[..., :6] += _arm_along_x(x)
+    N[..., :6] += arm_along_x(x)
     return N
 
 
-def shape_functions(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> FloatArray:
+def shape_functions(x: Real, E: Real, G: Real, section: SectionProperties, length: Real, shear: Real) -> Array:
     """Return Nbar(x) of the uniform element: linear axial and torsional, cubic bending functions (theory eq. 17).
 
     Eqs. 12-13 of the RPR paper, extended to shear; without shear they are the Hermite cubics. (In print the
@@ -382,7 +283,7 @@ def shape_functions(x: Real, E: Real, G: Real, section: SectionProperties, lengt
 
 def mass_coefficients(
     rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real
-) -> FloatArray:
+) -> Array:
     """Return the fourteen numbers of which the mass is the linear combination with MASS_BASIS (theory eq. 19).
 
     rho A L and rho (Iy + Iz) L for the axial and torsional parts (the polar second moment, not J), then per
@@ -412,7 +313,7 @@ def mass_coefficients(
     return coefficients
 
 
-def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real) -> FloatArray:
+def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real) -> Array:
     """Return the consistent element mass M in closed form (theory eqs. 18-19).
 
     M = `mass_coefficients` @ MASS_BASIS = int rho A N1^T N1 dx + int N2^T diag(rho (Iy + Iz), rotary rho Iy,
@@ -426,14 +327,69 @@ def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z
     return combine(mass_coefficients(rho, section, length, phi_y, phi_z, rotary), MASS_BASIS, 12)
 
 
-def _arm_along_x(x: Real) -> FloatArray:
-    return rigid_arm(columns(x, 0.0, 0.0))
-
-
-def _deformation(length: Real) -> FloatArray:
+def _deformation(length: Real) -> Array:
     """Return [-D(L), I], (..., 6, 12), which takes the rigid motion with node i off the motion of j."""
-    D = _arm_along_x(length)
+    D = arm_along_x(length)
     T = np.empty((*D.shape[:-2], 6, 12), like=D)
     T[..., :6] = -D
     T[..., 6:] = np.eye(6)
     return T
+
+
+class UniformBeam(NamedTuple):
+    """Uniform beams; the fields are arrays (...) of one common shape.
+
+    EA        axial rigidity, N
+    GJ        torsional rigidity, N m^2
+    EIy       bending rigidity about local y (bending in the xz plane), N m^2
+    EIz       bending rigidity about local z (bending in the xy plane), N m^2
+    shear_y   shear flexibility 1/(ky G A) along local y, 1/N; zero where shear is left out
+    shear_z   shear flexibility 1/(kz G A) along local z, 1/N; zero where shear is left out
+    mass      mass per length, kg/m
+    polar     polar inertia per length, rho (Iy + Iz), kg m
+    rotary_y  rotary inertia per length about local y, kg m; zero where it is left out
+    rotary_z  rotary inertia per length about local z, kg m; zero where it is left out
+    length    m
+    """
+
+    EA: Array
+    GJ: Array
+    EIy: Array
+    EIz: Array
+    shear_y: Array
+    shear_z: Array
+    mass: Array
+    polar: Array
+    rotary_y: Array
+    rotary_z: Array
+    length: Array
+
+    def take(self, index: Any) -> "UniformBeam":
+        """The beams at an index of the leading axes."""
+        return UniformBeam(*(field[index] for field in self))
+
+    def cut(self, pieces: int) -> "UniformBeam":
+        """One of `pieces` equal lengths of each beam."""
+        return self._replace(length=self.length / pieces)
+
+    @property
+    def section(self) -> SectionProperties:
+        """Rigidities as a section of a material with E = G = 1 Pa."""
+        flexible = [(shear > 0, shear * self.EA) for shear in (self.shear_y, self.shear_z)]
+        ky, kz = (np.where(shears, 1 / np.where(shears, product, 1.0), np.inf) for shears, product in flexible)
+        return SectionProperties(self.EA, self.EIy, self.EIz, self.GJ, ky, kz)
+
+
+def element_stiffness(beam: UniformBeam) -> Array:
+    """Return the static stiffness (..., 12, 12) of the beams as elements, N/m, N, N m (theory eq. 15)."""
+    return stiffness(1.0, 1.0, beam.section, beam.length, 1.0)
+
+
+def element_mass(beam: UniformBeam) -> Array:
+    """Return the consistent mass (..., 12, 12) of the beams as elements, kg, kg m, kg m^2 (theory eq. 19)."""
+    L2 = beam.length * beam.length
+    phi_y, phi_z = 12 * beam.EIz * beam.shear_y / L2, 12 * beam.EIy * beam.shear_z / L2
+    inertia = SectionProperties(beam.mass, beam.rotary_y, beam.rotary_z, beam.polar, beam.mass, beam.mass)
+    coefficients = mass_coefficients(1.0, inertia, beam.length, phi_y, phi_z, 1.0)
+    coefficients[..., 1] = beam.polar * beam.length
+    return combine(coefficients, MASS_BASIS, 12)

@@ -2,7 +2,8 @@
 
 The rotation of a cantilever's root on a half plane is known since W. J. O'Donnell, J. Appl. Mech. 27 (1960) 461. Blocks
 that are not large, leaves off their middle and the other directions have no closed forms: `roots.csv` holds solid
-finite elements of them (benchmarks/roots.py), between which is interpolated here.
+finite elements of them (benchmarks/roots.py), between which is interpolated here. Elements take roots in at their ends
+(theory eqs. F23-F24).
 """
 
 from __future__ import annotations
@@ -16,8 +17,32 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.beam._columns import FloatArray, Real, columns
+from flexura.arrays import Array
+from flexura.beam.element import END_FLEXIBILITY_BASIS
+from flexura.beam.frames import Real, basis_of, columns, symmetric
 from flexura.duals import plain
+
+COUPLED_FLEXIBILITY_BASIS = np.concatenate(
+    [
+        END_FLEXIBILITY_BASIS,
+        basis_of(
+            6,
+            [
+                (((0, 1), (2, 1)), symmetric({(0, 1): 1})),
+                (((0, 1), (4, 1)), symmetric({(0, 1): 1})),
+                (((1, 1), (3, 1)), symmetric({(0, 1): 1})),
+                (((3, 1), (5, 1)), symmetric({(0, 1): 1})),
+            ],
+        ),
+    ]
+)
+"""That of `END_FLEXIBILITY_BASIS`, and what couples it where the xz plane alone is one of symmetry: tx with tz and ry,
+rx with ty and rz."""
+_PLANES = np.array([[0, 2, 4, 6, 8, 10], [1, 3, 5, 7, 9, 11]])
+_IN_PLANES = np.broadcast_arrays(_PLANES[:, :, None], _PLANES[:, None, :])
+PLANE_BASIS = np.zeros((72, 144))
+"""What takes matrices `in_planes` to (12, 12)."""
+PLANE_BASIS[np.arange(72), np.ravel(np.moveaxis(12 * _IN_PLANES[0] + _IN_PLANES[1], 0, -1))] = 1.0
 
 FAR = 12.0
 """Distance from the middle of the leaf to the block's faces, over the thickness, from which it counts as far."""
@@ -87,10 +112,10 @@ FILLET_AT = (0.4, 0.2)
 GAUSS = np.polynomial.legendre.leggauss(16)
 """Points and weights over fillets."""
 
-TINY = 1e-30
+LEAST_FILLET = 1e-30
 """What gives fillets of no radius slopes."""
 
-NONE = 1e-9
+LEAST_FLEXIBILITY = 1e-9
 """What keeps a root that does not give regular, without units."""
 
 LEAF = (6.0, 0.4)
@@ -126,7 +151,7 @@ def root_flexibility(
     down: Real,
     wider: Real = 0.0,
     fillets: tuple[Real, Real] | None = None,
-) -> FloatArray:
+) -> Array:
     """Return the flexibility of the elastic root of a leaf, beyond leaf and block with rigid faces (theory eq. F21).
 
     It is interpolated between roots of solid elements as products of factors, so that no load does negative work.
@@ -170,7 +195,14 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     entries: list[Real] = [0.0] * 12
     for first, group in zip((0, 6), _GROUPS, strict=True):
         a, c, d, e, f, g = factors[first : first + 6]
-        own = (a * a + NONE, a * c, c * c + d * d + NONE, a * e, c * e + d * f, e * e + f * f + g * g + NONE)
+        own = (
+            a * a + LEAST_FLEXIBILITY,
+            a * c,
+            c * c + d * d + LEAST_FLEXIBILITY,
+            a * e,
+            c * e + d * f,
+            e * e + f * f + g * g + LEAST_FLEXIBILITY,
+        )
         for place, value in zip(group, own, strict=True):
             entries[place] = value
     return entries
@@ -194,7 +226,7 @@ def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Re
     return entries
 
 
-def _linear(x: Real, points: FloatArray, values: FloatArray) -> list[Real]:
+def _linear(x: Real, points: Array, values: Array) -> list[Real]:
     """Linear between values (n, points), n of them, rounded at the points; beyond the ends as there."""
     corners = [_over(x - point, NEAR_POINT) for point in points.tolist()]
     slopes = np.pad(np.diff(values) / np.diff(points), ((0, 0), (1, 1)))
@@ -205,7 +237,7 @@ def _linear(x: Real, points: FloatArray, values: FloatArray) -> list[Real]:
     ]
 
 
-def _factors_at(nu: Real, *scales: Real) -> list[FloatArray]:
+def _factors_at(nu: Real, *scales: Real) -> list[Array]:
     """The 12 factors of the flexibility (...) at nu and at places on the scales of width, up and down, each (...).
 
     Products are of `ROWS` places at a time: libraries sum those of other sizes in another order, and what a place gives
@@ -214,7 +246,7 @@ def _factors_at(nu: Real, *scales: Real) -> list[FloatArray]:
     coefficients, counts = _fitted()
     shape = np.broadcast_shapes(np.shape(nu), *map(np.shape, scales))
     count = math.prod(shape)
-    terms: FloatArray = np.ones((count, 1))
+    terms: Array = np.ones((count, 1))
     for scale, powers in zip(scales, counts[1:], strict=True):
         own = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), powers), axis=-1)
         terms = (terms[:, :, None] * own[:, None, :]).reshape(count, -1)
@@ -233,7 +265,7 @@ def _powers(x: Real, count: int) -> list[Real]:
     return found
 
 
-def _between(x: Real, least: float, most: float) -> FloatArray:
+def _between(x: Real, least: float, most: float) -> Array:
     """What lies outside of a range at its edge; there with the slopes of x."""
     x = np.where(plain(x) < least, least, x)
     return np.where(plain(x) > most, most, x)
@@ -253,7 +285,7 @@ def _within(x: Real, least: float, most: float, near: float | None = None) -> Re
     return x + _over(low - x, least - low) - _over(x - high, near or high - most)
 
 
-def fillet_shares(radii: FloatArray, step: Real, n: int) -> tuple[FloatArray, FloatArray]:
+def fillet_shares(radii: Array, step: Real, n: int) -> tuple[Array, Array]:
     """Return the flexibility of n elements from an end with fillets on, over that of elements without: in stretch and
     bending across the width, and in bending across the thickness and twist, as of beams that are as thick as leaf and
     fillets.
@@ -272,7 +304,7 @@ def fillet_shares(radii: FloatArray, step: Real, n: int) -> tuple[FloatArray, Fl
     for side in (0, 1):
         r = radii[..., side, None, None]
         left = np.where(plain(r) > plain(x), r - x, 0.0 * x)
-        h = h + r - np.sqrt(r * r - left * left + TINY)
+        h = h + r - np.sqrt(r * r - left * left + LEAST_FILLET)
     share = covered / step
     weights = GAUSS[1] / 2
     thin, thick = (1.0 - share * ((1.0 - h**-power) * weights).sum(axis=-1) for power in (1, 3))
@@ -350,7 +382,7 @@ def _fitted() -> _Fit:
     return _Fit(table, table.shape[:-1])
 
 
-def _factors(C: FloatArray) -> FloatArray:
+def _factors(C: Array) -> Array:
     """The entries (12,) of Cholesky factors of both planes, of the flexibility (12,) without units."""
     found = []
     for qq, wq, ww, uq, uw, uu in (C[list(group)] for group in _GROUPS):
@@ -360,3 +392,82 @@ def _factors(C: FloatArray) -> FloatArray:
         f = (uw - c * e) / d if d else 0.0
         found += [a, c, d, e, f, np.sqrt(max(uu - e * e - f * f, 0.0))]
     return np.array(found)
+
+
+def root_coefficients(root: Array, length: Real, end: int) -> Array:
+    """Return what an elastic root at an end adds to the flexibility of an element, in COUPLED_FLEXIBILITY_BASIS.
+
+    At end j it adds itself, turned about z so that x leads along the element. At end i it moves end j on the rigid arm
+    of the element's length, D C D^T with D = rigid_arm((L, 0, 0)) (theory eq. F23).
+
+    root: (..., 12) as of `root_flexibility`; length: (...) m; end: 0 for i, 1 for j. Returns (..., 12).
+    """
+    uu, tt, vv, vr, rr, ww, wq, qq, uw, uq, tv, tr = np.moveaxis(root, -1, 0)
+    if end:
+        return columns(uu, tt, vv, -vr, rr, ww, wq, qq, -uw, uq, tv, -tr)
+    L = length
+    plane_xy = (vv + L * (2 * vr + L * rr), vr + L * rr, rr)
+    plane_xz = (ww + L * (L * qq - 2 * wq), L * qq - wq, qq)
+    return columns(uu, tt, *plane_xy, *plane_xz, uw - L * uq, uq, tv + L * tr, tr)
+
+
+def in_planes(A: Array) -> Array:
+    """Matrices (..., 6, 6) or (..., 12, 12) in the planes that the xz plane as one of symmetry keeps apart, first that
+    of tx, tz, ry, then that of ty, rx, rz, of end i and of end j: (k, k, 2, n), k 3 or 6, leading axes in one."""
+    k = A.shape[-1] // 2
+    rows, columns = (index[:, :k, :k].transpose(1, 2, 0) for index in _IN_PLANES)
+    return np.moveaxis(A[..., rows, columns].reshape(-1, k, k, 2), 0, -1)
+
+
+def rooted_stiffness(C: Array, L: Real) -> Array:
+    """Return the stiffness of elements between nodes that their ends are joined to by elastic roots (theory eq. F23).
+
+    With C of element and roots in series it is K = B^T C^-1 B, B = [-D, I], which has the rigid motions of any element.
+
+    Both `in_planes`: C (3, 3, 2, n), flexibility with the roots, as of `flexibility`; L: (n,) m. Returns (6, 6, 2, n),
+    which `PLANE_BASIS` takes to (12, 12).
+    """
+    return _spread(np.swapaxes(_spread(_inverse_of_three(C), L), 0, 1), L)
+
+
+def root_mass(C: Array, M: Array, L: Real, roots: Array) -> Array:
+    """Return what elastic roots change of the mass of elements (theory eq. F24).
+
+    With K of `rooted_stiffness` the ends are T u = u - R K u of the nodes' displacements u, so that the mass is
+    T^T M T; rigid motions keep theirs.
+
+    All `in_planes`: C (3, 3, 2, n) and L (n,) as of `rooted_stiffness`; M (6, 6, 2, n), mass of the element itself;
+    roots: (2, 3, 3, 2, n), flexibility of those at ends i and j, element axes. Returns the change of M (6, 6, 2, n).
+    """
+    W = _inverse_of_three(C)
+    Z = np.concatenate([-_product(roots[0], np.swapaxes(_moved(W, L), 0, 1)), _product(roots[1], W)])
+    Y = _product(M, Z)
+    P = np.einsum("kign,kjgn->ijgn", Z, Y) / 2
+    Y = Y + np.concatenate([np.swapaxes(_moved(P, L), 0, 1), -P])
+    change = _spread(Y, L)
+    return -(change + np.swapaxes(change, 0, 1))
+
+
+def _product(A: Array, B: Array) -> Array:
+    return np.einsum("ikgn,kjgn->ijgn", A, B)
+
+
+def _moved(A: Array, L: Real) -> Array:
+    """A D of planes A (k, 3, 2, n), D the arm of length L (n,) from end i to end j."""
+    last = np.stack([A[:, 2, 0] - L * A[:, 1, 0], A[:, 2, 1] + L * A[:, 0, 1]], axis=1)
+    return np.stack([A[:, 0], A[:, 1], last], axis=1)
+
+
+def _spread(A: Array, L: Real) -> Array:
+    """A B (k, 6, 2, n) of planes A (k, 3, 2, n)."""
+    return np.concatenate([-_moved(A, L), A], axis=1)
+
+
+def _inverse_of_three(A: Array) -> Array:
+    """Inverses of symmetric matrices (3, 3, ...) by their cofactors; not finite where there is none."""
+    a, b, c, d, e, f = A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2]
+    own = (d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b)
+    with np.errstate(all="ignore"):
+        share = 1.0 / (a * own[0] + b * own[1] + c * own[2])
+        p, q, r, s, t, u = (share * x for x in own)
+    return np.stack([np.stack(row) for row in ((p, q, r), (q, s, t), (r, t, u))])

@@ -1,10 +1,11 @@
-"""The tapered spatial beam element, by the flexibility (force-based) method.
+"""The tapered spatial beam element, by the flexibility (force-based) method, and the stiffness that axial forces add.
 
-The internal forces of an element loaded at its ends follow from equilibrium alone, whatever its section does,
-so the flexibility is a quadrature of the section's flexibility: no displacement field is assumed and the
-stiffness is exact up to the quadrature (Neuenhofer & Filippou 1997). Arguments as in `flexura.beam.element`.
+The internal forces of an element loaded at its ends follow from equilibrium alone, whatever its section does, so the
+flexibility is a quadrature of the section's flexibility: no displacement field is assumed and the stiffness is exact up
+to the quadrature (Neuenhofer & Filippou 1997). The geometric stiffness of uniform and of tapered elements takes the
+static shapes that come with it. Arguments as in `flexura.beam.element`.
 
-The theory holds for gentle tapers about a straight axis; see `flexura.beam.contour` for steep notches.
+The theory holds for gentle tapers about a straight axis; see `flexura.beam.notch` for steep notches.
 """
 
 from functools import lru_cache
@@ -13,13 +14,21 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
-from flexura.beam._columns import FloatArray, Real, columns, combine
-from flexura.beam.element import FLEXIBILITY_BASIS, interpolation
+from flexura.arrays import Array
+from flexura.beam.element import (
+    FLEXIBILITY_BASIS,
+    UniformBeam,
+    element_stiffness,
+    interpolation,
+    shape_functions,
+    stiffness_from_flexibility,
+)
+from flexura.beam.frames import Real, columns, combine
 from flexura.beam.section import SectionProperties
-from flexura.duals import real
+from flexura.duals import real, zeros
 
 
-def gauss_stations(n: int) -> tuple[FloatArray, FloatArray]:
+def gauss_stations(n: int) -> tuple[Array, Array]:
     """Return the n Gauss-Legendre points and weights of the interval [0, 1].
 
     int_0^1 f = sum_g w_g f(x_g), exact for polynomials of degree 2n - 1 (Abramowitz & Stegun 1964, 25.4.29).
@@ -30,7 +39,7 @@ def gauss_stations(n: int) -> tuple[FloatArray, FloatArray]:
     return (1 + points) / 2, weights / 2
 
 
-def integration_matrices(points: ArrayLike) -> tuple[FloatArray, FloatArray]:
+def integration_matrices(points: ArrayLike) -> tuple[Array, Array]:
     """Return the matrices of the first and second integral of the interpolant through `points` of [0, 1].
 
     (A1 f)_g = int_0^{x_g} p(s) ds and (A2 f)_g = int_0^{x_g} (x_g - s) p(s) ds, p the polynomial of degree
@@ -57,10 +66,10 @@ def tapered(
     length: Real,
     shear: Real,
     rotary: Real,
-    points: FloatArray,
-    weights: FloatArray,
+    points: Array,
+    weights: Array,
     inertia: SectionProperties | None = None,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Return the flexibility and the consistent mass of an element whose section varies along it (theory eqs. 20-21).
 
     C = int B^T c B dx, with c = diag(1/EA, shear/(ky G A), shear/(kz G A), 1/GJ, 1/EIy, 1/EIz) and B(x) the
@@ -93,8 +102,8 @@ def tapered(
 
 
 def station_shapes(
-    E: Real, G: Real, section: SectionProperties, length: Real, shear: Real, points: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+    E: Real, G: Real, section: SectionProperties, length: Real, shear: Real, points: Array, weights: Array
+) -> tuple[Array, Array]:
     """Return the flexibility C (..., 6, 6) and the static shape functions Nbar (..., n, 6, 12) at the stations.
 
     Nbar is that of the element loaded at its ends alone, whatever its section does (theory eqs. 16, 20). Arguments and
@@ -109,15 +118,15 @@ def station_shapes(
 
 
 def _integrals(
-    E: FloatArray,
-    G: FloatArray,
+    E: Array,
+    G: Array,
     section: SectionProperties,
-    L: FloatArray,
-    shear: FloatArray,
-    points: FloatArray,
-    first: FloatArray,
-    second: FloatArray,
-) -> FloatArray:
+    L: Array,
+    shear: Array,
+    points: Array,
+    first: Array,
+    second: Array,
+) -> Array:
     """Return the coefficients of FLEXIBILITY_BASIS at m places, (..., m, 10).
 
     `first` and `second`, (n, m), take values at the stations to their first and second integral from 0 to the
@@ -137,7 +146,88 @@ def _integrals(
 
 
 @lru_cache(maxsize=32)
-def _station_operators(points: tuple[float, ...]) -> tuple[FloatArray, FloatArray]:
+def _station_operators(points: tuple[float, ...]) -> tuple[Array, Array]:
     """Return the transposed integration matrices, laid out for `_integrals`."""
     A1, A2 = integration_matrices(points)
     return np.ascontiguousarray(A1.T), np.ascontiguousarray(A2.T)
+
+
+def geometric_stiffness(force: Array, beam: UniformBeam) -> Array:
+    """Return the stiffness (..., 12, 12) that an axial force adds to the beams as elements (theory eqs. P1-P3).
+
+    P int (v'^2 + w'^2 + (Ip/A) phi'^2) dx with the element's own static shapes (Przemieniecki 1968, ch. 15; the twist
+    term Wagner 1936): the slope v' is rotation and shear strain, so that a column with shear buckles at the load of
+    Engesser. Exactly symmetric; order 4 of convergence without shear.
+
+    force: (...) N, tension positive; UniformBeam fields (...). Holds for small displacements from a straight beam;
+    bending moments and shear forces of the preloaded state add nothing here.
+    """
+    return real(force)[..., None, None] * geometric_basis(beam).sum(axis=-3)
+
+
+def geometric_basis(beam: UniformBeam) -> Array:
+    """Return `geometric_stiffness` (..., 2, 12, 12) per axial force at the first and at the second end, linear between.
+
+    1/N of stiffness: m, 1 and 1/m. Axial force under a uniform beam's own weight is linear (theory eq. P3).
+    """
+    section, L = beam.section, real(beam.length)
+    K = element_stiffness(beam)
+    out = zeros((*L.shape, 2, 12, 12), K)
+    points, weights = gauss_stations(4)
+    for x, w in zip(points, weights, strict=True):
+        N = shape_functions(x * L, 1.0, 1.0, section, L, 1.0)
+        slopes = (
+            N[..., 5, :] + real(beam.shear_y)[..., None] * K[..., 7, :],
+            -N[..., 4, :] + real(beam.shear_z)[..., None] * K[..., 8, :],
+        )
+        own = sum((w * L)[..., None, None] * row[..., :, None] * row[..., None, :] for row in slopes)
+        out[..., 0, :, :] += (1 - x) * own
+        out[..., 1, :, :] += x * own
+    heavy = real(beam.mass) > 0
+    radius2 = np.where(heavy, beam.polar, 0.0) / np.where(heavy, beam.mass, 1.0)
+    twist = (radius2 / L / 2)[..., None]
+    out[..., 3, 3] += twist
+    out[..., 9, 9] += twist
+    out[..., 3, 9] -= twist
+    out[..., 9, 3] -= twist
+    return (out + np.swapaxes(out, -1, -2)) / 2
+
+
+def tapered_geometric_basis(
+    E: Real,
+    G: Real,
+    section: SectionProperties,
+    inertia: SectionProperties,
+    length: Real,
+    shear: Real,
+    points: Array,
+    weights: Array,
+) -> Array:
+    """Return `geometric_basis` (..., 2, 12, 12) of elements whose section varies along them (theory eqs. P1-P3).
+
+    The same integral over the stations, with the static shapes that the element's flexibility gives (theory eq. 16).
+    section, inertia: fields (..., n) at the stations `points`, the sections that are elastic and those that are there;
+    others as in `tapered`. Raises numpy.linalg.LinAlgError as `tapered` does.
+    """
+    C, N = station_shapes(E, G, section, length, shear, points, weights)
+    L = real(length)[..., None]
+    K = stiffness_from_flexibility(C, length)[..., None, :, :]
+    slide = real(shear)[..., None] / (real(G)[..., None] * section.A)
+    rows = (
+        N[..., 5, :] + (slide / section.ky)[..., None] * K[..., 7, :],
+        -N[..., 4, :] + (slide / section.kz)[..., None] * K[..., 8, :],
+        (np.sqrt((inertia.Iy + inertia.Iz) / inertia.A) / (real(G)[..., None] * section.J))[..., None] * K[..., 9, :],
+    )
+    ends = np.stack([weights * (1 - points), weights * points]) * L[..., None]
+    out = sum(np.einsum("...bn,...ni,...nj->...bij", ends, row, row) for row in rows)
+    return (out + np.swapaxes(out, -1, -2)) / 2
+
+
+def arm_stiffness(force: Array, arm: Array) -> Array:
+    """Return the stiffness (f a' + a f')/2 - (f.a) I of the rotation of a rigid arm a that exerts a force f (theory eq.
+    P5).
+
+    force: (..., 3) N; arm: (..., 3) m. Returns (..., 3, 3), N m. Second order in the rotation, as a vector.
+    """
+    outer = force[..., :, None] * arm[..., None, :]
+    return (outer + np.swapaxes(outer, -1, -2)) / 2 - (force * arm).sum(axis=-1)[..., None, None] * np.eye(3)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Index
 from flexura.beam import (
-    SMALL,
+    SERIES_RADIANS,
     BeamSeries,
     DynamicBeam,
     Joint,
@@ -370,7 +370,7 @@ def _refined(cut: Cut, least: int, limit: float) -> Cut:
         each[cut.kind] = pieces[element]
         beam = cut.beam._replace(length=cut.beam.length / each)
         J0 = np.zeros(len(each), dtype=np.intp)
-        long = np.flatnonzero(radians(beam, beyond) > SMALL)
+        long = np.flatnonzero(radians(beam, beyond) > SERIES_RADIANS)
         J0[long] = BeamSeries(beam.take(long), beyond)(np.array([beyond])).J0[:, 0]
         coarse = np.unique(element[J0[cut.kind] > 0])
         if not len(coarse):

@@ -1,9 +1,10 @@
-"""Elements between two turning frames: forces, tangents and masses from the relative pose of their ends.
+"""Elements between turning frames: forces, tangents and masses from the relative pose of their ends.
 
 A frame has a position x and a rotation R, the identity at rest. Displacements of a frame are dx, m, and the rotation
 vector dw, rad, both in global axes: R becomes rotation(dw) R. No element has axes of its own that turn: its strain
 is the logarithm of the pose of end 2 seen from end 1, so that moving and turning everything changes nothing, the
-order of the ends does not matter, and an element bent to an arc or wound to a helix is exact.
+order of the ends does not matter, and an element bent to an arc or wound to a helix is exact. Beside beams and springs
+there are bars that are pinned at both ends, and actuators that push between two frames.
 
 Sources: Borri, Bottasso (1994), Int. J. Numer. Meth. Engng 37 (helicoidal strain); Sonneville, Cardona, Bruls (2014).
 """
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import zeros
-from flexura.motion.inertia import accelerating
 from flexura.motion.se3 import Logarithm, rotation
 from flexura.motion.strain import Strain
 
@@ -252,3 +252,176 @@ def turned(force: Array) -> Array:
     out[:, :3, 3:] = -skew(force[:, :3])
     out[:, 3:, 3:] = -skew(force[:, 3:])
     return out
+
+
+YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def accelerating(
+    mass: Array, axes: Array, arm: Array, turning: Array, velocity: Array, acceleration: Array
+) -> tuple[Array, float]:
+    """Forces (e, 6k) on frames that accelerate masses (e, 6k, 6k), and their kinetic energy, N m.
+
+    Masses act on the velocities of ends at arms (e, p, 3), m, global axes, from the first p of the k frames, and of the
+    amplitudes in the others, in `axes` (e, 3, 3), whose rate of turning is that of the ends by weights `turning` (p,).
+    `velocity` and `acceleration` (e, k, 6) are those of the frames, global axes. These are Lagrange's equations for
+    velocities that are no derivatives (theory eq. G33).
+    """
+    e, k = velocity.shape[:2]
+    p = arm.shape[1]
+    placed, rate = slice(0, p), velocity[:, :p, 3:]
+    back, mean = np.swapaxes(axes, -1, -2)[:, None], skew(turning @ rate)[:, None].swapaxes(-1, -2)
+    reach = skew(arm)
+    swing = -_by(reach, rate)
+    v, a = (own.reshape(e, k, 2, 3).copy() for own in (velocity, acceleration))
+    v[:, placed, 0] += swing
+    a[:, placed, 0] += _by(skew(rate), swing) - _by(reach, acceleration[:, :p, 3:])
+    a[:, placed] -= v[:, placed] @ mean
+    own = np.stack([v, a], axis=-1)
+    own[:, placed] = back[:, None] @ own[:, placed]
+    found = (mass @ own.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
+    kinetic = 0.5 * float(np.vdot(found[..., 0], own[..., 0]))
+    found[:, placed] = axes[:, None, None] @ found[:, placed]
+    momentum, force = found[:, placed, ..., 0], found[..., 1].copy()
+    force[:, placed] += momentum @ mean
+    turned = _products(momentum, v[:, placed])
+    force[:, placed, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]
+    force[:, placed, 1] += _by(reach, force[:, placed, 0])
+    return force.reshape(e, 6 * k), kinetic
+
+
+def _by(matrices: Array, vectors: Array) -> Array:
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _products(a: Array, b: Array) -> Array:
+    """Vector products along the last axis, quicker than those of NumPy where there are few."""
+    return a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX]
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Bars (e,) between frames `node` (e, 2).
+
+    `arm` (e, 2, 3), m, leads to their ends as seen from the frames, `length` (e,), m, is that without strain,
+    `stiffness` (e,) in N/m; `mass` (e, 12, 12) acts on the velocities of the ends and is the same in all axes.
+    """
+
+    node: Index
+    arm: Array
+    length: Array
+    stiffness: Array
+    mass: Array
+
+    def _ends(self, frames: Frames) -> Ends:
+        return Ends.of(frames, self.node, np.tile(np.eye(3), (len(self.node), 2, 1, 1)), self.arm)
+
+    def response(self, frames: Frames) -> Response:
+        """Energies, forces and tangents in a state of the frames (theory eq. G13)."""
+        ends = self._ends(frames)
+        stretch = np.linalg.norm(ends.position[:, 1] - ends.position[:, 0], axis=1) - self.length
+        pull = self.stiffness * stretch
+        return Response(0.5 * pull * stretch, *pulled(ends, pull, self.stiffness))
+
+    def driven(self, command: float) -> Bars:
+        """As long without strain as after a free expansion, m."""
+        return replace(self, length=self.length + command)
+
+    def material(self, frames: Frames) -> Array:
+        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
+        ends = self._ends(frames)
+        line = ends.position[:, 1] - ends.position[:, 0]
+        along = ((line / np.linalg.norm(line, axis=1)[:, None])[:, None] @ _stretch_rows(ends))[:, 0]
+        return self.stiffness[:, None, None] * along[:, :, None] * along[:, None]
+
+    def masses(self, frames: Frames) -> Array:
+        """Mass matrices (e, 12, 12) by velocities of the frames."""
+        return carried(self.mass, self._ends(frames).twists())
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        held, ends = self.response(frames), self._ends(frames)
+        velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
+        axes = np.tile(np.eye(3), (len(self.node), 1, 1))
+        force, kinetic = accelerating(self.mass, axes, ends.arm, np.zeros(2), velocity, acceleration)
+        if rates.damping:
+            damped = self.material(frames) @ velocity.reshape(len(velocity), 12, 1)
+            force = force + rates.damping * damped[..., 0]
+        return Kinetics(held.force + force, float(held.energy.sum()), kinetic)
+
+
+def pulled(ends: Ends, pull: Array, stiffness: Array) -> tuple[Array, Array]:
+    """Forces (e, 12) on the frames that hold `ends` against a pull (e,), N, along the line between them, which grows
+    with its length by `stiffness` (e,), N/m, and their tangents (e, 12, 12)."""
+    line = ends.position[:, 1] - ends.position[:, 0]
+    now = np.linalg.norm(line, axis=1)
+    n = line / now[:, None]
+    B = _stretch_rows(ends)
+    across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
+    along = stiffness[:, None, None] * n[:, :, None] * n[:, None]
+    force = pull[:, None] * (n[:, None] @ B)[:, 0]
+    tangent = np.swapaxes(B, 1, 2) @ (along + across) @ B
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        six = slice(6 * end, 6 * end + 6)
+        rotations = slice(6 * end + 3, 6 * end + 6)
+        tangent[:, rotations, rotations] += skew(sign * pull[:, None] * n) @ skew(ends.arm[:, end])
+        tangent[:, six, six] -= turned(force[:, six])
+    return force, tangent
+
+
+def _stretch_rows(ends: Ends) -> Array:
+    """Displacements (e, 3, 12) of end 2 from end 1 by those of the frames."""
+    B = np.zeros((len(ends.arm), 3, 12), like=ends.arm)
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        B[:, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
+        B[:, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])
+    return B
+
+
+@dataclass(frozen=True)
+class Push:
+    """An actuator between frames `node` (1, 2): it acts on the second, and the opposite on the first.
+
+    `arm` (1, 2, 3), m, leads to where it acts, as seen from the frames. Of size one it exerts `wrench` (6,), N and N m,
+    in axes that turn with the first frame; without, a force along the line from the first end to the second.
+    """
+
+    node: Index
+    arm: Array
+    wrench: Array | None
+    size: float = 0.0
+
+    def driven(self, command: float) -> Push:
+        """With a force or a moment, N or N m."""
+        return replace(self, size=command)
+
+    def response(self, frames: Frames) -> Response:
+        """No energy, and the forces and tangents of what it exerts (theory eq. G21)."""
+        ends = Ends.of(frames, self.node, np.tile(np.eye(3), (1, 2, 1, 1)), self.arm)
+        if self.wrench is None:
+            return Response(np.zeros(1), *pulled(ends, np.array([-self.size]), np.zeros(1)))
+        R = frames.R[self.node[0, 0]]
+        f, m = self.size * R @ self.wrench[:3], self.size * R @ self.wrench[3:]
+        force, tangent = (np.zeros(size, like=f) for size in ((2, 6), (2, 6, 2, 6)))
+        for end, sign in ((0, 1.0), (1, -1.0)):
+            a = ends.arm[0, end]
+            force[end, :3], force[end, 3:] = sign * f, sign * (m + np.cross(a, f))
+            tangent[end, :3, 0, 3:] -= sign * skew(f)
+            tangent[end, 3:, 0, 3:] -= sign * (skew(m) + skew(a) @ skew(f))
+            tangent[end, 3:, end, 3:] += sign * skew(f) @ skew(a)
+            tangent[end, :, end] -= turned(force[end][None])[0]
+        return Response(np.zeros(1), force.reshape(1, 12), tangent.reshape(1, 12, 12))
+
+    def material(self, frames: Frames) -> Array:
+        """It has no stiffness (1, 12, 12) of its own."""
+        del frames
+        return np.zeros((1, 12, 12))
+
+    def masses(self, frames: Frames) -> Array:
+        """Nor mass (1, 12, 12)."""
+        return self.material(frames)
+
+    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
+        """What it exerts in a state of motion."""
+        del rates
+        return Kinetics(self.response(frames).force, 0.0, 0.0)

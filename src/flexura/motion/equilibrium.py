@@ -16,23 +16,22 @@ from flexura.duals import plain
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.motion.elements import Frames
-from flexura.motion.loads import NO_LOADS, Loads
-from flexura.motion.model import Forces, MovingModel
-from flexura.motion.se3 import LARGEST, Logarithm
+from flexura.motion.model import NO_LOADS, Forces, Loads, MovingModel
+from flexura.motion.se3 import LARGEST_ROTATION, Logarithm
 
 HALF_TURN = 3.1
 """Largest component, rad, of a rotation vector that is prescribed; it ends at half a turn."""
 
-DENSE = 150
+DENSE_EQUATIONS = 150
 """Equations up to which dense algebra is quicker."""
 
-CONVERGED = 1e-8
+NEWTON_CONVERGED = 1e-8
 """Largest last step of Newton's method, over the size of the mechanism or in rad, after which nothing is left."""
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
 
-ITERATIONS = 12
+NEWTON_STEPS = 12
 """Steps of Newton's method after which a smaller change of state is tried."""
 
 
@@ -177,17 +176,17 @@ class Equations:
         """
         frames, multipliers = start, np.zeros(len(self.drives))
         wanted, last = np.asarray(targets, dtype=float), np.inf
-        for iteration in range(1, ITERATIONS + 1):
+        for iteration in range(1, NEWTON_STEPS + 1):
             tangent, missing = self.tangent(frames, loads, multipliers)
             gap = wanted - self.travelled(frames)
             step, multipliers = self.solver(tangent)(missing, gap)
             if not np.isfinite(step).all():
                 break
             size = float(np.abs(step * self.scale).max(initial=0.0))
-            if size > LARGEST or (iteration > 6 and size > last):
+            if size > LARGEST_ROTATION or (iteration > 6 and size > last):
                 break
             frames, last = frames.moved(self.displacements(step)), size
-            if size < CONVERGED:
+            if size < NEWTON_CONVERGED:
                 tangent, _ = self.tangent(frames, loads, multipliers)
                 return Equilibrium(frames, multipliers, loads, tangent, iteration)
         raise SolverError("no equilibrium is found near the last one")
@@ -208,12 +207,12 @@ class Equations:
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:
         """What gives steps (n,) or (n, k) towards equilibrium, and the forces (d,) of the drives after them, from the
-        forces that are missing (n,) and the ways (d,) that are left to the drives (theory eq. G14).
+        forces that are missing (n,) and the displacements (d,) that are left to the drives (theory eq. G14).
 
         Raises SolverError where the mechanism has lost its stiffness.
         """
         n, d = self.model.n_dof, len(self.drives)
-        if n + d <= DENSE:
+        if n + d <= DENSE_EQUATIONS:
             A = np.zeros((n + d, n + d))
             A[:n, :n] = self.model.pattern.dense(tangent.forces.blocks)
             A[:n, n:], A[n:, :n] = -tangent.rows.T, tangent.rows

@@ -16,23 +16,23 @@ from flexura.errors import SolverError
 from flexura.linalg import factorise
 from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
-from flexura.motion.loads import Loads
-from flexura.motion.se3 import LARGEST
+from flexura.motion.model import Loads
+from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.tables import quantity
 
-CONVERGED = 1e-6, 1e-10
+STEP_CONVERGED = 1e-6, 1e-10
 """What is left of a step by Newton's method: over what accelerations change in it, and over itself."""
 
-ITERATIONS = 12
+STEP_ITERATIONS = 12
 """Iterations with one matrix after which it is made anew; twice as many end the motion."""
 
-SLOW = 0.3
+SLOW_RATE = 0.3
 """Part of the error that an iteration leaves, from which the matrix is made anew for the next step."""
 
-LEAST = 0.01
+LEAST_RATE = 0.01
 """Part that an iteration is expected to leave at least."""
 
-ROUND_OFF = 1e-14
+NO_STEP = 1e-14
 """Step over the size of the mechanism, or in rad, that counts as none."""
 
 
@@ -109,17 +109,17 @@ class Integrator:
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
-            if not np.isfinite(size) or size > LARGEST or done >= 2 * ITERATIONS:
+            if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError("a step does not settle")
             rate = min(size / before, 0.999) if done > 1 else self._rate
             moved, bent = (float(np.abs(own * scale).max(initial=0.0)) for own in (D, h**2 * accelerated))
-            if size * rate / (1 - rate) <= CONVERGED[0] * bent + CONVERGED[1] * moved + ROUND_OFF:
+            if size * rate / (1 - rate) <= STEP_CONVERGED[0] * bent + STEP_CONVERGED[1] * moved + NO_STEP:
                 break
-            if done == ITERATIONS or (done > 1 and rate > 0.5):
+            if done == STEP_ITERATIONS or (done > 1 and rate > 0.5):
                 self._renew(now.frames, loads)
         if done > 1:
-            self._rate = max(rate, LEAST)
-            if rate > SLOW:
+            self._rate = max(rate, LEAST_RATE)
+            if rate > SLOW_RATE:
                 self._factor = None
         state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
         if self._factor is None:

@@ -10,11 +10,9 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator
-from flexura.motion.bars import Bars
-from flexura.motion.clusters import Sagging, Superelements
-from flexura.motion.elements import Ends, Frames, Group, PoseElements
-from flexura.motion.pushes import Push
+from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
+from flexura.motion.superelements import Sagging, Superelements
 from flexura.structure import Copies, Design, Part, SpringElement, Torsion
 
 Named = tuple[Group, tuple[str, ...]]

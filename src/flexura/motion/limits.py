@@ -1,22 +1,136 @@
-"""Where states lie beyond what is known of them: members bent or twisted too far, nodes half held by the ground."""
+"""Where states lie beyond what is known of them, and why a path of states ends.
+
+Members may bend or twist too far, superelements turn within themselves or be bent of which no more is known than their
+stiffness at rest, and the ground may half hold a node.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import TypeGuard
 
 import numpy as np
 
-from flexura.errors import Diagnostic
-from flexura.motion.bending import bends, edge_strains
-from flexura.motion.elements import Frames
+from flexura.arrays import Array
+from flexura.beam import member_frame
+from flexura.errors import Diagnostic, SolverError
+from flexura.motion.elements import Frames, Group, PoseElements
+from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.layout import PLAIN
 from flexura.motion.model import MovingModel
-from flexura.motion.se3 import rotation_vector
+from flexura.motion.pose import Pose
+from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
+from flexura.motion.strain import beam_strain
+from flexura.motion.superelements import Superelements
 
-STRETCH = 2e-4
+BEAM_STEPS = 4
+"""Steps of Newton's method for the beam under the same forces."""
+
+RESISTED_MOTION = 1e-9
+"""Stiffness, over the largest with a diagonal of ones, below which a motion meets none."""
+
+
+def softer_as_beams(group: Superelements, frames: Frames, motions: Array) -> Array:
+    """Twice the energy (e, k), N m, that motions (e, 6f, k) of their f frames meet in superelements in a state, less
+    what they would meet in uniform beams of the same stiffness at rest between the first node and each other one, the
+    largest of these (theory eq. G32).
+
+    Beams soften as they bend, by (G10)-(G12); superelements with a quadratic energy do not. Zero for those whose energy
+    knows more, for nodes at one place, and where a beam would be stiffer: motions of it would not be these.
+    """
+    found = np.zeros((len(group.node), motions.shape[2]))
+    if group.energy.cubic.size or group.own < 2:
+        return found
+    d, moved = group.deformation(frames), group.rows(frames) @ motions
+    for e in range(len(found)):
+        for i in range(group.own - 1):
+            own = slice(6 * i, 6 * i + 6)
+            change = _change(group.energy.stiffness[e], own, group.rest[e, i, :3], d[e, own])
+            found[e] = np.maximum(found[e], np.einsum("ik,ij,jk->k", moved[e, own], change, moved[e, own]))
+    return found
+
+
+def _change(K: Array, own: slice, line: Array, d: Array) -> Array:
+    """The stiffness (6, 6) of a node at `line` (3,) from the first, all others free, less that of a beam of this
+    stiffness under the forces of the deformation d (6,)."""
+    length = float(np.linalg.norm(line))
+    if not length > 0 or not d.any():
+        return np.zeros((6, 6))
+    others = np.delete(np.arange(len(K)), np.arange(6) + own.start)
+    coupled = K[own, others]
+    k = K[own, own] - coupled @ np.linalg.pinv(K[np.ix_(others, others)], rcond=1e-12) @ coupled.T
+    turn = _principal(k, line[None] / length)
+    k, d = turn @ k @ turn.T, turn @ d
+    k = (k + k.T) / 2
+    if not (np.diag(k) > 0).all():
+        return np.zeros((6, 6))
+    scale = 1 / np.sqrt(np.diag(k))
+    values, vectors = np.linalg.eigh(scale[:, None] * k * scale)
+    meant = values > RESISTED_MOTION * values[-1]
+    kept = scale[:, None] * vectors[:, meant] / np.sqrt(values[meant])
+    beam, force, at = beam_strain(k[None], np.array([length]), PLAIN), kept.T @ k @ d, d
+    for _ in range(BEAM_STEPS):
+        _, gradient, bent = beam.response(at[None])
+        at = at + kept @ np.linalg.solve(kept.T @ bent[0] @ kept, force - kept.T @ gradient[0])
+    return turn.T @ (k - beam.response(at[None])[2][0]) @ turn
+
+
+def _principal(k: Array, axis: Array) -> Array:
+    """Axes (6, 6), as rows for both halves: along a line (1, 3), and across it where bending stiffness is least and
+    largest."""
+    R = member_frame(axis, np.eye(3)[np.argmin(np.abs(axis), axis=-1)])[0]
+    _, across = np.linalg.eigh(R[1:] @ k[3:, 3:] @ R[1:].T)
+    R[1:] = (across * np.sign(np.linalg.det(across))).T @ R[1:]
+    return np.kron(np.eye(2), R)
+
+
+BEND_LIMIT = 0.5
+"""Largest angle, rad, between sections of an element of a member. Beyond it strains are not quadratic: see the table of
+the theory page."""
+
+LINEAR_ROTATION = 0.1
+"""Largest rotation, rad, of a superelement within itself: that of linear analysis."""
+
+
+def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
+    """Relative errors (k,) of the stiffness that free displacements (n, k) meet in a state, estimated, by member for
+    want of finer elements (theory eq. G27), and by superelement for what bending would make of a beam (theory eq.
+    G32). `energies` (k,), N m, are twice those of the displacements."""
+    whole = np.concatenate([motions, np.zeros((1, motions.shape[1]))])
+    found: dict[str, Array] = {}
+    for group, names in zip(model.elements, model.names, strict=True):
+        if _bends(group):
+            relief = group.relief(frames, whole[model.dof[group.node].reshape(len(names), -1)])
+        elif isinstance(group, Superelements):
+            relief = softer_as_beams(group, frames, whole[model.dof[group.node].reshape(len(names), -1)])
+        else:
+            continue
+        for name, error in zip(names, relief / energies, strict=True):
+            found[name] = found.get(name, 0.0) + error
+    return found
+
+
+def _bends(group: Group) -> TypeGuard[PoseElements]:
+    """Whether these are beams."""
+    return isinstance(group, PoseElements) and group.are_beams
+
+
+def _angles(group: PoseElements, frames: Frames) -> Array:
+    """The largest angle (e,), rad, between two sections of elements: that between the ends, and that between the middle
+    and an end, where curvature varies linearly and s = L^3 c/12 (theory eq. G9)."""
+    d = group.deformation(frames)
+    ends = np.linalg.norm(d[:, 3:], axis=1)
+    length = np.linalg.norm(group.rest[:, :3], axis=1)
+    across = np.linalg.norm(d[:, 1:3], axis=1) / length
+    return np.maximum(ends, ends / 2 + 1.5 * across)
+
+
+EDGE_STRAIN = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
 
-HELD_TURN = 1e-3
-"""Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the way."""
+PATH_TURN = 1e-3
+"""Rotation, rad, that is told where the ground holds the one about its axis, and it depends on the path."""
 
 
 def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ...]:
@@ -36,22 +150,50 @@ def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ..
 
 def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members and superelements that bend further within an element than is accurate."""
-    return (bend.exceeded for bend in bends(model, frames))
+    for group, names in zip(model.elements, model.names, strict=True):
+        if isinstance(group, Superelements):
+            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
+            angle = float(turns.max(initial=0.0))
+            if angle > LINEAR_ROTATION:
+                text = (
+                    f"superelement {names[0]}: it turns by {angle:.3g} rad within itself, more than {LINEAR_ROTATION}"
+                    " rad; it is linear inside"
+                )
+                yield Diagnostic("rotation", names[0], angle, LINEAR_ROTATION, "rad", text)
+        elif _bends(group):
+            counts = Counter(names)
+            for name, angle in zip(names, _angles(group, frames).tolist(), strict=True):
+                if angle > BEND_LIMIT:
+                    text = (
+                        f"member {name}: one of its elements, {counts[name]} in all, bends by {angle:.3g} rad, more"
+                        f" than the {BEND_LIMIT} rad up to which strains are known: refine it"
+                    )
+                    yield Diagnostic("mesh", name, angle, BEND_LIMIT, "rad", text)
 
 
 def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
-    """Members whose edges twist stretches by what stresses should contain."""
-    for name, strain in edge_strains(model, frames).items():
-        if strain > STRETCH:
+    """Members whose edges twist stretches over the mean of their sections by what stresses should contain, where
+    corrections take it in: by (r^2 - Ip/A)/2 times the square of the rate of twist, which is Ip/A times it at corners.
+    """
+    strains: dict[str, float] = {}
+    for group, names in zip(model.elements, model.names, strict=True):
+        if _bends(group):
+            length = np.linalg.norm(group.rest[:, :3], axis=1)
+            # Ip/AL per square of the twist of the ends is what shortens
+            stretch = group.strain.curvature[:, 0, 3, 3] * group.deformation(frames)[:, 3] ** 2 / length
+            for name, strain in zip(names, stretch.tolist(), strict=True):
+                strains[name] = max(strain, strains.get(name, 0.0))
+    for name, strain in strains.items():
+        if strain > EDGE_STRAIN:
             text = f"member {name}: twist stretches its edges by a further {strain:.2g}, which stresses do not contain"
-            yield Diagnostic("twist", name, strain, STRETCH, "1", text)
+            yield Diagnostic("twist", name, strain, EDGE_STRAIN, "1", text)
 
 
 def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Nodes of which the ground holds one rotation alone and which turn about both other axes.
 
-    How far they then turn about its axis depends on the way: by half the product of the other two between the straight
-    way and one after the other.
+    How far they then turn about its axis depends on the path: by half the product of the other two between the straight
+    one and one after the other.
     """
     held = model.dof[:-1, 3:] < 0
     nodes = np.flatnonzero((held.sum(axis=1) == 1) & (model.root[:-1] == np.arange(len(held))) & model.rest.placed[:-1])
@@ -59,10 +201,60 @@ def _partly_held(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
         axis = int(np.argmax(held[node]))
         turn = rotation_vector(frames.R[node])
         turned = max(abs(float(turn[axis])), abs(float(turn[axis - 1] * turn[axis - 2])) / 2)
-        if turned > HELD_TURN:
+        if turned > PATH_TURN:
             name = model.design.plan.topology.node_names[node]
             text = (
                 f"{name}: the ground holds its rotation about {'xyz'[axis]} alone, at every instant; as it turns about"
                 f" both other axes, {turned:.3g} rad of its rotation vector there depend on the path"
             )
-            yield Diagnostic("rotation", name, turned, HELD_TURN, "rad", text)
+            yield Diagnostic("rotation", name, turned, PATH_TURN, "rad", text)
+
+
+NEAR_LARGEST = 0.9
+"""Part of the largest rotation within an element from which this is why a path ends."""
+
+STIFFER = 30.0
+"""By how much a drive has stiffened where its displacement turns back."""
+
+
+def why_it_ends(equations: Equations, last: Equilibrium) -> str:
+    """What is found in the last state of a path, in words, with what may help."""
+    angle, name = _sharpest(equations.model, last.frames)
+    if angle > NEAR_LARGEST * LARGEST_ROTATION:
+        return (
+            f"{name} turns by {angle:.3g} rad between the ends of an element, and up to {LARGEST_ROTATION:.3g} rad are"
+            " known: refine a member; a spring turns no further"
+        )
+    if equations.drives:
+        undeformed = equations.solve(equations.model.rest, targets=np.zeros(len(equations.drives)))
+        stiffness = zip(_drive_stiffness(equations, last), _drive_stiffness(equations, undeformed), strict=True)
+        for drive, (at_last, at_rest) in zip(equations.drives, stiffness, strict=True):
+            if at_last > STIFFER * at_rest > 0:
+                return (
+                    f"the force at {drive.name} grows without limit there, as where members are stretched straight or"
+                    " at a limit point of the displacement: prescribe another displacement, or a load"
+                )
+    return (
+        "at a limit point of the displacement, as in a snap-through, prescribe another displacement; refine members"
+        " that bend sharply"
+    )
+
+
+def _drive_stiffness(equations: Equations, state: Equilibrium) -> Array:
+    """Sizes (d,) of the derivatives of the forces of drives by their displacements, the others held; zero where there
+    are none."""
+    try:
+        return np.abs(Pose(equations, state).drive_stiffness())
+    except (SolverError, np.linalg.LinAlgError):
+        return np.zeros(len(equations.drives))
+
+
+def _sharpest(model: MovingModel, frames: Frames) -> tuple[float, str]:
+    """The largest rotation, rad, between the ends of an element or the nodes of a superelement, and of which."""
+    worst = (0.0, "")
+    for group, names in zip(model.elements, model.names, strict=True):
+        if isinstance(group, PoseElements | Superelements):
+            turns = group.turns(frames)
+            k = int(turns.argmax())
+            worst = max(worst, (float(turns[k]), names[k]))
+    return worst

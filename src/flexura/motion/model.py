@@ -1,22 +1,32 @@
-"""The full-order model whose frames turn: every element of every copy of a part, wherever the mechanism has moved."""
+"""The full-order model whose frames turn: every element of every copy of a part, wherever the mechanism has moved, and
+what it is loaded with: dead and follower loads, gravity and actuators.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.linalg import DENSE_LIMIT, Matrix
-from flexura.motion.bars import Bars
-from flexura.motion.elements import Frames, Group, Kinetics, PoseElements, Rates, Response, turned
-from flexura.motion.inertia import accelerating
+from flexura.motion.elements import (
+    Bars,
+    Frames,
+    Group,
+    Kinetics,
+    PoseElements,
+    Push,
+    Rates,
+    Response,
+    accelerating,
+    turned,
+)
 from flexura.motion.layout import Laid, laid_out
-from flexura.motion.pushes import Push
 from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
@@ -194,15 +204,96 @@ class MovingModel(Laid):
         loss: dict[str, float] = {}
         for name in design.matrices:
             part, paths = design.plan.parts[name], design.plan.topology.copies[name].paths
-            members = part.table.loss_factors(design.values, default)[part.first[:-1]].tolist()
-            others = part.discrete_losses(design.values, default)[len(part.bodies) + len(part.points) :]
-            keys = [*part.members, *part.springs, *part.superelements, *part.channels.piezos]
-            for path in paths:
-                prefixed = (".".join((*path, key)) for key in keys)
-                loss.update(zip(prefixed, [*members, *others], strict=False))
+            losses = zip(part.discrete, part.discrete_losses(design.values, default), strict=True)
+            members = part.table.loss_factors(design.values, default)[part.first[:-1]]
+            own = dict(zip(part.members, members.tolist(), strict=True))
+            own |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
+            loss |= {".".join((*path, name)): eta for path in paths for name, eta in own.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
 
     @cached_property
     def root(self) -> Index:
         """The frame (n + 1,) that each node follows."""
         return np.append(self.design.plan.topology.root, len(self.dof) - 1)
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Dead loads (6,) by node, N and N m, follower loads likewise in the turning axes of the nodes, gravity (3,),
+    m/s^2, and by the names of actuators as placed how far stacks would expand freely, m, and with what forces and
+    moments, N and N m, others act between two nodes."""
+
+    dead: Mapping[int, Array]
+    follower: Mapping[int, Array]
+    gravity: Array
+    actuators: Mapping[str, float] = field(default_factory=dict)
+
+    def mixed(self, other: Loads, share: float) -> Loads:
+        """Loads between these and others, all in proportion."""
+        return Loads(
+            _mixed(self.dead, other.dead, share),
+            _mixed(self.follower, other.follower, share),
+            self.gravity + share * (other.gravity - self.gravity),
+            _mixed(self.actuators, other.actuators, share),
+        )
+
+    def apart(self, other: Loads) -> float:
+        """The largest difference from other loads, whatever its unit."""
+        kinds = ((self.dead, other.dead), (self.follower, other.follower), (self.actuators, other.actuators))
+        return max(*(_apart(*pair) for pair in kinds), float(np.abs(self.gravity - other.gravity).max()))
+
+    @property
+    def any(self) -> bool:
+        """Whether anything is loaded."""
+        return bool(self.dead or self.follower or self.actuators or self.gravity.any())
+
+    def forces(self, model: MovingModel, frames: Frames) -> Array:
+        """Dead and follower loads (n + 1, 6) on the frames."""
+        found = np.zeros(model.dof.shape, like=frames.R)
+        for node, wrench in self.dead.items():
+            found[model.root[node]] += _at_root(model, frames, node, wrench[:3], wrench[3:])
+        for node, wrench in self.follower.items():
+            force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
+            found[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
+        return found
+
+    def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
+        """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
+        slope = np.zeros((*model.dof.shape, 6), like=frames.R)
+        for node, wrench in self.dead.items():
+            root = model.root[node]
+            slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(frames.R[root] @ model.arm[node])
+        for node, wrench in self.follower.items():
+            force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
+            own = _at_root(model, frames, node, force[:, 0], moment[:, 0])
+            slope[model.root[node]] += turned(own[None])[0]
+        return self.forces(model, frames), slope
+
+
+def _at_root(model: MovingModel, frames: Frames, node: int, force: Array, moment: Array) -> Array:
+    """A force and a moment (3,) at a node as they act (6,) on the frame that it follows."""
+    arm = frames.R[model.root[node]] @ model.arm[node]
+    return np.concatenate([force, moment + skew(arm) @ force])
+
+
+def described_loads(design: Design) -> Loads:
+    """The dead loads and the gravity that are described."""
+    plan, values = design.plan, design.values
+    wrenches = plan.loads.wrenches(values)
+    numbers = plan.topology.numbers(list(wrenches)).tolist()
+    return Loads(dict(zip(numbers, wrenches.values(), strict=True)), {}, plan.loads.gravity(values))
+
+
+NO_LOADS = Loads({}, {}, np.zeros(3))
+
+
+def _mixed(own: Mapping[Any, Any], there: Mapping[Any, Any], share: float) -> dict[Any, Any]:
+    """Values by name or node between these and others; what is not there is zero."""
+    keys = dict.fromkeys((*own, *there))
+    return {key: (1 - share) * own.get(key, 0.0) + share * there.get(key, 0.0) for key in keys}
+
+
+def _apart(own: Mapping[Any, Any], there: Mapping[Any, Any]) -> float:
+    """The largest difference of values by name or node."""
+    found = [np.abs(np.subtract(own.get(key, 0.0), there.get(key, 0.0))).max() for key in (*own, *there)]
+    return float(max(found, default=0.0))

@@ -1,7 +1,8 @@
-"""What a mechanism is about a state of equilibrium: stiffness, compliance, modes, and where everything is."""
+"""What a mechanism is about a state of equilibrium: stiffness, compliance, modes, buckling, internal forces."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -10,11 +11,26 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexura.arrays import Array, Index
-from flexura.beam import rigid_arm
+from flexura.beam import rigid_arm, skew
 from flexura.errors import SolverError
-from flexura.linalg import Eigenpairs, Factor, Matrix, factorise, is_definite, next_to
+from flexura.linalg import (
+    Eigenpairs,
+    Factor,
+    Matrix,
+    critical_factors,
+    critical_shapes,
+    factorise,
+    is_definite,
+    next_to,
+    scaled,
+    unit_scale,
+)
+from flexura.motion.elements import PoseElements
 from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.layout import MIRRORED
+from flexura.motion.model import MovingModel
 from flexura.motion.se3 import rotation_vector
+from flexura.motion.superelements import Superelements
 
 SHIFTS = 60
 """Doublings of the shift below the lowest eigenvalue of a state that is unstable."""
@@ -177,3 +193,129 @@ def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpai
             return next_to(K, M, n, -shift, shapes=shapes)
         shift *= 2
     raise SolverError("something without mass is unstable")
+
+
+LARGEST_FACTOR = 1e6
+"""Factors beyond this are round-off: nothing buckles."""
+
+UNLOADED_STIFFNESS = 1e-12
+"""Entries of the geometric stiffness, beside a diagonal of ones of the other, that are round-off."""
+
+
+def buckling_factor(pose: Pose) -> float | None:
+    """The factor on all loads and drive forces of a state at which it would buckle with actuators locked, linear from
+    the state (theory eqs. G16-G17).
+
+    None where nothing buckles, and where the state has no stiffness of its own without these forces. None at low
+    order, whose superelements do not tell these apart.
+    """
+    parts = _parts(pose)
+    if parts is None:
+        return None
+    try:
+        factors = critical_factors(*parts, 1)
+    except SolverError:
+        return None
+    return float(factors[0]) if len(factors) and factors[0] < LARGEST_FACTOR else None
+
+
+def critical_state(pose: Pose, n: int) -> tuple[Array, Array] | None:
+    """The n lowest of these factors (k,), with shapes x (m, k) of what is left with actuators locked, x' K x = 1 of its
+    stiffness K without forces; None where `buckling_factor` is. Raises SolverError where shapes are not found."""
+    parts = _parts(pose)
+    if parts is None or buckling_factor(pose) is None:
+        return None
+    return critical_shapes(*parts, min(n, parts[0].shape[0]))
+
+
+def material_at(pose: Pose) -> Matrix:
+    """The stiffness (n, n) at a state as if nothing were under force there, actuators free."""
+    return pose.equations.model.material(pose.state.frames, pose.state.loads.actuators)
+
+
+def _parts(pose: Pose) -> tuple[Matrix, Matrix] | None:
+    """Stiffness at a state with actuators locked: what is there without forces, and what forces add."""
+    groups = pose.equations.model.elements
+    if any(isinstance(own, Superelements) and own.energy.cubic.size for own in groups):
+        return None
+    total, _ = pose.matrices(held=True)
+    material = pose.holding.matrix(material_at(pose))
+    geometric = total - material
+    if not material.shape[0] or abs(scaled(geometric, unit_scale(material))).max() < UNLOADED_STIFFNESS:
+        return None
+    return material, geometric
+
+
+Ends = tuple[Array, Array]
+
+
+def end_forces(model: MovingModel, states: Sequence[Equilibrium]) -> dict[str, Ends]:
+    """Internal forces (i, e, 6, k) at the first and the second end of the elements of the i copies of each prototype
+    with members in k states (theory eq. G15).
+
+    They are N, Vy, Vz, N, and T, My, Mz, N m, in the axes of the members, which turn with the ends of elements, on the
+    face towards the second end of the member.
+    """
+    if not states or not with_members(model):
+        return {}
+    elements = model.elements[0]
+    assert isinstance(elements, PoseElements)
+    return _by_prototype(model, *_in_own_axes(elements, states))
+
+
+def end_force_changes(model: MovingModel, state: Equilibrium, moved: Array) -> dict[str, Ends]:
+    """What small displacements (n + 1, 6, k) of the frames from a state change of `end_forces` (theory eq. G26)."""
+    if not with_members(model):
+        return {}
+    elements, frames = model.elements[0], state.frames
+    assert isinstance(elements, PoseElements)
+    R = frames.R[elements.node]
+    u = moved[elements.node].reshape(len(R), 12, moved.shape[-1])
+    # derivatives leave out that forces turn with their frames: what is left is seen from axes that turn along
+    held = (state.tangent.forces.responses[0].tangent @ u).reshape(len(R), 2, 6, u.shape[-1])
+    back, arm = np.swapaxes(R @ elements.axes, -1, -2), (R @ elements.arm[..., None])[..., 0]
+    moment = held[:, :, 3:] - np.cross(arm[..., None], held[:, :, :3], axis=2)
+    own = np.concatenate([back @ held[:, :, :3], back @ moment], axis=2)
+    gravity = state.loads.gravity
+    if gravity.any():
+        turning = moved[elements.node][:, :, 3:]
+        per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
+        own = own - per_fall @ (back @ skew(gravity) @ turning)
+    return _by_prototype(model, -own[:, 0], own[:, 1])
+
+
+def with_members(model: MovingModel) -> list[str]:
+    """Names of the prototypes that have members."""
+    parts = model.design.plan.parts
+    return [name for name in model.design.matrices if len(parts[name].connectivity)]
+
+
+def _by_prototype(model: MovingModel, start: Array, end: Array) -> dict[str, Ends]:
+    """Forces (e, 6, k) at both ends of all elements, in right-handed axes, as those of the copies of prototypes."""
+    topology, parts = model.design.plan.topology, model.design.plan.parts
+    found, first = {}, 0
+    for name in with_members(model):
+        placed, count = topology.copies[name], len(parts[name].connectivity)
+        own = slice(first, first + len(placed.paths) * count)
+        mirrored = np.linalg.det(model.design.geometry.Q[placed.number]) < 0
+        sign = np.where(mirrored[:, None], MIRRORED, 1.0)[:, None, :, None]
+        shape = (len(placed.paths), count, 6, start.shape[-1])
+        found[name] = (sign * start[own].reshape(shape), sign * end[own].reshape(shape))
+        first = own.stop
+    return found
+
+
+def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple[Array, Array]:
+    """Internal forces (e, 6, k) at both ends of elements, in the right-handed axes of these ends."""
+    R = np.stack([state.frames.R[elements.node] for state in states])
+    held = np.stack([state.tangent.forces.responses[0].force for state in states]).reshape(len(states), -1, 2, 6)
+    arm = (R @ elements.arm[..., None])[..., 0]
+    back = np.swapaxes(R @ elements.axes, -1, -2)
+    moment = held[..., 3:] - np.cross(arm, held[..., :3])
+    own = np.concatenate([(back @ part[..., None])[..., 0] for part in (held[..., :3], moment)], axis=-1)
+    gravity = np.stack([state.loads.gravity for state in states])[:, None, None, :, None]
+    if gravity.any():
+        per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
+        own = own - (per_fall @ (back @ gravity))[..., 0]
+    start, end = np.swapaxes(np.moveaxis(own, 0, -1), 0, 1)
+    return -start, end

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,17 +15,36 @@ from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
 from flexura.mechanism import DISPLACEMENTS
-from flexura.motion.commands import commanded
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
-from flexura.motion.internal_forces import Ends, end_force_changes, end_forces, with_members
-from flexura.motion.loads import NO_LOADS, Loads, described_loads
-from flexura.motion.model import MovingModel
+from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
 from flexura.motion.path import Path, Point, Stopped
-from flexura.motion.pose import Pose
+from flexura.motion.pose import Ends, Pose, end_force_changes, end_forces, with_members
 from flexura.records import Latest
 from flexura.structure import Design, OfDesign, Scatter
-from flexura.systems import Ports
+from flexura.systems import InputPort, Ports
+
+
+class Lever(NamedTuple):
+    """What one unit of an input is: of an actuator between frames by its name, or a dead load (6,) on a node."""
+
+    name: str
+    node: int | None
+    unit: Any
+
+
+def commanded(model: MovingModel, port: InputPort) -> Lever:
+    """What an input does to a mechanism that moves. Raises OptionError for motions of the base."""
+    name = port.channel.name
+    if port.base is not None:
+        raise OptionError(
+            f"{name} accelerates the base, which is at rest here: commands are of forces, moments and piezo stacks; a"
+            " steady acceleration is gravity the other way"
+        )
+    if name in model.actuators:
+        return Lever(name, None, port.stroke if port.stiffness is not None else 1.0)
+    d, none = np.array(port.channel.direction), np.zeros(3)
+    return Lever(name, port.nodes[0], np.append(none, d) if port.channel.quantity == "moment" else np.append(d, none))
 
 
 @dataclass(frozen=True)
@@ -153,10 +173,10 @@ def posed(design: Design) -> PosedDesign:
 
 
 def reached(design: Design) -> PosedDesign:
-    """A design at the pose that its description names, reached from rest by a way of equilibria under the loads and
+    """A design at the pose that its description names, reached from rest by a path of equilibria under the loads and
     gravity that are described; the last one is kept with the plan.
 
-    Raises OptionError for what cannot turn, and SolverError where the way ends before, with the pose that it reached.
+    Raises OptionError for what cannot turn, and SolverError where the path ends before, with the pose that it reached.
     """
     latest: Latest[PosedDesign] = design.plan.prepared.once("reached", Latest)
     return latest.get(design.values.tobytes(), lambda: _reached(design))

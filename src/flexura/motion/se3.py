@@ -24,13 +24,13 @@ BERNOULLI = np.array(
 )
 """Bernoulli's numbers B0, B2, ... B20; later ones follow from the zeta function, which is 1 to double precision."""
 
-TINY = 1e-150
+ZERO_ANGLE = 1e-150
 """Angles below are zero."""
 
 _AXIAL = np.column_stack([skew(np.eye(3)).reshape(3, 9).T, np.eye(3).ravel()]) / 2
 """Entries (9, 4) of a rotation that make the sine of its angle times its axis, and half its trace."""
 
-LARGEST = 0.9 * math.pi
+LARGEST_ROTATION = 0.9 * math.pi
 """Largest rotation, rad, whose logarithm is taken."""
 
 
@@ -76,7 +76,7 @@ def rotation_vector(R: Array) -> Array:
     w = both[..., :3]
     sine = np.sqrt(np.einsum("...i,...i->...", w, w))
     angle = np.arctan2(sine, both[..., 3] - 0.5)
-    return w * (np.maximum(angle, TINY) / np.maximum(sine, TINY))[..., None]
+    return w * (np.maximum(angle, ZERO_ANGLE) / np.maximum(sine, ZERO_ANGLE))[..., None]
 
 
 def _even_coefficients(n: int) -> Array:

@@ -17,12 +17,10 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
 from flexura.linalg import factorise
-from flexura.motion.buckling import critical_state, material_at
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
-from flexura.motion.loads import Loads
-from flexura.motion.model import MovingModel
-from flexura.motion.pose import Holding, Pose, lowest_of_any
+from flexura.motion.model import Loads, MovingModel
+from flexura.motion.pose import Holding, Pose, critical_state, lowest_of_any, material_at
 from flexura.sensitivity import clusters
 from flexura.structure import Design
 

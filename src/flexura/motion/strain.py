@@ -23,10 +23,10 @@ from flexura.duals import Dual, plain, zeros
 from flexura.motion.se3 import Logarithm
 from flexura.structure import Torsion
 
-ITERATIONS = 6
+INNER_STEPS = 6
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""
 
-SETTLED = 1e-9
+INNER_SETTLED = 1e-9
 """Largest last step of these, rad, whose effect on forces is of its square."""
 
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
@@ -130,11 +130,11 @@ class Strain:
         q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
         follows = isinstance(q, Dual)  # slopes settle a step after values
-        for _ in range(ITERATIONS + follows):
+        for _ in range(INNER_STEPS + follows):
             energy, gradient, hessian = self._derivatives(q)
             both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
             inner: Any = np.linalg.solve(hessian[:, 6:, 6:], both)
-            if np.abs(plain(inner[..., 0])).max(initial=0.0) < SETTLED:
+            if np.abs(plain(inner[..., 0])).max(initial=0.0) < INNER_SETTLED:
                 if not follows:
                     break
                 follows = False

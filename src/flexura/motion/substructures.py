@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise, next_to
-from flexura.motion.clusters import Sagging, Superelements
 from flexura.motion.elements import Frames
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import Logarithm, exponential
+from flexura.motion.superelements import Sagging, Superelements
 
 Flags = NDArray[np.bool_]
 
-SETTLED = 1e-9
+INSIDE_SETTLED = 1e-9
 """Largest last step of Newton's method inside, over the size of the substructure or in rad."""
 
-ITERATIONS = 12
+INSIDE_STEPS = 12
 
 MODES = 12
 """Modes of a substructure by itself that are known at most."""
 
-ALIKE = 1e-9
+SAME_SUBSTRUCTURE = 1e-9
 """Difference of equal substructures over the size of their largest numbers."""
 
 TURNING = ("axes", "arm")
@@ -98,7 +98,7 @@ class Substructure:
             touching = zip(groups, self.rows, strict=True)
             ends = [group.arm[rows][group.node[rows] == frame] for group, rows in touching if len(rows)]
             own = np.concatenate(ends)
-            if np.ptp(own, axis=0).max() <= ALIKE * max(np.abs(own).max(), 1e-300):
+            if np.ptp(own, axis=0).max() <= SAME_SUBSTRUCTURE * max(np.abs(own).max(), 1e-300):
                 arms[j] = own[0]
         return arms
 
@@ -249,7 +249,7 @@ class _Tiled:
         of, m = self.of, self.count
         scale = np.append(np.full(3, 1 / of.size), np.ones(3))
         settled = np.ones(m, dtype=bool)
-        for _ in range(ITERATIONS):
+        for _ in range(INSIDE_STEPS):
             forces = self.model.forces(frames, np.zeros(3))
             K = self.tangent(forces.blocks)
             by_frame = forces.force.reshape(m, -1, 6)
@@ -264,11 +264,11 @@ class _Tiled:
             sizes = np.abs(step * scale).max(axis=(1, 2), initial=0.0)
             settled &= np.isfinite(sizes) & (sizes < 1.0)
             step[~settled] = 0.0
-            if sizes[settled].max(initial=0.0) < SETTLED:
+            if sizes[settled].max(initial=0.0) < INSIDE_SETTLED:
                 break
             frames = frames.moved(step.reshape(-1, 6))
         left = K[inner:, :inner] @ step[:, of.k :].ravel()
-        return K, by_frame[:, 1 : of.k] + left.reshape(m, -1, 6), frames, settled & (sizes < SETTLED)
+        return K, by_frame[:, 1 : of.k] + left.reshape(m, -1, 6), frames, settled & (sizes < INSIDE_SETTLED)
 
 
 def partition(model: MovingModel, kept: Flags) -> list[list[Substructure]]:
@@ -364,7 +364,7 @@ def _alike(a: Array, b: Array) -> bool:
     if a.shape != b.shape:
         return False
     size = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0))
-    return bool(np.abs(a - b).max(initial=0.0) <= ALIKE * size)
+    return bool(np.abs(a - b).max(initial=0.0) <= SAME_SUBSTRUCTURE * size)
 
 
 def _axes(elements: Sequence[Any]) -> Array | None:

@@ -7,13 +7,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array, Bools
-from flexura.beam import SectionProperties, rectangle, strip, wedge
+from flexura.arrays import Array, Bools, Index
+from flexura.beam import (
+    SectionProperties,
+    anticlastic_compliance,
+    beam_flexibility,
+    notch_flexibility,
+    rectangle,
+    secondary_constant,
+    warping_compliance,
+    warping_constant,
+    warping_decay,
+    warping_moments,
+)
 from flexura.duals import with_slopes_of
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
-from flexura.structure.stacking import common
-from flexura.structure.value_table import Index
+from flexura.structure.values import common
 
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
@@ -78,20 +88,16 @@ class MemberCorrections:
         self.unrooted: Bools = gives & ~self.rooted
         self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
         self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
-        self.settle(np.zeros((len(members), 2)))
+        self.settle(np.zeros((len(members), 2)), np.zeros(len(members), dtype=bool))
 
-    def settle(self, clamped: Array) -> None:
-        """Take in how far the ends are clamped (m, 2), from 0 to 1."""
+    def settle(self, clamped: Array, has_root: Bools) -> None:
+        """Take in how far the ends are clamped (m, 2), from 0 to 1, and which members (m,) end in something thicker."""
         self.clamped = clamped
         plate, warping, shear, notch, _ = self.wanted.T
         holds = (clamped > 0).any(axis=1)
-        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, np.zeros_like(notch)], axis=1)
+        self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, has_root], axis=1)
         plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
-
-    def root(self, has_root: Bools) -> None:
-        """Take in which members (m,) end in something thicker."""
-        self.active[:, CORRECTIONS.index("root")] = has_root
 
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
@@ -134,7 +140,7 @@ class MemberCorrections:
 def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
     """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
     plate, warping = active[:, :1], active[:, 1:2]
-    J, constant = rectangle(b, t, nu).J, strip.warping_constant(b, t)
+    J, constant = rectangle(b, t, nu).J, warping_constant(b, t)
     edges = np.arange(n + 1) / n
     every = []
     for share, span, start in _cases(clamped):
@@ -142,10 +148,10 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
         place = (span * L, at[:-1] * L, at[1:] * L)
         case: list[Array | float] = [1.0, 1.0, 1.0]
         if plate.any():
-            case[:2] = [strip.anticlastic_compliance(nu, side, *place) for side in (b, t)]
+            case[:2] = [anticlastic_compliance(nu, side, *place) for side in (b, t)]
         if warping.any():
-            secondary = strip.secondary_constant(nu, J, b, t, place[0])
-            case[2] = strip.warping_compliance(nu, J, constant, secondary, *place)
+            secondary = secondary_constant(nu, J, b, t, place[0])
+            case[2] = warping_compliance(nu, J, constant, secondary, *place)
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(own)) for own in zip(*every, strict=True))
     return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
@@ -159,8 +165,8 @@ def _compliance_moments(b: Array, t: Array, nu: Array, L: Array, n: int, clamped
     moments = whole
     for share, span, start in _cases(clamped):
         place = (span * L, (start + edges[:-1]) * L, (start + edges[1:]) * L)
-        constants = (strip.warping_constant(b, t), strip.secondary_constant(nu, J, b, t, place[0]))
-        moments = moments - share[..., None] * (whole - strip.warping_moments(nu, J, *constants, *place))
+        constants = (warping_constant(b, t), secondary_constant(nu, J, b, t, place[0]))
+        moments = moments - share[..., None] * (whole - warping_moments(nu, J, *constants, *place))
     return moments
 
 
@@ -202,9 +208,9 @@ def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Boo
             continue
         lead = np.broadcast_shapes(extent.shape[:-2], dx.shape[:-1])
         h = np.broadcast_to(extent, (*lead, len(group.index), count + 1))
-        own = beam = wedge.beam_flexibility(dx, h)
+        own = beam = beam_flexibility(dx, h)
         if notch.any():
-            steep = wedge.notch_flexibility(dx, h, beam)
+            steep = notch_flexibility(dx, h, beam)
             own = np.where(notch, steep[0], beam[0]), np.where(notch, steep[1], beam[1])
         found.append((own, beam, (h[..., 1:] + h[..., :-1]) / 2, h))
     (y, beam_y, width, _), (z, beam_z, thickness, _) = found
@@ -260,15 +266,15 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
     J = rectangle(cut.width, cut.thickness, nu).J
     own = rectangle(b, web, nu).J
     length = (own * dx / J).sum(axis=-1, keepdims=True)
-    warping = strip.warping_constant(b, web)
+    warping = warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
     bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
     for share, times, start in _cases(clamped):
         span = times * web * stretch.sum(axis=-1, keepdims=True)
-        bend = bend + share * (1 - strip.anticlastic_compliance(nu, b, span, -span / 2, 0.0))
+        bend = bend + share * (1 - anticlastic_compliance(nu, b, span, -span / 2, 0.0))
         pole = poles[start]
         inertia = second - 2 * pole * first + pole * pole * area
-        decay, kappa = strip.warping_decay(nu, own, warping, strip.secondary_constant(nu, own, b, web, span))
+        decay, kappa = warping_decay(nu, own, warping, secondary_constant(nu, own, b, web, span))
         z = decay * np.sqrt(3 * inertia / length)
         turn = turn + share * kappa * np.tanh(z) / z
     return 1 / (1 - bend), 1 / (1 - turn)

@@ -2,25 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, zeros
 from flexura.records import Latest, Record
 from flexura.registry import registered
 from flexura.structure.elements import Elements, ElementSlice
-from flexura.structure.geometry import Geometry
 from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Plan
-from flexura.structure.pose import Posed
-from flexura.structure.value_table import Index
+from flexura.structure.topology import Geometry
+
+
+class Posed(Protocol):
+    """A design where it has moved. Displacements of DOFs are small ones from there, in global axes.
+
+    The room of large motion makes it; what is linear reads it in place of the state at rest.
+    """
+
+    @property
+    def words(self) -> str:
+        """Where it is, in words."""
+        ...
+
+    @property
+    def K(self) -> sp.csc_matrix:
+        """Tangent stiffness (n, n), N/m, N, N m, symmetric."""
+        ...
+
+    @property
+    def M(self) -> sp.csc_matrix:
+        """Mass (n, n), kg, kg m, kg m^2."""
+        ...
+
+    @property
+    def positions(self) -> Array:
+        """Positions (n_nodes, 3) of all nodes, m."""
+        ...
+
+    @property
+    def rotations(self) -> Array:
+        """Rotations (n_nodes, 3, 3) of all nodes from rest."""
+        ...
+
+    @property
+    def base_inertia_forces(self) -> Array:
+        """Forces (n, 6) as `FullOrderModel.base_inertia_forces`, where everything is."""
+        ...
+
+    @property
+    def end_forces(self) -> dict[str, tuple[Array, Array]]:
+        """Internal forces of members: (i, e, 6, 1) at the first and the second end of the elements of the i copies of
+        each prototype, N and N m, in axes that turn with these ends."""
+        ...
+
+    def end_force_changes(self, vectors: Array) -> dict[str, tuple[Array, Array]]:
+        """What small displacements from there, DOF vectors (n, k), change of `end_forces`, (i, e, 6, k)."""
+        ...
+
+    def works(self, displacements: Array) -> Iterator[tuple[tuple[str, ...], Array | None, Array]]:
+        """For each kind of elements: names (e,), of beams the strain energy (e, 6, k), J, by components of their
+        deformation, else None, and all of it (e, k), for small displacements (n_nodes, 6, k) of all nodes."""
+        ...
+
+    def member_ends(self) -> tuple[list[str], Index, Array, Array]:
+        """Names (m,) of all members, the nodes (m, 2) that carry their ends, and arms from there and positions
+        (m, 2, 3) of these, m."""
+        ...
+
+    def dissipation(self, default: float) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """C and H (n, n) of dashpots and structural damping, as `FullOrderAssembler.dissipation`."""
+        ...
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,13 +1,14 @@
-"""6 x 6 matrices of the parts that are not members: rigid bodies, point masses, springs."""
+"""Matrices of what is no member: rigid bodies, point masses, springs, piezo stacks, sensors that weigh."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import (
     SectionProperties,
     UniformBeam,
@@ -20,24 +21,24 @@ from flexura.beam import (
 )
 from flexura.duals import zeros
 from flexura.mechanism import (
+    Actuator,
     Box,
     Cylinder,
     Dashpot,
     Mechanism,
+    MotionSensor,
     PiezoStack,
     Plate,
     PointMass,
     RigidBody,
     Rotation,
+    Sensor,
     Spring,
+    Substructure,
     rotation_matrix,
 )
 from flexura.structure.sections import family_properties
-from flexura.structure.value_table import Index, ValueTable
-
-
-def _entries(table: ValueTable, values: object) -> Index:
-    return np.array([table.add(v) for v in values], dtype=np.intp)  # type: ignore[attr-defined]
+from flexura.structure.values import ValueTable
 
 
 @dataclass
@@ -51,7 +52,7 @@ class _Frame:
     def of(table: ValueTable, rotation: Rotation | None) -> _Frame:
         if rotation is None:
             return _Frame(None)
-        return _Frame(_entries(table, rotation.axis), table.add(rotation.angle))
+        return _Frame(table.entries(rotation.axis), table.add(rotation.angle))
 
     def matrix(self, values: Array) -> Array:
         """Q (..., 3, 3) that carries the discrete element's axes into the part's."""
@@ -77,6 +78,25 @@ def rigid_mass(mass: Array, inertia: Array) -> Array:
     return M
 
 
+class Lumped:
+    """What a discrete element is made of: stiffness or mass over its nodes at values (..., s) and positions (..., n, 3)
+    of these, part's axes."""
+
+    has_stiffness: bool = True
+    has_mass: bool = True
+    loss: int | None = None
+    """Entry of its loss factor."""
+
+    def matrices(self, values: Array, positions: Array) -> tuple[Array | None, Array | None]:
+        """K and M (..., 6n, 6n), None where it has none."""
+        raise NotImplementedError
+
+    def resisted(self, values: Array, positions: Array) -> tuple[Array, Array] | None:
+        """Stiffness k and B (r, 6n) with K = B' k B where it resists displacements B u alone, else None; one design."""
+        del values, positions
+        return None
+
+
 class Form(NamedTuple):
     """A box, or a cylinder about its first axis: unit axes (3, 3) as rows, and half sizes (3,), m."""
 
@@ -85,25 +105,27 @@ class Form(NamedTuple):
     is_round: bool
 
 
-class BodyElement:
+class BodyElement(Lumped):
     """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
+
+    has_stiffness = False
 
     def __init__(self, table: ValueTable, body: RigidBody, mechanism: Mechanism) -> None:
         self._frame = _Frame.of(table, body.rotate)
         self._solid = body.solid
         if body.solid is None:
             assert body.mass is not None and body.inertia is not None
-            self._mass, self._inertia = table.add(body.mass), _entries(table, body.inertia)
+            self._mass, self._inertia = table.add(body.mass), table.entries(body.inertia)
             return
         material = mechanism.material(body.solid.material)
         self._rho, self._E = table.add(material.rho), table.add(material.E)
         match body.solid:
             case Box(size=size):
-                self._size = _entries(table, size)
+                self._size = table.entries(size)
             case Plate(length=a, width=b, thickness=c):
-                self._size = _entries(table, (a, b, c))
+                self._size = table.entries((a, b, c))
             case Cylinder(diameter=d, length=length, axis=axis):
-                self._size, self._axis = _entries(table, (d, length)), _entries(table, axis)
+                self._size, self._axis = table.entries((d, length)), table.entries(axis)
 
     def mass_and_inertia(self, values: Array) -> tuple[Array, Array]:
         """Mass (...), kg, and inertia tensor (..., 3, 3), kg m^2, in the part's axes."""
@@ -128,6 +150,11 @@ class BodyElement:
     def matrix(self, values: Array) -> Array:
         """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
         return rigid_mass(*self.mass_and_inertia(values))
+
+    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
+        """Mass alone."""
+        del positions
+        return None, self.matrix(values)
 
     @property
     def has_form(self) -> bool:
@@ -158,13 +185,15 @@ class BodyElement:
         return Form(*self.box(values), self.is_round)
 
 
-class PointMassElement:
+class PointMassElement(Lumped):
     """Mass matrix of a point mass at its node (theory eq. 33)."""
+
+    has_stiffness = False
 
     def __init__(self, table: ValueTable, point: PointMass) -> None:
         self._mass = table.add(point.mass)
-        self._inertia = _entries(table, point.inertia or (0.0, 0.0, 0.0))
-        self._offset = _entries(table, point.offset)
+        self._inertia = table.entries(point.inertia or (0.0, 0.0, 0.0))
+        self._offset = table.entries(point.offset)
 
     def matrix(self, values: Array) -> Array:
         """Mass matrix (..., 6, 6) about the node, part's axes."""
@@ -172,23 +201,32 @@ class PointMassElement:
         D = rigid_arm(values[..., self._offset])
         return np.swapaxes(D, -1, -2) @ M @ D
 
+    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
+        """Mass alone."""
+        del positions
+        return None, self.matrix(values)
 
-class SpringElement:
+
+class SpringElement(Lumped):
     """Stiffness of a spring, or damping of a dashpot, over its one or two nodes (theory eq. 30)."""
+
+    has_mass = False
 
     def __init__(self, table: ValueTable, spring: Spring | Dashpot, nodes: list[int]) -> None:
         self.nodes = nodes
+        if isinstance(spring, Spring) and spring.loss_factor is not None:
+            self.loss = table.add(spring.loss_factor)
         self._frame = _Frame.of(table, spring.rotate)
-        self._at = None if spring.at is None else _entries(table, spring.at)
+        self._at = None if spring.at is None else table.entries(spring.at)
         s = spring.stiffness if isinstance(spring, Spring) else spring.damping
         if s is not None:
-            diagonal = _entries(table, (s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
+            diagonal = table.entries((s.tx, s.ty, s.tz, s.rx, s.ry, s.rz))
             zero = table.add(0.0)
             self._entries = np.full((6, 6), zero, dtype=np.intp)
             np.fill_diagonal(self._entries, diagonal)
         else:
             assert isinstance(spring, Spring) and spring.matrix is not None
-            self._entries = np.array([_entries(table, row) for row in spring.matrix])
+            self._entries = np.array([table.entries(row) for row in spring.matrix])
 
     def relative(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """Its own matrix (..., 6, 6), and B (..., 6, 6n) that gives the displacement which it resists, in its own axes,
@@ -204,6 +242,14 @@ class SpringElement:
         K, B = self.relative(values, positions)
         return np.swapaxes(B, -1, -2) @ K @ B
 
+    def matrices(self, values: Array, positions: Array) -> tuple[Array, None]:
+        """Stiffness alone."""
+        return self.matrix(values, positions), None
+
+    def resisted(self, values: Array, positions: Array) -> tuple[Array, Array]:
+        """The displacement between its nodes, by its own matrix."""
+        return self.relative(values, positions)
+
     def axes(self, values: Array) -> Array:
         """Its axes (..., 3, 3) as columns, part's axes."""
         return self._frame.matrix(values)
@@ -213,7 +259,19 @@ class SpringElement:
         return positions.mean(axis=-2) if self._at is None else values[..., self._at]
 
 
-class PiezoElement:
+class SuperelementMatrices(Lumped):
+    """K and M of a superelement, those of its amplitudes behind those of its nodes."""
+
+    def __init__(self, K: Array, M: Array, loss: int | None) -> None:
+        self.K, self.M, self.loss = K, M, loss
+
+    def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
+        """As they are described."""
+        del values, positions
+        return self.K, self.M
+
+
+class PiezoElement(Lumped):
     """Stiffness and mass of a piezo stack over its two nodes: a spring along its line, or a bonded prism.
 
     The prism has the stack's axial stiffness k = E A / L; its other stiffnesses follow from its section (theory
@@ -222,12 +280,12 @@ class PiezoElement:
 
     def __init__(self, table: ValueTable, piezo: PiezoStack, nodes: list[int]) -> None:
         self.nodes = nodes
-        self._numbers = _entries(table, (piezo.stiffness, piezo.mass, piezo.nu))
-        self._shape, self._sizes = "", _entries(table, ())
+        self._numbers = table.entries((piezo.stiffness, piezo.mass, piezo.nu))
+        self._shape, self._sizes = "", table.entries(())
         if piezo.section is not None:
             self._shape = piezo.section.shape
             names = [name for name in type(piezo.section).model_fields if name != "shape"]
-            self._sizes = _entries(table, [getattr(piezo.section, name) for name in names])
+            self._sizes = table.entries(tuple(getattr(piezo.section, name) for name in names))
 
     def stiffness(self, values: Array) -> Array:
         """Axial stiffness (...), N/m."""
@@ -284,6 +342,10 @@ class PiezoElement:
         Tt = np.swapaxes(T, -1, -2)
         return Tt @ element_stiffness(beam) @ T, Tt @ element_mass(beam) @ T
 
+    def resisted(self, values: Array, positions: Array) -> tuple[Array, Array] | None:
+        """The elongation of a pinned stack."""
+        return None if self._shape else (self.stiffness(values).reshape(1, 1), self.elongation(positions)[None])
+
     def prism(self, values: Array, positions: Array) -> tuple[UniformBeam, Array]:
         """A bonded stack as a beam, and its element axes as T (..., 12, 12)."""
         k, mass, nu = (values[..., entry] for entry in self._numbers)
@@ -302,3 +364,82 @@ class PiezoElement:
 def least_aligned(axis: Array) -> Array:
     """The coordinate direction (..., m, 3) that is least aligned with each axis: a frame for round sections."""
     return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
+
+
+class SensorMass(Lumped):
+    """A share of the mass of a sensor, entry `mass`, at one of its nodes."""
+
+    has_stiffness = False
+
+    def __init__(self, mass: int, share: float) -> None:
+        self._mass, self._share = mass, share
+
+    def matrix(self, values: Array) -> Array:
+        """Mass matrix (..., 6, 6)."""
+        mass = self._share * values[..., self._mass]
+        return rigid_mass(mass, np.broadcast_to(np.zeros((3, 3)), (*mass.shape, 3, 3)))
+
+    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
+        """Mass alone."""
+        del positions
+        return None, self.matrix(values)
+
+
+NUMBERS = ("direction", "point", "limit", "stiffness", "free_stroke", "blocked_force", "gain")
+"""What an actuator or a sensor may have a number or a vector of."""
+
+
+class PartChannels:
+    """Actuators and sensors of one prototype, laid out once.
+
+    `actuators` and `sensors` are the descriptions, `nodes` the numbers of their nodes in the part, by kind and name.
+    """
+
+    def __init__(self, table: ValueTable, prototype: Substructure, number: Callable[[str], int]) -> None:
+        self.actuators: dict[str, Actuator] = prototype.actuators
+        self.sensors: dict[str, Sensor] = prototype.sensors
+        self.nodes: dict[tuple[str, str], list[int]] = {}
+        self._entries: dict[tuple[str, str], dict[str, Index]] = {}
+        self.piezos: dict[str, PiezoElement] = {}
+        self.masses: list[tuple[str, int, SensorMass]] = []
+        """Name, node, and mass there of sensors that have one."""
+        for kind, entries in (("actuator", self.actuators), ("sensor", self.sensors)):
+            for key, part in entries.items():
+                at = self.nodes[kind, key] = [number(n) for n in getattr(part, "nodes", ())]
+                numbers = ((name, getattr(part, name, None)) for name in NUMBERS)
+                self._entries[kind, key] = {n: table.entries(value) for n, value in numbers if value is not None}
+                if isinstance(part, PiezoStack):
+                    self.piezos[key] = PiezoElement(table, part, at)
+                if isinstance(part, MotionSensor) and part.mass != 0:
+                    mass = SensorMass(table.add(part.mass), 1 / len(at))
+                    self.masses += [(key, node, mass) for node in at]
+
+    def number(self, kind: str, key: str, name: str, values: Array) -> Array | None:
+        """A number (...) or vector (..., 3) of an actuator or sensor at values (..., s); None where it has none."""
+        entries = self._entries[kind, key].get(name)
+        return None if entries is None else values[..., entries]
+
+    def mass_matrices(self, values: Array) -> list[tuple[str, int, Array]]:
+        """Name, node and mass matrix (..., 6, 6) of the sensors that have a mass."""
+        return [(key, node, mass.matrix(values)) for key, node, mass in self.masses]
+
+    def described_mass(self, key: str, values: Array, positions: Array) -> Array:
+        """Rigid-body mass matrix (6, 6) of a piezo stack about the part's origin, from its mass and section alone."""
+        discrete = self.piezos[key]
+        mass = float(discrete.mass(values))
+        total = np.zeros((6, 6))
+        section = discrete.section(values)
+        if section is None:
+            pieces = [(mass / 2, np.zeros((3, 3)), x) for x in positions]
+        else:
+            axis = positions[1] - positions[0]
+            L = float(np.linalg.norm(axis))
+            R = discrete.frame(positions)
+            slender = L * L / 12
+            local = np.array([(section.Iy + section.Iz) / section.A, slender + section.Iy / section.A,
+                              slender + section.Iz / section.A])  # fmt: skip
+            pieces = [(mass, R.T @ np.diag(mass * local) @ R, positions.mean(axis=0))]
+        for m, inertia, centre in pieces:
+            D = rigid_arm(centre)
+            total += D.T @ rigid_mass(np.array(m), inertia) @ D
+        return total

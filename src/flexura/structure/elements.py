@@ -8,20 +8,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import (
+    COUPLED_FLEXIBILITY_BASIS,
+    PLANE_BASIS,
     SectionProperties,
     UniformBeam,
+    combine,
     element,
     gauss_stations,
     geometric_basis,
+    in_planes,
+    root_coefficients,
+    root_mass,
+    rooted_stiffness,
     tapered,
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
-from flexura.structure.value_table import Index
 
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""
@@ -32,7 +38,7 @@ STATIONS, WEIGHTS = gauss_stations(6)
 TAPERED_PIECES = 16
 """Most uniform steps that stand for a tapered element."""
 
-CHANGE = 0.02
+STEP_CHANGE = 0.02
 """Most relative change of a rigidity or mass along a step of a tapered element, as long as it has fewer steps."""
 
 STEP_ERROR = 1e-5
@@ -115,7 +121,7 @@ class Elements:
         soft = self._rooted_stiffness()
         whole = zeros((*np.broadcast_shapes(K.shape[:-3], soft.shape[:-2]), *K.shape[-3:]), K, soft)
         whole[...] = K
-        whole[..., self.rooted, :, :] = element.combine(soft, element.PLANE_BASIS, 12)
+        whole[..., self.rooted, :, :] = combine(soft, PLANE_BASIS, 12)
         return whole
 
     @cached_property
@@ -127,7 +133,7 @@ class Elements:
         """Stiffness (..., r, 72) of `rooted` elements in `PLANE_BASIS`."""
         C = self.flexibility_coefficients[..., self.rooted, :]
         L = np.broadcast_to(self.length[..., self.rooted], C.shape[:-1]).reshape(-1)
-        K = element.rooted_stiffness(_in_planes(C, self.flexibility_basis), L)
+        K = rooted_stiffness(_in_planes(C, self.flexibility_basis), L)
         return np.moveaxis(K.reshape(72, *C.shape[:-1]), 0, -1)
 
     @cached_property
@@ -143,14 +149,14 @@ class Elements:
         for end in (0, 1):
             mine = np.flatnonzero(ends == end)
             root = zeros((*own.shape[:-2], len(rooted), C.shape[-1]), own)
-            root[..., np.searchsorted(rooted, at[mine]), :] = element.root_coefficients(own[..., mine, :], 0.0, end)
+            root[..., np.searchsorted(rooted, at[mine]), :] = root_coefficients(own[..., mine, :], 0.0, end)
             springs.append(_in_planes(np.broadcast_to(root, (*lead, root.shape[-1])), self.flexibility_basis))
         C, M = (
             _in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis)
             for table, basis in ((C, self.flexibility_basis), (M, self.mass_basis))
         )
         L = np.broadcast_to(self.length[..., rooted], lead).reshape(-1)
-        return np.moveaxis(element.root_mass(C, M, L, np.stack(springs)).reshape(72, *lead), 0, -1)
+        return np.moveaxis(root_mass(C, M, L, np.stack(springs)).reshape(72, *lead), 0, -1)
 
     @cached_property
     def _own_mass(self) -> Array:
@@ -169,7 +175,7 @@ class Elements:
         lead = np.broadcast_shapes(self._own_mass.shape[:-3], change.shape[:-2])
         M = zeros((*lead, *self._own_mass.shape[-3:]), self._own_mass, change)
         M[...] = self._own_mass
-        M[..., self.rooted, :, :] += element.combine(change, element.PLANE_BASIS, 12)
+        M[..., self.rooted, :, :] += combine(change, PLANE_BASIS, 12)
         return M
 
     @cached_property
@@ -211,13 +217,13 @@ class Elements:
         at, ends, own = self._roots
         for end in (0, 1):  # one element may have both
             mine = np.flatnonzero(ends == end)
-            whole[..., at[mine], :] += element.root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
+            whole[..., at[mine], :] += root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
         return whole
 
     @property
     def flexibility_basis(self) -> Array:
         """The basis (k, 36) of the flexibility: `COUPLED_FLEXIBILITY_BASIS` where there are elastic roots."""
-        return element.END_FLEXIBILITY_BASIS if self._roots is None else element.COUPLED_FLEXIBILITY_BASIS
+        return element.END_FLEXIBILITY_BASIS if self._roots is None else COUPLED_FLEXIBILITY_BASIS
 
     @property
     def mass_basis(self) -> Array:
@@ -269,9 +275,9 @@ class Elements:
         at, ends, flexibility = self._roots
         mine = np.flatnonzero((at >= own.start) & (at < own.stop))
         which[at[mine] - own.start, ends[mine]] = np.arange(len(mine))
-        turned = [element.root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
-        C = np.reshape(turned, (-1, len(element.COUPLED_FLEXIBILITY_BASIS)))
-        return which, element.combine(C, element.COUPLED_FLEXIBILITY_BASIS, 6)
+        turned = [root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
+        C = np.reshape(turned, (-1, len(COUPLED_FLEXIBILITY_BASIS)))
+        return which, combine(C, COUPLED_FLEXIBILITY_BASIS, 6)
 
     def _steps(self, most: int) -> list[Index]:
         """Numbers of steps (e',) of the tapered elements of every group, at most so many; one design.
@@ -279,7 +285,7 @@ class Elements:
         Along a step of length h = b L of a member, whose flexibility f changes by d = ln(f2/f1), the energy int f m^2
         of a moment m is taken with f at the middle. The midpoint rule leaves d^2/24 + d b L (m^2)'/(12 m^2) of it. As
         int f (m^2)' is what m^2 is at a clamped end, some 4 times its mean, a frequency is off by half the mean of
-        d^2/24 + d b/3: CHANGE bounds the first term, STEP_ERROR the second.
+        d^2/24 + d b/3: STEP_CHANGE bounds the first term, STEP_ERROR the second.
         """
         found = []
         count = max(most, TAPERED_PIECES)
@@ -290,7 +296,7 @@ class Elements:
                 change = np.nan_to_num(np.abs(np.diff(np.log(sizes), axis=-1))).max(axis=(0, -1))
             whole = count * change
             wanted = np.maximum(
-                whole / CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
+                whole / STEP_CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
             )
             found.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
         return found
@@ -309,7 +315,7 @@ class Elements:
     def C(self) -> Array:
         """Flexibility (..., e, 6, 6)."""
         if self._roots is not None:
-            return element.combine(self.flexibility_coefficients, self.flexibility_basis, 6)
+            return combine(self.flexibility_coefficients, self.flexibility_basis, 6)
         return self.member_C
 
     @cached_property
@@ -324,7 +330,7 @@ class Elements:
 def _in_planes(coefficients: Array, basis: Array) -> Array:
     """Matrices `in_planes` of coefficients (..., k) of a basis (k, rows * columns)."""
     n = round(basis.shape[1] ** 0.5)
-    own = element.in_planes(basis.reshape(-1, n, n))
+    own = in_planes(basis.reshape(-1, n, n))
     found = own.reshape(-1, len(basis)) @ np.swapaxes(coefficients.reshape(-1, len(basis)), 0, 1)
     return found.reshape(*own.shape[:-1], -1)
 

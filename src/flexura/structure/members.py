@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, fillet_shares
 from flexura.mechanism import Flexure, Link, Mechanism
 from flexura.structure.corrections import Factors, MemberCorrections, Torsion
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.values import ValueTable
 
 SQUARE = (3 * np.pi / 16) ** 0.25
 """Side of the square that bends like a rod, over the diameter."""

@@ -17,19 +17,25 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
-from flexura.mechanism import TOP, Flexure, Layout, Link, matching
+from flexura.mechanism import TOP, Flexure, Layout, Link, Substructure, matching
 from flexura.records import Latest
-from flexura.structure.channels import PartChannels
-from flexura.structure.discrete_elements import BodyElement, PointMassElement, SpringElement, least_aligned
+from flexura.structure.discrete_elements import (
+    BodyElement,
+    Lumped,
+    PartChannels,
+    PointMassElement,
+    SpringElement,
+    SuperelementMatrices,
+    least_aligned,
+)
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
-from flexura.structure.stacking import picked
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.values import ValueTable, picked
 
-AXES = (2, 3, 2, 2)
+GIVEN_AXES = (2, 3, 2, 2)
 """Axes, beside that of designs, of positions of own nodes, offsets, references and positions of foreign nodes."""
 
 
@@ -108,10 +114,6 @@ class Part:
             key: SpringElement(table, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
         }
-        self._loss = [
-            None if own.loss_factor is None else table.add(own.loss_factor)
-            for own in (*prototype.springs.values(), *prototype.superelements.values())
-        ]
         self.channels: PartChannels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
@@ -127,6 +129,8 @@ class Part:
         self._mesh(nodes)
         self.n_positioned: int = len(nodes.names)
         self._add_amplitudes(nodes)
+        self.discrete: list[tuple[str, list[int], Lumped]] = self._discrete(prototype, table)
+        """What is no member: names, nodes and what has the matrices."""
         self.node_names: list[str] = nodes.names
         self.node_number: dict[str, int] = nodes.number
         self.boundary: Index = self._boundary(layout, nodes)
@@ -211,8 +215,7 @@ class Part:
     @property
     def has_matrices(self) -> bool:
         """True when anything elastic or massive is declared in this prototype itself."""
-        discrete_elements = self.bodies or self.points or self.springs or self.superelements or self.dashpots
-        return bool(self.members or discrete_elements or self.channels.has_matrices)
+        return bool(self.members or self.discrete or self.dashpots)
 
     @property
     def counts(self) -> Index:
@@ -224,28 +227,37 @@ class Part:
         """First element of every member, and the number of all elements (m + 1,)."""
         return self.table.first
 
+    def _discrete(self, prototype: Substructure, table: ValueTable) -> list[tuple[str, list[int], Lumped]]:
+        loss = {
+            key: None if part.loss_factor is None else table.add(part.loss_factor)
+            for key, part in prototype.superelements.items()
+        }
+        superelements = self.superelements.items()
+        return [
+            *((key, [node], body) for key, (node, body) in self.bodies.items()),
+            *((key, [node], point) for key, (node, point) in self.points.items()),
+            *((key, spring.nodes, spring) for key, spring in self.springs.items()),
+            *((key, nodes, SuperelementMatrices(K, M, loss[key])) for key, (nodes, K, M) in superelements),
+            *((key, piezo.nodes, piezo) for key, piezo in self.channels.piezos.items()),
+            *((key, [node], mass) for key, node, mass in self.channels.masses),
+        ]
+
     def discrete_nodes(self) -> list[tuple[list[int], bool, bool]]:
         """Nodes of the discrete elements in the order of their matrices, and whether they have stiffness and mass."""
-        discrete_elements: list[tuple[list[int], bool, bool]] = [
-            ([node], False, True) for node, _ in self.bodies.values()
-        ]
-        discrete_elements += [([node], False, True) for node, _ in self.points.values()]
-        discrete_elements += [(spring.nodes, True, False) for spring in self.springs.values()]
-        discrete_elements += [(nodes, True, True) for nodes, _, _ in self.superelements.values()]
-        discrete_elements += [(piezo.nodes, True, True) for piezo in self.channels.piezos.values()]
-        return discrete_elements + [([node], False, True) for _, node, _ in self.channels.masses]
+        return [(nodes, part.has_stiffness, part.has_mass) for _, nodes, part in self.discrete]
 
-    def geometry_entries(self) -> set[int]:
+    @property
+    def geometry_entries(self) -> Index:
         """Entries on which node positions, member lengths and orientations depend."""
-        used = (self._position_entries, self._offset_entries, self._reference_entries)
-        return {int(entry) for entries in used for entry in entries.ravel()}
+        entries = (self._position_entries, self._offset_entries, self._reference_entries)
+        return np.concatenate([own.ravel() for own in entries])
 
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
         """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3); remembered while it is the same
         in all designs. What does not vary along the design axis lacks it."""
         own, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
         given = own, offsets, picked(values, self._reference_entries), foreign
-        varies = any(numbers.ndim > n for numbers, n in zip(given, AXES, strict=True))
+        varies = any(numbers.ndim > n for numbers, n in zip(given, GIVEN_AXES, strict=True))
         if varies or with_slopes_of(*given) is not None:
             return self._geometry(*given)
         return self._latest.get(b"".join(numbers.tobytes() for numbers in given), lambda: self._geometry(*given))
@@ -318,45 +330,83 @@ class Part:
 
     def discrete_elements(self, values: Array, geometry: PartGeometry) -> list[DiscreteElement]:
         """Matrices of bodies, point masses, springs and superelements for values (..., s)."""
-        discrete_elements = [
-            DiscreteElement(key, [node], None, body.matrix(values)) for key, (node, body) in self.bodies.items()
+        x = geometry.positions
+        return [
+            DiscreteElement(name, nodes, *part.matrices(values, x[..., nodes, :]))
+            for name, nodes, part in self.discrete
         ]
-        discrete_elements += [
-            DiscreteElement(key, [node], None, point.matrix(values)) for key, (node, point) in self.points.items()
-        ]
-        for key, spring in self.springs.items():
-            K = spring.matrix(values, geometry.positions[..., spring.nodes, :])
-            discrete_elements.append(DiscreteElement(key, spring.nodes, K, None))
-        discrete_elements += [DiscreteElement(key, nodes, K, M) for key, (nodes, K, M) in self.superelements.items()]
-        for key, piezo in self.channels.piezos.items():
-            discrete_elements.append(
-                DiscreteElement(key, piezo.nodes, *piezo.matrices(values, geometry.positions[..., piezo.nodes, :]))
-            )
-        discrete_elements += [
-            DiscreteElement(key, [node], None, M) for key, node, M in self.channels.mass_matrices(values)
-        ]
-        return discrete_elements
 
     def resisted(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array] | None]:
         """For the discrete elements in the order of `discrete_elements`, stiffness k and B (r, 6n) with K = B' k B
         where a discrete element resists displacements B u of its n nodes, as springs and pinned stacks do; else None.
         One design."""
-        found: list[tuple[Array, Array] | None] = [None] * (len(self.bodies) + len(self.points))
-        found += [s.relative(values, geometry.positions[s.nodes]) for s in self.springs.values()]
-        found += [None] * len(self.superelements)
-        for piezo in self.channels.piezos.values():
-            pinned = piezo.section(values) is None
-            rows = piezo.elongation(geometry.positions[piezo.nodes])[None] if pinned else None
-            found.append(None if rows is None else (piezo.stiffness(values).reshape(1, 1), rows))
-        return found + [None] * len(self.channels.masses)
+        return [part.resisted(values, geometry.positions[nodes]) for _, nodes, part in self.discrete]
 
     def discrete_losses(self, values: Array, default: Any) -> list[Any]:
         """Loss factors of the discrete elements in the order of `discrete_elements`; `default` where there is none.
         One design."""
-        losses = [default] * (len(self.bodies) + len(self.points))
-        losses += [default if entry is None else values[entry] for entry in self._loss]
-        return losses + [default] * (len(self.channels.piezos) + len(self.channels.masses))
+        return [default if part.loss is None else values[part.loss] for _, _, part in self.discrete]
 
     def dashpot_matrices(self, values: Array, geometry: PartGeometry) -> list[Array]:
         """Damping matrices (6n, 6n) of the dashpots over their nodes, part's axes."""
         return [d.matrix(values, geometry.positions[..., d.nodes, :]) for d in self.dashpots.values()]
+
+
+CLAMPING_ARM = 0.5
+"""Length of a rigid arm over the member's least thickness from which it holds the end flat altogether."""
+
+
+def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometry) -> Array:
+    """Return how far the ends of a part's members are clamped (m, 2), from 0, free, to 1, held flat.
+
+    An end is clamped at a node that is held, carried, an interface or a joint to other parts, and on a rigid arm; free
+    where it meets nothing. Other members hold it the more the bulkier they are (theory eq. F20), and so does a notch
+    that is bulkier at its end than at its web; what holds most counts. What a member says of its `ends` goes before.
+    One design: values (s,).
+    """
+    table = part.table
+    J, least, thickness = table.bulk(values, geometry.length)
+    arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
+    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
+    shared = _clamping_nodes(layout, part)
+    axis = geometry.R[:, 0]
+    at: dict[int, list[tuple[int, int]]] = {}
+    for member, ends in enumerate(part.ends.tolist()):
+        for end, node in enumerate(ends):
+            at.setdefault(node, []).append((member, end))
+    for node, meeting in at.items():
+        if node in shared:
+            for own in meeting:
+                clamped[own] = 1.0
+            continue
+        members, ends = np.array(meeting).T
+        sine = np.linalg.norm(np.cross(axis[members][:, None], axis[members]), axis=-1)
+        across = np.maximum(sine**2, np.minimum(arm[members, ends], 1.0))
+        held = _hold(J[members, ends] / J[members, ends][:, None], across)
+        held[members[:, None] == members] = 0.0
+        clamped[members, ends] = np.maximum(clamped[members, ends], held.max(axis=1))
+    for k, member in enumerate(part.members.values()):
+        if member.ends is not None:
+            clamped[k] = [end == "clamped" for end in member.ends]
+    return clamped
+
+
+def _hold(ratio: Array, across: Array | float) -> Array:
+    """How far an end is held by what has `ratio` times its torsion constant (theory eq. F20).
+
+    `across` is the square of the sine of the angle between the two.
+    """
+    return np.clip((ratio * (1 + across) - (1 - across)) / (1 + ratio), 0.0, 1.0)
+
+
+def _clamping_nodes(layout: Layout, part: Part) -> set[int]:
+    """Nodes that anything but this part's own members holds."""
+    prototype = layout.prototypes[part.name]
+    names = set(layout.interface(part.name)) | set(prototype.bodies)
+    names |= {name for joint in prototype.joints for name in joint}
+    names |= {name for superelement in prototype.superelements.values() for name in superelement.nodes}
+    if part.name == TOP:
+        names |= {name for text in prototype.ground for name in matching(text, list(part.node_number))}  # type: ignore[attr-defined]
+    nodes = {part.node_number[name] for name in names if name in part.node_number}
+    nodes |= {node for carried in part.carried.values() for node in carried}
+    return nodes | set(range(part.n_own, part.n_named))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.duals import Dual, moves, plain, with_slopes_of, zeros
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.expressions import Expression
@@ -35,48 +35,43 @@ from flexura.mechanism import (
 from flexura.records import Kept, Latest, Record
 from flexura.registry import registered
 from flexura.results import Displayed
-from flexura.structure.ends import settle_ends
-from flexura.structure.geometry import Geometry, Transforms
-from flexura.structure.loads import DeadLoads
 from flexura.structure.members import Members
-from flexura.structure.part import Part, PartGeometry
-from flexura.structure.pose import DescribedMotion, DescribedPose
+from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
-from flexura.structure.stacking import common, joined_along, picked
-from flexura.structure.topology import Topology
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.topology import Geometry, Topology, Transforms
+from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along, picked
 from flexura.tables import Facts, Table
 
 
 class _ChildPlacement:
-    """Entries of one child's placing steps."""
+    """Entries of one child's placing steps; `entries` are all of them."""
 
     def __init__(self, child: Child, table: ValueTable) -> None:
-        self.steps: list[tuple[type, list[Index], bool]] = []
+        self._steps: list[tuple[type, list[Index], bool]] = []
         self._fixed = Kept()
         self._latest: Latest[Affine] = Latest()
         for step in child.steps:
             numbers = [f if isinstance(f, tuple) else (f,) for f in step]
             varies = any(isinstance(number, Expression) for field in numbers for number in field)
-            self.steps.append((type(step), [np.array(table.add_all(field)) for field in numbers], varies))
-        self._entries = np.array([entry for _, fields, _ in self.steps for f in fields for entry in f], dtype=np.intp)
+            self._steps.append((type(step), [np.array(table.add_all(field)) for field in numbers], varies))
+        self.entries: Index = np.array([k for _, fields, _ in self._steps for f in fields for k in f], dtype=np.intp)
 
     def affine(self, values: Array) -> Affine:
         """Placement of the child in its parent for values (..., s); remembered while it is the same in all designs."""
-        own = picked(values, self._entries)
-        if own.ndim > 1 or with_slopes_of(own) is not None:
+        numbers = picked(values, self.entries)
+        if numbers.ndim > 1 or with_slopes_of(numbers) is not None:
             return self._affine(values)
-        return self._latest.get(own.tobytes(), lambda: self._affine(values))
+        return self._latest.get(numbers.tobytes(), lambda: self._affine(values))
 
     def _affine(self, values: Array) -> Affine:
         result = IDENTITY
         constant = plain(values).reshape(-1, values.shape[-1])[0]
-        for k, (kind, fields, varies) in enumerate(self.steps):
+        for k, (kind, fields, varies) in enumerate(self._steps):
             if varies:
-                own = _step(kind, [picked(values, f) for f in fields])
+                step = _step(kind, [picked(values, f) for f in fields])
             else:
-                own = self._fixed.once(k, partial(_step, kind, [constant[f] for f in fields]))
-            result = Affine(result.Q, result.t + own.t) if kind is Move else result.then(own)
+                step = self._fixed.once(k, partial(_step, kind, [constant[f] for f in fields]))
+            result = Affine(result.Q, result.t + step.t) if kind is Move else result.then(step)
         return result
 
 
@@ -124,14 +119,15 @@ def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
 
 def _refuse_solid_members(layout: Layout) -> None:
     """Raise ModelError for members that are to be superelements of solid meshes and are not yet."""
-    found, rule = [], "a solid member has to be reduced to a superelement first"
+    refused, rule = [], "a solid member has to be reduced to a superelement first"
     for name, prototype in layout.prototypes.items():
         above = () if name == TOP else ("substructures", origin_of(name))
         for key in solid_members(layout.mechanism, name):
             kind = "links" if key in prototype.links else "flexures"
-            found.append(Problem((*above, kind, key, "fidelity"), "solid", rule, "flexura.with_solid_parts(mechanism)"))
-    if found:
-        raise ModelError(found)
+            hint = "flexura.with_solid_parts(mechanism)"
+            refused.append(Problem((*above, kind, key, "fidelity"), "solid", rule, hint))
+    if refused:
+        raise ModelError(refused)
 
 
 class Plan(Record, Displayed):
@@ -143,9 +139,8 @@ class Plan(Record, Displayed):
     _shown = ("name",)
 
     def __init__(self, mechanism: Mechanism) -> None:
-        found = problems(mechanism)
-        if found:
-            raise ModelError(found)
+        if wrong := problems(mechanism):
+            raise ModelError(wrong)
         self.mechanism = mechanism
         self.layout: Layout = Layout(mechanism)
         _refuse_solid_members(self.layout)
@@ -162,8 +157,8 @@ class Plan(Record, Displayed):
         self.loads: DeadLoads = DeadLoads(self.layout, self.value_table)
         self.pose: DescribedPose = DescribedPose(self.layout, self.value_table)
         self.motion: DescribedMotion = DescribedMotion(self.layout, self.value_table)
-        own = self.layout.specialised
-        self._parameters = ParameterTable(mechanism, own.parameters, own.follows)
+        specialised = self.layout.specialised
+        self._parameters = ParameterTable(mechanism, specialised.parameters, specialised.follows)
         self.value_table.close(self._parameters.defaults)
         self.topology: Topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
@@ -172,7 +167,12 @@ class Plan(Record, Displayed):
         self._turned: Latest[Array] = Latest()
         self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
-        self._geometry_entries = self._find_geometry_entries()
+        placements = [child.entries for children in self._children.values() for child in children]
+        self._geometry_entries: Index = np.intersect1d(
+            np.concatenate([*placements, *(part.geometry_entries for part in self.parts.values())]),
+            self.value_table.varying(),
+        )
+        """Entries with expressions on which positions, lengths and orientations depend."""
         rooted = {name: part.table.corrections.rooted for name, part in self.parts.items()}
         self.roots: Roots = Roots(self.parts, self.topology, self.members, rooted)
         self._settle_corrections()
@@ -230,10 +230,10 @@ class Plan(Record, Displayed):
     def roots_left_out(self) -> Roots:
         """The roots that corrections leave out of the model, though nothing says that they are rigid."""
         unrooted = {name: part.table.corrections.unrooted for name, part in self.parts.items()}
-        found = Roots(self.parts, self.topology, self.members, unrooted)
+        roots = Roots(self.parts, self.topology, self.members, unrooted)
         values = self.values()
-        found.settle(values, self.geometry(values))
-        return found
+        roots.settle(values, self.geometry(values))
+        return roots
 
     def _settle_corrections(self) -> None:
         """Work out how far ends are clamped at the default parameters, where a correction asks for it."""
@@ -243,24 +243,15 @@ class Plan(Record, Displayed):
         geometry = self.geometry(values)
         settled = [settle_ends(self.layout, p, values, geometry.parts[name]) for name, p in self.parts.items()]
         self.roots.settle(values, geometry)
-        is_said = [[own.ends is not None] for part in self.parts.values() for own in part.members.values()]
-        held = np.where(is_said, 0.0, self.roots.held)
+        is_described = [[m.ends is not None] for part in self.parts.values() for m in part.members.values()]
+        held = np.where(is_described, 0.0, self.roots.held)
         clamped = np.maximum(np.concatenate(settled), held)
         has_root = np.isin(np.arange(len(self.members.counts)), self.roots.members)
         first = np.cumsum([len(part.members) for part in self.parts.values()])[:-1]
         split = zip(np.split(clamped, first), np.split(has_root, first), strict=True)
         tables = [self.members, *(part.table for part in self.parts.values())]
-        for table, (own, rooted) in zip(tables, [(clamped, has_root), *split], strict=True):
-            table.corrections.settle(own)
-            table.corrections.root(rooted)
-
-    def _find_geometry_entries(self) -> Index:
-        """Entries with expressions on which positions, lengths and orientations depend."""
-        placements = [c for children in self._children.values() for c in children]
-        used = {int(s) for c in placements for _, fields, _ in c.steps for s in np.hstack(fields)}
-        for part in self.parts.values():
-            used |= part.geometry_entries()
-        return np.array(sorted(used & set(self.value_table.varying().tolist())), dtype=np.intp)
+        for table, (ends, rooted) in zip(tables, [(clamped, has_root), *split], strict=True):
+            table.corrections.settle(ends, rooted)
 
     def _group_by_level(self) -> list[tuple[str, int, Index, Index]]:
         """Instances grouped as (parent prototype, child position, instances, their parents), parents first."""
@@ -318,10 +309,9 @@ class Plan(Record, Displayed):
                 name: p.replaced({"value": float(plain(resolved[name])), "minimum": None, "maximum": None})
                 for name, p in self.mechanism.parameters.items()
             }
-            found = problems(self.mechanism.replaced({"parameters": replaced, "studies": {}}))
-            if found:
+            if broken := problems(self.mechanism.replaced({"parameters": replaced, "studies": {}})):
                 named = ", ".join(f"{name} = {resolved[name]:g}" for name in sorted(changed))
-                raise ModelError(replace(problem, hint=f"with {named}") for problem in found)
+                raise ModelError(replace(problem, hint=f"with {named}") for problem in broken)
 
     def placing(self, parameters: Mapping[str, ArrayLike]) -> Index:
         """Entries on which positions, lengths or orientations depend, and which depend on any of these parameters."""

@@ -12,22 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array, Bools
+from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR, root_flexibility
 from flexura.duals import plain
 from flexura.mechanism import origin_of
 from flexura.structure.discrete_elements import BodyElement
-from flexura.structure.geometry import Geometry
 from flexura.structure.members import Members
 from flexura.structure.part import Part
-from flexura.structure.stacking import joined_along
-from flexura.structure.topology import Topology
-from flexura.structure.value_table import Index
+from flexura.structure.topology import Geometry, Topology
+from flexura.structure.values import joined_along
 
-SAME = 1e-6
+SAME_BLOCK = 1e-6
 """Relative difference of blocks below which copies of a member end in equal ones."""
 
-SIDES = ("up", "down", "left", "right", "behind")
+DIRECTIONS = ("up", "down", "left", "right", "behind")
 """Distances of `Roots.reach`: along the member's z and against it, along its y and against it, and behind its end."""
 
 ROD = np.zeros((12, 12))
@@ -37,37 +35,67 @@ for _one, _other, _sign in ((2, 5, 1.0), (3, 6, -1.0), (4, 7, 1.0)):
     ROD[[_one, _other], [_one, _other]] = 0.5
     ROD[[_one, _other], [_other, _one]] = 0.5 * _sign
 
-HELD = 0.15
+HELD_FLAT = 0.15
 """How far a block reaches beyond a member, over its thickness, from which its end counts as held flat: what
 that gives is in the root."""
 
-DEEP = 0.5
+ROOT_DEPTH = 0.5
 """How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
 
 FACING = 0.3
 """Cosine between a member and the normal of a face from which it may end at that face."""
 
-TINY = 1e-30
+LEAST_RADIUS = 1e-30
 """What keeps the axis of a cylinder from having a direction away from it."""
 
-ALONG = 1e-9
+PARALLEL = 1e-9
 """Cosine below which a direction is along a face."""
 
 
-class _Host(NamedTuple):
-    """A box that members may end in, by its place in the list of bodies or of members at nodes."""
-
-    is_body: bool
-    number: int
-
-
-class _Copy(NamedTuple):
-    """One end of a placed member: node, instance, member, and what it ends in; nothing: what is unknown and large."""
+class _End(NamedTuple):
+    """One end of a placed member."""
 
     node: int
     instance: int
     member: int
-    hosts: list[_Host]
+    end: int
+
+
+class _Body(NamedTuple):
+    """A placed body."""
+
+    node: int
+    instance: int
+    element: BodyElement
+
+
+class _Copy(NamedTuple):
+    """An end of a placed member and the numbers of the boxes that it ends in, bodies before members; none where this is
+    unknown and large."""
+
+    end: _End
+    hosts: list[int]
+
+
+class _Sizes(NamedTuple):
+    """Width and thickness (..., r), m, of the members at rooted ends, and of all members (..., m, 2)."""
+
+    b: Array
+    t: Array
+    widths: Array
+    thicknesses: Array
+
+
+class _Joint(NamedTuple):
+    """Width and thickness of the members at all copies, how far the block reaches beyond their faces along z and
+    against it, at least beyond their sides, and behind them, each (..., k), m."""
+
+    b: Array
+    t: Array
+    up: Array
+    down: Array
+    side: Array
+    behind: Array
 
 
 class Roots:
@@ -83,9 +111,9 @@ class Roots:
         self._parts, self._topology, self._table = parts, topology, members
         first = np.cumsum([0, *(len(part.members) for part in parts.values())])
         self.first: dict[str, int] = dict(zip(parts, first.tolist(), strict=False))
-        self._bodies: list[tuple[int, int, BodyElement]] = []
-        self._ends: list[tuple[int, int, int, int]] = []
-        self._next: dict[tuple[int, int, int], tuple[int, int, int, int]] = {}
+        self._bodies: list[_Body] = []
+        self._ends: list[_End] = []
+        self._next: dict[tuple[int, int, int], _End] = {}
         wanted = [
             (self.first[name] + m, end) for name, part in parts.items() for m, end in np.argwhere(which[name]).tolist()
         ]
@@ -111,34 +139,37 @@ class Roots:
         """Ends of members, as placed, by member and end; those of one substructure with values of its own at several
         instances are together."""
         topology = self._topology
-        bodies: dict[int, list[tuple[int, int, BodyElement]]] = {}
-        meeting: dict[int, list[tuple[int, int, int, int]]] = {}
+        bodies: dict[int, list[int]] = {}
+        meeting: dict[int, list[int]] = {}
         stiff: set[int] = set()
         for name, copies in topology.copies.items():
             part, first = self._parts[name], self.first[name]
             inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
                 for node, body in part.bodies.values():
-                    bodies.setdefault(int(topology.root[offset + node]), []).append((offset + node, instance, body))
+                    bodies.setdefault(int(topology.root[offset + node]), []).append(len(self._bodies))
+                    self._bodies.append(_Body(offset + node, instance, body))
                 stiff |= {int(topology.root[offset + node]) for node in inner}
                 for m, ends in enumerate(part.ends.tolist()):
                     for end, node in enumerate(ends):
-                        own = (offset + node, instance, first + m, end)
-                        meeting.setdefault(int(topology.root[offset + node]), []).append(own)
+                        meeting.setdefault(int(topology.root[offset + node]), []).append(len(self._ends))
+                        self._ends.append(_End(offset + node, instance, first + m, end))
         found: dict[tuple[int, int], list[_Copy]] = {}
-        for root, ends in meeting.items():
+        for root, numbers in meeting.items():
             if root in stiff:
                 continue
-            own_bodies = bodies.get(root, [])
-            is_block = bool(own_bodies) or bool(topology.held[root].all())
-            if len(ends) == 2 and not is_block:
-                self._next |= {own[1:]: other for own, other in (ends, ends[::-1])}
-            for own in ends:
-                hosts = [self._host_of(body) for body in own_bodies if body[2].has_form]
-                if not is_block:
-                    hosts = [self._host_of(other) for other in ends if other is not own]
+            is_block = root in bodies or bool(topology.held[root].all())
+            if len(numbers) == 2 and not is_block:
+                one, other = (self._ends[k] for k in numbers)
+                self._next |= {one[1:]: other, other[1:]: one}
+            for k in numbers:
+                if is_block:
+                    hosts = [n for n in bodies.get(root, []) if self._bodies[n].element.has_form]
+                else:
+                    hosts = [len(self._bodies) + n for n in numbers if n != k]
                 if hosts or is_block:
-                    found.setdefault((own[2], own[3]), []).append(_Copy(*own[:3], hosts))
+                    end = self._ends[k]
+                    found.setdefault((end.member, end.end), []).append(_Copy(end, hosts))
         return self._together(found, wanted)
 
     def _together(
@@ -155,26 +186,20 @@ class Roots:
                     together.setdefault(keys[place], []).extend(found.get(place, []))
         return {place: together[keys[place]] if place in found else [] for place in wanted}
 
-    def _host_of(self, own: tuple[int, int, BodyElement] | tuple[int, int, int, int]) -> _Host:
-        if len(own) == 3:
-            self._bodies.append(own)
-            return _Host(True, len(self._bodies) - 1)
-        self._ends.append(own)
-        return _Host(False, len(self._ends) - 1)
-
     def _list(self, rows: list[list[_Copy]]) -> None:
         """The copies (k,) of all rows as arrays: `_row`, `_node`, `_instance`, `_member`, `_weight`, and `_host`
         (k, hosts), -1 for none."""
-        copies = [(row, own) for row, copies in enumerate(rows) for own in copies]
+        copies = [(row, copy) for row, copies in enumerate(rows) for copy in copies]
         self._row: Index = np.array([row for row, _ in copies], dtype=np.intp)
-        placed = np.array([own[:3] for _, own in copies], dtype=np.intp).reshape(-1, 3)
-        self._node, self._instance, self._member = placed.T
-        self._host: Index = np.full((len(copies), max((len(own.hosts) for _, own in copies), default=0)), -1, np.intp)
-        for k, (_, own) in enumerate(copies):
-            numbers = [host.number + (0 if host.is_body else len(self._bodies)) for host in own.hosts]
-            self._host[k, : len(numbers)] = numbers
+        placed = np.array([copy.end for _, copy in copies], dtype=np.intp).reshape(-1, 4)
+        self._node, self._instance, self._member = placed.T[:3]
+        most = max((len(copy.hosts) for _, copy in copies), default=0)
+        self._host: Index = np.full((len(copies), most), -1, dtype=np.intp)
+        for k, (_, copy) in enumerate(copies):
+            self._host[k, : len(copy.hosts)] = copy.hosts
         self._unknown: Bools = np.asarray((self._host < 0).all(axis=-1), dtype=bool)
         self._weight: Array = 1 / np.bincount(self._row, minlength=len(rows))[self._row]
+        self._keep_used()
 
     def settle(self, values: Array, geometry: Geometry) -> None:
         """Take what lies beside its box for unknown, leave out what is no thicker than the member, and take copies that
@@ -182,31 +207,29 @@ class Roots:
         if not len(self):
             return
         sizes = self._sizes(values, geometry)
-        t = sizes[1][self._row]
+        t = sizes.t[self._row]
         drawn = (self._host >= 0) & (self._host < len(self._bodies))
         is_off = (self.reach(values, geometry, sizes) < -t[:, None]).any(axis=-1)
         self._unknown = np.asarray(self._unknown | (drawn.any(axis=-1) & is_off), dtype=bool)
         reach = self.reach(values, geometry, sizes)
         up, down, _, _, behind = reach.T
         beyond = np.maximum(up, t / 2) + np.maximum(down, t / 2) - t
-        thicker = (beyond > SAME * t) & (behind > 0)
+        thicker = (beyond > SAME_BLOCK * t) & (behind > 0)
         np.maximum.at(self.beyond, (self.members[self._row], self.ends[self._row]), np.where(thicker, beyond / t, 0.0))
-        near = np.round(np.clip(reach / t[:, None], -FAR, FAR) / SAME)
+        near = np.round(np.clip(reach / t[:, None], -FAR, FAR) / SAME_BLOCK)
         kept, weight = [], []
         for row in np.unique(self._row[thicker]).tolist():
-            own = np.flatnonzero(self._row == row)
-            blocks = np.column_stack([near[own], self._modulus(values, own, np.ones(len(own)))])
+            copies = np.flatnonzero(self._row == row)
+            blocks = np.column_stack([near[copies], self._modulus(values, copies, np.ones(len(copies)))])
             _, first, which = np.unique(blocks, axis=0, return_index=True, return_inverse=True)
-            kept.append(own[first])
-            weight.append(np.bincount(np.ravel(which)) / len(own))
+            kept.append(copies[first])
+            weight.append(np.bincount(np.ravel(which)) / len(copies))
         copies = np.concatenate([np.empty(0, dtype=np.intp), *kept])
         rows, self._row = np.unique(self._row[copies], return_inverse=True)
         self._weight = np.concatenate([np.empty(0), *weight])
-        self._node, self._instance, self._member = (own[copies] for own in (self._node, self._instance, self._member))
+        self._node, self._instance, self._member = self._node[copies], self._instance[copies], self._member[copies]
         self._host, self._unknown = self._host[copies], self._unknown[copies]
-        self.members = self.members[rows]
-        self.ends = self.ends[rows]
-        self.elements = self.elements[rows]
+        self.members, self.ends, self.elements = self.members[rows], self.ends[rows], self.elements[rows]
         self._is_rod = self._is_rod[rows]
         self._keep_used()
         runs = [self._run(geometry, sizes, k) for k in range(len(copies))]
@@ -217,9 +240,9 @@ class Roots:
     @property
     def held(self) -> Array:
         """How far the ends of all members (m, 2) are held flat, from 0 to 1, as their roots take them to be."""
-        return np.minimum(self.beyond / HELD, 1.0)
+        return np.minimum(self.beyond / HELD_FLAT, 1.0)
 
-    def _run(self, geometry: Geometry, sizes: tuple[Array, ...], copy: int) -> list[int]:
+    def _run(self, geometry: Geometry, sizes: _Sizes, copy: int) -> list[int]:
         """The members that a copy goes on in, in line and of one section, itself first."""
         instance, end = int(self._instance[copy]), int(self.ends[self._row[copy]])
         run = [int(self._member[copy])]
@@ -227,9 +250,9 @@ class Roots:
             place = self._next[instance, run[-1], 1 - end]
             nodes, instances, members, ends = np.array([(0, instance, run[-1], 1 - end), place]).T
             x = self._placed(geometry, nodes, instances, members, ends)[1][:, 0]
-            section = np.stack([own[members, ends] for own in sizes[2:]])
-            is_on = (1 - 2 * ends[0]) * (1 - 2 * ends[1]) * (x[0] @ x[1]) < SAME - 1
-            if not is_on or place[2] in run or (np.abs(np.diff(section)) > SAME * section[:, :1]).any():
+            section = np.stack([size[members, ends] for size in (sizes.widths, sizes.thicknesses)])
+            is_on = (1 - 2 * ends[0]) * (1 - 2 * ends[1]) * (x[0] @ x[1]) < SAME_BLOCK - 1
+            if not is_on or place[2] in run or (np.abs(np.diff(section)) > SAME_BLOCK * section[:, :1]).any():
                 break
             _, instance, member, end = place
             run.append(member)
@@ -246,47 +269,46 @@ class Roots:
         self._ends = [self._ends[k - count] for k in used if k >= count]
         self._bodies = [self._bodies[k] for k in used if k < count]
 
-    def _sizes(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Array]:
-        """Width and thickness (..., r), m, of the members at these ends, and of all members (..., m, 2)."""
-        b, t = self._table.end_sizes(values, geometry.lengths)
-        return b[..., self.members, self.ends], t[..., self.members, self.ends], b, t
+    def _sizes(self, values: Array, geometry: Geometry) -> _Sizes:
+        widths, thicknesses = self._table.end_sizes(values, geometry.lengths)
+        rooted = (..., self.members, self.ends)
+        return _Sizes(widths[rooted], thicknesses[rooted], widths, thicknesses)
 
-    def _modulus(self, values: Array, copies: Index | slice, own: Array) -> Array:
+    def _modulus(self, values: Array, copies: Index | slice, unknown: Array) -> Array:
         """Young's modulus (..., k) of the blocks that copies end in, Pa, the mean of all members that are one block;
-        `own` (..., k) where it is unknown."""
-        members = np.array([member for _, _, member, _ in self._ends], dtype=np.intp)
-        every = [own_body.modulus(values)[..., None] for _, _, own_body in self._bodies]
-        E = joined_along([*every, self._table.moduli(values)[0][..., members]], -1)
+        `unknown` (..., k) where nothing is known of it."""
+        members = np.array([end.member for end in self._ends], dtype=np.intp)
+        of_bodies = [body.element.modulus(values)[..., None] for body in self._bodies]
+        E = joined_along([*of_bodies, self._table.moduli(values)[0][..., members]], -1)
         hosts = self._host.T[:, copies]
         if not len(hosts):
-            return own
+            return unknown
         total = sum(np.where(column >= 0, E[..., column], 0.0) for column in hosts)
         count = (hosts >= 0).sum(axis=0)
-        return np.where(count > 0, total / np.maximum(count, 1), own)
+        return np.where(count > 0, total / np.maximum(count, 1), unknown)
 
     def _boxes(
-        self, values: Array, geometry: Geometry, placed: tuple[Array, Array, Array], b: Array, t: Array
+        self, values: Array, geometry: Geometry, placed: tuple[Array, Array, Array], sizes: _Sizes
     ) -> tuple[Array, Array, Array, Bools]:
         """Centres (..., h, 3), axes (..., h, 3, 3) as rows, half sizes (..., h, 3), global frame, of all hosts, and
-        which of them (h,) are cylinders about their first axis; `placed` as of `_placed` of those that are members; b,
-        t (..., m, 2) of all members, m."""
+        which of them (h,) are cylinders about their first axis; `placed` as of `_placed` of those that are
+        members."""
         centres, axes, halves = [], [], []
         if self._bodies:
-            nodes = np.array([node for node, _, _ in self._bodies], dtype=np.intp)
-            centres.append(geometry.at(nodes))
-            for _, instance, body in self._bodies:
-                own, half = body.box(values)
-                axes.append((own @ np.swapaxes(geometry.Q[..., instance, :, :], -1, -2))[..., None, :, :])
+            centres.append(geometry.at(np.array([body.node for body in self._bodies], dtype=np.intp)))
+            for _, instance, element in self._bodies:
+                rows, half = element.box(values)
+                axes.append((rows @ np.swapaxes(geometry.Q[..., instance, :, :], -1, -2))[..., None, :, :])
                 halves.append(half[..., None, :])
         if self._ends:
             _, _, member, end = np.array(self._ends, dtype=np.intp).T
-            where, own, length = placed
+            where, rows, length = placed
             inward = (0.5 - end)[:, None] * length[..., None]
-            centres.append(where + inward * own[..., 0, :])
-            axes.append(own)
-            width, thickness = b[..., member, end] / 2, t[..., member, end] / 2
+            centres.append(where + inward * rows[..., 0, :])
+            axes.append(rows)
+            width, thickness = sizes.widths[..., member, end] / 2, sizes.thicknesses[..., member, end] / 2
             halves.append(np.stack([length / 2 + 0 * width, width + 0 * length, thickness + 0 * length], axis=-1))
-        is_round = np.array([body.is_round for _, _, body in self._bodies] + [False] * len(self._ends))
+        is_round = np.array([body.element.is_round for body in self._bodies] + [False] * len(self._ends))
         return joined_along(centres, -2), joined_along(axes, -3), joined_along(halves, -2), is_round
 
     def _placed(
@@ -301,13 +323,13 @@ class Roots:
         arm = (Q @ offset[..., None])[..., 0]
         return geometry.at(node) + arm, R @ np.swapaxes(Q, -1, -2), length
 
-    def reach(self, values: Array, geometry: Geometry, sizes: tuple[Array, Array, Array, Array] | None = None) -> Array:
+    def reach(self, values: Array, geometry: Geometry, sizes: _Sizes | None = None) -> Array:
         """How far blocks reach, from a thickness behind the middle of the end faces (..., k, 5), m: along the member's
         z and against it, along its y and against it, and on behind it, for every copy. Below zero where the end is
         off."""
         sizes = self._sizes(values, geometry) if sizes is None else sizes
-        t = sizes[1][..., self._row]
-        large = np.stack([np.full(t.shape, np.inf)] * len(SIDES), axis=-1)
+        t = sizes.t[..., self._row]
+        large = np.stack([np.full(t.shape, np.inf)] * len(DIRECTIONS), axis=-1)
         if not self._host.shape[-1]:
             return large
         place, towards, half, is_round = self._in_blocks(values, geometry, sizes)
@@ -317,26 +339,24 @@ class Roots:
         behind = np.where(into > 0, back[0], on[0])
         sides = (on[2], back[2], on[1], back[1], behind)
         every = np.where(self._host >= 0, np.stack(sides), -np.inf)
-        found = every[..., 0]
+        farthest = every[..., 0]
         for other in np.moveaxis(every[..., 1:], -1, 0):
-            found = -_lesser(-found, -other)
-        return np.where(self._unknown[:, None], large, np.moveaxis(found, 0, -1))
+            farthest = -_lesser(-farthest, -other)
+        return np.where(self._unknown[:, None], large, np.moveaxis(farthest, 0, -1))
 
-    def _in_blocks(
-        self, values: Array, geometry: Geometry, sizes: tuple[Array, Array, Array, Array]
-    ) -> tuple[Array, Array, Array, Bools]:
+    def _in_blocks(self, values: Array, geometry: Geometry, sizes: _Sizes) -> tuple[Array, Array, Array, Bools]:
         """For every copy and host (..., k, hosts, :), in the axes of the host: where the middle of the end face is, the
         axes of the member as columns, half sizes of the host, and whether (k, hosts) that is a cylinder."""
-        own = np.stack([self._node, self._instance, self._member, self.ends[self._row]])
-        others = np.array(self._ends, dtype=np.intp).reshape(-1, 4).T
-        where, axes, length = self._placed(geometry, *np.concatenate([own, others], axis=1))
+        rooted = np.stack([self._node, self._instance, self._member, self.ends[self._row]])
+        hosts = np.array(self._ends, dtype=np.intp).reshape(-1, 4).T
+        where, axes, length = self._placed(geometry, *np.concatenate([rooted, hosts], axis=1))
         k = len(self._row)
         placed = where[..., k:, :], axes[..., k:, :, :], length[..., k:]
         where, axes = where[..., :k, :], axes[..., :k, :, :]
-        centre, turn, half, is_round = self._boxes(values, geometry, placed, *sizes[2:])
-        own = turn[..., self._host, :, :]
-        towards = own @ np.swapaxes(axes, -1, -2)[..., None, :, :]
-        place = (own @ (where[..., None, :] - centre[..., self._host, :])[..., None])[..., 0]
+        centre, turn, half, is_round = self._boxes(values, geometry, placed, sizes)
+        into_box = turn[..., self._host, :, :]
+        towards = into_box @ np.swapaxes(axes, -1, -2)[..., None, :, :]
+        place = (into_box @ (where[..., None, :] - centre[..., self._host, :])[..., None])[..., 0]
         return place, towards, half[..., self._host, :], is_round[self._host]
 
     def slants(self, values: Array, geometry: Geometry) -> Array:
@@ -350,14 +370,14 @@ class Roots:
         radius = np.hypot(place[..., 1], place[..., 2])
         normals = np.broadcast_to(np.eye(3), (*place.shape, 3)).copy()
         normals[is_round, 1:] = 0.0
-        normals[is_round, 1, 1:] = (place[..., 1:] / np.maximum(radius, TINY)[..., None])[is_round]
+        normals[is_round, 1, 1:] = (place[..., 1:] / np.maximum(radius, LEAST_RADIUS)[..., None])[is_round]
         slopes = np.abs(normals @ towards)
         off = np.abs(np.abs(place) - half)
         off[is_round, 1] = np.abs(radius - half[..., 1])[is_round]
         off[slopes[..., 0] < FACING] = np.inf
         nearest = np.take_along_axis(slopes, off.argmin(axis=-1)[..., None, None], axis=-2)[..., 0, :]
         found = nearest[..., 1:] / np.maximum(nearest[..., :1], FACING)
-        is_at = (self._host >= 0) & ~self._unknown[:, None] & (off.min(axis=-1) < sizes[1][self._row, None] / 2)
+        is_at = (self._host >= 0) & ~self._unknown[:, None] & (off.min(axis=-1) < sizes.t[self._row, None] / 2)
         np.maximum.at(slants, self._row, np.where(is_at[..., None], found, 0.0).max(axis=1))
         return slants
 
@@ -375,20 +395,20 @@ class Roots:
         if not has.any():
             return None
         sizes = self._sizes(values, geometry)
-        t = sizes[1][..., self._row]
-        up, down = (own - t / 2 for own in np.moveaxis(self.reach(values, geometry, sizes), -1, 0)[:2])
+        t = sizes.t[..., self._row]
+        up, down = (beyond - t / 2 for beyond in np.moveaxis(self.reach(values, geometry, sizes), -1, 0)[:2])
         radii = self._radii(values, t, up, down)
         assert radii is not None
         each = (self._row == np.arange(len(self))[:, None]).astype(float) * self._weight
-        mean = np.stack([(each @ (own / t)[..., None])[..., 0] for own in radii], axis=-1)
+        mean = np.stack([(each @ (radius / t)[..., None])[..., 0] for radius in radii], axis=-1)
         return self.members[has], self.ends[has], mean[..., has, :]
 
     def _radii(self, values: Array, t: Array, up: Array, down: Array) -> tuple[Array, Array] | None:
         """Radius of the fillets (..., k), m, along z and against it, no larger than there is block: up and down, m."""
         if not self._table.filleted[self.members, self.ends].any():
             return None
-        own = self._table.fillets(values)[..., self.members, self.ends][..., self._row] + 0.0 * t
-        above, below = (np.where(plain(beyond) > 0, _lesser(own, beyond), 0.0 * own) for beyond in (up, down))
+        radius = self._table.fillets(values)[..., self.members, self.ends][..., self._row] + 0.0 * t
+        above, below = (np.where(plain(beyond) > 0, _lesser(radius, beyond), 0.0 * radius) for beyond in (up, down))
         return above, below
 
     def flexibility(self, values: Array, geometry: Geometry, E: Array, nu: Array) -> Array:
@@ -405,19 +425,18 @@ class Roots:
         C = thick[..., None] * C
         return C if len(self) == len(self._row) else (self._row == np.arange(len(self))[:, None]).astype(float) @ C
 
-    def _joints(self, values: Array, geometry: Geometry) -> tuple[Array, Array, Array, Array, Array, Array]:
-        """Width and thickness of the members at all copies, how far the block reaches beyond their faces along z and
-        against it, at least beyond their sides, and behind them, each (..., k), m."""
+    def _joints(self, values: Array, geometry: Geometry) -> _Joint:
+        """The joints of all copies."""
         sizes = self._sizes(values, geometry)
         up, down, left, right, behind = np.moveaxis(self.reach(values, geometry, sizes), -1, 0)
         side = _lesser(left, right)
         is_rod = self._is_rod[self._row]
         if is_rod.any():  # they know no width
             across = _lesser(_lesser(up, down), side)
-            up, down, side = (np.where(is_rod, across, own) for own in (up, down, side))
-        b, t = (own[..., self._row] for own in sizes[:2])
-        up, down = (_lesser(own, t / 2 + DEEP * behind) for own in (up, down))
-        return b, t, up - t / 2, down - t / 2, side - b / 2, behind
+            up, down, side = (np.where(is_rod, across, beyond) for beyond in (up, down, side))
+        b, t = sizes.b[..., self._row], sizes.t[..., self._row]
+        up, down = (_lesser(beyond, t / 2 + ROOT_DEPTH * behind) for beyond in (up, down))
+        return _Joint(b, t, up - t / 2, down - t / 2, side - b / 2, behind)
 
     def ratios(self, values: Array, geometry: Geometry) -> tuple[Index, Array]:
         """For all copies that have a root, which one (k,), and (k, 5) Poisson's ratio, and over the thickness the
@@ -428,40 +447,41 @@ class Roots:
         larger, smaller = np.maximum(up, down), np.minimum(up, down)
         side = np.where(side < -b / 2, 0.0, np.minimum(side, FAR * b))
         found = np.stack([nu, b / t, *(np.minimum(own / t, FAR) for own in (larger, smaller)), side / t], axis=-1)
-        has = (larger > SAME * t) & (behind > 0)
+        has = (larger > SAME_BLOCK * t) & (behind > 0)
         return self._row[has], found[has]
 
 
 def _exit(place: Array, towards: Array, half: Array, is_round: Bools, t: Array) -> tuple[Array, Array]:
     """How far it is (3, ...), m, from points at (..., 3) in the axes of boxes, or of cylinders about their first axis,
-    of half sizes (..., 3) to where ways along the columns of `towards` (..., 3, 3) leave them, and ways against these;
-    below zero from outside. Ways along a face, beside it, end the sooner the farther off they are, at once from half of
-    the member's thickness t (...) on, so that roots fade as members slide off their blocks."""
-    found: list[Array] = [np.array(np.inf)] * 2
+    of half sizes (..., 3) to where lines along the columns of `towards` (..., 3, 3) leave them, and against these;
+    below zero from outside. Lines along a face, beside it, end the sooner the farther off they are, at once from half
+    of the member's thickness t (...) on, so that roots fade as members slide off their blocks."""
+    exits: list[Array] = [np.array(np.inf)] * 2
     any_round = bool(is_round.any())
-    ways = [np.stack([towards[..., axis, column] for column in range(3)]) for axis in range(3)]
-    ways = [own.reshape(3, *(1,) * (place.ndim - towards.ndim + 1), *own.shape[1:]) for own in ways]
-    for axis, slope in enumerate(ways):
+    slopes = [np.stack([towards[..., axis, column] for column in range(3)]) for axis in range(3)]
+    slopes = [slope.reshape(3, *(1,) * (place.ndim - towards.ndim + 1), *slope.shape[1:]) for slope in slopes]
+    for axis, slope in enumerate(slopes):
         at, room = place[..., axis], half[..., axis]
         size, sense = np.abs(plain(slope)), np.sign(plain(slope))
         off = np.where(plain(at) > 0, at, -at) - room
         is_off = plain(off) > 0
         beyond = np.where(is_off, t * (t - 2 * off) / np.where(is_off, off, 1.0), np.inf)
-        ahead, steep = sense * at, size > ALONG
+        ahead, steep = sense * at, size > PARALLEL
         size = np.where(steep, sense * slope, 1.0)
-        for way, distance in enumerate((room - ahead, room + ahead)):
+        for k, distance in enumerate((room - ahead, room + ahead)):
             away = np.where(steep, distance / size, beyond)
-            found[way] = _lesser(found[way], np.where(is_round, np.inf, away) if axis and any_round else away)
+            exits[k] = _lesser(exits[k], np.where(is_round, np.inf, away) if axis and any_round else away)
     if any_round:
-        a, b = (ways[1] * y + ways[2] * z for y, z in ((ways[1], ways[2]), (place[..., 1], place[..., 2])))
+        y, z = place[..., 1], place[..., 2]
+        a, b = slopes[1] * slopes[1] + slopes[2] * slopes[2], slopes[1] * y + slopes[2] * z
         c = half[..., 1] ** 2 - place[..., 1] ** 2 - place[..., 2] ** 2
-        steep, is_in = plain(a) > ALONG, plain(c) > 0
+        steep, is_in = plain(a) > PARALLEL, plain(c) > 0
         inside, unit = np.where(is_round & is_in & steep, c, 1.0), np.where(steep, a, 1.0)
         root, outside = np.sqrt(b * b + unit * inside), c / (2 * half[..., 1])
-        for way, along in enumerate((b, -b)):
+        for k, along in enumerate((b, -b)):
             away = np.where(is_in, (root - along) / unit, outside)
-            found[way] = _lesser(found[way], np.where(is_round & (steep | ~is_in), away, np.inf))
-    return found[0], found[1]
+            exits[k] = _lesser(exits[k], np.where(is_round & (steep | ~is_in), away, np.inf))
+    return exits[0], exits[1]
 
 
 def _lesser(a: Array, b: Array) -> Array:

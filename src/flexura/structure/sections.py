@@ -8,27 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from flexura.arrays import Array
-from flexura.beam import SectionProperties, contour, section
+from flexura.arrays import Array, Index
+from flexura.beam import SectionProperties, circle, notch, rectangle, tube
 from flexura.mechanism import Flexure, Link
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
-from flexura.structure.value_table import Index, ValueTable
+from flexura.structure.values import ValueTable
 
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
-ROUND_OFF = 1e-9
+SAME_LENGTH = 1e-9
 """Relative difference of lengths that are the same, as descriptions are checked."""
 
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
-    "circular": lambda x, _, s: contour.circular(x, s["radius"], s["web"]),
-    "elliptical": lambda x, a, s: contour.elliptical(x, a, s["depth"], s["web"]),
-    "parabolic": lambda x, a, s: contour.parabolic(x, a, s["depth"], s["web"]),
-    "hyperbolic": lambda x, a, s: contour.hyperbolic(x, a, s["depth"], s["web"]),
-    "corner_filleted": lambda x, a, s: contour.corner_filleted(x, a, s["fillet_radius"], s["web"]),
-    "v_shaped": lambda x, _, s: contour.v_shaped(x, s["angle"], s["root_radius"], s["web"]),
-    "table": lambda x, a, s: contour.tabulated(x + a, s["positions"], s["thicknesses"]),
+    "circular": lambda x, _, s: notch.circular(x, s["radius"], s["web"]),
+    "elliptical": lambda x, a, s: notch.elliptical(x, a, s["depth"], s["web"]),
+    "parabolic": lambda x, a, s: notch.parabolic(x, a, s["depth"], s["web"]),
+    "hyperbolic": lambda x, a, s: notch.hyperbolic(x, a, s["depth"], s["web"]),
+    "corner_filleted": lambda x, a, s: notch.corner_filleted(x, a, s["fillet_radius"], s["web"]),
+    "v_shaped": lambda x, _, s: notch.v_shaped(x, s["angle"], s["root_radius"], s["web"]),
+    "table": lambda x, a, s: notch.tabulated(x + a, s["positions"], s["thicknesses"]),
     "straight": lambda x, _, s: s["web"] + 0 * x,
 }
 
@@ -156,14 +156,14 @@ def _fits(shape: str, half: Array, sizes: Sizes) -> Any:
     """Whether a contour fits between the ends of a notch (..., 1)."""
     match shape:
         case "circular":
-            return sizes["radius"] >= half * (1 - ROUND_OFF)
+            return sizes["radius"] >= half * (1 - SAME_LENGTH)
         case "corner_filleted":
-            return sizes["fillet_radius"] <= half * (1 + ROUND_OFF)
+            return sizes["fillet_radius"] <= half * (1 + SAME_LENGTH)
         case "v_shaped":
             return sizes["angle"] < np.pi / 2
         case "table":
             ends = sizes["positions"][..., 0], sizes["positions"][..., -1] - 2 * half
-            return (np.abs(ends[0]) <= ROUND_OFF * 2 * half) & (np.abs(ends[1]) <= ROUND_OFF * 2 * half)
+            return (np.abs(ends[0]) <= SAME_LENGTH * 2 * half) & (np.abs(ends[1]) <= SAME_LENGTH * 2 * half)
     return np.ones(1, dtype=bool)
 
 
@@ -182,7 +182,7 @@ def family_properties(family: str, sizes: Sequence[Array], nu: Array) -> Section
     return _FORMULAS[family](*sizes, nu)
 
 
-_FORMULAS = {"rectangle": section.rectangle, "circle": section.circle, "tube": section.tube}
+_FORMULAS = {"rectangle": rectangle, "circle": circle, "tube": tube}
 FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "constants": 6}
 """How many arguments each family's formula takes, Poisson's ratio aside."""
 

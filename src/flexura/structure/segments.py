@@ -8,14 +8,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import UniformBeam
 from flexura.errors import OptionError
-from flexura.structure.assembler import full_order
+from flexura.structure.assembly import Scatter, block_diagonal, full_order
 from flexura.structure.elements import TAPERED_PIECES, Cut, ElementSlice
 from flexura.structure.model import FullOrderModel
-from flexura.structure.scatter import Scatter, block_diagonal
-from flexura.structure.value_table import Index
 
 FADED = 1e-8
 """Flexibility of a root, beside that of its element, up to which it is rigid: that of a member which slides off its

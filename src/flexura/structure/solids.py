@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
-from flexura.convex import Index, boxes
+from flexura.arrays import Array, Index
+from flexura.convex import boxes
 from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
 
 GROUND = -1
 """The cluster of all nodes that are clamped."""
-SIDES = 8
+DISC_SLICES = 8
 """Slices of a disc; it has twice as many sides, as has a ring, and lies in the circle."""
-ROUND = np.pi / (SIDES * np.sin(np.pi / SIDES))
+ROUND = np.pi / (DISC_SLICES * np.sin(np.pi / DISC_SLICES))
 """Area of a circle over that of the polygon in it."""
-STATIONS = 33
+LOFT_SECTIONS = 33
 """Sections along a member whose section varies."""
 
 _VARYING = ("notch", "round", "two_axis")
@@ -98,7 +98,7 @@ class Loft:
 
 def disc() -> Array:
     """Slices (s, 4, 2) of a polygon in the unit circle."""
-    angle = np.pi * np.arange(SIDES + 1) / SIDES
+    angle = np.pi * np.arange(DISC_SLICES + 1) / DISC_SLICES
     y, z = np.sin(angle), -np.cos(angle)
     low, high = slice(None, -1), slice(1, None)
     corners = [(-y[low], z[low]), (-y[high], z[high]), (y[low], z[low]), (y[high], z[high])]
@@ -107,9 +107,9 @@ def disc() -> Array:
 
 def ring(inner: float) -> Array:
     """Sectors (s, 4, 2) of a ring in the unit circle; its bore is drawn as wide as it is."""
-    angle = np.pi * np.arange(2 * SIDES + 1) / SIDES
+    angle = np.pi * np.arange(2 * DISC_SLICES + 1) / DISC_SLICES
     rim = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    bore = inner / np.cos(np.pi / (2 * SIDES)) * rim
+    bore = inner / np.cos(np.pi / (2 * DISC_SLICES)) * rim
     return np.stack([bore[:-1], rim[:-1], bore[1:], rim[1:]], axis=1)
 
 
@@ -222,7 +222,7 @@ def _loft(group: SectionGroup, values: Array, length: Array) -> Loft:
     """The sections of a group's members, closer towards both ends of a notch."""
     fractions = np.array([0.0, 1.0])
     if group.kind[0] in _VARYING:
-        fractions = (1 - np.cos(np.pi * np.linspace(0, 1, STATIONS))) / 2
+        fractions = (1 - np.cos(np.pi * np.linspace(0, 1, LOFT_SECTIONS))) / 2
         if group.kind[0] == "two_axis":
             fractions = np.concatenate([fractions / 2, fractions[1:] / 2 + 0.5])
         fractions = np.union1d(fractions, group.corners(values, length).ravel())

@@ -242,7 +242,7 @@ def _mp4(animation: Animation) -> bytes:
 
 @verb
 def save_warnings(report: CheckReport, folder: Path | str, *, model: FullOrderModel) -> list[Path]:
-    """Write the picture of `draw_warnings` as `warnings.png`. Raises OptionError when the folder cannot be written to."""
+    """Write the picture of `draw_warnings` as `warnings.png`. Raises OptionError when it cannot be written."""
     return save_figures({"warnings.png": draw_warnings(model, report)}, folder)
 
 
