@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from flexura.expressions import parameter
 from flexura.linalg import lowest
-from flexura.linalg.stacked import lowest_values
+from flexura.linalg.subspaces import lowest_values
 from flexura.mechanism import CircularPattern, Instance, Link, Mechanism, Parameter, Rectangle, RigidBody, Substructure
 from flexura.reduction.batch.unproven import unproven_frequencies
 from flexura.reduction.proven.low_order import low_order, reduce

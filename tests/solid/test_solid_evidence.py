@@ -11,7 +11,7 @@ import pytest
 import scipy.sparse as sp
 
 import flexura as fx
-from flexura.linalg.large import factorise_large
+from flexura.linalg.factor import factorise_large
 from flexura.solid.fem.components import components
 from flexura.solid.fem.constraints import Face, face_ties
 from flexura.solid.fem.matrices import elastic_matrices

@@ -1,25 +1,46 @@
-"""Lowest eigenvalues of stacks of small dense pencils, one per design, without a Python loop over designs."""
+"""Lowest eigenpairs by blocks of vectors: stacks of small dense pencils, and one sparse one of a few thousand unknowns.
+
+Stacks, one pencil a design, go through subspace iteration (Bathe 1996, sec. 11.6) without a Python loop over designs.
+The sparse one goes through block Lanczos: blocks lose no copies of a repeated eigenvalue as long as they are wider than
+there are copies (Golub and Underwood 1977), and cost a call of each routine a block, where single vectors cost one a
+vector.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
+from flexura.linalg.bounds import stable_count
 from flexura.linalg.eigen import lowest
-from flexura.linalg.scaling import scaled, unit_scale
-from flexura.linalg.search import Eigenpairs
+from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, pivoted
+from flexura.linalg.pencil import Eigenpairs, scaled, unit_scale
 
 GUARD = 4
 """Iteration vectors beyond the wanted ones (Bathe 1996, sec. 11.6)."""
-MAX_STEPS = 8
-TOLERANCE = 1e-11
+
+SUBSPACE_STEPS = 8
+
+SUBSPACE_ERROR = 1e-11
 """Estimated relative error at which an eigenvalue is accepted."""
+
+LANCZOS_BLOCKS = 8
+"""Blocks after which the search is given up."""
+
+LANCZOS_RESIDUAL = 1e-9
+"""Residual of a pair of the inverse problem, over its value; what is left of it goes into the vectors (one more
+inverse iteration), and Ritz vectors are mixed with one another by its square alone."""
+
+COUNTED_ABOVE = 0.01
+"""Farthest above the last eigenvalue, relative, that those up to it are counted."""
 
 
 def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = None) -> Array:
@@ -37,8 +58,8 @@ def lowest_values(K: Array, M: Array, count: int, start: Eigenpairs | None = Non
     if start is None:
         start = lowest(K[len(K) // 2], M[len(K) // 2], count + GUARD)
     K, M, d = _scaled(K, M)
-    pairs, error = _iterate(K, M, Eigenpairs(start.values, start.vectors / d[:, :, None]), count, TOLERANCE)
-    slow = ~(error < TOLERANCE)
+    pairs, error = _iterate(K, M, Eigenpairs(start.values, start.vectors / d[:, :, None]), count, SUBSPACE_ERROR)
+    slow = ~(error < SUBSPACE_ERROR)
     if slow.any():
         pairs.values[slow, :count] = _one_by_one(K[slow], M[slow], count).values
     return pairs.values[:, :count].reshape(*lead, count)
@@ -58,8 +79,8 @@ def lowest_pairs(K: Array, M: Array, count: int, start: Eigenpairs, tolerance: f
     pairs, error = _iterate(K, M, Eigenpairs(start.values, start.vectors / d[:, :, None]), count, tolerance)
     slow = ~(error < tolerance)
     if slow.any():
-        own = _each(K[slow], M[slow], p)
-        pairs.values[slow], pairs.vectors[slow] = own.values, own.vectors
+        alone = _each(K[slow], M[slow], p)
+        pairs.values[slow], pairs.vectors[slow] = alone.values, alone.vectors
     return Eigenpairs(pairs.values, pairs.vectors * d[:, :, None])
 
 
@@ -79,7 +100,7 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
     change, error = np.ones(len(M)), np.full(len(M), np.inf)
     solve, definite = _solver(K)
     found, reached = Eigenpairs(np.empty(MX.shape[::2]), np.empty_like(MX)), np.full(len(M), np.inf)
-    for step in range(MAX_STEPS):
+    for step in range(SUBSPACE_STEPS):
         Y = solve(MX)
         Yt = np.swapaxes(Y, -1, -2)
         MY = M @ Y
@@ -91,7 +112,7 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
             ratio = np.minimum(change / np.maximum(before, 1e-300), 0.99)
             error = np.where(definite, change * ratio / (1 - ratio), np.inf)
         values = new[:, :count]
-        ended = ~(reached < tolerance) & ((error < tolerance) | (step == MAX_STEPS - 1))
+        ended = ~(reached < tolerance) & ((error < tolerance) | (step == SUBSPACE_STEPS - 1))
         if ended.all():
             return Eigenpairs(new.copy(), Y @ Z), error
         found.values[ended], found.vectors[ended], reached[ended] = new[ended], (Y @ Z)[ended], error[ended]
@@ -105,13 +126,13 @@ def _solver(K: Array) -> tuple[Callable[[Array], Array], NDArray[np.bool_]]:
     """The function that solves K Y = X for stacks of X, and for which designs (designs,) K is positive definite: for
     others Y is X. LAPACK's Cholesky factors one by one, which serve every step, take a quarter of the time of NumPy's
     stacked LU."""
-    found = [lapack.dpotrf(own.T) for own in K]
-    factors = [np.eye(K.shape[-1]) if failed else factor for factor, failed in found]
+    factored = [lapack.dpotrf(stiffness.T) for stiffness in K]
+    factors = [np.eye(K.shape[-1]) if failed else factor for factor, failed in factored]
 
     def solve(X: Array) -> Array:
         return np.stack([lapack.dpotrs(factor, x)[0] for factor, x in zip(factors, X, strict=True)])
 
-    return solve, np.array([not failed for _, failed in found])
+    return solve, np.array([not failed for _, failed in factored])
 
 
 def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
@@ -157,7 +178,7 @@ def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
     except np.linalg.LinAlgError:
         if len(A) == 1:
             return np.full(A.shape, np.nan), np.zeros(1, dtype=bool)
-        halves = [factors(own) for own in np.array_split(A, 2)]
+        halves = [factors(half) for half in np.array_split(A, 2)]
         return np.concatenate([L for L, _ in halves]), np.concatenate([good for _, good in halves])
 
 
@@ -172,6 +193,93 @@ def _each(K: Array, M: Array, count: int) -> Eigenpairs:
     found = Eigenpairs(np.full((designs, count), np.nan), np.full((designs, n, count), np.nan))
     for k in range(designs):
         with suppress(SolverError):
-            own = lowest(K[k], M[k], count)
-            found.values[k], found.vectors[k] = own.values, own.vectors
+            alone = lowest(K[k], M[k], count)
+            found.values[k], found.vectors[k] = alone.values, alone.vectors
     return found
+
+
+def lowest_groups(
+    K: Any, M: Any, count: int, guard: int, gap: float, forces: Callable[[Array], Array]
+) -> Eigenpairs | None:
+    """The `count` lowest eigenpairs of sparse symmetric K and M (n, n), and up to `guard - 1` more that follow without
+    a relative gap wider than `gap`; an inertia count proves that there are no others below.
+
+    `forces` gives K X (n, k) to more digits than the sums that K holds have: the pairs are those of it.
+
+    None where that does not come out: for full or small matrices, K that is not definite, a search that does not
+    converge, more that follow.
+    """
+    if isinstance(K, np.ndarray) or K.shape[0] <= max(DENSE_LIMIT, LANCZOS_BLOCKS * (count + guard)):
+        return None
+    pivot, factors = pivoted(K)
+    if factors is None or pivot <= SINGULAR_PIVOT:
+        return None
+    d = factors.scale
+    found = _lanczos(factors.solve_scaled, scaled(M, d), count, guard, gap)
+    if found is None:
+        return None
+    stop, values, vectors = found
+    last = values[stop - 1]
+    level = min((last + values[stop]) / 2, (1 + COUNTED_ABOVE) * last)
+    if stable_count((K - level * M).tocsc()) != stop:
+        return None
+    found = Eigenpairs(values[:stop], d[:, None] * vectors)
+    return _refined(found, forces(found.vectors), M, factors.solve)
+
+
+def _refined(pairs: Eigenpairs, KX: Array, M: Any, solve: Callable[[Array], Array]) -> Eigenpairs:
+    """Eigenpairs after a step of inverse iteration from vectors X of which K X (n, k) is known; the factors solve for
+    what is missing alone, so that their round-off is a part of it (Dongarra, Moler, Wilkinson 1983)."""
+    forces = (M @ pairs.vectors) * pairs.values
+    X = pairs.vectors + solve(forces - KX)
+    A = X.T @ forces
+    values, turn = la.eigh((A + A.T) / 2, X.T @ (M @ X))
+    return Eigenpairs(values, X @ turn)
+
+
+def _lanczos(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[int, Array, Array] | None:
+    """How many pairs were wanted, values of these and of others above them, and vectors of the wanted ones."""
+    n, width = M.shape[0], count + guard
+    V, MV = np.empty((2, n, width * LANCZOS_BLOCKS), order="F")
+    T, size = np.zeros((width * LANCZOS_BLOCKS, width * LANCZOS_BLOCKS)), 0
+    block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
+    while size < len(T):
+        own = slice(size, size + width)
+        orthogonal = _orthonormalised(block, M, V[:, :size], MV[:, :size])
+        if orthogonal is None:
+            return None
+        V[:, own], MV[:, own], B = orthogonal
+        if size:
+            mu, y = la.eigh(T[:size, :size], subset_by_index=[size - width, size - 1])
+            mu, y = mu[::-1], y[:, ::-1]
+            near = mu[count:] >= (1 - gap) * mu[count - 1 : -1]
+            stop = count + (guard if near.all() else int(np.argmin(near)))
+            left = B @ y[-width:, :stop]
+            if stop < width and (np.linalg.norm(left, axis=0) <= LANCZOS_RESIDUAL * mu[:stop]).all():
+                return stop, 1 / mu, V[:, :size] @ y[:, :stop] + V[:, own] @ (left / mu[:stop])
+        size += width
+        block = solve(MV[:, own])
+        T[:size, own] = MV[:, :size].T @ block
+        T[own, :size] = T[:size, own].T
+        block -= V[:, :size] @ T[:size, own]
+    return None
+
+
+def _orthonormalised(block: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array, Array] | None:
+    """M-orthonormal Q (n, b), M-orthogonal to V (n, k), M Q, and B (b, b) with block = Q B for a block that is
+    M-orthogonal to V but for round-off; None where it has fewer than b directions of its own."""
+    B = np.eye(block.shape[1])
+    for k in range(2):
+        block = block - V @ (MV.T @ block) if k else block
+        moved = M @ block
+        gram = block.T @ moved
+        size = np.sqrt(np.diagonal(gram))
+        if not size.all():
+            return None
+        try:
+            L = size[:, None] * la.cholesky(gram / np.outer(size, size), lower=True)
+        except la.LinAlgError:
+            return None
+        turn = la.solve_triangular(L, np.eye(len(L)), lower=True).T
+        block, moved, B = block @ turn, moved @ turn, L.T @ B
+    return block, moved, B
