@@ -17,14 +17,8 @@ from flexura.arrays import Array
 from flexura.deadline import Listener, Progress
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import Mechanism
-from flexura.reduction.batch.arrow import Arrow
-from flexura.reduction.batch.arrow_certificate import arrow_bounds
-from flexura.reduction.batch.chain_assembler import ChainAssembler, Kind, chain_assembler
-from flexura.reduction.batch.chain_certificate import ChainBounds, chain_bounds
-from flexura.reduction.batch.ritz_bounds import ZERO
-from flexura.reduction.chains import (
+from flexura.reduction.assembly import (
     ImpossibleDesignError,
-    chained,
     independent_stacks,
     named,
     one_of,
@@ -32,24 +26,28 @@ from flexura.reduction.chains import (
     some_of,
     stacks,
 )
-from flexura.reduction.proven import HERTZ, certificate, lowest_pairs
+from flexura.reduction.batch_bounds import RIGID_FREQUENCY, ChainBounds, arrow_bounds, chain_bounds
+from flexura.reduction.branches import Arrow
+from flexura.reduction.certificates import HERTZ, certificate, lowest_pairs
+from flexura.reduction.chain_assembler import ChainAssembler, ChainKind, chain_assembler
+from flexura.reduction.chained_model import chained
 from flexura.results import Tabular
 from flexura.structure import Design, Plan, assemble, plan_of
 from flexura.tables import Facts, Table, counted, percent
 
-LARGEST_ORDER = 160
+LARGEST_STACKED = 160
 """Coordinates beyond which a design by itself, of full order and sparse, is quicker than dense matrices of a stack."""
 
-SAMPLES = 3
+SAMPLED_DESIGNS = 3
 """Designs of a stack, beside the default one, for which the kept modes must be enough."""
 
 HEADROOM = 0.25
 """Part of the tolerance that default design and samples must meet."""
 
-SLOW = 0.4
+SLOW_CHAINS = 0.4
 """Modes of chains are kept until none that is left out lies below the highest squared frequency asked for over this."""
 
-ROUNDS = 40
+CHOOSING_ROUNDS = 40
 
 MOST_SHOWN = 3
 """Parameters, and frequencies, of each design that a notebook shows."""
@@ -243,7 +241,7 @@ class _Batch:
         count: int,
         tolerance: float,
         parameters: Mapping[str, ArrayLike],
-        samples: int = SAMPLES,
+        samples: int = SAMPLED_DESIGNS,
     ) -> None:
         self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters
         chains = chain_assembler(plan)
@@ -251,19 +249,19 @@ class _Batch:
         self.counts = dict.fromkeys(chains.forces, 0)
         self._recent: tuple[ChainAssembler, int, Arrow] | None = None
         self._use(self.counts)
-        if chains.order <= LARGEST_ORDER:
+        if chains.order <= LARGEST_STACKED:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
             sampled = np.unique(np.linspace(0, len(values) - 1, samples).astype(int)) if len(values) else []
             for d in sampled:
                 self._choose(self._designs(values, slice(d, d + 1)), int(d))
             self.is_stacked = self._is_searchable
 
-    def _chosen(self) -> dict[Kind, int]:
+    def _chosen(self) -> dict[ChainKind, int]:
         """Kept modes that the default design needs."""
         self._choose(Design.of(self.plan).stacked())
         return self.counts
 
-    def _use(self, counts: dict[Kind, int]) -> None:
+    def _use(self, counts: dict[ChainKind, int]) -> None:
         self.counts, self.chains = dict(counts), chain_assembler(self.plan, counts)
 
     def _designs(self, values: Array, own: slice) -> Design:
@@ -273,7 +271,7 @@ class _Batch:
     def _choose(self, design: Design, number: int | None = None) -> None:
         """Keep more modes of the slowest chains until the intervals of a design, the default one or that of a number,
         are well within the tolerance."""
-        for _ in range(ROUNDS):
+        for _ in range(CHOOSING_ROUNDS):
             own, top = self._order(design, number or 0), np.inf
             if number is not None:
                 self._recent = self.chains, number, own
@@ -283,9 +281,9 @@ class _Batch:
                     return
                 top = float(bounds.upper[0, -1])
             slow = {kind: s for kind, s in own.slow.items() if self.counts[kind] < self.chains.most(kind)}
-            least = min(SLOW / top, max(slow.values(), default=0.0) / 2)
+            least = min(SLOW_CHAINS / top, max(slow.values(), default=0.0) / 2)
             more = {kind: n + (slow.get(kind, 0.0) > least) for kind, n in self.counts.items()}
-            if more == self.counts or self.chains.order_with(more) > LARGEST_ORDER:
+            if more == self.counts or self.chains.order_with(more) > LARGEST_STACKED:
                 return
             self._use(more)
 
@@ -359,7 +357,7 @@ def _alone(plan: Plan, parameters: dict[str, float], count: int) -> tuple[Array,
     upper = np.where(proof.is_indexed, proof.upper_hz, proof.frequency_hz)[:count]
     f = np.clip(proof.frequency_hz[:count], lower, upper)
     elastic = np.sqrt(pairs.values[pairs.values > 0].min(initial=np.inf)) / HERTZ
-    return np.where((f == 0) & (upper > ZERO * elastic), upper, f), lower, upper
+    return np.where((f == 0) & (upper > RIGID_FREQUENCY * elastic), upper, f), lower, upper
 
 
 def _error_bound(f: Array, lower: Array, upper: Array) -> Array:

@@ -1,4 +1,7 @@
-"""The low-order model: its matrices, what its coordinates are, and how to get every displacement back."""
+"""The low-order model: its matrices, what its coordinates are, how to get every displacement back, and its certificate.
+
+It is made of the substructures of a design: each prototype once at rest, every copy as it is at a pose.
+"""
 
 from __future__ import annotations
 
@@ -11,102 +14,45 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import factorise, is_definite, scaled, unit_scale
-from flexura.mechanism import DOF_NAMES, TOP
+from flexura.linalg import Eigenpairs, count_below, factorise, is_definite, lowest, ritz_pairs, scaled, unit_scale
+from flexura.mechanism import TOP
 from flexura.records import Record
-from flexura.reduction.single.assembler import LowOrderAssembler, low_order, with_modes
-from flexura.reduction.single.craig_bampton import ReducedPart
-from flexura.reduction.single.intervals import Certificate
+from flexura.reduction.assembly import LowOrderAssembler, SubstructureBasis, with_modes
+from flexura.reduction.certificates import HERTZ, SPARE_PAIRS, Certificate, certificate, cluster_end, more_pairs
+from flexura.reduction.chained_model import ChainedModel, chained
+from flexura.reduction.parts import CraigBampton, ReducedPart
 from flexura.results import Result
 from flexura.sizes import within
-from flexura.structure import Design, OfDesign, Plan, described_prestress, solve_definite, stiffness_and_mass
+from flexura.structure import (
+    Design,
+    FullOrderModel,
+    OfDesign,
+    Plan,
+    Posed,
+    described_prestress,
+    full_order_model,
+    solve_definite,
+    stiffness_and_mass,
+)
 from flexura.tables import Facts, Table
 
+STATE = "about the state under the loads and gravity that are described"
+"""What the stiffness of a mechanism is whose description has loads or gravity."""
 
-@dataclass(frozen=True, repr=False)
-class SubstructureBasis(Record):
-    """Physical DOFs of the substructures' boundary nodes, then amplitudes of kept normal modes (theory eqs. 41-43)."""
+MOST_NAMED = 4
+"""Coordinates and nodes that a notebook names."""
 
-    _shown = ("parts",)
+DENSE_ORDER = 1500
+"""Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
-    design: Design
-    parts: dict[str, ReducedPart]
+LOST_DIGITS = 1e-6
+"""Relative difference of squared frequencies from those in energies at which K of a model has lost too many digits."""
 
-    @property
-    def assembler(self) -> LowOrderAssembler:
-        """The prepared low-order assembly."""
-        return low_order(self.design.plan)
-
-    @cached_property
-    def coordinate_names(self) -> list[str]:
-        """E.g. `platform.rz` or `branch1.amplifier mode 2`."""
-        topology = self.assembler.plan.topology
-        nodes, components = np.unravel_index(self.assembler.physical, topology.dof.shape)
-        names = topology.node_names
-        labels = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
-        for name, part in self.parts.items():
-            for path in topology.copies[name].paths:
-                where = ".".join(path) or "mechanism"
-                labels += [f"{where} mode {k + 1}" for k in range(len(part.frequencies))]
-        return labels
-
-    @cached_property
-    def recovery(self) -> sp.csr_matrix:
-        """T (full order, low order): all DOFs of the full-order model from the low-order coordinates."""
-        topology = self.assembler.plan.topology
-        rows = [topology.dof.ravel()[self.assembler.physical]]
-        columns = [np.arange(len(rows[0]))]
-        entries = [np.ones(len(rows[0]))]
-        first = len(rows[0])
-        for name, part in self.parts.items():
-            own = self.assembler.reducers[name].part
-            if len(own.interior):
-                column = self.assembler.coordinates(name, len(part.frequencies), first)
-                row, value = self._interior_rows(name, part)
-                keep = np.broadcast_to((column >= 0)[:, None, :] & (row >= 0)[:, :, None], value.shape)
-                rows.append(np.broadcast_to(row[:, :, None], value.shape)[keep])
-                columns.append(np.broadcast_to(column[:, None, :], value.shape)[keep])
-                entries.append(value[keep])
-            first += len(part.frequencies) * len(topology.copies[name].paths)
-        where = (np.concatenate(rows), np.concatenate(columns))
-        return sp.csr_matrix((np.concatenate(entries), where), shape=(topology.n_dof, first))
-
-    def recover(self, coordinates: Array) -> Array:
-        """Full-order DOF vectors (full order, k) for coordinates (n, k), without forming the recovery."""
-        topology = self.assembler.plan.topology
-        physical = topology.dof.ravel()[self.assembler.physical]
-        found = np.empty((topology.n_dof + 1, coordinates.shape[1]))  # DOF -1 goes to the last row
-        found[physical] = coordinates[: len(physical)]
-        first = len(physical)
-        padded = np.vstack([coordinates, np.zeros((1, coordinates.shape[1]))])
-        for name, part in self.parts.items():
-            own, k = self.assembler.reducers[name].part, len(part.frequencies)
-            if len(own.interior):
-                q = padded[self.assembler.coordinates(name, k, first)]
-                b = q.shape[1] - k
-                q[:, :b] = self.assembler.transforms(self.design)[name] @ q[:, :b]
-                number = np.array(topology.copies[name].offset)[:, None] + own.interior
-                G = self.design.node_transforms(name, own.interior)
-                inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
-                found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
-            first += k * len(topology.copies[name].paths)
-        return found[:-1]
-
-    def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
-        """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
-        topology, reducer = self.assembler.plan.topology, self.assembler.reducers[name]
-        interior = reducer.part.interior
-        number = np.array(topology.copies[name].offset)[:, None] + interior
-        G = self.design.node_transforms(name, interior)
-        Tb = self.assembler.transforms(self.design)[name]
-        b = Tb.shape[-1]
-        own = part.T[reducer.interior_dofs]
-        local = np.concatenate([own[:, :b] @ Tb, np.broadcast_to(own[:, b:], (len(Tb), *own[:, b:].shape))], axis=-1)
-        blocks = local.reshape(len(Tb), len(interior), 6, -1)
-        value = np.swapaxes(G, -1, -2) @ blocks
-        return topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
+WHOLE_SPACE = 400
+"""Up to this order a model whose K has lost its digits is solved in energies."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -162,22 +108,12 @@ class ProjectedBasis(Record):
         return self.parent.recover(self.T @ coordinates)
 
 
-STATE = "about the state under the loads and gravity that are described"
-"""What the stiffness of a mechanism is whose description has loads or gravity."""
-
-
 def state_of(design: Design) -> tuple[str, ...]:
     """About which state a design is linear, in words; nothing at rest without loads."""
     if (posed := design.posed) is not None:
         return (posed.words,)
     return (STATE,) if design.plan.is_loaded else ()
 
-
-MOST_NAMED = 4
-"""Coordinates and nodes that a notebook names."""
-
-DENSE_ORDER = 1500
-"""Up to this order the low-order K and M are dense arrays, beyond it sparse."""
 
 Basis: TypeAlias = SubstructureBasis | FullBasis | ProjectedBasis
 
@@ -328,13 +264,14 @@ def assembled(
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse
     basis = SubstructureBasis(design, parts)
-    own, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
+    stiffness, mass = ((A + A.T) / 2 if isinstance(A, np.ndarray) else A for A in (build(K), build(M)))
     if design.plan.is_loaded:
         added = basis.recovery.T @ described_prestress(design).K_g @ basis.recovery
         added = sp.csc_matrix((added + added.T) / 2)
-        own = own + added.toarray() if isinstance(own, np.ndarray) else sp.csc_matrix(own + added)
+        is_dense = isinstance(stiffness, np.ndarray)
+        stiffness = stiffness + added.toarray() if is_dense else sp.csc_matrix(stiffness + added)
     steps = (kept_modes({name: len(part.frequencies) for name, part in parts.items()}), *state_of(design))
-    return LowOrderModel(design, own, mass, basis, steps, exact_at)
+    return LowOrderModel(design, stiffness, mass, basis, steps, exact_at)
 
 
 def kept_modes(counts: Mapping[str, int]) -> str:
@@ -355,10 +292,119 @@ def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> t
     if names is None and not chosen:
         chosen = plan.body_names or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
     kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())
-    found = []
+    static = []
     for name, root in zip(chosen, topology.root[topology.numbers(chosen)], strict=True):
         if int(root) in kept:
-            found.append(name)
+            static.append(name)
         elif names is not None and not topology.held[root].all():
             raise OptionError(f"node {name} is inside a substructure and is removed; make it an interface of that")
-    return tuple(found)
+    return tuple(static)
+
+
+@verb
+def certify(
+    low: LowOrderModel, full: FullOrderModel | None = None, *, n: int = 6, up_to: float | None = None
+) -> Certificate:
+    """Prove intervals for the `n` lowest frequencies of a low-order model, or for all up to `up_to` Hz.
+
+    Upper bounds are Ritz values, lower bounds those of Lehmann and Maehly; where the low-order model misses a mode
+    the intervals of Krylov and Weinstein remain (theory eqs. C1-C5). The frequencies are Rayleigh quotients of the
+    model's shapes in energies, which K of the model has but for round-off. `full` is assembled when it is not given.
+    Raises OptionError for impossible options and SolverError when a factorisation fails.
+    """
+    if n < 1 or (up_to is not None and not (np.isfinite(up_to) and up_to > 0)):
+        raise OptionError("a certificate is for at least one mode, and up to a positive frequency")
+    if up_to is not None:
+        n = max(count_below(low.K, low.M, (HERTZ * up_to) ** 2), 1)
+    reference = chained(full_order_model(low.design) if full is None else full)
+    return certificate(reference, model_pairs(low, reference, n), n, up_to)
+
+
+def model_pairs(low: LowOrderModel, full: ChainedModel, n: int) -> Eigenpairs:
+    """The lowest modes of a low-order model as Ritz pairs of the full-order one in its chained coordinates: `n`, all of
+    a cluster that n cuts, and the next, which show the gap that follows."""
+    pencil, rigid = full.pencil, full.rigid_motions
+    count = min(n + SPARE_PAIRS, low.order)
+    while True:
+        stored = lowest(low.K, low.M, count).finite
+        pairs = ritz_pairs(pencil, full.coordinates(low.recover(stored.vectors)), rigid)
+        k = len(pairs.values)
+        off = np.abs(stored.values[:k] - pairs.values) > LOST_DIGITS * pairs.values
+        if (off & (pairs.values > 0)).any() and low.order <= WHOLE_SPACE:
+            pairs = ritz_pairs(pencil, full.coordinates(low.recover(np.eye(low.order))), rigid)
+        if count >= low.order or cluster_end(pairs.values, min(n, k)) < k:
+            return pairs
+        count = min(more_pairs(count, n), low.order)
+
+
+def low_order_modes(low: LowOrderModel, model: FullOrderModel, n: int) -> Eigenpairs:
+    """The `n` lowest modes (full order, n) of a low-order model of `model`, as `full_order_modes`."""
+    full = chained(model)
+    pairs = model_pairs(low, full, min(n, low.order)).first(n)
+    return Eigenpairs(pairs.values, full.recover(pairs.vectors))
+
+
+class EqualCopies:
+    """At rest the copies of a prototype are equal: one stands for all."""
+
+    def __init__(self, assembler: LowOrderAssembler, design: Design) -> None:
+        self.assembler = assembler
+        self.design = design
+        self.modes: dict[str, CraigBampton] = {
+            name: reducer.craig_bampton(design.matrices[name], design.geometry)
+            for name, reducer in assembler.reducers.items()
+        }
+
+    def counts(self, kept: Mapping[str, int]) -> dict[str, int]:
+        """As many."""
+        return dict(kept)
+
+    def model(self, counts: Mapping[str, int], exact_at: tuple[str, ...]) -> LowOrderModel:
+        """The low-order model with so many normal modes in every copy."""
+        parts = {name: modes.reduced(counts[name]) for name, modes in self.modes.items()}
+        return assembled(self.assembler, self.design, parts, exact_at)
+
+
+class PosedCopies:
+    """At a pose every copy of a prototype has turned and is loaded in a way of its own. `modes` are those of all copies
+    of a prototype together, which do not touch one another but at what is kept."""
+
+    def __init__(self, assembler: LowOrderAssembler, design: Design, at: Posed) -> None:
+        self.assembler = assembler
+        self.design = design
+        self.K, self.M = at.K, at.M
+        topology = design.plan.topology
+        self.physical: Index = topology.dof.ravel()[assembler.physical]
+        self.modes: dict[str, CraigBampton] = {}
+        for name, reducer in assembler.reducers.items():
+            inside = topology.dof[assembler.numbers(name, reducer.part.interior)].ravel()
+            self.modes[name] = CraigBampton(at.K, at.M, inside[inside >= 0], self.physical)
+
+    def counts(self, kept: Mapping[str, int]) -> dict[str, int]:
+        """So many times the number of copies."""
+        copies = self.design.plan.topology.copies
+        return {name: count * len(copies[name].paths) for name, count in kept.items()}
+
+    def model(self, counts: Mapping[str, int], exact_at: tuple[str, ...]) -> LowOrderModel:
+        """The low-order model with so many normal modes in all copies of a prototype together."""
+        topology, b = self.design.plan.topology, len(self.physical)
+        T = np.zeros((topology.n_dof, b + sum(counts.values())))
+        T[self.physical, np.arange(b)] = 1.0
+        names = self.assembler.physical_names
+        kept: dict[str, int] = {}
+        for name, modes in self.modes.items():
+            shapes = modes.normal_modes(counts[name]).vectors
+            first, kept[name] = len(names), shapes.shape[1]
+            T[modes.interior, :b], T[modes.interior, first : first + kept[name]] = modes.constraint_modes, shapes
+            names += [f"{name or 'mechanism'} mode {k + 1}" for k in range(kept[name])]
+        T = T[:, : len(names)]
+        K, M = (T.T @ (A @ T) for A in (self.K, self.M))
+        basis = ProjectedBasis(FullBasis(self.design.plan), T, names)
+        steps = (kept_modes(kept), *state_of(self.design))
+        return LowOrderModel(self.design, (K + K.T) / 2, (M + M.T) / 2, basis, steps, exact_at)
+
+
+def substructures(assembler: LowOrderAssembler, design: Design) -> EqualCopies | PosedCopies:
+    """The substructures of one design. Raises SolverError when one can move freely with its interface held."""
+    at = design.posed
+    return EqualCopies(assembler, design) if at is None else PosedCopies(assembler, design, at)

@@ -1,29 +1,38 @@
-"""Branches of a mechanism: instances at top level that meet the rest in a few nodes, equal ones found.
+"""Branches of a mechanism, instances at top level that meet the rest in a few nodes, and matrices as an arrow of them.
 
 The nodes of a plan fall into a core and the insides of branches, so that K and M are an arrow: the inside of a branch
 meets the core alone. In axes of their own, branches of one prototype that are held and attached alike are equal,
-however they are turned and mirrored.
+however they are turned and mirrored, and are stored once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
+from flexura.linalg import EPS, inverse_roots
 from flexura.structure import Design, Plan
 
 Copy = tuple[str, int]
 """A prototype, and the number among its copies."""
 
+FIXED_MAP_AXES = 4
+"""Axes of the maps of a block whose geometry is the same in all designs."""
+
+PLACING_ROUNDING = 64 * EPS
+"""Relative error of an entry of L' A L, as a part of |L|' |A| |L|: two products of some twenty terms and their sums
+(theory eq. N10)."""
+
 
 @dataclass
-class Kind:
-    """Branches that are equal in their own axes.
+class BranchKind:
+    """BranchLayout that are equal in their own axes.
 
     `instances` are their numbers among all instances. `copies` are the parts of the first one. `place` has, for every
     one of these, the local coordinates (nodes, 6) of the nodes that are used, -1 where held; those from `inside` on
@@ -40,20 +49,20 @@ class Kind:
 
 
 @dataclass
-class Branches:
+class BranchLayout:
     """How the nodes that are used, by prototype, make up kinds of branches and a core.
 
     `core` (nodes, 6) numbers the `n_core` coordinates of roots in the core, -1 elsewhere; `core_copies` are the parts
     that belong to no branch.
     """
 
-    kinds: list[Kind]
+    kinds: list[BranchKind]
     core: Index
     n_core: int
     core_copies: list[Copy]
 
 
-def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
+def find_branches(plan: Plan, used: Mapping[str, Index]) -> BranchLayout:
     """The branches of a plan for the nodes (n,) that are `used` of each prototype."""
     topology = plan.topology
     inside_of: dict[str, list[Copy]] = {}
@@ -67,7 +76,7 @@ def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
     in_core &= (~is_inside & np.isin(np.arange(topology.n_nodes), every))[:, None]
     core = np.full(topology.dof.shape, -1, dtype=np.intp)
     core[in_core] = np.arange(int(in_core.sum()))
-    found: dict[tuple[object, ...], Kind] = {}
+    found: dict[tuple[object, ...], BranchKind] = {}
     instance = {path: n for own in topology.copies.values() for path, n in zip(own.paths, own.number, strict=True)}
     prototype = {path: name for name, own in topology.copies.items() for path in own.paths}
     for branch, copies in inside_of.items():
@@ -79,11 +88,11 @@ def find_branches(plan: Plan, used: Mapping[str, Index]) -> Branches:
         pattern = tuple(own.tobytes() for own in (*place, *meets))
         like = found.setdefault(
             (prototype[(branch,)], relative, pattern),
-            Kind([], copies, place, meets, inside, np.empty((0, len(nodes)), int)),
+            BranchKind([], copies, place, meets, inside, np.empty((0, len(nodes)), int)),
         )
         like.instances.append(instance[(branch,)])
         like.nodes = np.vstack([like.nodes, nodes])
-    return Branches(list(found.values()), core, int(in_core.sum()), top)
+    return BranchLayout(list(found.values()), core, int(in_core.sum()), top)
 
 
 def _roots(plan: Plan, used: Mapping[str, Index], copies: list[Copy]) -> Index:
@@ -179,7 +188,7 @@ def part_transforms(
     return G
 
 
-def interface_maps(design: Design, kind: Kind, branches: Branches) -> Array:
+def interface_maps(design: Design, kind: BranchKind, branches: BranchLayout) -> Array:
     """T (..., branches, 6 i, c): displacements of the interface of each branch, in its axes, from coordinates of the
     core."""
     topology, geometry = design.plan.topology, design.geometry
@@ -194,3 +203,153 @@ def interface_maps(design: Design, kind: Kind, branches: Branches) -> Array:
     out[..., np.arange(len(node))[:, None], branches.core[root], :] = np.swapaxes(D, -1, -2)
     maps = np.swapaxes(out[..., :-1, :], -1, -2)
     return maps.reshape(*D.shape[:-3], count, 6 * i, branches.n_core)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Kinds of branches of one shape: matrices A (3, designs, q, n, n), K, M and R, in axes of their own, `inside`
+    coordinates first. The errors of K, M and R lie between the diagonals `slack` (3, designs, q, n) and minus these.
+
+    T (..., q, r, n - inside, c) takes the core's coordinates to those of the interface of each of r branches of a kind;
+    it is zero where a kind has fewer.
+    """
+
+    A: Array
+    slack: Array
+    inside: int
+    T: Array
+
+    @cached_property
+    def inverse(self) -> Array:
+        """Flexibility (designs, q, inside, inside) of the insides with the interfaces held."""
+        inner = self.A[0, ..., : self.inside, : self.inside]
+        d = inverse_roots(np.einsum("...ii->...i", inner))
+        both = d[..., :, None] * d[..., None, :]
+        return np.asarray(np.linalg.inv(inner * both) * both)
+
+    @cached_property
+    def slowest(self) -> Array:
+        """At least 1/omega^2 (designs,) of the lowest frequency of any branch with its interface held: the sum over all
+        of its frequencies."""
+        inner = self.A[1, ..., : self.inside, : self.inside]
+        return np.asarray(np.einsum("dqij,dqij->dq", self.inverse, inner).max(axis=1))
+
+    @cached_property
+    def motion(self) -> Array:
+        """Static motion (designs, q, n, n - inside) of a branch for unit displacements of its interface."""
+        follows = -self.inverse @ self.A[0, ..., : self.inside, self.inside :]
+        ends = np.eye(follows.shape[-1])
+        return np.concatenate([follows, np.broadcast_to(ends, (*follows.shape[:-2], *ends.shape))], axis=-2)
+
+    @cached_property
+    def followed(self) -> Array:
+        """K, M and R (3, designs, q, n - inside, n - inside) of that motion."""
+        return np.asarray(np.swapaxes(self.motion, -1, -2) @ (self.A @ self.motion))
+
+    def take(self, designs: Index) -> Block:
+        """The same for some of the designs."""
+        T = self.T[designs] if self.T.ndim > FIXED_MAP_AXES else self.T
+        return Block(self.A[:, designs], self.slack[:, designs], self.inside, T)
+
+    @property
+    def branches(self) -> NDArray[np.bool_]:
+        """Which (q, r) there are."""
+        return np.asarray((self.T != 0).any(axis=(-1, -2)).reshape(-1, *self.T.shape[-4:-2]).any(axis=0))
+
+
+@dataclass(frozen=True)
+class EndMatrices:
+    """Designs over the ends of their chains: A (3, designs, n, n), which are K, M and R of the dynamic stiffness
+    K - lambda M - lambda^2 R + ... (theory eq. N2), SI, with `slack` (3, designs, n) as that of a block.
+
+    `slowness` (designs,) is at least 1/mu for all motions left out, `loss` (designs,) bounds the relative error in
+    energy of chains.
+    """
+
+    A: Array
+    slack: Array
+    slowness: Array
+    loss: Array
+
+    def take(self, designs: Index) -> EndMatrices:
+        """The same for some of the designs."""
+        return EndMatrices(self.A[:, designs], self.slack[:, designs], self.slowness[designs], self.loss[designs])
+
+    @property
+    def K(self) -> Array:
+        """Stiffness (designs, n, n)."""
+        return self.A[0]
+
+    @property
+    def M(self) -> Array:
+        """Mass (designs, n, n)."""
+        return self.A[1]
+
+    @property
+    def R(self) -> Array:
+        """What the motions left out add (designs, n, n)."""
+        return self.A[2]
+
+
+@dataclass(frozen=True)
+class Arrow:
+    """Designs as `blocks` of branches and what the core has by itself; `slow` is the slowness by kind of chain."""
+
+    blocks: tuple[Block, ...]
+    core: EndMatrices
+    slow: Mapping[tuple[str, int], float]
+
+    def take(self, designs: Index) -> Arrow:
+        """The same for some of the designs."""
+        if len(designs) == self.core.A.shape[1]:
+            return self
+        return Arrow(tuple(block.take(designs) for block in self.blocks), self.core.take(designs), self.slow)
+
+    @cached_property
+    def followed(self) -> tuple[Array, Array]:
+        """K and M (designs, c, c) of the core with static motions of the branches."""
+        K, M = self.core.A[0], self.core.A[1]
+        for block in self.blocks:
+            K = K + placed(block.followed[0], block.T)
+            M = M + placed(block.followed[1], block.T)
+        return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2
+
+    @property
+    def dense(self) -> EndMatrices:
+        """All coordinates in one matrix: those inside the branches, in their own axes, then those of the core."""
+        core = self.core
+        designs, c = core.A.shape[1:3]
+        inside = [int(block.branches.sum()) * block.inside for block in self.blocks]
+        n = sum(inside) + c
+        if n == c:
+            return core
+        A, slack = np.zeros((3, designs, n, n)), np.zeros((3, designs, n))
+        A[..., -c:, -c:], slack[..., -c:] = core.A, core.slack
+        first = 0
+        for block in self.blocks:
+            m = block.inside
+            for q, r in np.argwhere(block.branches):
+                own, T, at = block.A[:, :, q], block.T[..., q, r, :, :], slice(first, first + m)
+                A[..., at, at] = own[..., :m, :m]
+                A[..., at, -c:] = side = own[..., :m, m:] @ T
+                A[..., -c:, at] = np.swapaxes(side, -1, -2)
+                A[..., -c:, -c:] += np.swapaxes(T, -1, -2) @ own[..., m:, m:] @ T
+                slack[..., at] = block.slack[:, :, q, :m]
+                size = np.sqrt(abs(np.einsum("...ii->...i", own)))
+                error = PLACING_ROUNDING * own.shape[-1]
+                slack[..., at] = block.slack[:, :, q, :m] + error * size[..., :m] ** 2
+                slack[..., -c:] += spread(block.slack[:, :, q, m:], T)
+                slack[..., -c:] += error * np.einsum("...ij,...i->...j", abs(T), size[..., m:]) ** 2
+                first += m
+        return EndMatrices(A, slack, core.slowness, core.loss)
+
+
+def spread(slack: Array, T: Array) -> Array:
+    """Diagonal (..., c) that bounds T' diag(slack) T, from slack (..., n) and T (..., n, c), each of whose rows has the
+    six coordinates of one root at most."""
+    return np.asarray(6 * np.einsum("...ij,...i->...j", T * T, slack))
+
+
+def placed(A: Array, T: Array) -> Array:
+    """Sum (..., c, c) of A (..., q, i, i) over the branches placed by T (..., q, r, i, c)."""
+    return np.asarray((np.swapaxes(T, -1, -2) @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))

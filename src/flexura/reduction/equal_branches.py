@@ -18,40 +18,40 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from flexura.arrays import Array, Index
-from flexura.linalg import Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
+from flexura.linalg import EPS, Eigenpairs, Pencil, count_below, is_definite, lowest, residuals
 from flexura.records import Kept, Record
-from flexura.reduction.proven.certificate import Certificate
+from flexura.reduction.certificates import Certificate
 from flexura.structure import FullOrderModel
 
-LEAST = 5000
+SPLIT_FROM = 5000
 """Smaller models are not worth it."""
 
-WORTH = 4
+SPLIT_GAIN = 4
 """Least ratio of the orders before and after."""
 
-COPIES = 8
+LEAST_COPIES = 8
 """Fewer equal branches are left as they are."""
 
-NARROW = 1e-6
+NARROWEST = 1e-6
 """Least relative distance of the ends of a proven interval of a squared frequency."""
 
-WIDEST = 0.01
+WIDEST_INTERVAL = 0.01
 
-TERMS = 32
+STORED_ROUNDING = 32
 """Units of round-off in an entry of K."""
 
-SPARE = 4
+SPARE_BLOCK_PAIRS = 4
 """Pairs of every problem beyond those asked for."""
 
-ALIKE = 1e-9
+EQUAL_WITHIN = 1e-9
 """Relative difference up to which branches are equal."""
 
-DEPENDENT = 1e-12
+COUPLING_RANK = 1e-12
 """Relative size of a singular value of the coupling that is round-off."""
 
 
 @dataclass(frozen=True, repr=False)
-class Branches(Record):
+class EqualBranches(Record):
     """Equal branches: DOFs (c, m) inside them, and `space` (c, s), orthonormal, of the combinations that move the rest.
 
     K, M (m, m) are those of one branch in its own frame with the rest held.
@@ -87,7 +87,7 @@ class SplitModel(Record):
 
     model: FullOrderModel
     rest: Index
-    branches: tuple[Branches, ...]
+    branches: tuple[EqualBranches, ...]
     turn: sp.csr_matrix
     K: sp.csc_matrix
     M: sp.csc_matrix
@@ -132,22 +132,22 @@ class SplitModel(Record):
     def certificate(self, n: int) -> Certificate:
         """Intervals in which inertia counts find the `n` lowest frequencies, and how many there are up to the last.
 
-        Each interval is as narrow as round-off in K leaves it, and no narrower than `NARROW` (theory eq. 55).
+        Each interval is as narrow as round-off in K leaves it, and no narrower than `NARROWEST` (theory eq. 55).
         """
         spectrum = [
             np.stack([np.repeat(field, times)[: n + 1] for field in (values, self._uncertain(block, n))])
-            for block, (values, times) in enumerate(self._values(n + SPARE))
+            for block, (values, times) in enumerate(self._values(n + SPARE_BLOCK_PAIRS))
         ]
         values, margin = (merged := np.hstack(spectrum))[:, np.argsort(merged[0], kind="stable")][:, :n]
         lower, upper, indexed = np.zeros(n), np.full(n, np.inf), np.zeros(n, dtype=bool)
         for k in range(n):
             for wide in (1.0, 10.0, 100.0, 1000.0):
-                edge = values[k] * (1 + np.array([-1, 1]) * min(wide * margin[k], WIDEST))
+                edge = values[k] * (1 + np.array([-1, 1]) * min(wide * margin[k], WIDEST_INTERVAL))
                 if self.count_below(edge[0]) <= k < self.count_below(edge[1]):
                     lower[k], upper[k], indexed[k] = *edge, True
                     break
-        beyond = float(values[-1] * (1 + 2 * max(margin[-1], NARROW)))
-        found = sum(times * int((own < beyond).sum()) for own, times in self._values(n + SPARE))
+        beyond = float(values[-1] * (1 + 2 * max(margin[-1], NARROWEST)))
+        found = sum(times * int((own < beyond).sum()) for own, times in self._values(n + SPARE_BLOCK_PAIRS))
         hz, low, high, below = (np.sqrt(each) / (2 * np.pi) for each in (values, lower, upper, np.array(beyond)))
         return Certificate(hz, low, high, indexed, float(below), self.count_below(beyond), found)
 
@@ -168,18 +168,16 @@ class SplitModel(Record):
 
         def solved() -> Eigenpairs:
             K, M, times = self.blocks[block]
-            pairs = lowest(K, M, min(count, K.shape[0]) if times else 0)
-            finite = np.isfinite(pairs.values)
-            return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
+            return lowest(K, M, min(count, K.shape[0]) if times else 0).finite
 
         return self._solved.once((block, count), solved)
 
     def _uncertain(self, block: int, n: int) -> Array:
-        """How far, relative, round-off in the entries of K may move the eigenvalues of a problem, at least `NARROW`."""
-        K, pairs = self.blocks[block][0], self._pairs(block, n + SPARE)
+        """How far, relative, round-off in K may move the eigenvalues of a problem, at least `NARROWEST`."""
+        K, pairs = self.blocks[block][0], self._pairs(block, n + SPARE_BLOCK_PAIRS)
         size = np.abs(pairs.vectors)
         stiff = np.einsum("ik,ik->k", size, abs(K) @ size)  # vectors are M-orthonormal
-        return np.maximum(TERMS * np.finfo(float).eps * stiff / pairs.values, NARROW)
+        return np.maximum(STORED_ROUNDING * EPS * stiff / pairs.values, NARROWEST)
 
     def _coupled(self, x: Array) -> Array:
         """Displacements of the full-order model, branches in their own frames, from a vector of the coupled problem."""
@@ -194,7 +192,7 @@ class SplitModel(Record):
 
 def split(model: FullOrderModel) -> SplitModel | None:
     """The full-order model split by its equal branches, the instances at top level; None where that gains nothing."""
-    if model.order < LEAST:
+    if model.order < SPLIT_FROM:
         return None
     groups = _equal_instances(model)
     if not groups:
@@ -203,22 +201,22 @@ def split(model: FullOrderModel) -> SplitModel | None:
     for dofs, _ in groups:
         inside[dofs] = True
     rest = np.flatnonzero(~inside)
-    if model.order < WORTH * len(rest):
+    if model.order < SPLIT_GAIN * len(rest):
         return None
-    turn = _turn(model, groups)
+    turn = _branch_axes(model, groups)
     side_K, side_M = ((turn.T @ A.tocsr()[:, rest]).tocsr() for A in (model.K, model.M))
     branches, rows = [], []
     for dofs, _ in groups:
         own = turn[dofs[0]][:, dofs[0]]
         K, M = ((own.T @ A[dofs[0]][:, dofs[0]] @ own).tocsc() for A in (model.K.tocsr(), model.M.tocsr()))
-        if not all(_is_alike(A, own, dofs, turn) for A, own in ((model.K, K), (model.M, M))):
+        if not all(_acts_alike(A, own, dofs, turn) for A, own in ((model.K, K), (model.M, M))):
             return None
         outer = (model.K.diagonal()[rest], model.M.diagonal()[rest])
         space, coupling = _coupling(dofs, (side_K, side_M), (K, M), outer)
-        branches.append(Branches(dofs, space, K, M))
+        branches.append(EqualBranches(dofs, space, K, M))
         rows.append(coupling)
     order = len(rest) + sum(own.space.shape[1] * own.dofs.shape[1] for own in branches)
-    if model.order < WORTH * order:
+    if model.order < SPLIT_GAIN * order:
         return None
     K = _assembled(model.K.tocsr()[rest][:, rest], [own.K for own in branches], [row[0] for row in rows], branches)
     M = _assembled(model.M.tocsr()[rest][:, rest], [own.M for own in branches], [row[1] for row in rows], branches)
@@ -241,7 +239,7 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
         if len(path) == 1
     }
     starts = sorted(place.values())
-    if len(starts) < COPIES:
+    if len(starts) < LEAST_COPIES:
         return []
     ends = [start for start, _, _ in starts[1:]] + [topology.n_nodes]
     top = starts[0][0]
@@ -258,11 +256,11 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
         follows = np.where(root < top, -1, root - start)
         key = (name, follows.tobytes(), free.tobytes(), topology.is_rigid[start:end].tobytes())
         found.setdefault(key, []).append((dof[free], number))
-    groups = [own for own in found.values() if len(own) >= COPIES]
+    groups = [own for own in found.values() if len(own) >= LEAST_COPIES]
     return [(np.array([dofs for dofs, _ in own]), [number for _, number in own]) for own in groups]
 
 
-def _turn(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -> sp.csr_matrix:
+def _branch_axes(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -> sp.csr_matrix:
     """(n, n): displacements in global axes from those in the axes of the branches, which mirroring reverses."""
     topology = model.plan.topology
     rows, columns, values = [], [], []
@@ -283,12 +281,12 @@ def _turn(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -> sp.cs
     return sp.csr_matrix((np.concatenate([*values, np.ones(len(still))]), at), shape=(model.order, model.order))
 
 
-def _is_alike(A: Any, own: Any, dofs: Index, turn: sp.csr_matrix) -> bool:
+def _acts_alike(A: Any, own: Any, dofs: Index, turn: sp.csr_matrix) -> bool:
     """Whether the inside of every branch acts like `own` (m, m), that of the first, on one and the same motion."""
     motion, whole = np.cos(1.0 + np.arange(dofs.shape[1]) ** 2), np.zeros(A.shape[0])
     whole[dofs] = motion
     acts = (turn.T @ (A @ (turn @ whole)))[dofs]
-    return bool((np.abs(acts - own @ motion) <= ALIKE * (abs(own) @ np.abs(motion))).all())
+    return bool((np.abs(acts - own @ motion) <= EQUAL_WITHIN * (abs(own) @ np.abs(motion))).all())
 
 
 def _coupling(
@@ -311,7 +309,7 @@ def _coupling(
         entries.append(found / np.where(size > 0, size, 1.0))
         columns.append((kept, np.where(size > 0, size, 1.0)))
     U, size, _ = la.svd(np.hstack(entries), full_matrices=False)
-    space = U[:, size > DEPENDENT * size.max(initial=0.0)] if size.size else np.zeros((c, 0))
+    space = U[:, size > COUPLING_RANK * size.max(initial=0.0)] if size.size else np.zeros((c, 0))
     s, b = space.shape[1], sides[0].shape[1]
     coupling = []
     for found, (kept, unit) in zip(entries, columns, strict=True):
@@ -322,7 +320,7 @@ def _coupling(
     return space, coupling
 
 
-def _assembled(rest: Any, inner: list[Any], coupling: list[Any], branches: list[Branches]) -> sp.csc_matrix:
+def _assembled(rest: Any, inner: list[Any], coupling: list[Any], branches: list[EqualBranches]) -> sp.csc_matrix:
     """One matrix of the coupled problem."""
     count = 1 + len(branches)
     blocks: list[list[Any]] = [[None] * count for _ in range(count)]

@@ -1,4 +1,4 @@
-"""The full-order model in coordinates and energies that keep their digits.
+"""The full-order model in coordinates and energies that keep their digits, and its static responses.
 
 The displacements along a serial chain of elements are split into the static shape that its ends impose and the rest,
 which is zero at the ends; the two do not share any strain energy (theory eqs. L1-L2). Eigenvalues are those of nodal
@@ -8,20 +8,22 @@ stiffness comes as strains of chains, elements and springs (`linalg.Pencil`), wh
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
-from flexura.linalg import Pencil
+from flexura.errors import SolverError
+from flexura.linalg import EPS, Pencil, factorise, is_definite, least_pivot, scaled, static_response, unit_scale
 from flexura.records import Record
-from flexura.reduction.chains.chain import find_chains
-from flexura.reduction.chains.serial_chains import SegmentChains, element_chains, factor, growth, segment_chains
+from flexura.reduction.chains import SegmentChains, element_chains, factor, find_chains, growth, segment_chains
 from flexura.structure import (
     TAPERED_PIECES,
     DiscreteElement,
@@ -31,14 +33,30 @@ from flexura.structure import (
     described_prestress,
 )
 
-CHUNK = 2000
+UNIT_SHAPES_AT_ONCE = 2000
 """Coordinates whose shapes are worked out together."""
 
 MOST_PARTS = 50
 """Unconnected parts beyond this number are not looked at one by one."""
 
-CONSISTENT = 1e-11
+RELATIVE_STIFFNESS = 1e-11
 """Relative difference up to which a stiffness over two nodes is that of their relative displacement."""
+
+WELL = 1e-8
+"""A pivot of the diagonally scaled stiffness above this costs no digit that matters."""
+
+LOST_WORK = 1e-7
+"""Work that round-off in the stored stiffness may do, over that of the loads, from which it is done without; what is
+lost in truth is some 30 times less."""
+
+FLOATING_SHIFT = 1e-3
+"""Shift of something that floats, over the lowest diagonal ratio of stiffness to mass."""
+
+POSED_WORK_SETTLED = 1e-4
+"""Root of the work of loads about a pose, relative, that may be lost: displacements there are nodal, and keep as many
+digits as these have."""
+
+FREE = "something can move freely under the load: hold it, or attach it by a stiffness"
 
 
 @dataclass(frozen=True, repr=False)
@@ -223,8 +241,8 @@ def _chained(
 def _stressed(own: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedModel:
     """The model with a geometric stiffness, which is added in these coordinates."""
     columns = []
-    for first in range(0, own.pencil.order, CHUNK):
-        unit = np.eye(own.pencil.order, min(CHUNK, own.pencil.order - first), -first)
+    for first in range(0, own.pencil.order, UNIT_SHAPES_AT_ONCE):
+        unit = np.eye(own.pencil.order, min(UNIT_SHAPES_AT_ONCE, own.pencil.order - first), -first)
         columns.append(sp.csc_matrix(own.recover(unit)))
     T = sp.hstack(columns, format="csc")
     return replace(own, pencil=sums.pencil((T.T @ K_g @ T).tocsc()))
@@ -344,5 +362,93 @@ def _strain_of(discrete: DiscreteElement, positions: Array) -> tuple[Array, Arra
     else:
         return None
     size = np.sqrt(np.abs(np.diagonal(K)))
-    off = np.abs(B.T @ f.T @ f @ B - K) > CONSISTENT * np.outer(size, size)
+    off = np.abs(B.T @ f.T @ f @ B - K) > RELATIVE_STIFFNESS * np.outer(size, size)
     return None if off.any() else (f, B)
+
+
+@dataclass(frozen=True)
+class Flexibility:
+    """(K + shift M)^-1 of a model: displacements (n, k) for loads (n, k).
+
+    `shift`, (rad/s)^2, is zero for something that is held, else a small squared frequency (theory eq. T9).
+    """
+
+    shift: float
+    solve: Callable[[Array], Array]
+
+    def __call__(self, loads: Array) -> Array:
+        return self.solve(loads)
+
+    def held(self, loads: Array) -> Array:
+        """K^-1 loads. Raises SolverError when something can move freely."""
+        if self.shift:
+            raise SolverError(FREE)
+        return self.solve(loads)
+
+
+def stored_flexibility(K: Any, M: Any, shift: float | None = None) -> Flexibility:
+    """That of matrices (n, n) as they are stored; with the shift that they need unless it is given."""
+    if shift is None:
+        shift = 0.0 if is_definite(K) else _near_zero(K, M)
+    A = K + shift * M if shift else K
+    if not isinstance(A, np.ndarray):
+        return Flexibility(shift, factorise(A).solve)
+    d = unit_scale(A)
+    factor = la.cho_factor(scaled(A, d))
+    return Flexibility(shift, lambda loads: d[:, None] * la.cho_solve(factor, d[:, None] * loads))
+
+
+def flexibility(model: FullOrderModel) -> Flexibility:
+    """That of a full-order model: where K as it is stored would lose digits, in relative coordinates and by energies.
+
+    Digits are lost where a soft direction is held by stiff members only (a small pivot), and where many short elements
+    bend as one: their K u is a small difference of large forces. That is seen once displacements are known.
+
+    Raises SolverError where even those are lost.
+    """
+    if least_pivot(model.K) <= WELL:
+        return _by_energies(model)
+    stored = stored_flexibility(model.K, model.M, 0.0)
+
+    def solve(loads: Array) -> Array:
+        moved = stored(loads)
+        return moved if lost_work(model.K, moved, loads) <= LOST_WORK else _by_energies(model)(loads)
+
+    return Flexibility(0.0, solve)
+
+
+def _by_energies(model: FullOrderModel) -> Flexibility:
+    """That in relative coordinates, of something that may float."""
+    own = chained(model)
+    if model.design.posed is not None:  # stable, which has been looked at
+        return Flexibility(0.0, lambda loads: static_response(own.pencil, loads, settled=POSED_WORK_SETTLED))
+    shift = 0.0 if _is_held(own) else _near_zero(model.K, model.M)
+    if shift and least_pivot(model.K + shift * model.M) > WELL:
+        return stored_flexibility(model.K, model.M, shift)
+    return Flexibility(shift, lambda loads: own.recover(static_response(own.pencil, own.forces(loads), shift)))
+
+
+def lost_work(K: Any, moved: Array, loads: Array) -> float:
+    """The most that round-off in K (n, n) as it is stored changes the work of loads (n, k) on their displacements,
+    relative."""
+    size = np.abs(moved)
+    lost = EPS * np.einsum("ik,ik->k", size, abs(K) @ size)
+    work = np.abs(np.einsum("ik,ik->k", moved, loads))
+    return float(np.divide(lost, work, out=np.where(lost > 0, np.inf, 0.0), where=work > 0).max(initial=0.0))
+
+
+def _is_held(own: ChainedModel) -> bool:
+    """True when no rigid motion is free, and a response to loads on everything comes to stand."""
+    if own.free_motions:
+        return False
+    try:
+        static_response(own.pencil, np.sqrt(np.maximum(own.pencil.K.diagonal(), 0.0))[:, None])
+    except SolverError:
+        return False
+    return True
+
+
+def _near_zero(K: Any, M: Any) -> float:
+    k, m = K.diagonal(), M.diagonal()
+    ratio = k[(m > 0) & (k > 0)] / m[(m > 0) & (k > 0)]
+    return FLOATING_SHIFT * float(ratio.min()) if len(ratio) else 1.0

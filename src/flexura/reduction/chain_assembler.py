@@ -15,22 +15,30 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Latest
-from flexura.reduction.batch.arrow import Arrow, Block, Order
-from flexura.reduction.batch.branches import Branches, Copy, find_branches, interface_maps, part_transforms
-from flexura.reduction.batch.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
-from flexura.reduction.batch.placing import bordered, joined, placing_error, stacked
-from flexura.reduction.chains import refuse_impossible
-from flexura.reduction.single import PartReducer, low_order
+from flexura.reduction.assembly import low_order, refuse_impossible
+from flexura.reduction.branches import (
+    PLACING_ROUNDING,
+    Arrow,
+    Block,
+    BranchLayout,
+    Copy,
+    EndMatrices,
+    find_branches,
+    interface_maps,
+    part_transforms,
+)
+from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
+from flexura.reduction.parts import PartReducer
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
-STIFFER = 0.2
+STIFFER_BRANCHES = 0.2
 """Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, its interface held, at
 which branches are eliminated."""
 
-MASSLESS = 1e-8
+CORE_MASS = 1e-8
 """Least part of the core's mass, scaled, in any of its directions with which frequencies follow from it."""
 
-Kind = tuple[str, int]
+ChainKind = tuple[str, int]
 """A group of chains of equal length: its prototype, and its position among that prototype's groups."""
 
 
@@ -71,10 +79,12 @@ class ChainAssembler:
         self.reducers = reducers
         sizes = np.cumsum([0, *(len(part.connectivity) for part in plan.parts.values())]).tolist()
         self._first = dict(zip(plan.parts, sizes, strict=False))
-        self.branches: Branches = find_branches(plan, {name: reducer.remaining for name, reducer in reducers.items()})
+        self.branches: BranchLayout = find_branches(
+            plan, {name: reducer.remaining for name, reducer in reducers.items()}
+        )
         self._row = {name: {int(n): k for k, n in enumerate(own.remaining)} for name, own in reducers.items()}
         kinds = [(name, g) for name, reducer in reducers.items() for g in range(len(reducer.chains))]
-        self.forces: dict[Kind, Array] = {
+        self.forces: dict[ChainKind, Array] = {
             (name, g): np.zeros((*reducers[name].chains[g].elements.shape, 12, 0)) for name, g in kinds
         }
         """Forces to which the kept motions of every kind of chain are the response."""
@@ -86,12 +96,12 @@ class ChainAssembler:
     def _number(self) -> None:
         """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
         self._latest: Latest[_Maps] = Latest()
-        self._frames: dict[tuple[Kind, ...], Latest[PoleFrame]] = {}
+        self._frames: dict[tuple[ChainKind, ...], Latest[PoleFrame]] = {}
         self._targets: dict[tuple[int, int], Index] = {}
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
         topology, found = self.plan.topology, self.branches
-        self._sets: dict[tuple[int, int], list[Kind]] = {}
+        self._sets: dict[tuple[int, int], list[ChainKind]] = {}
         for kind, forces in self.forces.items():
             self._sets.setdefault((forces.shape[1], forces.shape[-1]), []).append(kind)
         shapes: dict[tuple[int, int], list[int]] = {}
@@ -100,7 +110,7 @@ class ChainAssembler:
         self._blocks = [(inside, inside + ends, kinds) for (inside, ends), kinds in shapes.items()]
         self.n_core: int = found.n_core + self._kept(found.core_copies)
         placed: dict[str, list[tuple[int, int, Index, NDArray[np.bool_]]]] = {name: [] for name in self.reducers}
-        self._modal: dict[tuple[Kind, int], Index] = {}
+        self._modal: dict[tuple[ChainKind, int], Index] = {}
         vectors, entries = 0, 0
         zones: dict[Copy, tuple[int, int, int]] = {}
         for inside, n, kinds in self._blocks:
@@ -175,14 +185,14 @@ class ChainAssembler:
             both = (own[:, :, None] >= 0) & (own[:, None, :] >= 0)
             entries.append(np.where(both, entry + own[:, :, None] * n + own[:, None, :], self._size[1]).ravel())
 
-    def keep(self, counts: Mapping[Kind, int], design: Design) -> None:
+    def keep(self, counts: Mapping[ChainKind, int], design: Design) -> None:
         """Keep so many fixed-interface modes of each kind of chain, those of a stack of one design."""
         for kind, count in counts.items():
             frame, _ = self._frame([kind], design)
             self.forces[kind] = interior_modes(frame, design.elements, count)
         self._number()
 
-    def _frame(self, kinds: list[Kind], design: Design) -> tuple[PoleFrame, list[Array]]:
+    def _frame(self, kinds: list[ChainKind], design: Design) -> tuple[PoleFrame, list[Array]]:
         """The chains of some kinds in the geometry of a design, and the maps to their coordinates from displacements of
         their ends."""
         groups = [self.reducers[name].chains[g] for name, g in kinds]
@@ -207,8 +217,8 @@ class ChainAssembler:
                     nodes = self.reducers[name].chains[g].nodes[:, [0, -1]]
                     G = self._transforms(design, name, nodes)
                     T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
-                    L.append(joined(B[..., None, :, :, :] @ T))
-                    size.append(joined(abs(B)[..., None, :, :, :] @ abs(T)))
+                    L.append(copies_in_a_row(B[..., None, :, :, :] @ T))
+                    size.append(copies_in_a_row(abs(B)[..., None, :, :, :] @ abs(T)))
                 whole = [bordered(joined_along(own, -3), kept) for own in (L, size)]
                 chains.append((frame, whole[0], whole[1]))
             for name, reducer in self.reducers.items():
@@ -274,7 +284,7 @@ class ChainAssembler:
         refuse_impossible(design.elements, discrete, len(design.values))
         return discrete, self._maps(design)
 
-    def _chain_numbers(self, kinds: list[Kind]) -> Index:
+    def _chain_numbers(self, kinds: list[ChainKind]) -> Index:
         """Which chain of a set stands at every place."""
         found, first = [], 0
         for kind in kinds:
@@ -290,7 +300,7 @@ class ChainAssembler:
         T: list[Array],
         slowness: Array,
         loss: Array,
-        slow: Mapping[Kind, float] | None = None,
+        slow: Mapping[ChainKind, float] | None = None,
     ) -> Arrow:
         """Blocks and core of matrices (r, designs, p, n, n) and spreads (r, designs, p, n) at their places."""
         r, designs = len(placed[0]) if placed else 3, slowness.shape[-1]
@@ -304,7 +314,7 @@ class ChainAssembler:
             blocks.append(Block(shaped, d[..., rows].reshape(*d.shape[:2], q, n), inside, own))
             row, entry = rows.stop, entries.stop
         c = self.n_core
-        core = Order(A[..., entry:].reshape(r, designs, c, c), d[..., row:], slowness, loss)
+        core = EndMatrices(A[..., entry:].reshape(r, designs, c, c), d[..., row:], slowness, loss)
         return Arrow(tuple(blocks), core, dict(slow or {}))
 
     def _summed(self, parts: list[Array], target: Index, size: int, r: int, designs: int) -> Array:
@@ -364,7 +374,9 @@ class ChainAssembler:
             slowest = max(float(abs(values).max()) for values in fastest)
             mass = own.followed[1]
             massive = np.linalg.eigvalsh(scaled(mass, unit_scale(mass)))
-            self._arrows[count] = 0 < top * slowest < STIFFER and bool(massive.min() > MASSLESS * massive.max())
+            self._arrows[count] = 0 < top * slowest < STIFFER_BRANCHES and bool(
+                massive.min() > CORE_MASS * massive.max()
+            )
         return self._arrows[count]
 
     def is_paper(self, count: int) -> bool:
@@ -373,12 +385,12 @@ class ChainAssembler:
         boundaries = all(len(own.remaining) == len(own.part.boundary) for own in self.reducers.values())
         return boundaries and self.is_arrow(count)
 
-    def most(self, kind: Kind) -> int:
+    def most(self, kind: ChainKind) -> int:
         """How many modes a kind of chain has: as many as its interior has displacements, unless some lack mass."""
         name, g = kind
         return 6 * (self.reducers[name].chains[g].elements.shape[1] - 1)
 
-    def order_with(self, counts: Mapping[Kind, int]) -> int:
+    def order_with(self, counts: Mapping[ChainKind, int]) -> int:
         """Number of coordinates with so many kept modes."""
         placed = self.plan.topology.copies
         kept = {(name, g): len(own) * len(placed[name].offset) for (name, g), own in self.forces.items()}
@@ -386,7 +398,7 @@ class ChainAssembler:
         return self.order - now + sum(kept[kind] * count for kind, count in counts.items())
 
 
-def chain_assembler(plan: Plan, counts: Mapping[Kind, int] | None = None) -> ChainAssembler:
+def chain_assembler(plan: Plan, counts: Mapping[ChainKind, int] | None = None) -> ChainAssembler:
     """The prepared assembly of a plan with so many kept modes of its default design."""
     kept = tuple((counts or {}).values())
 
@@ -397,3 +409,35 @@ def chain_assembler(plan: Plan, counts: Mapping[Kind, int] | None = None) -> Cha
         return assembler
 
     return plan.prepared.once(("chains", kept if any(kept) else ()), made)
+
+
+def copies_in_a_row(A: Array) -> Array:
+    """(..., copies, c, n, n) as (..., copies c, n, n)."""
+    return A.reshape(*A.shape[:-4], A.shape[-4] * A.shape[-3], *A.shape[-2:])
+
+
+def bordered(L: Array, kept: int) -> Array:
+    """Maps (..., 12, 12) with an identity for so many kept motions."""
+    if not kept:
+        return L
+    wide = np.zeros((*L.shape[:-2], 12 + kept, 12 + kept))
+    wide[..., :12, :12] = L
+    wide[..., np.arange(12, 12 + kept), np.arange(12, 12 + kept)] = 1.0
+    return wide
+
+
+def stacked(element: DiscreteElement, designs: int) -> Array:
+    """K, M and R (3, designs, 1, m, m) of a discrete element."""
+    m = 6 * len(element.nodes)
+    A = np.zeros((3, designs, 1, m, m))
+    for out, own in zip(A, (element.K, element.M), strict=False):
+        if own is not None:
+            out[:, 0] = own
+    return A
+
+
+def placing_error(A: Array, size: Array) -> Array:
+    """Diagonals (3, designs, p, n) that bound the error of placing A by the map |L| (..., p, n, n) (theory eq. N10)."""
+    roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
+    s = np.swapaxes(size, -1, -2) @ roots[..., None]
+    return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)

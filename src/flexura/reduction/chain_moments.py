@@ -20,10 +20,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import PLANE_BASIS
-from flexura.linalg import Eigenpairs, inverse_roots, lowest
+from flexura.linalg import EPS, Eigenpairs, inverse_roots, lowest
 from flexura.structure import Elements
-
-EPS = float(np.finfo(float).eps)
 
 ELEMENT_TERMS = 64.0
 """Largest sum of |X^-1| |C| |X^-T| over the diagonal of X^-1 C X^-T for the flexibility C of a beam element, six terms
