@@ -1,14 +1,15 @@
-"""Inputs and outputs by name, with what they are and their unit."""
+"""Inputs and outputs by name, with what they are, their unit, and what inputs act along."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import is_pattern
 
@@ -111,8 +112,29 @@ def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[
 def ends_of(inputs: Sequence[Channel], outputs: Sequence[Channel]) -> dict[str, str]:
     """Inputs and outputs of a model by name and unit, the first few of each."""
 
-    def told(channels: Sequence[Channel]) -> str:
+    def listed(channels: Sequence[Channel]) -> str:
         more = f" and {len(channels) - MOST_NAMED} more" if len(channels) > MOST_NAMED else ""
         return ", ".join(map(str, channels[:MOST_NAMED])) + more
 
-    return {"inputs": told(inputs), "outputs": told(outputs)}
+    return {"inputs": listed(inputs), "outputs": listed(outputs)}
+
+
+def signs_of(nodes: Sequence[int]) -> tuple[float, ...]:
+    """How the motions of one node, or of the second of two against the first, are added."""
+    return (1.0,) if len(nodes) == 1 else (-1.0, 1.0)
+
+
+class Action(NamedTuple):
+    """What an input acts along: global `nodes`, one, or two of which the second moves against the first, the
+    `direction` (..., 3) in global axes along or about which, and the force or moment (...) of a unit of it, `gain`."""
+
+    nodes: list[int]
+    direction: Array
+    turns: bool
+    gain: Any
+
+    def row(self, B: Array) -> Array:
+        """The motion (..., n) that it works on, from the displacements B (..., k, 6, n) of its nodes."""
+        at = slice(3, 6) if self.turns else slice(0, 3)
+        along = (self.direction[..., None, None, :] @ B[..., at, :])[..., 0, :]
+        return np.asarray(sum(sign * along[..., k, :] for k, sign in enumerate(signs_of(self.nodes))))

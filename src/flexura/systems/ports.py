@@ -29,8 +29,7 @@ from flexura.mechanism import (
 )
 from flexura.records import Record
 from flexura.structure import Design, Geometry, Plan
-from flexura.systems.action import Action, signs_of
-from flexura.systems.channel import Channel
+from flexura.systems.channel import Action, Channel, signs_of
 
 DERIVATIVE = {
     "displacement": 0,

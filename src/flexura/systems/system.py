@@ -25,20 +25,19 @@ from flexura.reduction import (
     stored_flexibility,
 )
 from flexura.structure import FullOrderModel, Plan, assemble, dissipation, one_design, plan_of
-from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
-from flexura.systems.second_order import Model, SecondOrder, full_order_of
+from flexura.systems.second_order import Model, SecondOrder, damping_law, full_order_of
 
 Order = Literal["low", "full"]
 
-MODES = 6
+PROVEN_MODES = 6
 """A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
 
-UNIFORM = 1e-12
+UNIFORM_LOSS = 1e-12
 """Relative difference of structural damping from one loss factor for everything that is round-off."""
 
-ROUNDING = 1e-9
+CORRECTION_ROUNDING = 1e-9
 """Relative size of a static correction that is round-off."""
 
 
@@ -175,7 +174,7 @@ def _model(model: Any, parameters: Mapping[str, ArrayLike] | None, order: str, h
 
 def reduced(plan: Plan, parameters: Mapping[str, float], how: Mapping[str, Any]) -> LowOrderModel:
     """The low-order model of a mechanism, as is asked for, else in the coordinates of its substructures."""
-    asked = reduction_of(plan, how, MODES)
+    asked = reduction_of(plan, how, PROVEN_MODES)
     if "tolerance" in asked and not how:
         asked = {"coordinates": "substructures", **asked}
     return reduce(plan, parameters, **asked)
@@ -218,7 +217,7 @@ def uniform_loss(H: Any, K: Any) -> float | None:
     if not total:
         return 0.0
     ratio = total / float(K.diagonal().sum())
-    return ratio if abs(H - ratio * K).max() <= UNIFORM * abs(K).max() else None
+    return ratio if abs(H - ratio * K).max() <= UNIFORM_LOSS * abs(K).max() else None
 
 
 def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
@@ -238,4 +237,4 @@ def _lacking(full: FullOrderModel, all_rows: Array, loads: Array, low: Any, rows
     whole = all_rows @ flexible(loads)
     lost = whole - rows @ stored_flexibility(low.K, low.M, flexible.shift)(B)
     scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
-    return np.where(np.abs(lost) > ROUNDING * scale, lost, 0.0)
+    return np.where(np.abs(lost) > CORRECTION_ROUNDING * scale, lost, 0.0)

@@ -1,4 +1,4 @@
-"""Bounds on what models lack of their mechanism: modes left out, and damping made viscous."""
+"""What models lack of their mechanism: bounds on modes left out and on damping made viscous, and warnings of these."""
 
 from __future__ import annotations
 
@@ -10,32 +10,42 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
-from flexura.errors import OptionError, SolverError
+from flexura.errors import Diagnostic, FlexuraError, OptionError, SolverError
+from flexura.reduction import LowOrderModel, certify
 from flexura.systems.modal import ModalSystem, coupled_response
-from flexura.systems.neglected import FAINT, Neglected
-from flexura.systems.remainder import Remainder
-from flexura.systems.state_space import StateSpace
+from flexura.systems.second_order import Remainder, SecondOrder
+from flexura.systems.state_space import FAINT, WORTH, Neglected, StateSpace, rounded_up
+from flexura.tables import in_hz
 
-SLACK = 1e-9
+STATIC_ROUNDING = 1e-9
 """Relative round-off allowed for in static sums."""
 
-POINTS = 60
+BAND_POINTS = 60
 """Frequencies at which a band is looked at, beside those at resonances."""
 
-DECADES = 2.0
+BAND_DECADES = 2.0
 """Decades of frequency below the highest of a band that are looked at where it has no lowest."""
 
-BESIDE = np.array([-0.3, -0.1, -0.03, -0.01, 0.01, 0.03, 0.1, 0.3])
+BESIDE_UNDAMPED = np.array([-0.3, -0.1, -0.03, -0.01, 0.01, 0.03, 0.1, 0.3])
 """Relative distances from resonances without damping that are looked at."""
 
-WIDTHS = np.array([-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0])
+BESIDE_DAMPED = np.array([-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0])
 """Distances from damped resonances that are looked at, in half-power widths."""
 
-BARE = 1e-9
-"""Damping ratio below which there is none."""
-
-PRECISION = 1e-7
+FREQUENCY_ROUNDING = 1e-7
 """Relative round-off of natural frequencies, which moves a response by so much over the damping ratio."""
+
+NEAR = 1e-3
+"""Relative distance to an undamped resonance within which a response is mostly its error: frequencies are proven to
+1e-4, so that the response is off by a tenth there."""
+
+UNDAMPED = 1e-9
+"""Damping ratio below which there is none: round-off of poles."""
+
+PROVEN_FREQUENCY = 0.01
+"""Relative error of a frequency up to which it counts as proven, where no tolerance was given."""
+
+ADVICE = "reduce with a tolerance up to the highest frequency, or keep more modes"
 
 
 @verb
@@ -73,7 +83,7 @@ def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
     plain = 2 * zeta * w[:, None, None] * _slow(modes, sides, static) / np.where(nearer > 0, nearer, 1.0) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         bound = second / np.where(room > 0, room, 0.0)[:, None, None] + plain
-    rounding = SLACK * np.sqrt(np.outer(remainder.whole[rows], remainder.whole[B]))
+    rounding = STATIC_ROUNDING * np.sqrt(np.outer(remainder.whole[rows], remainder.whole[B]))
     inside = ((w < modes.next_omega) & (room > 0))[:, None, None]
     return np.where(inside, np.where(second > 0, bound, plain) + rounding, np.inf)
 
@@ -158,25 +168,123 @@ def neglected(modes: ModalSystem, model: StateSpace, band: tuple[float, float] |
     except SolverError:
         bound = np.full(H.shape, np.inf)
     scale = channel_scale(modes, hz, H)
-    sharpest = np.where(modes.total_ratios < BARE, np.abs(BESIDE).min(), modes.total_ratios).min()
-    moved = PRECISION / float(sharpest) * np.where(scale < np.inf, scale, 0.0)
+    sharpest = np.where(modes.total_ratios < UNDAMPED, np.abs(BESIDE_UNDAMPED).min(), modes.total_ratios).min()
+    moved = FREQUENCY_ROUNDING / float(sharpest) * np.where(scale < np.inf, scale, 0.0)
     return Neglected(hz, bound + np.abs(H - plain) + moved, scale, modes.inputs, modes.outputs)
 
 
 def _frequencies(modes: ModalSystem, band: tuple[float, float]) -> Array:
     """Frequencies over a band, Hz, more of them around resonances, and none at those that nothing damps."""
     low, high = band
-    found = [np.geomspace(low or high / 10**DECADES, high, POINTS)]
+    found = [np.geomspace(low or high / 10**BAND_DECADES, high, BAND_POINTS)]
     bare = np.zeros(0)
     own = (modes.frequency_hz > 0) & (modes.frequency_hz < 1.5 * high)
     for f, zeta in zip(modes.frequency_hz[own], modes.total_ratios[own], strict=True):
-        if zeta < BARE:
+        if zeta < UNDAMPED:
             bare = np.append(bare, f)
-            found.append(f * (1 + BESIDE))
+            found.append(f * (1 + BESIDE_UNDAMPED))
         else:
-            found.append(f * (1 + zeta * WIDTHS))
+            found.append(f * (1 + zeta * BESIDE_DAMPED))
     hz = np.unique(np.concatenate(found))
     hz = hz[(hz >= found[0][0]) & (hz <= high)]
-    near = np.abs(hz[:, None] / bare - 1).min(axis=1, initial=np.inf) < 0.99 * np.abs(BESIDE).min()
+    near = np.abs(hz[:, None] / bare - 1).min(axis=1, initial=np.inf) < 0.99 * np.abs(BESIDE_UNDAMPED).min()
     kept = hz[~near]
     return kept if len(kept) else high * np.array([1 - 1e-3])
+
+
+def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Diagnostic, ...]:
+    """Undamped resonances that frequencies hz (f,) come within reach of."""
+    bare = resonances[ratios < UNDAMPED]
+    if not len(bare) or not len(hz):
+        return ()
+    own = np.sort(hz)
+    at = np.searchsorted(own, bare)
+    beside = np.stack([own[np.clip(at - 1, 0, len(own) - 1)], own[np.clip(at, 0, len(own) - 1)]])
+    distance = np.abs(beside / bare - 1).min(axis=0)
+    near = bare[distance < NEAR]
+    if not len(near):
+        return ()
+    listed = ", ".join(f"{f:.5g}" for f in near[:5]) + (", ..." if len(near) > 5 else "")
+    text = (
+        f"nothing damps the resonance{'s' if len(near) > 1 else ''} at {listed} Hz: the response is infinite there, and"
+        f" its peak says how near to it a frequency lies"
+    )
+    return (Diagnostic("resonance", "", float(distance.min()), NEAR, "1", text),)
+
+
+def proof_limits(system: SecondOrder, top: float) -> tuple[Diagnostic, ...]:
+    """What a low-order model is not proven to contain up to the frequency `top`, Hz."""
+    model = system.model
+    if not isinstance(model, LowOrderModel):
+        return ()
+    proof = model.certificate
+    if proof is None or proof.below_hz < top:
+        try:
+            proof = certify(model, system.full_order, up_to=top)
+        except FlexuraError as reason:
+            text = f"the model of order {model.order} is not proven up to {in_hz(top)}: {reason}"
+            return (Diagnostic("proof", "", top, 0.0, "Hz", text),)
+    if proof.missing:
+        known = proof.frequency_hz[proof.is_indexed & (proof.error_bound < PROVEN_FREQUENCY)]
+        limit = float(known.max(initial=0.0))
+        text = (
+            f"{proof.missing} of the {proof.count} modes below {in_hz(proof.below_hz)} are missing from the model of"
+            f" order {model.order}: {ADVICE}"
+        )
+        return (Diagnostic("proof", "", top, limit, "Hz", text),)
+    off = np.flatnonzero((proof.error_bound > PROVEN_FREQUENCY) & (proof.frequency_hz <= top))
+    if not len(off):
+        return ()
+    first, worst = float(proof.frequency_hz[off[0]]), float(proof.error_bound[off].max())
+    bound = f"{100 * worst:.2g} %" if np.isfinite(worst) else "nothing"
+    text = (
+        f"resonances of the model of order {model.order} are proven to no better than {bound} from {in_hz(first)} on:"
+        f" {ADVICE}"
+    )
+    return (Diagnostic("proof", "", top, first, "Hz", text),)
+
+
+def truncation_limits(modes: ModalSystem, top: float) -> tuple[Diagnostic, ...]:
+    """Modes left out of a system below the frequency `top`, Hz."""
+    first = modes.next_omega / (2 * np.pi)
+    if not first < top:
+        return ()
+    text = f"modes from {in_hz(first)} on are left out, and frequencies up to {in_hz(top)} are asked for"
+    return (Diagnostic("proof", "", top, first, "Hz", text),)
+
+
+def band_limits(model: StateSpace, top: float) -> tuple[Diagnostic, ...]:
+    """What a state space lacks, and the frequency `top`, Hz, where it lies beyond the band that the model is for."""
+    lost = model.neglected
+    if lost is None or top <= lost.band[1] * (1 + NEAR):
+        return model.warnings
+    first = lost.band[1]
+    text = (
+        f"what the state space leaves out is known up to {in_hz(first)}, and frequencies up to {in_hz(top)} are asked"
+        " for: state its band"
+    )
+    return (*model.warnings, Diagnostic("proof", "", top, first, "Hz", text))
+
+
+def remainder_of_response(modes: ModalSystem, H: Complex, hz: Array) -> tuple[list[str], tuple[Diagnostic, ...]]:
+    """What the modes left out can add to responses H (f, p, m) at frequencies hz (f,), and a warning if it is much."""
+    below = 2 * np.pi * hz < modes.next_omega
+    if not np.isfinite(modes.next_omega) or not H.size or not below.any():
+        return [], ()
+    hz, H = hz[below], H[below]
+    try:
+        bound = neglected_bound(modes, hz) * (2 * np.pi * hz)[:, None, None] ** modes.derivative[:, None]
+    except SolverError:
+        return ["what modes left out add is not bounded: something floats"], ()
+    scale = channel_scale(modes, hz, H)
+    shares = (bound / scale).max(axis=(1, 2))
+    share = float(shares.max())
+    if np.isfinite(share):
+        text = f"modes left out add at most {rounded_up(share, 2)} of the largest responses up to {in_hz(hz[-1])}"
+    else:
+        text = (
+            f"what modes left out add has no bound at {np.count_nonzero(~np.isfinite(shares))} of {len(hz)} frequencies"
+        )
+    if share <= WORTH:
+        return [text], ()
+    return [text], (Diagnostic("tolerance", "", share, WORTH, "1", f"{text}: keep more modes, or take method direct"),)
