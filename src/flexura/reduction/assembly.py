@@ -125,7 +125,7 @@ class LowOrderAssembler:
         transforms, placed = self.transforms(design), []
         for name, own in parts.items():
             T = transforms[name]
-            placed.append(np.swapaxes(T, -1, -2) @ own[..., None, :, :] @ T)
+            placed.append(T.mT @ own[..., None, :, :] @ T)
         return np.asarray(self.scatter((0,) * len(self.reducers)).dense(placed, design.values.shape[:-1]))
 
     def node_rows(self, design: Design, numbers: Index) -> Array:
@@ -223,7 +223,7 @@ class SubstructureBasis(Record):
                 number = self.assembler.numbers(name, own.interior)
                 G = self.design.node_transforms(name, own.interior)
                 inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
-                found[topology.dof[number]] = np.swapaxes(G, -1, -2) @ inside
+                found[topology.dof[number]] = G.mT @ inside
             first += k * len(topology.copies[name].paths)
         return found[:-1]
 
@@ -238,7 +238,7 @@ class SubstructureBasis(Record):
         own = part.T[reducer.interior_dofs]
         local = np.concatenate([own[:, :b] @ Tb, np.broadcast_to(own[:, b:], (len(Tb), *own[:, b:].shape))], axis=-1)
         blocks = local.reshape(len(Tb), len(interior), 6, -1)
-        value = np.swapaxes(G, -1, -2) @ blocks
+        value = G.mT @ blocks
         return topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
 
 

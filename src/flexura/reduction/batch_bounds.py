@@ -78,9 +78,9 @@ def upper_bounds(
     scale = np.where(scale * slowness[:, None] < RESPONSE_CORRECTED, scale, 0.0)
     response = R * scale[:, None, :]
     # R, from above in lower bounds, must come from below in the mass
-    stiff, massive = K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + np.swapaxes(response, -1, -2))
+    stiff, massive = K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + response.mT)
     Z = _combined(stiff, massive, HIDDEN_MASS * off[:, 1] < np.einsum("dii->di", M))
-    Zt = np.swapaxes(Z, -1, -2)
+    Zt = Z.mT
     k, m = ((abs(Zt) @ np.sqrt(own)[..., None])[..., 0] for own in (off[:, 0] + scale * off[:, 1], 2 * off[:, 1]))
     stiff, massive = Zt @ stiff @ Z, Zt @ massive @ Z
     highest = np.maximum.accumulate(np.einsum("dii->di", stiff), axis=1)
@@ -204,7 +204,7 @@ def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -
 
 
 def _projected(own: EndMatrices, X: Array) -> _Projection:
-    Xt = np.swapaxes(X, -1, -2)
+    Xt = X.mT
     K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
     off = projection_errors(own.A, own.slack, abs(X), X.shape[-2])
     return _Projection(K, M, R, off, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
@@ -234,7 +234,7 @@ def _fewer_than(own: EndMatrices, at: NDArray[np.intp], ell: Array, vectors: Arr
     size = sum(f * np.einsum("dii->di", B) for f, B in ((1.0, K), (ell[:, None], M), (h[:, None], R)))
     if vectors.shape[-1]:
         lifted = vectors * np.sqrt(2 * ell)[:, None, None]
-        A += lifted @ np.swapaxes(lifted, -1, -2)
+        A += lifted @ lifted.mT
         size = size + np.einsum("dij,dij->di", lifted, lifted)
     np.einsum("dii->di", A)[...] -= margin + cholesky_rounding(n, vectors.shape[-1]) * size
     return np.array([lapack.dpotrf(B.T, clean=0)[1] == 0 for B in A], dtype=bool)
@@ -255,10 +255,6 @@ class _Ritz:
     core: Array
     branches: list[Array]
     values: Array
-
-
-def _t(A: Array) -> Array:
-    return np.swapaxes(A, -1, -2)
 
 
 def _ritz(arrow: Arrow) -> _Ritz:
@@ -295,7 +291,7 @@ def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
         (arrow.core.A[:, :, None, None], ritz.core[:, None, None]),
         *((block.A[:, :, :, None], X) for block, X in zip(arrow.blocks, ritz.branches, strict=True)),
     ):
-        found.append([(_t(X) @ (own @ X)).sum(axis=(1, 2)) for own in A[:2]])
+        found.append([(X.mT @ (own @ X)).sum(axis=(1, 2)) for own in A[:2]])
     K, M = (np.sum(own, axis=0) for own in zip(*found, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
     slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
@@ -314,7 +310,7 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     ritz, slowness = _ritz(arrow), arrow.core.slowness
     K, M, R, off = _projected_arrow(arrow, ritz)
     upper, Z, margin = upper_bounds(K, M, R, off, ritz.values, slowness)
-    values, mass, more = (np.einsum("dii->di", _t(Z) @ A @ Z) for A in (K, M, R))
+    values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (K, M, R))
     least, mass = values - margin, np.where(mass > 0, mass, 1.0)
     values = np.where(np.isfinite(upper), values, np.inf)
     zero, upper = rigid_values(values / mass, upper, margin, rigid)
@@ -343,7 +339,7 @@ def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Ar
             for block, X in zip(arrow.blocks, ritz.branches, strict=True)
         ),
     ):
-        Xt, branches = _t(X), X.shape[1] * X.shape[2]
+        Xt, branches = X.mT, X.shape[1] * X.shape[2]
         K, M, R = ((Xt @ (own @ X)).sum(axis=(1, 2)) for own in A)
         found.append((K, M, R, projection_errors(A, slack, size, X.shape[-2] + branches).sum(axis=(1, 2))))
     K, M, R, off = (np.sum(own, axis=0) for own in zip(*found, strict=True))
@@ -366,7 +362,7 @@ def _arrow_has_fewer(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
         T = block.T[:, None] if block.T.ndim > FIXED_MAP_AXES else block.T
         inner, a = _eliminated(block, ell, h)
         S = S + placed(inner, T)
-        sizes = (_t(abs(T)) @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
+        sizes = (abs(T).mT @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
         size = size + sizes.sum(axis=(-3, -2))
         error = error + (PLACING_ROUNDING + T.shape[-4] * T.shape[-3] * EPS) * T.shape[-2] * sizes.sum(axis=(-3, -2))
     lifts = ell.shape[1] - 1
@@ -406,7 +402,7 @@ def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:
     shift[..., m:] = 4 * (n - m) * (ell[..., None, None] * inertia[1] + h[..., None, None] * inertia[2])
     np.einsum("...ii->...i", B)[...] += shift - error - cholesky_rounding(n) * (size + shift)
     L = factors(B.reshape(-1, n, n))[0].reshape(B.shape)[..., m:, m:]
-    S = L @ _t(L)
+    S = L @ L.mT
     a = np.einsum("...ii->...i", S) + shift[..., m:]
     np.einsum("...ii->...i", S)[...] -= shift[..., m:]
     return S, a

@@ -173,7 +173,7 @@ def part_transforms(
     topology, copies = design.plan.topology, design.plan.topology.copies[name]
     turning = design.geometry.turning
     own, onto = turning[..., [copies.number[k] for k in which], :, :], turning[..., base, :, :]
-    turn = np.swapaxes(own, -1, -2) @ onto
+    turn = own.mT @ onto
     number = np.array([copies.offset[k] for k in which], dtype=np.intp)[:, None] + nodes
     G = np.repeat(turn[..., None, :, :], len(nodes), axis=-3)
     slaved = topology.is_rigid[number] & (topology.root[number] != number) & ~meets
@@ -197,11 +197,11 @@ def interface_maps(design: Design, kind: BranchKind, branches: BranchLayout) -> 
     root = topology.root[node]
     arm = np.where(topology.is_rigid[node][:, None], geometry.at(node) - geometry.at(root), 0.0)
     onto = np.repeat(geometry.turning[..., kind.instances, :, :], i, axis=-3)
-    D = np.swapaxes(onto, -1, -2) @ rigid_arm(arm)
+    D = onto.mT @ rigid_arm(arm)
     D[..., ~topology.has_position[node], :, :] = np.eye(6)
     out = np.zeros((*D.shape[:-2], branches.n_core + 1, 6))
-    out[..., np.arange(len(node))[:, None], branches.core[root], :] = np.swapaxes(D, -1, -2)
-    maps = np.swapaxes(out[..., :-1, :], -1, -2)
+    out[..., np.arange(len(node))[:, None], branches.core[root], :] = D.mT
+    maps = out[..., :-1, :].mT
     return maps.reshape(*D.shape[:-3], count, 6 * i, branches.n_core)
 
 
@@ -244,7 +244,7 @@ class Block:
     @cached_property
     def followed(self) -> Array:
         """K, M and R (3, designs, q, n - inside, n - inside) of that motion."""
-        return np.asarray(np.swapaxes(self.motion, -1, -2) @ (self.A @ self.motion))
+        return np.asarray(self.motion.mT @ (self.A @ self.motion))
 
     def take(self, designs: Index) -> Block:
         """The same for some of the designs."""
@@ -312,7 +312,7 @@ class Arrow:
         for block in self.blocks:
             K = K + placed(block.followed[0], block.T)
             M = M + placed(block.followed[1], block.T)
-        return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2
+        return (K + K.mT) / 2, (M + M.mT) / 2
 
     @property
     def dense(self) -> EndMatrices:
@@ -332,8 +332,8 @@ class Arrow:
                 own, T, at = block.A[:, :, q], block.T[..., q, r, :, :], slice(first, first + m)
                 A[..., at, at] = own[..., :m, :m]
                 A[..., at, -c:] = side = own[..., :m, m:] @ T
-                A[..., -c:, at] = np.swapaxes(side, -1, -2)
-                A[..., -c:, -c:] += np.swapaxes(T, -1, -2) @ own[..., m:, m:] @ T
+                A[..., -c:, at] = side.mT
+                A[..., -c:, -c:] += T.mT @ own[..., m:, m:] @ T
                 slack[..., at] = block.slack[:, :, q, :m]
                 size = np.sqrt(abs(np.einsum("...ii->...i", own)))
                 error = PLACING_ROUNDING * own.shape[-1]
@@ -352,4 +352,4 @@ def spread(slack: Array, T: Array) -> Array:
 
 def placed(A: Array, T: Array) -> Array:
     """Sum (..., c, c) of A (..., q, i, i) over the branches placed by T (..., q, r, i, c)."""
-    return np.asarray((np.swapaxes(T, -1, -2) @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))
+    return np.asarray((T.mT @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))

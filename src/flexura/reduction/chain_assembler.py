@@ -251,9 +251,9 @@ class ChainAssembler:
         discrete, maps = self._checked(design)
         for kinds, (frame, L, _) in zip(self._sets.values(), maps.chains, strict=True):
             A = stiffness_and_mass(frame, design.elements)[:, :, self._chain_numbers(kinds)]
-            placed.append(np.swapaxes(L, -1, -2) @ A @ L)
+            placed.append(L.mT @ A @ L)
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            placed.append(np.swapaxes(T, -1, -2) @ stacked(element, len(design.values))[:2] @ T)
+            placed.append(T.mT @ stacked(element, len(design.values))[:2] @ T)
         none = np.zeros((0, len(design.values)))
         return self._arranged(placed, [], maps.T, none, none)
 
@@ -266,7 +266,7 @@ class ChainAssembler:
         for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
             own = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
             A = own.A[:, :, self._chain_numbers(kinds)]
-            placed.append(np.swapaxes(L, -1, -2) @ A @ L)
+            placed.append(L.mT @ A @ L)
             spreads.append(placing_error(A, size))
             slowness = np.maximum(slowness, own.slowness.max(axis=-1))
             loss = np.maximum(loss, own.loss.max(axis=-1))
@@ -274,7 +274,7 @@ class ChainAssembler:
             slow |= {k: float(own.slowness[:, a:b].max()) for k, a, b in zip(kinds, first, first[1:], strict=False)}
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
             A = stacked(element, designs)
-            placed.append(np.swapaxes(T, -1, -2) @ A @ T)
+            placed.append(T.mT @ A @ T)
             spreads.append(placing_error(A, abs(T)))
         return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
 
@@ -439,5 +439,5 @@ def stacked(element: DiscreteElement, designs: int) -> Array:
 def placing_error(A: Array, size: Array) -> Array:
     """Diagonals (3, designs, p, n) that bound the error of placing A by the map |L| (..., p, n, n) (theory eq. N10)."""
     roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
-    s = np.swapaxes(size, -1, -2) @ roots[..., None]
+    s = size.mT @ roots[..., None]
     return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)

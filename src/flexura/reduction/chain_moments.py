@@ -59,7 +59,7 @@ class PoleFrame:
         consecutive = np.array_equal(flat, np.arange(flat[0], flat[0] + len(flat)))
         self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
         self.Xd: Array = np.where(reverse[:, :, None, None], np.roll(Xd, 6, axis=-1), Xd) if reverse.any() else Xd
-        self.Xt: Array = np.swapaxes(self.Xd, -1, -2)
+        self.Xt: Array = self.Xd.mT
         e = elements.shape[1]
         self.before: Array = np.tri(e)
         """Sums (e, e) over an element and those before it."""
@@ -83,7 +83,7 @@ class PoleFrame:
         """(c, e, k, 36) from that of an element in its own axes (k, 36)."""
         if self._flexibility_bases is None or self._flexibility_bases[0] != len(basis):
             inverse = self.Xj_inverse[..., None, :, :]
-            found = inverse @ basis.reshape(-1, 6, 6) @ _t(inverse)
+            found = inverse @ basis.reshape(-1, 6, 6) @ inverse.mT
             self._flexibility_bases = len(basis), found.reshape(*self.elements.shape, -1, 36)
         return self._flexibility_bases[1]
 
@@ -94,7 +94,7 @@ class PoleFrame:
             found = _contracted(coefficients, self._flexibility_basis(table.flexibility_basis))
             return found.reshape(*found.shape[:-1], 6, 6)
         C = (coefficients @ table.flexibility_basis).reshape(*coefficients.shape[:-1], 6, 6)
-        return np.asarray(self.Xj_inverse @ C @ _t(self.Xj_inverse))
+        return np.asarray(self.Xj_inverse @ C @ self.Xj_inverse.mT)
 
     def masses(self, table: Elements) -> Array:
         """Mass (..., c, e + 1, 6, 18) at the pole of every node of the chains, with the node before, itself and the
@@ -175,13 +175,9 @@ def _flat(A: Array) -> Array:
     return A.reshape(*A.shape[:-3], A.shape[-3] * A.shape[-2], A.shape[-1])
 
 
-def _t(A: Array) -> Array:
-    return np.swapaxes(A, -1, -2)
-
-
 def _inverted(total: Array) -> Array:
     k = np.asarray(np.linalg.inv(total), dtype=np.float64)
-    return (k + _t(k)) / 2
+    return (k + k.mT) / 2
 
 
 def stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
@@ -192,7 +188,7 @@ def stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
     V = _motions(running, k, 0)
     A = np.zeros((2, *k.shape[:-2], 12, 12))
     A[0, ..., 6:, 6:] = k
-    np.matmul(_t(_flat(V[..., 1:-1, :, :])), _flat(_loads(frame.masses(table), V)), out=A[1])
+    np.matmul(_flat(V[..., 1:-1, :, :]).mT, _flat(_loads(frame.masses(table), V)), out=A[1])
     return A
 
 
@@ -204,7 +200,7 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     """
     F = frame.flexibilities(table)
     running = _summed(frame.before, F)
-    total, Ft, kept = running[..., -1, :, :], _t(_flat(F)), forces.shape[-1]
+    total, Ft, kept = running[..., -1, :, :], _flat(F).mT, forces.shape[-1]
     k = _inverted(total)
     V = _motions(running, k, kept)
     bent, k_modes = np.zeros((*F.shape[:-1], 0)), np.zeros((*k.shape[:-2], 0, 0))
@@ -212,22 +208,22 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
         # closed again, since what is left of the other end's displacement would strain the stiffest element
         bent = _closed(_closed(frame.internal(forces), Ft, k), Ft, k)
         stretched = F @ bent
-        k_modes = _t(_flat(bent)) @ _flat(stretched)
+        k_modes = _flat(bent).mT @ _flat(stretched)
         V[..., 2:-2, :, 12:] = _summed(frame.before, stretched)[..., :-1, :, :]
     band = frame.masses(table)
     loads = _loads(band, V)
-    M = _t(_flat(V[..., 1:-1, :, :])) @ _flat(loads)
+    M = _flat(V[..., 1:-1, :, :]).mT @ _flat(loads)
     loss = _loss(total, k, F.shape[-3])
     slowness = _trace(band, running, M, loss)
     W = _closed(_summed(frame.beyond, loads[..., 1:-1, :, :]), Ft, k)
     if kept:
-        c = np.linalg.solve(k_modes, _t(_flat(F @ bent)) @ _flat(W))
+        c = np.linalg.solve(k_modes, _flat(F @ bent).mT @ _flat(W))
         W = W - bent @ c[..., None, :, :]
         slowness = slowness - np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
         slowness = slowness + 64 * kept * EPS * np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
     A = np.zeros((3, *M.shape))
     A[0, ..., 6:12, 6:12], A[0, ..., 12:, 12:], A[1] = k, k_modes, M
-    np.matmul(_t(_flat(W)), _flat(F @ W), out=A[2])
+    np.matmul(_flat(W).mT, _flat(F @ W), out=A[2])
     return ChainMoments(A, slowness, loss)
 
 

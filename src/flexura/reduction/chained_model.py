@@ -102,12 +102,12 @@ class ChainedModel(Record):
         topology, found = self.model.plan.topology, np.zeros((self.pencil.order, full.shape[1]))
         found[self.position[self.position >= 0]] = full[self.position >= 0]
         for own, first, number, _ in self._imposed(full):
-            on = np.swapaxes(own.outward(self.model), -1, -2) @ full[topology.dof[number[:, :, 1:-1]]]
+            on = own.outward(self.model).mT @ full[topology.dof[number[:, :, 1:-1]]]
             at = own.passed[:, 1:-1] - 1
-            relative = np.swapaxes(np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at]), -1, -2) @ on
+            relative = (np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at])).mT @ on
             found[_inner(own, first, len(number))[:, np.arange(len(at))[:, None], at]] = relative
-            ends = (np.swapaxes(own.interior_twists, -1, -2) @ on).sum(axis=2)
-            ends = np.swapaxes(own.transforms(self.model), -1, -2) @ ends
+            ends = (own.interior_twists.mT @ on).sum(axis=2)
+            ends = own.transforms(self.model).mT @ ends
             place = _columns(self.model, self.position, number[:, :, [0, -1]])
             np.add.at(found, place[place >= 0], ends[place >= 0])
         return found
@@ -300,7 +300,7 @@ class _Sums:
         number = np.array(plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.array(discrete.nodes)
         at = _columns(self.model, self.position, number)
         G = block_diagonal(self.model.design.node_transforms(name, np.array(discrete.nodes)))
-        Gt = np.swapaxes(G, -1, -2)
+        Gt = G.mT
         if discrete.M is not None:
             self._mass.add(at, at, Gt @ discrete.M @ G)
         if discrete.K is None:
@@ -320,7 +320,7 @@ class _Sums:
         number = own.numbers(self.model)
         ends = _columns(self.model, self.position, number[:, :, [0, -1]])
         G = own.transforms(self.model)
-        Gt = np.swapaxes(G, -1, -2)
+        Gt = G.mT
         # displacements of a segment's ends: V for those of the chain's ends, S for its own two relative displacements
         P = np.concatenate([own.shares[:, :-1], own.shares[:, 1:]], axis=-2)
         V = np.concatenate([own.X, np.zeros_like(own.X)], axis=-1)
@@ -329,7 +329,7 @@ class _Sums:
         V = V @ own.ends[:, None]
         S = np.broadcast_to(np.eye(12), own.m.shape).copy()
         S[:, 1:, :6, :6] = own.X[:, 1:, :6] @ np.linalg.inv(_far(own))
-        mV, St = own.m @ V, np.swapaxes(S, -1, -2)
+        mV, St = own.m @ V, S.mT
         f = np.broadcast_to(own.strain, (*ends.shape[:-1], 6, 6))
         self.add_strain(ends, f, own.ends[:, 6:], G, growth(own.strain, own.running[:, -1]))
         self._mass.add(ends, ends, Gt @ np.einsum("csij,csik->cjk", V, mV) @ G)
@@ -346,7 +346,7 @@ class _Sums:
         at_end = coupling[:, :-1, 6:] + coupling[:, 1:, :6]
         at_end, ends = at_end @ G[:, :, None], np.broadcast_to(ends[:, :, None], (*inner.shape[:3], 12))
         self._mass.add(inner, ends, at_end)
-        self._mass.add(ends, inner, np.swapaxes(at_end, -1, -2))
+        self._mass.add(ends, inner, at_end.mT)
 
 
 def _strain_of(discrete: DiscreteElement, positions: Array) -> tuple[Array, Array] | None:

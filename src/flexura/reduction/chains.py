@@ -120,13 +120,13 @@ def kinematics(part: Part, group: ChainGroup, own: PartGeometry) -> ChainKinemat
     Xd, inverse = np.zeros((*lead, *number.shape, 12, 12)), np.zeros((*lead, *number.shape, 6, 6))
     for k in range(4):
         Xd[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = R
-    inverse[..., :3, :3] = inverse[..., 3:, 3:] = np.swapaxes(R, -1, -2)
+    inverse[..., :3, :3] = inverse[..., 3:, 3:] = R.mT
     for end, is_last in enumerate((number == part.first[member], number == part.first[member + 1] - 1)):
         arm = positions[..., part.connectivity[number, end], :] - pole
         arm = np.where(is_last[:, :, None], arm + own.offsets[..., member, end, :], arm)
         moved = cross(arm[..., None, :], R)
         Xd[..., 6 * end : 6 * end + 3, 6 * end + 3 : 6 * end + 6] = moved
-    inverse[..., :3, 3:] = np.swapaxes(moved, -1, -2)
+    inverse[..., :3, 3:] = moved.mT
     reach = common((pole - positions[..., group.nodes[:, -1:], :])[..., 0, :], 2)
     B = np.zeros((*reach.shape[:-2], len(number), 12, 12))
     B[..., :6, :6] = np.eye(6)
@@ -152,8 +152,8 @@ def chain_matrices(group: ChainGroup, kin: ChainKinematics, elements: Elements |
     V[..., :6, :6], V[..., 6:, :6] = X_i, X_j
     V[..., :6, 6:], V[..., 6:, 6:] = X_i @ at_i, X_j @ at_j
     flat = (*V.shape[:-3], V.shape[len(V.shape) - 3] * 12, 12)
-    m = np.swapaxes(V.reshape(flat), -1, -2) @ (M @ V).reshape(flat)
-    return _at_ends(kin, k), np.swapaxes(kin.B, -1, -2) @ m @ kin.B
+    m = V.reshape(flat).mT @ (M @ V).reshape(flat)
+    return _at_ends(kin, k), kin.B.mT @ m @ kin.B
 
 
 def chain_stiffness(group: ChainGroup, kin: ChainKinematics, elements: Elements | ElementSlice) -> Array:
@@ -165,14 +165,14 @@ def _flexibility(group: ChainGroup, kin: ChainKinematics, elements: Elements | E
     """Flexibility (..., c, e, 6, 6) of each chain up to the end of every element, at the pole, and the stiffness
     (..., c, 6, 6) of the whole chain."""
     C = taken(elements.C, group.elements, kin.run)
-    running = np.cumsum(kin.Xj_inverse @ C @ np.swapaxes(kin.Xj_inverse, -1, -2), axis=-3)
+    running = np.cumsum(kin.Xj_inverse @ C @ kin.Xj_inverse.mT, axis=-3)
     k = np.linalg.inv(running[..., -1, :, :])
-    return running, (k + np.swapaxes(k, -1, -2)) / 2
+    return running, (k + k.mT) / 2
 
 
 def _at_ends(kin: ChainKinematics, k: Array) -> Array:
     """Stiffness (..., c, 12, 12) over the ends of chains."""
-    return np.asarray(np.swapaxes(kin.B[..., 6:, :], -1, -2) @ k @ kin.B[..., 6:, :])
+    return np.asarray(kin.B[..., 6:, :].mT @ k @ kin.B[..., 6:, :])
 
 
 def taken(matrices: Array, index: Index, run: slice | None) -> Array:
@@ -225,7 +225,7 @@ class SegmentChains:
     @cached_property
     def stiffness(self) -> Array:
         """Stiffness (c, 6, 6) against the relative twist of the ends: the inverse of all flexibilities summed."""
-        return np.swapaxes(self.strain, -1, -2) @ self.strain
+        return self.strain.mT @ self.strain
 
     @cached_property
     def segment_strain(self) -> Array:
@@ -253,13 +253,13 @@ class SegmentChains:
     def end_stiffness(self) -> Array:
         """Static stiffness (c, 12, 12) over the two end nodes (theory eq. L1)."""
         Bd = self.ends[:, 6:]
-        return np.swapaxes(Bd, -1, -2) @ self.stiffness @ Bd
+        return Bd.mT @ self.stiffness @ Bd
 
     @cached_property
     def rigid_masses(self) -> Array:
         """Mass (c, s, 6, 6) of every segment moving as a rigid body with the chain's first node, in the part's axes."""
         X = self.X @ self.axes[:, None]
-        return np.swapaxes(X, -1, -2) @ self.m @ X
+        return X.mT @ self.m @ X
 
     @cached_property
     def interior_twists(self) -> Array:
@@ -280,8 +280,8 @@ class SegmentChains:
         """(copies, c, e - 1, 6, 6): displacements of the nodes between, global frame, from twists in the part's."""
         number = self.nodes[:, 1:-1]
         G = model.design.node_transforms(self.name, number.ravel())
-        turn = rigid_arm(self.arms[:, 1:-1]) @ np.swapaxes(self.axes, -1, -2)[:, None]
-        return np.swapaxes(G.reshape(len(G), *number.shape, 6, 6), -1, -2) @ turn
+        turn = rigid_arm(self.arms[:, 1:-1]) @ self.axes.mT[:, None]
+        return (G.reshape(len(G), *number.shape, 6, 6)).mT @ turn
 
 
 def segment_chains(
@@ -320,7 +320,7 @@ def element_chains(model: FullOrderModel, name: str, groups: list[ChainGroup]) -
 def _at_pole(Xj: Array, C: Array) -> Array:
     """Flexibilities (..., 6, 6) between twists at the pole from those C at end j, with the twist there Xj."""
     inverse = np.linalg.inv(Xj)
-    return inverse @ C @ np.swapaxes(inverse, -1, -2)
+    return inverse @ C @ inverse.mT
 
 
 def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> SegmentChains:
@@ -342,7 +342,7 @@ def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> Se
         arm[:, 0] = (1 - end) * beam.length[at]
         D = rigid_arm(arm)
         root = cut.roots[cut.root[element[at], end]]
-        C[at] += D @ root @ np.swapaxes(D, -1, -2)
+        C[at] += D @ root @ D.mT
         roots[at, end] = root
     at = np.flatnonzero(roots.any(axis=(1, 2, 3)))
     springs = np.stack([in_planes(roots[at, end]) for end in (0, 1)])
@@ -362,19 +362,19 @@ def _in_own_axes(
     """Chains from X and m over ends i and j, flexibilities C at end j with i clamped, and lengths, all (c, s, ...);
     `group.reverse` (c, s) says which segments are walked from j to i."""
     X, C, m, length = own
-    C = (C + np.swapaxes(C, -1, -2)) / 2
+    C = (C + C.mT) / 2
     axes = block_rotation(X[:, 0, :3, :3])
     # flexibilities are summed in own axes, where a round-off of soft directions does not reach stiff ones
-    X = X @ np.swapaxes(axes, -1, -2)[:, None]
+    X = X @ axes.mT[:, None]
     F = _at_pole(X[..., 6:, :], C)
-    running = np.concatenate([np.zeros((len(F), 1, 6, 6)), np.cumsum((F + np.swapaxes(F, -1, -2)) / 2, axis=1)], axis=1)
+    running = np.concatenate([np.zeros((len(F), 1, 6, 6)), np.cumsum((F + F.mT) / 2, axis=1)], axis=1)
     if group.reverse.any():
         turned = group.reverse[..., None, None]
         X = np.where(turned, X[..., ENDS_SWAPPED, :], X)
         m = np.where(turned, m[..., ENDS_SWAPPED, :][..., ENDS_SWAPPED], m)
         arm = np.zeros((*length.shape, 3))
         arm[..., 0] = -length
-        C = np.where(turned, rigid_arm(arm) @ C @ np.swapaxes(rigid_arm(arm), -1, -2), C)
+        C = np.where(turned, rigid_arm(arm) @ C @ rigid_arm(arm).mT, C)
     positions = model.geometry.parts[name].positions
     arms = positions[group.nodes] - positions[group.nodes[:, :1]]
     along = np.where(group.reverse, -length, length)
@@ -398,10 +398,10 @@ def factor(k: Array) -> Array:
     unit = np.where(d > 0, d, 1.0)
     own = k / (unit[..., :, None] * unit[..., None, :])
     try:
-        f = np.swapaxes(np.linalg.cholesky(own), -1, -2)
+        f = np.linalg.cholesky(own).mT
     except np.linalg.LinAlgError:
         size, V = np.linalg.eigh(own)
-        f = np.sqrt(np.maximum(size, 0.0))[..., :, None] * np.swapaxes(V, -1, -2)
+        f = np.sqrt(np.maximum(size, 0.0))[..., :, None] * V.mT
     return np.asarray(f * unit[..., None, :], dtype=np.float64)
 
 

@@ -259,7 +259,7 @@ def assembled(
     K, M = [], []
     for name, part in parts.items():
         T = with_modes(assembler.transforms(design)[name], len(part.frequencies))
-        Tt = np.swapaxes(T, -1, -2)
+        Tt = T.mT
         K.append(Tt @ part.K @ T)
         M.append(Tt @ part.M @ T)
     build = scatter.dense if scatter.n <= DENSE_ORDER else scatter.sparse

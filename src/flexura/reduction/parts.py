@@ -272,7 +272,7 @@ class PartReducer:
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
         T = matrices.T
-        Tt = np.swapaxes(T, -1, -2)
+        Tt = T.mT
         K = [
             Tt @ matrices.elements.K @ T,
             *(e.K[None] for e in matrices.discrete_elements if e.K is not None),
@@ -367,11 +367,11 @@ def _guyan(K: Array, M: Array, b: int) -> tuple[Array, Array]:
     d = unit_scale(inner)
     right = d[..., None] * K[..., b:, :b]
     psi = -d[..., None] * np.linalg.solve(scaled(inner, d), right)
-    pt = np.swapaxes(psi, -1, -2)
+    pt = psi.mT
     cross = M[..., :b, b:] @ psi
-    M_r = M[..., :b, :b] + cross + np.swapaxes(cross, -1, -2) + pt @ M[..., b:, b:] @ psi
+    M_r = M[..., :b, :b] + cross + cross.mT + pt @ M[..., b:, b:] @ psi
     K_r = K[..., :b, :b] + K[..., :b, b:] @ psi
-    return (K_r + np.swapaxes(K_r, -1, -2)) / 2, M_r
+    return (K_r + K_r.mT) / 2, M_r
 
 
 def _sparse_guyan(K: sp.csc_matrix, M: sp.csc_matrix, b: int) -> tuple[Array, Array]:

@@ -177,4 +177,4 @@ def _flexibility(K: Array, rows: Array, count: int) -> tuple[Array, NDArray[np.b
         if not failed and np.isfinite(own).all():
             X = lapack.dpotrs(factor, b.T)[0]
             C[k], settled[k] = b @ X, factor.diagonal().min() ** 2 > WELL
-    return (C + np.swapaxes(C, -1, -2)) / 2, settled
+    return (C + C.mT) / 2, settled
