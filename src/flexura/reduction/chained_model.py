@@ -8,7 +8,7 @@ stiffness comes as strains of chains, elements and springs (`linalg.Pencil`), wh
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -80,50 +80,51 @@ class ChainedModel(Record):
         """Full-order DOF vectors (full order, k) for vectors (n, k) of the coordinates."""
         full = np.zeros((len(self.position), vectors.shape[1]))
         full[self.position >= 0] = vectors[self.position[self.position >= 0]]
-        for own, first, number, twists in self._imposed(full):
-            inner = vectors[_inner(own, first, len(number))]
-            at = own.passed[:, 1:-1] - 1
-            relative = inner[:, np.arange(len(at))[:, None], at]
-            moved = twists + np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at]) @ relative
-            full[self.model.plan.topology.dof[number[:, :, 1:-1]]] = own.outward(self.model) @ moved
+        dof = self.model.plan.topology.dof
+        for chains, numbers, inner in self._with_nodes_inside:
+            c, end = chains.ends_passed
+            relative = vectors[inner][:, c, end]
+            moved = self._static_twists(chains, numbers, full) + np.linalg.inv(chains.far[c, end]) @ relative
+            full[dof[numbers[:, :, 1:-1]]] = chains.outward(self.model) @ moved
         return full
 
     def coordinates(self, full: Array) -> Array:
         """Vectors (n, k) of the coordinates for full-order DOF vectors (full order, k), elements not refined."""
         vectors = np.zeros((self.pencil.order, full.shape[1]))
         vectors[self.position[self.position >= 0]] = full[self.position >= 0]
-        for own, first, number, twists in self._imposed(full):
-            moved = np.linalg.inv(own.outward(self.model)) @ full[self.model.plan.topology.dof[number[:, :, 1:-1]]]
-            vectors[_inner(own, first, len(number))] = _far(own) @ (moved - twists)
+        dof = self.model.plan.topology.dof
+        for chains, numbers, inner in self._with_nodes_inside:
+            moved = np.linalg.inv(chains.outward(self.model)) @ full[dof[numbers[:, :, 1:-1]]]
+            vectors[inner] = chains.far @ (moved - self._static_twists(chains, numbers, full))
         return vectors
 
     def forces(self, full: Array) -> Array:
         """Forces (n, k) on the coordinates for forces (full order, k) on full-order DOFs: the adjoint of `recover`."""
-        topology, found = self.model.plan.topology, np.zeros((self.pencil.order, full.shape[1]))
-        found[self.position[self.position >= 0]] = full[self.position >= 0]
-        for own, first, number, _ in self._imposed(full):
-            on = own.outward(self.model).mT @ full[topology.dof[number[:, :, 1:-1]]]
-            at = own.passed[:, 1:-1] - 1
-            relative = (np.linalg.inv(_far(own)[np.arange(len(at))[:, None], at])).mT @ on
-            found[_inner(own, first, len(number))[:, np.arange(len(at))[:, None], at]] = relative
-            ends = (own.interior_twists.mT @ on).sum(axis=2)
-            ends = own.transforms(self.model).mT @ ends
-            place = _columns(self.model, self.position, number[:, :, [0, -1]])
-            np.add.at(found, place[place >= 0], ends[place >= 0])
-        return found
+        topology, forces = self.model.plan.topology, np.zeros((self.pencil.order, full.shape[1]))
+        forces[self.position[self.position >= 0]] = full[self.position >= 0]
+        for chains, numbers, inner in self._with_nodes_inside:
+            c, end = chains.ends_passed
+            wrenches = chains.outward(self.model).mT @ full[topology.dof[numbers[:, :, 1:-1]]]
+            forces[inner[:, c, end]] = np.linalg.inv(chains.far[c, end]).mT @ wrenches
+            at_ends = chains.transforms(self.model).mT @ (chains.interior_twists.mT @ wrenches).sum(axis=2)
+            place = _columns(self.model, self.position, numbers[:, :, [0, -1]])
+            np.add.at(forces, place[place >= 0], at_ends[place >= 0])
+        return forces
 
-    def _imposed(self, full: Array) -> list[tuple[SegmentChains, int, Index, Array]]:
-        """Chains with nodes inside: their first coordinate, global nodes, and the static twists there that the
-        displacements of their ends impose (copies, c, e - 1, 6, k)."""
+    @property
+    def _with_nodes_inside(self) -> Iterator[tuple[SegmentChains, Index, Index]]:
+        """Chains with nodes inside, their global nodes (copies, c, e + 1) and the coordinates of their segment ends."""
+        for chains, first in zip(self.chains, self.first, strict=True):
+            numbers = chains.numbers(self.model)
+            if numbers.shape[2] > 2:
+                yield chains, numbers, chains.inner_coordinates(first, len(numbers))
+
+    def _static_twists(self, chains: SegmentChains, numbers: Index, full: Array) -> Array:
+        """Static twists (copies, c, e - 1, 6, k) of nodes inside chains that the displacements of their ends impose."""
         topology = self.model.plan.topology
-        padded, found = np.concatenate([full, np.zeros((1, full.shape[1]))]), []
-        for own, first in zip(self.chains, self.first, strict=True):
-            number = own.numbers(self.model)
-            if number.shape[2] > 2:
-                ends = padded[topology.dof[topology.root[number[:, :, [0, -1]]]]].reshape(*number.shape[:2], 12, -1)
-                twists = own.interior_twists @ (own.transforms(self.model) @ ends)[:, :, None]
-                found.append((own, first, number, twists))
-        return found
+        padded = np.concatenate([full, np.zeros((1, full.shape[1]))])
+        ends = padded[topology.dof[topology.root[numbers[:, :, [0, -1]]]]].reshape(*numbers.shape[:2], 12, -1)
+        return chains.interior_twists @ (chains.transforms(self.model) @ ends)[:, :, None]
 
     @cached_property
     def rigid_motions(self) -> Array:
@@ -138,15 +139,15 @@ class ChainedModel(Record):
         at = self.position[topology.dof[nodes, components]]
         kept = at >= 0
         nodes, components, at = nodes[kept], components[kept], at[kept]
-        found = []
+        motions = [np.zeros((pencil.order, 0))]
         for part in range(parts):
-            own = part_of[at] == part
-            if own.any():
-                arms = rigid_arm(x[nodes[own]] - x[nodes[own]].mean(axis=0))
-                motions = np.zeros((pencil.order, 6))
-                motions[at[own]] = arms[np.arange(int(own.sum())), components[own]]
-                found.append(motions)
-        return np.hstack(found) if found else np.zeros((pencil.order, 0))
+            inside = part_of[at] == part
+            if inside.any():
+                arms = rigid_arm(x[nodes[inside]] - x[nodes[inside]].mean(axis=0))
+                motion = np.zeros((pencil.order, 6))
+                motion[at[inside]] = arms[np.arange(int(inside.sum())), components[inside]]
+                motions.append(motion)
+        return np.hstack(motions)
 
     @cached_property
     def free_motions(self) -> int:
@@ -164,18 +165,6 @@ def _columns(model: FullOrderModel, position: Index, numbers: Index) -> Index:
     topology = model.plan.topology
     dof = topology.dof[topology.root[numbers]].reshape(*numbers.shape[:-1], -1)
     return np.where(dof >= 0, position[dof], -1)
-
-
-def _far(own: SegmentChains) -> Array:
-    """X (c, s - 1, 6, 6) from the twist of a segment end within the chain to its displacement, in the axes of the
-    segment before it."""
-    return own.X[:, :-1, 6:]
-
-
-def _inner(own: SegmentChains, first: int, copies: int) -> Index:
-    """Coordinates (copies, c, s - 1, 6) of the segment ends within chains."""
-    c, s = own.X.shape[:2]
-    return first + np.arange(copies * c * (s - 1) * 6).reshape(copies, c, s - 1, 6)
 
 
 def chained(
@@ -205,47 +194,41 @@ def _chained(
         if pieces is not None:
             plan.refuse_pose("elements that are cut")
         loose = 1.0 + float(np.abs(model.positions).max(initial=0.0)) / _shortest(model)
-        own = Pencil.assembled(model.K, model.M, loose)
-        return ChainedModel(model, [], [], np.arange(model.order), own)
-    chains = []
+        return ChainedModel(model, [], [], np.arange(model.order), Pencil.assembled(model.K, model.M, loose))
+    chains: list[SegmentChains] = []
     for name in model.matrices:
         if len(plan.parts[name].connectivity):
             groups = find_chains(plan.parts[name])
-            whole = pieces is None
-            chains += (
-                element_chains(model, name, groups)
-                if whole
-                else segment_chains(model, name, groups, pieces, tapered_pieces)
-            )
-    within = np.zeros(model.order, dtype=bool)
-    for own in chains:
-        within[plan.topology.dof[own.numbers(model)[:, :, 1:-1]]] = True
-    position = np.where(within, -1, np.cumsum(~within) - 1)
-    first, n = [], int((~within).sum())
-    for own in chains:
-        first.append(n)
-        n += len(own.numbers(model)) * own.X.shape[0] * (own.X.shape[1] - 1) * 6
+            if pieces is None:
+                chains += element_chains(model, name, groups)
+            else:
+                chains += segment_chains(model, name, groups, pieces, tapered_pieces)
+    inside = np.zeros(model.order, dtype=bool)
+    for group in chains:
+        inside[plan.topology.dof[group.numbers(model)[:, :, 1:-1]]] = True
+    position = np.where(inside, -1, np.cumsum(~inside) - 1)
+    sizes = [len(group.numbers(model)) * group.X.shape[0] * (group.X.shape[1] - 1) * 6 for group in chains]
+    *first, n = np.cumsum([(~inside).sum(), *sizes]).tolist()
     sums = _Sums(model, position, n)
-    for own, start in zip(chains, first, strict=True):
-        sums.add_chains(own, start)
+    for group, start in zip(chains, first, strict=True):
+        sums.add_chains(group, start)
     for name, matrices in model.matrices.items():
         resisted = plan.parts[name].resisted(model.values, model.geometry.parts[name])
         for discrete, strain in zip(matrices.discrete_elements, resisted, strict=True):
             sums.add_discrete(name, discrete, strain)
-    own = ChainedModel(model, chains, first, position, sums.pencil())
+    unstressed = ChainedModel(model, chains, first, position, sums.pencil())
     if geometric is None and plan.is_loaded:
         geometric = described_prestress(model.design).K_g
-    return own if geometric is None else _stressed(own, sums, geometric)
+    return unstressed if geometric is None else _stressed(unstressed, sums, geometric)
 
 
-def _stressed(own: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedModel:
+def _stressed(full: ChainedModel, sums: _Sums, K_g: sp.csc_matrix) -> ChainedModel:
     """The model with a geometric stiffness, which is added in these coordinates."""
-    columns = []
-    for first in range(0, own.pencil.order, UNIT_SHAPES_AT_ONCE):
-        unit = np.eye(own.pencil.order, min(UNIT_SHAPES_AT_ONCE, own.pencil.order - first), -first)
-        columns.append(sp.csc_matrix(own.recover(unit)))
+    n, columns = full.pencil.order, []
+    for first in range(0, n, UNIT_SHAPES_AT_ONCE):
+        columns.append(sp.csc_matrix(full.recover(np.eye(n, min(UNIT_SHAPES_AT_ONCE, n - first), -first))))
     T = sp.hstack(columns, format="csc")
-    return replace(own, pencil=sums.pencil((T.T @ K_g @ T).tocsc()))
+    return replace(full, pencil=sums.pencil((T.T @ K_g @ T).tocsc()))
 
 
 def _shortest(model: FullOrderModel) -> float:
@@ -297,8 +280,8 @@ class _Sums:
         """Add all copies of a discrete element of a prototype: as strain where it resists a displacement or a
         relative one."""
         plan, geometry = self.model.plan, self.model.geometry
-        number = np.array(plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.array(discrete.nodes)
-        at = _columns(self.model, self.position, number)
+        numbers = np.array(plan.topology.copies[name].offset, dtype=np.intp)[:, None] + np.array(discrete.nodes)
+        at = _columns(self.model, self.position, numbers)
         G = block_diagonal(self.model.design.node_transforms(name, np.array(discrete.nodes)))
         Gt = G.mT
         if discrete.M is not None:
@@ -315,33 +298,33 @@ class _Sums:
             f, B = (np.broadcast_to(A, (len(G), *A.shape)) for A in strain)
             self.add_strain(at, f, B, G)
 
-    def add_chains(self, own: SegmentChains, first: int) -> None:
+    def add_chains(self, chains: SegmentChains, first: int) -> None:
         """Add all copies of equal chains."""
-        number = own.numbers(self.model)
-        ends = _columns(self.model, self.position, number[:, :, [0, -1]])
-        G = own.transforms(self.model)
+        numbers = chains.numbers(self.model)
+        ends = _columns(self.model, self.position, numbers[:, :, [0, -1]])
+        G = chains.transforms(self.model)
         Gt = G.mT
         # displacements of a segment's ends: V for those of the chain's ends, S for its own two relative displacements
-        P = np.concatenate([own.shares[:, :-1], own.shares[:, 1:]], axis=-2)
-        V = np.concatenate([own.X, np.zeros_like(own.X)], axis=-1)
-        V[..., :6, 6:] = own.X[..., :6, :] @ P[..., :6, :]
-        V[..., 6:, 6:] = own.X[..., 6:, :] @ P[..., 6:, :]
-        V = V @ own.ends[:, None]
-        S = np.broadcast_to(np.eye(12), own.m.shape).copy()
-        S[:, 1:, :6, :6] = own.X[:, 1:, :6] @ np.linalg.inv(_far(own))
-        mV, St = own.m @ V, S.mT
-        f = np.broadcast_to(own.strain, (*ends.shape[:-1], 6, 6))
-        self.add_strain(ends, f, own.ends[:, 6:], G, growth(own.strain, own.running[:, -1]))
+        P = np.concatenate([chains.shares[:, :-1], chains.shares[:, 1:]], axis=-2)
+        V = np.concatenate([chains.X, np.zeros_like(chains.X)], axis=-1)
+        V[..., :6, 6:] = chains.X[..., :6, :] @ P[..., :6, :]
+        V[..., 6:, 6:] = chains.X[..., 6:, :] @ P[..., 6:, :]
+        V = V @ chains.ends[:, None]
+        S = np.broadcast_to(np.eye(12), chains.m.shape).copy()
+        S[:, 1:, :6, :6] = chains.X[:, 1:, :6] @ np.linalg.inv(chains.far)
+        mV, St = chains.m @ V, S.mT
+        f = np.broadcast_to(chains.strain, (*ends.shape[:-1], 6, 6))
+        self.add_strain(ends, f, chains.ends[:, 6:], G, growth(chains.strain, chains.running[:, -1]))
         self._mass.add(ends, ends, Gt @ np.einsum("csij,csik->cjk", V, mV) @ G)
-        if own.X.shape[1] == 1:
+        if chains.X.shape[1] == 1:
             return
-        inner = _inner(own, first, len(number))
+        inner = chains.inner_coordinates(first, len(numbers))
         pad = np.full((*inner.shape[:2], 1, 6), -1)
         both = np.concatenate([np.concatenate([pad, inner], axis=2), np.concatenate([inner, pad], axis=2)], axis=-1)
-        f = np.broadcast_to(own.segment_strain, (len(number), *own.segment_strain.shape))
-        grown = growth(own.segment_strain[..., 6:], own.C)
-        self.add_strain(both, f, np.broadcast_to(S, (len(number), *S.shape)), grown=grown)
-        self._mass.add(both, both, np.broadcast_to(St @ own.m @ S, (len(number), *own.m.shape)))
+        f = np.broadcast_to(chains.segment_strain, (len(numbers), *chains.segment_strain.shape))
+        grown = growth(chains.segment_strain[..., 6:], chains.C)
+        self.add_strain(both, f, np.broadcast_to(S, (len(numbers), *S.shape)), grown=grown)
+        self._mass.add(both, both, np.broadcast_to(St @ chains.m @ S, (len(numbers), *chains.m.shape)))
         coupling = St @ mV
         at_end = coupling[:, :-1, 6:] + coupling[:, 1:, :6]
         at_end, ends = at_end @ G[:, :, None], np.broadcast_to(ends[:, :, None], (*inner.shape[:3], 12))
@@ -419,13 +402,13 @@ def flexibility(model: FullOrderModel) -> Flexibility:
 
 def _by_energies(model: FullOrderModel) -> Flexibility:
     """That in relative coordinates, of something that may float."""
-    own = chained(model)
+    full = chained(model)
     if model.design.posed is not None:  # stable, which has been looked at
-        return Flexibility(0.0, lambda loads: static_response(own.pencil, loads, settled=POSED_WORK_SETTLED))
-    shift = 0.0 if _is_held(own) else _near_zero(model.K, model.M)
+        return Flexibility(0.0, lambda loads: static_response(full.pencil, loads, settled=POSED_WORK_SETTLED))
+    shift = 0.0 if _is_held(full) else _near_zero(model.K, model.M)
     if shift and least_pivot(model.K + shift * model.M) > WELL:
         return stored_flexibility(model.K, model.M, shift)
-    return Flexibility(shift, lambda loads: own.recover(static_response(own.pencil, own.forces(loads), shift)))
+    return Flexibility(shift, lambda loads: full.recover(static_response(full.pencil, full.forces(loads), shift)))
 
 
 def lost_work(K: Any, moved: Array, loads: Array) -> float:
@@ -437,12 +420,12 @@ def lost_work(K: Any, moved: Array, loads: Array) -> float:
     return float(np.divide(lost, work, out=np.where(lost > 0, np.inf, 0.0), where=work > 0).max(initial=0.0))
 
 
-def _is_held(own: ChainedModel) -> bool:
+def _is_held(full: ChainedModel) -> bool:
     """True when no rigid motion is free, and a response to loads on everything comes to stand."""
-    if own.free_motions:
+    if full.free_motions:
         return False
     try:
-        static_response(own.pencil, np.sqrt(np.maximum(own.pencil.K.diagonal(), 0.0))[:, None])
+        static_response(full.pencil, np.sqrt(np.maximum(full.pencil.K.diagonal(), 0.0))[:, None])
     except SolverError:
         return False
     return True

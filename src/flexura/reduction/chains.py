@@ -110,12 +110,12 @@ def _chain_from(
         element = onward[0]
 
 
-def kinematics(part: Part, group: ChainGroup, own: PartGeometry) -> ChainKinematics:
-    """What depends on the part's `own` geometry alone; the pole of each chain is its first node."""
-    positions, number = own.positions, group.elements
+def kinematics(part: Part, group: ChainGroup, geometry: PartGeometry) -> ChainKinematics:
+    """What depends on the part's `geometry` geometry alone; the pole of each chain is its first node."""
+    positions, number = geometry.positions, group.elements
     pole = positions[..., group.nodes[:, :1], :]
     member = part.table.element_member[number]
-    R = own.R[..., member, :, :]
+    R = geometry.R[..., member, :, :]
     lead = np.broadcast_shapes(R.shape[:-4], positions.shape[:-2])
     Xd, inverse = np.zeros((*lead, *number.shape, 12, 12)), np.zeros((*lead, *number.shape, 6, 6))
     for k in range(4):
@@ -123,7 +123,7 @@ def kinematics(part: Part, group: ChainGroup, own: PartGeometry) -> ChainKinemat
     inverse[..., :3, :3] = inverse[..., 3:, 3:] = R.mT
     for end, is_last in enumerate((number == part.first[member], number == part.first[member + 1] - 1)):
         arm = positions[..., part.connectivity[number, end], :] - pole
-        arm = np.where(is_last[:, :, None], arm + own.offsets[..., member, end, :], arm)
+        arm = np.where(is_last[:, :, None], arm + geometry.offsets[..., member, end, :], arm)
         moved = cross(arm[..., None, :], R)
         Xd[..., 6 * end : 6 * end + 3, 6 * end + 3 : 6 * end + 6] = moved
     inverse[..., :3, 3:] = moved.mT
@@ -179,8 +179,8 @@ def taken(matrices: Array, index: Index, run: slice | None) -> Array:
     """Matrices (..., c, e, i, j) of the elements `index` (c, e); a view where they are the slice `run`."""
     if run is None:
         return matrices[..., index, :, :]
-    own = matrices[..., run, :, :]
-    return own.reshape(*own.shape[:-3], *index.shape, *own.shape[-2:])
+    view = matrices[..., run, :, :]
+    return view.reshape(*view.shape[:-3], *index.shape, *view.shape[-2:])
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ class SegmentChains:
 
     def take(self, index: Any) -> SegmentChains:
         """The chains at an index of the leading axis."""
-        values = (getattr(self, own.name)[index] for own in fields(self) if own.name != "name")
+        values = (getattr(self, each.name)[index] for each in fields(self) if each.name != "name")
         return SegmentChains(self.name, *values)
 
     @property
@@ -267,6 +267,22 @@ class SegmentChains:
         P = np.take_along_axis(self.shares, self.passed[:, 1:-1, None, None], axis=1)
         return np.concatenate([np.broadcast_to(np.eye(6), P.shape), P], axis=-1) @ self.ends[:, None]
 
+    @property
+    def far(self) -> Array:
+        """X (c, s - 1, 6, 6) from the twist of a segment end within the chain to its displacement, in the axes of the
+        segment before it."""
+        return self.X[:, :-1, 6:]
+
+    @property
+    def ends_passed(self) -> tuple[Index, Index]:
+        """Chain (c, 1) and segment end (c, e - 1) at which the nodes between are."""
+        return np.arange(len(self.nodes))[:, None], self.passed[:, 1:-1] - 1
+
+    def inner_coordinates(self, first: int, copies: int) -> Index:
+        """Coordinates (copies, c, s - 1, 6), numbered from `first`, of the segment ends within chains."""
+        c, s = self.X.shape[:2]
+        return first + np.arange(copies * c * (s - 1) * 6).reshape(copies, c, s - 1, 6)
+
     def numbers(self, model: FullOrderModel) -> Index:
         """Global numbers (copies, c, e + 1) of the nodes passed."""
         return np.array(model.plan.topology.copies[self.name].offset, dtype=np.intp)[:, None, None] + self.nodes
@@ -281,7 +297,7 @@ class SegmentChains:
         number = self.nodes[:, 1:-1]
         G = model.design.node_transforms(self.name, number.ravel())
         turn = rigid_arm(self.arms[:, 1:-1]) @ self.axes.mT[:, None]
-        return (G.reshape(len(G), *number.shape, 6, 6)).mT @ turn
+        return G.reshape(len(G), *number.shape, 6, 6).mT @ turn
 
 
 def segment_chains(
@@ -302,8 +318,8 @@ def segment_chains(
     for group in groups:
         total = cut.counts[group.elements].sum(axis=1)
         for s in np.unique(total):
-            own = total == s
-            yield _chains(model, name, ChainGroup(group.elements[own], group.reverse[own], group.nodes[own]), cut)
+            at = total == s
+            yield _cut_chains(model, name, ChainGroup(group.elements[at], group.reverse[at], group.nodes[at]), cut)
 
 
 def element_chains(model: FullOrderModel, name: str, groups: list[ChainGroup]) -> Iterator[SegmentChains]:
@@ -317,13 +333,7 @@ def element_chains(model: FullOrderModel, name: str, groups: list[ChainGroup]) -
         yield _in_own_axes(model, name, group, passed, (X, elements.C[at], elements.M[at], elements.length[at]))
 
 
-def _at_pole(Xj: Array, C: Array) -> Array:
-    """Flexibilities (..., 6, 6) between twists at the pole from those C at end j, with the twist there Xj."""
-    inverse = np.linalg.inv(Xj)
-    return inverse @ C @ inverse.mT
-
-
-def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> SegmentChains:
+def _cut_chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> SegmentChains:
     """Chains with equal numbers of uniform segments."""
     part, positions = model.plan.parts[name], model.geometry.parts[name].positions
     c = len(group.nodes)
@@ -348,25 +358,26 @@ def _chains(model: FullOrderModel, name: str, group: ChainGroup, cut: Cut) -> Se
     springs = np.stack([in_planes(roots[at, end]) for end in (0, 1)])
     change = root_mass(in_planes(C[at]), in_planes(m[at]), beam.length[at], springs)
     m[at] += (change.reshape(72, -1).T @ PLANE_BASIS).reshape(-1, 12, 12)
-    own = (np.concatenate([Xi, Xj], axis=-2), C, m, beam.length)
     steps = np.cumsum(cut.counts[group.elements], axis=1)
     passed = np.concatenate([np.zeros((c, 1), dtype=np.intp), steps], axis=1)
-    shaped = tuple(A.reshape(c, -1, *A.shape[1:]) for A in own)
+    segments = (np.concatenate([Xi, Xj], axis=-2), C, m, beam.length)
+    shaped = tuple(A.reshape(c, -1, *A.shape[1:]) for A in segments)
     walked = ChainGroup(group.elements, reverse.reshape(c, -1), group.nodes)
     return _in_own_axes(model, name, walked, passed, shaped)
 
 
 def _in_own_axes(
-    model: FullOrderModel, name: str, group: ChainGroup, passed: Index, own: tuple[Array, ...]
+    model: FullOrderModel, name: str, group: ChainGroup, passed: Index, segments: tuple[Array, ...]
 ) -> SegmentChains:
     """Chains from X and m over ends i and j, flexibilities C at end j with i clamped, and lengths, all (c, s, ...);
     `group.reverse` (c, s) says which segments are walked from j to i."""
-    X, C, m, length = own
+    X, C, m, length = segments
     C = (C + C.mT) / 2
     axes = block_rotation(X[:, 0, :3, :3])
     # flexibilities are summed in own axes, where a round-off of soft directions does not reach stiff ones
     X = X @ axes.mT[:, None]
-    F = _at_pole(X[..., 6:, :], C)
+    inverse = np.linalg.inv(X[..., 6:, :])
+    F = inverse @ C @ inverse.mT  # between twists at the pole
     running = np.concatenate([np.zeros((len(F), 1, 6, 6)), np.cumsum((F + F.mT) / 2, axis=1)], axis=1)
     if group.reverse.any():
         turned = group.reverse[..., None, None]
@@ -396,11 +407,11 @@ def factor(k: Array) -> Array:
     """f (..., n, n) with f' f = k, for positive semidefinite k (..., n, n) whose rows differ by decades."""
     d = np.sqrt(np.maximum(np.einsum("...ii->...i", k), 0.0))
     unit = np.where(d > 0, d, 1.0)
-    own = k / (unit[..., :, None] * unit[..., None, :])
+    scaled = k / (unit[..., :, None] * unit[..., None, :])
     try:
-        f = np.linalg.cholesky(own).mT
+        f = np.linalg.cholesky(scaled).mT
     except np.linalg.LinAlgError:
-        size, V = np.linalg.eigh(own)
+        size, V = np.linalg.eigh(scaled)
         f = np.sqrt(np.maximum(size, 0.0))[..., :, None] * V.mT
     return np.asarray(f * unit[..., None, :], dtype=np.float64)
 
