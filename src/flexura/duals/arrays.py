@@ -35,8 +35,8 @@ def concatenate(pairs: Sequence[Pair], axis: int | None = 0) -> Pair:
     """Joined along an axis that they have."""
     if axis is None:
         pairs, axis = [reshape(x, (-1,)) for x in pairs], 0
-    own = behind(axis, 0)
-    return Pair(np.concatenate([x.value for x in pairs], axis=axis), np.concatenate(_filled(pairs), axis=own))
+    of_slope = behind(axis, 0)
+    return Pair(np.concatenate([x.value for x in pairs], axis=axis), np.concatenate(_filled(pairs), axis=of_slope))
 
 
 def stack(pairs: Sequence[Pair], axis: int = 0) -> Pair:
@@ -105,8 +105,8 @@ def along(function: Callable[..., Any]) -> Callable[..., Pair]:
     """A linear function along axes that keeps the number of axes or reduces it."""
 
     def rule(x: Pair, axis: Any = None, **options: Any) -> Pair:
-        own = behind(axis, np.ndim(x.value))
-        return Pair(function(x.value, axis=axis, **options), function(x.slope, axis=own, **options))
+        of_slope = behind(axis, np.ndim(x.value))
+        return Pair(function(x.value, axis=axis, **options), function(x.slope, axis=of_slope, **options))
 
     return rule
 
@@ -117,8 +117,8 @@ def accumulated(function: Callable[..., Any]) -> Callable[..., Pair]:
     def rule(x: Pair, axis: int | None = None, **options: Any) -> Pair:
         if axis is None:
             x, axis = reshape(x, (-1,)), 0
-        own = behind(axis, 0)
-        return Pair(function(x.value, axis=axis, **options), function(x.slope, axis=own, **options))
+        of_slope = behind(axis, 0)
+        return Pair(function(x.value, axis=axis, **options), function(x.slope, axis=of_slope, **options))
 
     return rule
 
@@ -132,8 +132,8 @@ def prod(x: Pair, axis: int | None = None, keepdims: bool = False) -> Pair:
     rest = []
     for k in range(x.value.shape[axis]):
         others = np.prod(np.delete(x.value, k, axis=axis), axis=axis, keepdims=keepdims)
-        own = np.take(x.slope, [k] if keepdims else k, axis=axis + 1)
-        rest.append(own * others)
+        slope = np.take(x.slope, [k] if keepdims else k, axis=axis + 1)
+        rest.append(slope * others)
     return Pair(value, sum(rest) if rest else np.zeros((len(x.slope), *value.shape)))
 
 
@@ -177,8 +177,8 @@ def tile(x: Pair, times: Any) -> Pair:
     value = np.tile(x.value, times)
     times = (times,) if isinstance(times, int) else tuple(times)
     n = max(len(times), np.ndim(x.value))
-    own = padded(x.slope, n)
-    return Pair(value, np.tile(own, (1, *(1,) * (n - len(times)), *times)))
+    slope = padded(x.slope, n)
+    return Pair(value, np.tile(slope, (1, *(1,) * (n - len(times)), *times)))
 
 
 def repeat(x: Pair, repeats: Any, axis: int | None = None) -> Pair:
@@ -200,8 +200,8 @@ def squeeze(x: Pair, axis: int) -> Pair:
 
 def diagonal(x: Pair, offset: int = 0, axis1: int = 0, axis2: int = 1) -> Pair:
     """Diagonals of matrices."""
-    own = behind(axis1, 0), behind(axis2, 0)
-    return Pair(np.diagonal(x.value, offset, axis1, axis2), np.diagonal(x.slope, offset, *own))
+    of_slope = behind(axis1, 0), behind(axis2, 0)
+    return Pair(np.diagonal(x.value, offset, axis1, axis2), np.diagonal(x.slope, offset, *of_slope))
 
 
 def diag(x: Pair) -> Pair:
@@ -216,7 +216,7 @@ def diag(x: Pair) -> Pair:
 
 def bincount(at: Any, weights: Pair, minlength: int) -> Pair:
     """Sums (n,) of weights (k,) by their numbers (k,)."""
-    slope = [np.bincount(at, own, minlength) for own in weights.slope]
+    slope = [np.bincount(at, by_one, minlength) for by_one in weights.slope]
     return Pair(np.bincount(at, weights.value, minlength), np.array(slope))
 
 
@@ -263,8 +263,8 @@ def einsum(subscripts: str, *operands: Pair) -> Pair:
     slope = None
     for k, x in enumerate(operands):
         if x.slope is not None:
-            own = ",".join(p + t if i == k else t for i, t in enumerate(terms))
-            slope = plus(slope, np.einsum(f"{own}->{p}{output}", *values[:k], x.slope, *values[k + 1 :]))
+            indices = ",".join(p + t if i == k else t for i, t in enumerate(terms))
+            slope = plus(slope, np.einsum(f"{indices}->{p}{output}", *values[:k], x.slope, *values[k + 1 :]))
     return Pair(np.einsum(subscripts, *values), slope)
 
 

@@ -135,13 +135,13 @@ class Dual:
             view = self.slope[(ALL, *at)]
             view[...] = padded(new.slope, view.ndim - 1) if isinstance(new, Dual) else 0.0
             return
-        own = _first_last(self.slope)
+        slope = _first_last(self.slope)
         if isinstance(new, Dual):
             self.value[at] = new.value
-            own[_open_ended(at)] = _first_last(new.slope)
+            slope[_open_ended(at)] = _first_last(new.slope)
         else:
             self.value[at] = new
-            own[_open_ended(at)] = 0.0
+            slope[_open_ended(at)] = 0.0
 
     def copy(self) -> Dual:
         """With memory of its own."""
@@ -212,9 +212,9 @@ def _operators() -> None:
 
 def _dual(value: Any, slope: Any) -> Dual:
     """A number with slopes whose shapes are known to fit."""
-    found = Dual.__new__(Dual)
-    found.value, found.slope = value, slope
-    return found
+    dual = Dual.__new__(Dual)
+    dual.value, dual.slope = value, slope
+    return dual
 
 
 def _in_place(at: tuple[Any, ...]) -> bool:

@@ -64,8 +64,8 @@ def unless_still(slope: Any, factor: Any, bad: Any, shape: tuple[int, ...]) -> A
     if not np.any(bad):
         return times(slope, factor, shape)
     slope = spread(slope, shape)
-    found = slope * np.where(bad, 1.0, factor)
-    return np.where(bad & (slope != 0), np.nan, np.where(bad, 0.0, found))
+    moved = slope * np.where(bad, 1.0, factor)
+    return np.where(bad & (slope != 0), np.nan, np.where(bad, 0.0, moved))
 
 
 def tied(a: Any, b: Any) -> Any:
@@ -182,12 +182,12 @@ def _of_two(function: Any, factors: Callable[[Any, Any, Any], tuple[Any, Any]]) 
         shape = np.shape(value)
         bad = (a.value == 0) & (b.value == 0)
         with np.errstate(all="ignore"):
-            own = factors(a.value, b.value, value)
-            found = [
+            partials = factors(a.value, b.value, value)
+            slopes = [
                 None if x.slope is None else unless_still(x.slope, f, bad, shape)
-                for x, f in zip((a, b), own, strict=True)
+                for x, f in zip((a, b), partials, strict=True)
             ]
-        return Pair(value, plus(*found))
+        return Pair(value, plus(*slopes))
 
     return rule
 

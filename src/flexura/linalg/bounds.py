@@ -81,11 +81,11 @@ def bracket(pencil: Pencil, value: float) -> Bracket:
     """
     best = None
     for nudge in (0.0, 1e-6, -1e-6, 1e-4, -1e-4, 2e-3, -2e-3):
-        found = _bracket(pencil, value * (1 + nudge))
-        if found is not None and found.is_proven:
-            return found
-        if found is not None and (best is None or found.most - found.least < best.most - best.least):
-            best = found
+        counted = _bracket(pencil, value * (1 + nudge))
+        if counted is not None and counted.is_proven:
+            return counted
+        if counted is not None and (best is None or counted.most - counted.least < best.most - best.least):
+            best = counted
     if best is None:
         raise SolverError("no stable factorisation was found for an inertia count")
     return best
@@ -155,9 +155,9 @@ def count_below(K: Any, M: Any, value: float) -> int:
     if isinstance(K, np.ndarray):
         return _dense_count(np.asarray(K) - value * np.asarray(M))
     for nudge in COUNT_NUDGES:
-        found = stable_count((K - value * (1 + nudge) * M).tocsc())
-        if found is not None:
-            return found
+        count = stable_count((K - value * (1 + nudge) * M).tocsc())
+        if count is not None:
+            return count
     if K.shape[0] <= DENSE_FALLBACK:
         return _dense_count((K - value * M).toarray())
     raise SolverError("no stable factorisation was found for an inertia count")
@@ -166,8 +166,8 @@ def count_below(K: Any, M: Any, value: float) -> int:
 def stable_count(A: sp.csc_matrix) -> int | None:
     """Number of negative eigenvalues of a symmetric A (n, n) by diagonal pivots; None where those would be unstable."""
     checkpoint()
-    found = _signed(A, unit_scale(A))
-    return None if found is None or found.lost.max(initial=0.0) > UNSTABLE_PIVOTS else found.negative
+    factored = _signed(A, unit_scale(A))
+    return None if factored is None or factored.lost.max(initial=0.0) > UNSTABLE_PIVOTS else factored.negative
 
 
 def _dense_count(A: Array) -> int:
@@ -371,7 +371,7 @@ def _grouped(lower: Array, upper: Array) -> tuple[Array, Array]:
     """Bounds of which those that overlap are one, wide enough for as many eigenvalues as they are."""
     number = np.cumsum(np.append(True, lower[1:] > np.maximum.accumulate(upper)[:-1])) - 1
     for group in np.flatnonzero(np.bincount(number) > 1):
-        own = np.flatnonzero(number == group)
-        wider = (np.sqrt(2 * len(own)) - 1) / 2 * float((upper[own] - lower[own]).max())
-        lower[own], upper[own] = lower[own].min() - wider, upper[own].max() + wider
+        members = np.flatnonzero(number == group)
+        wider = (np.sqrt(2 * len(members)) - 1) / 2 * float((upper[members] - lower[members]).max())
+        lower[members], upper[members] = lower[members].min() - wider, upper[members].max() + wider
     return lower, upper

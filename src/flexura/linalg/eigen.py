@@ -117,7 +117,7 @@ class ShiftInvert:
 
     def completed(
         self,
-        found: Eigenpairs,
+        pairs: Eigenpairs,
         count: int,
         counted: Callable[[float], int | None] | None = None,
         offsets: Sequence[float] = COUNT_OFFSETS,
@@ -130,19 +130,19 @@ class ShiftInvert:
         """
         fewest, idle = self.K.shape[0] + 1, 0
         while True:
-            missing = self._missing(found.values, float(found.values[:count].max()), counted, offsets)
+            missing = self._missing(pairs.values, float(pairs.values[:count].max()), counted, offsets)
             if missing <= 0:
-                return found
+                return pairs
             fewest, idle = (missing, 0) if missing < fewest else (fewest, idle + 1)
             if idle == IDLE_ROUNDS and len(offsets) == 1:
                 raise SolverError("eigenvalues that are counted are not found: the stiffness has lost its digits")
             if idle == IDLE_ROUNDS:
                 fewest, idle, offsets = self.K.shape[0] + 1, 0, offsets[1:]
                 continue
-            more = self.nearest(missing, found.vectors)
-            values = np.concatenate([found.values, more.values])
+            more = self.nearest(missing, pairs.vectors)
+            values = np.concatenate([pairs.values, more.values])
             order = np.argsort(values, kind="stable")
-            found = Eigenpairs(values[order], np.hstack([found.vectors, more.vectors])[:, order])
+            pairs = Eigenpairs(values[order], np.hstack([pairs.vectors, more.vectors])[:, order])
 
     def _missing(
         self, values: Array, last: float, counted: Callable[[float], int | None] | None, offsets: Sequence[float]
@@ -180,8 +180,8 @@ def next_to(
     d = factor.scale
     # what is counted is the matrix that was factorised, rounded as it was by its scaling
     search = ShiftInvert(scaled(K, d), scaled(M, d), shift, factor.solve_scaled)
-    found = search.completed(search.nearest(count), count)
-    return Eigenpairs(found.values[:count], d[:, None] * found.vectors[:, :count])
+    pairs = search.completed(search.nearest(count), count)
+    return Eigenpairs(pairs.values[:count], d[:, None] * pairs.vectors[:, :count])
 
 
 def _dense(K: Array, M: Array, count: int, shift: float, shapes: bool = True) -> Eigenpairs:

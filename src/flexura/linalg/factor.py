@@ -99,11 +99,11 @@ class SuperLU(Factor):
     def __init__(self, A: Matrix, scale: Array | None = None) -> None:
         A = sp.csc_matrix(A)
         self.scale: Array = unit_scale(A) if scale is None else scale
-        own = scaled(A, self.scale)
-        own.sort_indices()  # SuperLU would do so in what it is given
+        unit = scaled(A, self.scale)
+        unit.sort_indices()  # SuperLU would do so in what it is given
         try:
             self._lu = spla.splu(
-                own, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
             )
         except RuntimeError:
             raise SingularError(MOVES) from None
@@ -199,19 +199,19 @@ def least_pivot(K: Matrix) -> float:
 
 def available_memory() -> float:
     """Bytes that can still be had, from the operating system and the limit of the control group; inf where unknown."""
-    found = [float("inf")]
+    available = [float("inf")]
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
-        found += [1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
+        available += [1024.0 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
         group = Path("/sys/fs/cgroup")
         limit = (group / "memory.max").read_text().strip()
         if limit != "max":
             rows = dict(line.split() for line in (group / "memory.stat").read_text().splitlines())
             in_use = float((group / "memory.current").read_text()) - float(rows.get("inactive_file", 0))
-            found.append(float(limit) - in_use)
+            available.append(float(limit) - in_use)
     except (OSError, ValueError):
         pass
-    return min(found)
+    return min(available)
 
 
 def factorise_large(
@@ -300,9 +300,9 @@ class Pardiso(Factor):
 
         n = A.shape[0]
         self.scale: Array = unit_scale(A)
-        at, own = sp.triu(scaled(sp.csc_matrix(A), self.scale), format="coo"), np.arange(n)
+        at, diagonal = sp.triu(scaled(sp.csc_matrix(A), self.scale), format="coo"), np.arange(n)
         entries = np.append(at.data, np.zeros(n))  # Pardiso wants every diagonal entry, zero or not
-        upper = sp.csr_matrix((entries, (np.append(at.row, own), np.append(at.col, own))), shape=A.shape)
+        upper = sp.csr_matrix((entries, (np.append(at.row, diagonal), np.append(at.col, diagonal))), shape=A.shape)
         upper.sort_indices()
         self._held = _Held(solver, upper, DEFINITE if definite else INDEFINITE)
         nothing = np.zeros((n, 1), order="F")

@@ -136,34 +136,34 @@ class Pencil:
 
     def stiffness(self, X: Array) -> Array:
         """K X for X (n, k)."""
-        found = np.zeros(X.shape)
+        forces = np.zeros(X.shape)
         if self.strain is not None:
-            found += self.strain.T @ (self.strain @ X)
+            forces += self.strain.T @ (self.strain @ X)
         if self.rest is not None:
-            found += _product(self.rest, X)
-        return found
+            forces += _product(self.rest, X)
+        return forces
 
     def energies(self, X: Array) -> Array:
         """X' K X (k, k) for X (n, k)."""
-        found = np.zeros((X.shape[1], X.shape[1]))
+        energies = np.zeros((X.shape[1], X.shape[1]))
         if self.strain is not None:
             e = self.strain @ X
-            found += e.T @ e
+            energies += e.T @ e
         if self.rest is not None:
-            found += X.T @ _product(self.rest, X)
-        return (found + found.T) / 2
+            energies += X.T @ _product(self.rest, X)
+        return (energies + energies.T) / 2
 
     def margin(self, X: Array) -> Array:
         """How far the diagonal of `energies` may be off (k,), twice the energy: from round-off in F, in positions and
         in sums (theory eq. C7)."""
-        unit, found = self.unit, np.zeros(X.shape[1])
+        unit, margin = self.unit, np.zeros(X.shape[1])
         if self.strain is not None and self.spread is not None:
             e, a = np.abs(self.strain @ X), unit * (self.spread @ np.abs(X))
-            found += np.einsum("rk,rk->k", 2 * e + a, a) + 3 * unit * np.einsum("rk,rk->k", e, e)
+            margin += np.einsum("rk,rk->k", 2 * e + a, a) + 3 * unit * np.einsum("rk,rk->k", e, e)
         if self.rest is not None:
             size = np.einsum("ik,ik->k", np.abs(X), abs(self.rest) @ np.abs(X))
-            found += size * max(self.rounding, EXTENDED_ROUNDING)
-        return found
+            margin += size * max(self.rounding, EXTENDED_ROUNDING)
+        return margin
 
     def mass_margin(self, X: Array) -> Array:
         """How far x' M x may be off (k,) from round-off, for the columns of X (n, k): cancellation costs digits."""
@@ -208,13 +208,13 @@ class Pencil:
 
     def quotients(self, X: Array) -> Array:
         """Rayleigh quotients (k,) of the columns of X (n, k)."""
-        found = np.zeros(X.shape[1])
+        energies = np.zeros(X.shape[1])
         if self.strain is not None:
             e = self.strain @ X
-            found += np.einsum("rk,rk->k", e, e)
+            energies += np.einsum("rk,rk->k", e, e)
         if self.rest is not None:
-            found += np.einsum("ik,ik->k", X, _product(self.rest, X))
-        return found / np.einsum("ik,ik->k", X, self.M @ X)
+            energies += np.einsum("ik,ik->k", X, _product(self.rest, X))
+        return energies / np.einsum("ik,ik->k", X, self.M @ X)
 
     @cached_property
     def scale(self) -> Array:
@@ -228,14 +228,14 @@ class Pencil:
         The matrix plus and minus the diagonal of these bounds the true one from above and below.
         """
         unit = self.unit if self.rounding else EPS
-        found = unit * abs(value) * (abs(self.M) @ d)
+        rows = unit * abs(value) * (abs(self.M) @ d)
         if self.strain is not None and self.spread is not None:
             size = abs(self.strain)
             of_strain, of_spread = size @ d, self.spread @ d
-            found = found + unit * (size.T @ (of_spread + of_strain) + self.spread.T @ (of_strain + unit * of_spread))
+            rows = rows + unit * (size.T @ (of_spread + of_strain) + self.spread.T @ (of_strain + unit * of_spread))
         if self.rest is not None:
-            found = found + max(self.rounding, EPS) * (abs(self.rest) @ d)
-        return d * found
+            rows = rows + max(self.rounding, EPS) * (abs(self.rest) @ d)
+        return d * rows
 
 
 def _orthonormal(X: Array, M: Any) -> Array:

@@ -99,7 +99,7 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
     values = np.broadcast_to(start.values[:count], (len(M), count))
     change, error = np.ones(len(M)), np.full(len(M), np.inf)
     solve, definite = _solver(K)
-    found, reached = Eigenpairs(np.empty(MX.shape[::2]), np.empty_like(MX)), np.full(len(M), np.inf)
+    pairs, reached = Eigenpairs(np.empty(MX.shape[::2]), np.empty_like(MX)), np.full(len(M), np.inf)
     for step in range(SUBSPACE_STEPS):
         Y = solve(MX)
         Yt = np.swapaxes(Y, -1, -2)
@@ -115,11 +115,11 @@ def _iterate(K: Array, M: Array, start: Eigenpairs, count: int, tolerance: float
         ended = ~(reached < tolerance) & ((error < tolerance) | (step == SUBSPACE_STEPS - 1))
         if ended.all():
             return Eigenpairs(new.copy(), Y @ Z), error
-        found.values[ended], found.vectors[ended], reached[ended] = new[ended], (Y @ Z)[ended], error[ended]
+        pairs.values[ended], pairs.vectors[ended], reached[ended] = new[ended], (Y @ Z)[ended], error[ended]
         if (reached < tolerance).all():
             break
         MX = MY @ Z
-    return found, reached
+    return pairs, reached
 
 
 def _solver(K: Array) -> tuple[Callable[[Array], Array], NDArray[np.bool_]]:
@@ -164,8 +164,8 @@ def _leading(A: Array, B: Array) -> tuple[Array, Array]:
     values, Z = np.full(len(B), np.inf), np.diag(unit_scale(B))
     for n in range(len(B) - 1, 0, -1):
         if np.isfinite(A[:n, :n]).all() and factors(scaled(B[:n, :n], unit_scale(B[:n, :n]))[None])[1].all():
-            own, vectors = small_pencils(A[None, :n, :n], B[None, :n, :n])
-            values[:n], Z[:n, :n] = own[0], vectors[0]
+            eigenvalues, vectors = small_pencils(A[None, :n, :n], B[None, :n, :n])
+            values[:n], Z[:n, :n] = eigenvalues[0], vectors[0]
             break
     return values, Z
 
@@ -183,19 +183,19 @@ def factors(A: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _one_by_one(K: Array, M: Array, count: int) -> Eigenpairs:
-    found = [lowest(k, m, count) for k, m in zip(K, M, strict=True)]
-    return Eigenpairs(np.stack([f.values for f in found]), np.stack([f.vectors for f in found]))
+    pairs = [lowest(k, m, count) for k, m in zip(K, M, strict=True)]
+    return Eigenpairs(np.stack([f.values for f in pairs]), np.stack([f.vectors for f in pairs]))
 
 
 def _each(K: Array, M: Array, count: int) -> Eigenpairs:
     """The same, NaN for designs that cannot be solved."""
     designs, n = K.shape[:2]
-    found = Eigenpairs(np.full((designs, count), np.nan), np.full((designs, n, count), np.nan))
+    pairs = Eigenpairs(np.full((designs, count), np.nan), np.full((designs, n, count), np.nan))
     for k in range(designs):
         with suppress(SolverError):
             alone = lowest(K[k], M[k], count)
-            found.values[k], found.vectors[k] = alone.values, alone.vectors
-    return found
+            pairs.values[k], pairs.vectors[k] = alone.values, alone.vectors
+    return pairs
 
 
 def lowest_groups(
@@ -244,11 +244,11 @@ def _lanczos(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[in
     T, size = np.zeros((width * LANCZOS_BLOCKS, width * LANCZOS_BLOCKS)), 0
     block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
     while size < len(T):
-        own = slice(size, size + width)
+        last = slice(size, size + width)
         orthogonal = _orthonormalised(block, M, V[:, :size], MV[:, :size])
         if orthogonal is None:
             return None
-        V[:, own], MV[:, own], B = orthogonal
+        V[:, last], MV[:, last], B = orthogonal
         if size:
             mu, y = la.eigh(T[:size, :size], subset_by_index=[size - width, size - 1])
             mu, y = mu[::-1], y[:, ::-1]
@@ -256,12 +256,12 @@ def _lanczos(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[in
             stop = count + (guard if near.all() else int(np.argmin(near)))
             left = B @ y[-width:, :stop]
             if stop < width and (np.linalg.norm(left, axis=0) <= LANCZOS_RESIDUAL * mu[:stop]).all():
-                return stop, 1 / mu, V[:, :size] @ y[:, :stop] + V[:, own] @ (left / mu[:stop])
+                return stop, 1 / mu, V[:, :size] @ y[:, :stop] + V[:, last] @ (left / mu[:stop])
         size += width
-        block = solve(MV[:, own])
-        T[:size, own] = MV[:, :size].T @ block
-        T[own, :size] = T[:size, own].T
-        block -= V[:, :size] @ T[:size, own]
+        block = solve(MV[:, last])
+        T[:size, last] = MV[:, :size].T @ block
+        T[last, :size] = T[:size, last].T
+        block -= V[:, :size] @ T[:size, last]
     return None
 
 

@@ -103,10 +103,10 @@ class LowOrderAssembler:
         Raises ImpossibleDesignError.
         """
         lead, matrices = design.values.shape[:-1], _checked(design)
-        own = {
+        condensed = {
             name: reducer.condensed(matrices[name], design.geometry, lead) for name, reducer in self.reducers.items()
         }
-        K, M = (self._summed(design, {name: both[k] for name, both in own.items()}) for k in range(2))
+        K, M = (self._summed(design, {name: both[k] for name, both in condensed.items()}) for k in range(2))
         return K, M
 
     def stiffness(self, design: Design) -> Array:
@@ -123,24 +123,24 @@ class LowOrderAssembler:
     def _summed(self, design: Design, parts: Mapping[str, Array]) -> Array:
         """The sum (..., n, n) of the matrices (..., b, b) of parts, each placed as often as its prototype."""
         transforms, placed = self.transforms(design), []
-        for name, own in parts.items():
+        for name, matrix in parts.items():
             T = transforms[name]
-            placed.append(T.mT @ own[..., None, :, :] @ T)
+            placed.append(T.mT @ matrix[..., None, :, :] @ T)
         return np.asarray(self.scatter((0,) * len(self.reducers)).dense(placed, design.values.shape[:-1]))
 
     def node_rows(self, design: Design, numbers: Index) -> Array:
         """B (..., k, 6, n): displacements of the global nodes `numbers` (k,), whose roots are kept, global frame."""
         D, _ = design.node_arms(numbers)
         place = self._dof[self.plan.topology.root[numbers]]
-        found = np.zeros((*D.shape[:-2], 6, len(self.physical) + 1))
-        found[..., np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], place[:, None, :]] = D
-        return found[..., :-1]
+        rows = np.zeros((*D.shape[:-2], 6, len(self.physical) + 1))
+        rows[..., np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], place[:, None, :]] = D
+        return rows[..., :-1]
 
 
 def _checked(design: Design) -> dict[str, PartMatrices]:
     """Matrices of the parts of a stack of designs. Raises ImpossibleDesignError."""
     matrices = design.matrices
-    discrete = [element for own in matrices.values() for element in own.discrete_elements]
+    discrete = [element for part in matrices.values() for element in part.discrete_elements]
     refuse_impossible(design.elements, discrete, math.prod(design.values.shape[:-1]))
     return matrices
 
@@ -194,8 +194,8 @@ class SubstructureBasis(Record):
         entries = [np.ones(len(rows[0]))]
         first = len(rows[0])
         for name, part in self.parts.items():
-            own = self.assembler.reducers[name].part
-            if len(own.interior):
+            prototype = self.assembler.reducers[name].part
+            if len(prototype.interior):
                 column = self.assembler.coordinates(name, len(part.frequencies), first)
                 row, value = self._interior_rows(name, part)
                 keep = np.broadcast_to((column >= 0)[:, None, :] & (row >= 0)[:, :, None], value.shape)
@@ -210,22 +210,22 @@ class SubstructureBasis(Record):
         """Full-order DOF vectors (full order, k) for coordinates (n, k), without forming the recovery."""
         topology = self.assembler.plan.topology
         physical = topology.dof.ravel()[self.assembler.physical]
-        found = np.empty((topology.n_dof + 1, coordinates.shape[1]))  # DOF -1 goes to the last row
-        found[physical] = coordinates[: len(physical)]
+        full = np.empty((topology.n_dof + 1, coordinates.shape[1]))  # DOF -1 goes to the last row
+        full[physical] = coordinates[: len(physical)]
         first = len(physical)
         padded = np.vstack([coordinates, np.zeros((1, coordinates.shape[1]))])
         for name, part in self.parts.items():
-            own, k = self.assembler.reducers[name].part, len(part.frequencies)
-            if len(own.interior):
+            prototype, k = self.assembler.reducers[name].part, len(part.frequencies)
+            if len(prototype.interior):
                 q = padded[self.assembler.coordinates(name, k, first)]
                 b = q.shape[1] - k
                 q[:, :b] = self.assembler.transforms(self.design)[name] @ q[:, :b]
-                number = self.assembler.numbers(name, own.interior)
-                G = self.design.node_transforms(name, own.interior)
+                number = self.assembler.numbers(name, prototype.interior)
+                G = self.design.node_transforms(name, prototype.interior)
                 inside = (part.T[self.assembler.reducers[name].interior_dofs] @ q).reshape(*number.shape, 6, -1)
-                found[topology.dof[number]] = G.mT @ inside
+                full[topology.dof[number]] = G.mT @ inside
             first += k * len(topology.copies[name].paths)
-        return found[:-1]
+        return full[:-1]
 
     def _interior_rows(self, name: str, part: ReducedPart) -> tuple[Index, Array]:
         """Full-order DOF numbers (copies, i) of the interior and their recovery (copies, i, b + k), global frame."""
@@ -235,8 +235,10 @@ class SubstructureBasis(Record):
         G = self.design.node_transforms(name, interior)
         Tb = self.assembler.transforms(self.design)[name]
         b = Tb.shape[-1]
-        own = part.T[reducer.interior_dofs]
-        local = np.concatenate([own[:, :b] @ Tb, np.broadcast_to(own[:, b:], (len(Tb), *own[:, b:].shape))], axis=-1)
+        inside = part.T[reducer.interior_dofs]
+        local = np.concatenate(
+            [inside[:, :b] @ Tb, np.broadcast_to(inside[:, b:], (len(Tb), *inside[:, b:].shape))], axis=-1
+        )
         blocks = local.reshape(len(Tb), len(interior), 6, -1)
         value = G.mT @ blocks
         return topology.dof[number].reshape(len(Tb), -1), value.reshape(*local.shape)
@@ -290,13 +292,13 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
         (elements.mass_coefficients, elements.mass_basis, 0.0),
     ):
         n = round(basis.shape[1] ** 0.5)
-        found = coefficients[..., (basis[:, :: n + 1] != 0).any(axis=1)]
-        good &= ((found >= least) & (found < np.inf)).all(axis=(-1, -2))
+        diagonal = coefficients[..., (basis[:, :: n + 1] != 0).any(axis=1)]
+        good &= ((diagonal >= least) & (diagonal < np.inf)).all(axis=(-1, -2))
     for discrete in discrete_elements:
         for A in (discrete.K, discrete.M):
             if A is not None:
-                found = np.einsum("...ii->...i", A)
-                good &= ((found >= 0) & (found < np.inf)).all(axis=-1)
+                diagonal = np.einsum("...ii->...i", A)
+                good &= ((diagonal >= 0) & (diagonal < np.inf)).all(axis=-1)
     if not good.all():
         raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
 
@@ -305,13 +307,13 @@ def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[s
     """Raise OptionError for the first design of values (..., s) that has a size on the other side of zero than the
     default one, which breaks the description: a section's formula does not always see its sign."""
     for d in plan.turned(np.atleast_2d(values)):
-        own = one_of(parameters, int(d))
+        single = one_of(parameters, int(d))
         try:
-            plan.verify(own)
+            plan.verify(single)
         except ModelError as error:
             what = error.problems[0]
             text = f"{what.place}: {what.rule} (found {what.value})"
-            raise OptionError(f"design {d} ({_values_text(own)}): {text}") from None
+            raise OptionError(f"design {d} ({_values_text(single)}): {text}") from None
 
 
 def named(error: ImpossibleDesignError, first: int, parameters: Mapping[str, ArrayLike]) -> OptionError:
@@ -327,9 +329,9 @@ def _values_text(parameters: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:g}" for name, value in parameters.items()) or "default parameters"
 
 
-def some_of(parameters: Mapping[str, ArrayLike], own: slice) -> dict[str, ArrayLike]:
+def some_of(parameters: Mapping[str, ArrayLike], designs: slice) -> dict[str, ArrayLike]:
     """Parameters of some designs of many."""
-    return {name: np.ravel(v)[own] if np.ndim(v) else v for name, v in parameters.items()}
+    return {name: np.ravel(v)[designs] if np.ndim(v) else v for name, v in parameters.items()}
 
 
 def one_of(parameters: Mapping[str, ArrayLike], number: int) -> dict[str, float]:

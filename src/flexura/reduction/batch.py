@@ -104,11 +104,11 @@ class NaturalFrequencies(Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         hz, bound = np.atleast_2d(self.frequency_hz), np.atleast_2d(self.error_bound)
         units = {name: parameter.unit or "SI" for name, parameter in self.plan.mechanism.parameters.items()}
-        given = {f"{name} [{units[name]}]": np.ravel(own) for name, own in self.parameters.items()}
-        varied = {name: own for name, own in given.items() if len(own) == len(hz) > 1}
+        given = {f"{name} [{units[name]}]": np.ravel(values) for name, values in self.parameters.items()}
+        varied = {name: values for name, values in given.items() if len(values) == len(hz) > 1}
         columns = {"design": range(len(hz)), **dict(islice(varied.items(), MOST_SHOWN))}
         columns |= {f"f{k + 1} [Hz]": hz[:, k] for k in range(min(hz.shape[1], MOST_SHOWN))}
-        yield Table({**columns, "proven within": [percent(own) for own in bound.max(axis=1)]}, "designs")
+        yield Table({**columns, "proven within": [percent(worst) for worst in bound.max(axis=1)]}, "designs")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each design."""
@@ -185,12 +185,12 @@ def natural_frequencies(
     many = values if values.ndim > 1 else values[None]
     count = min(n, plan.topology.n_dof)
     batch = _Batch(plan, many, count, tolerance, given)
-    found = np.empty((3, len(many), count))
-    for own in stacks(len(many)):
-        found[:, own] = batch(many, own)
+    bounds = np.empty((3, len(many), count))
+    for designs in stacks(len(many)):
+        bounds[:, designs] = batch(many, designs)
         if progress is not None:
-            progress(Progress("designs", own.stop, len(many)))
-    f, lower, upper = found if values.ndim > 1 else found[:, 0]
+            progress(Progress("designs", designs.stop, len(many)))
+    f, lower, upper = bounds if values.ndim > 1 else bounds[:, 0]
     proven = _is_proven(f, lower, upper, tolerance)
     return NaturalFrequencies(f, lower, upper, proven, tolerance, batch.kept_modes, plan, given)
 
@@ -209,18 +209,18 @@ def independent_frequencies(
     plan.refuse_loads("frequencies of many designs", all_values)
     refuse_turned(plan, all_values, given)
     batch = _Batch(plan, all_values, n, tolerance, given, samples=0)
-    found = np.empty((3, len(all_values), n))
+    bounds = np.empty((3, len(all_values), n))
     if batch.is_stacked:
         for used, values, batch.parameters in independent_stacks(plan, given):
             answer = batch(values, slice(0, len(values)))
-            found[:, used] = [bound[: used.stop - used.start] for bound in answer]
+            bounds[:, used] = [bound[: used.stop - used.start] for bound in answer]
     else:
         for used in stacks(len(all_values)):
-            found[:, used] = batch(all_values, used)
-    for d in np.flatnonzero(~_is_proven(found[0], found[1], found[2], tolerance)):
+            bounds[:, used] = batch(all_values, used)
+    for d in np.flatnonzero(~_is_proven(bounds[0], bounds[1], bounds[2], tolerance)):
         alone = natural_frequencies(plan, one_of(given, int(d)), n=n, tolerance=tolerance).resolved()
-        found[:, d] = alone.frequency_hz, alone.lower_hz, alone.upper_hz
-    return found[0], found[1], found[2]
+        bounds[:, d] = alone.frequency_hz, alone.lower_hz, alone.upper_hz
+    return bounds[0], bounds[1], bounds[2]
 
 
 def kept_chains(plan: Plan, n: int, tolerance: float = 1e-3) -> ChainAssembler | None:
@@ -264,23 +264,23 @@ class _Batch:
     def _use(self, counts: dict[ChainKind, int]) -> None:
         self.counts, self.chains = dict(counts), chain_assembler(self.plan, counts)
 
-    def _designs(self, values: Array, own: slice) -> Design:
+    def _designs(self, values: Array, designs: slice) -> Design:
         """Some designs of all."""
-        return Design.at(self.plan, values[own], some_of(self.parameters, own))
+        return Design.at(self.plan, values[designs], some_of(self.parameters, designs))
 
     def _choose(self, design: Design, number: int | None = None) -> None:
         """Keep more modes of the slowest chains until the intervals of a design, the default one or that of a number,
         are well within the tolerance."""
         for _ in range(CHOOSING_ROUNDS):
-            own, top = self._order(design, number or 0), np.inf
+            arrow, top = self._order(design, number or 0), np.inf
             if number is not None:
-                self._recent = self.chains, number, own
+                self._recent = self.chains, number, arrow
             if self._is_searchable:
-                bounds = self._bounds(own, HEADROOM * self.tolerance)
+                bounds = self._bounds(arrow, HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
                     return
                 top = float(bounds.upper[0, -1])
-            slow = {kind: s for kind, s in own.slow.items() if self.counts[kind] < self.chains.most(kind)}
+            slow = {kind: s for kind, s in arrow.slow.items() if self.counts[kind] < self.chains.most(kind)}
             least = min(SLOW_CHAINS / top, max(slow.values(), default=0.0) / 2)
             more = {kind: n + (slow.get(kind, 0.0) > least) for kind, n in self.counts.items()}
             if more == self.counts or self.chains.order_with(more) > LARGEST_STACKED:
@@ -298,10 +298,10 @@ class _Batch:
     @property
     def kept_modes(self) -> dict[str, int]:
         """Kept modes of the chains of every substructure."""
-        found = dict.fromkeys((name or "mechanism" for name, _ in self.counts), 0)
+        kept = dict.fromkeys((name or "mechanism" for name, _ in self.counts), 0)
         for (name, _), forces in self.chains.forces.items():
-            found[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
-        return found
+            kept[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
+        return kept
 
     def _order(self, design: Design, first: int) -> Arrow:
         try:
@@ -315,30 +315,30 @@ class _Batch:
         if not self.chains.is_arrow(self.count):
             return chain_bounds(order.dense, self.count, self.chains.start(self.count), tolerance)
         rigid = int((self.chains.start(self.count).values <= 0).sum())
-        found = arrow_bounds(order, self.count, rigid, tolerance)
-        missed = np.flatnonzero(~_is_proven(*_hertz(found), tolerance))
+        bounds = arrow_bounds(order, self.count, rigid, tolerance)
+        missed = np.flatnonzero(~_is_proven(*_hertz(bounds), tolerance))
         if len(missed):
-            own = chain_bounds(order.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
-            found.lower[missed], found.upper[missed], found.zero[missed] = own.lower, own.upper, own.zero
-        return found
+            dense = chain_bounds(order.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
+            bounds.lower[missed], bounds.upper[missed], bounds.zero[missed] = dense.lower, dense.upper, dense.zero
+        return bounds
 
-    def __call__(self, values: Array, own: slice) -> tuple[Array, Array, Array]:
+    def __call__(self, values: Array, designs: slice) -> tuple[Array, Array, Array]:
         """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
         if self.is_stacked:
             recent = self._recent
-            if recent is not None and recent[:2] == (self.chains, own.start) and own.stop - own.start == 1:
+            if recent is not None and recent[:2] == (self.chains, designs.start) and designs.stop - designs.start == 1:
                 order = recent[2]
             else:
-                order = self._order(self._designs(values, own), own.start)
+                order = self._order(self._designs(values, designs), designs.start)
             answer = _hertz(self._bounds(order, self.tolerance))
             for d in np.flatnonzero(~np.isfinite(answer[1:]).all(axis=(0, 2))):
                 with suppress(SolverError):  # stays without an upper bound, and unproven
-                    alone = _alone(self.plan, one_of(self.parameters, own.start + int(d)), self.count)
+                    alone = _alone(self.plan, one_of(self.parameters, designs.start + int(d)), self.count)
                     for bound, value in zip(answer, alone, strict=True):
                         bound[d] = value
             return answer
-        found = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(own.start, own.stop)]
-        f, low, up = (np.array(column) for column in zip(*found, strict=True))
+        solved = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(designs.start, designs.stop)]
+        f, low, up = (np.array(column) for column in zip(*solved, strict=True))
         return f, low, up
 
 

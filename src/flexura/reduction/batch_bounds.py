@@ -81,7 +81,8 @@ def upper_bounds(
     stiff, massive = K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + response.mT)
     Z = _combined(stiff, massive, HIDDEN_MASS * off[:, 1] < np.einsum("dii->di", M))
     Zt = Z.mT
-    k, m = ((abs(Zt) @ np.sqrt(own)[..., None])[..., 0] for own in (off[:, 0] + scale * off[:, 1], 2 * off[:, 1]))
+    of_stiffness, of_mass = off[:, 0] + scale * off[:, 1], 2 * off[:, 1]
+    k, m = ((abs(Zt) @ np.sqrt(squares)[..., None])[..., 0] for squares in (of_stiffness, of_mass))
     stiff, massive = Zt @ stiff @ Z, Zt @ massive @ Z
     highest = np.maximum.accumulate(np.einsum("dii->di", stiff), axis=1)
     eye = np.eye(K.shape[-1])
@@ -95,7 +96,7 @@ def upper_bounds(
 def _combined(stiff: Array, massive: Array, known: NDArray[np.bool_]) -> Array:
     """Vectors (designs, p, p) of small pencils among those of p vectors that have a `known` mass (designs, p); no
     vector in the place of others, which come last."""
-    a, b = (np.einsum("dii->di", own) for own in (stiff, massive))
+    a, b = (np.einsum("dii->di", matrix) for matrix in (stiff, massive))
     quotients = np.where(known, a / np.where(known, b, 1.0), np.inf)
     if (quotients[:, 1:] >= quotients[:, :-1]).all() and known.all():
         return small_pencils(stiff, massive)[1]
@@ -105,8 +106,8 @@ def _combined(stiff: Array, massive: Array, known: NDArray[np.bool_]) -> Array:
     at = np.arange(len(order))[:, None, None]
     known = np.take_along_axis(known, order, axis=1)
     both = known[:, :, None] & known[:, None, :]
-    A, B = (np.ascontiguousarray(np.where(both, own[at, rows, columns], 0.0)) for own in (stiff, massive))
-    a, b = (np.einsum("dii->di", own) for own in (A, B))
+    A, B = (np.ascontiguousarray(np.where(both, matrix[at, rows, columns], 0.0)) for matrix in (stiff, massive))
+    a, b = (np.einsum("dii->di", matrix) for matrix in (A, B))
     b[~known] = 1.0
     a[...] = np.where(known, a, LAST_RATIO * (a / b).max(axis=1, keepdims=True))
     Z = np.empty(A.shape)
@@ -151,7 +152,7 @@ class _Projection:
     values: Array
 
 
-def chain_bounds(own: EndMatrices, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
+def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
     """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
     frequency; `start` holds eigenpairs of a design like these."""
     rigid = int((start.values <= 0).sum())
@@ -159,25 +160,25 @@ def chain_bounds(own: EndMatrices, count: int, start: Eigenpairs, tolerance: flo
     wanted = max(count, start.vectors.shape[-1] - GUARD)
     if shift:
         start = Eigenpairs(start.values + shift, start.vectors)
-    K, within = (own.K + shift * own.M, RITZ_SEARCHED * RIGID_FREQUENCY) if shift else (own.K, RITZ_SEARCHED)
-    pairs = lowest_pairs(K, own.M, wanted, start, within)
+    K, within = (ends.K + shift * ends.M, RITZ_SEARCHED * RIGID_FREQUENCY) if shift else (ends.K, RITZ_SEARCHED)
+    pairs = lowest_pairs(K, ends.M, wanted, start, within)
     solved = np.asarray(np.isfinite(pairs.vectors).all(axis=(1, 2), keepdims=True))
-    small = _projected(own, np.where(solved, pairs.vectors, 0.0))
-    upper, _, _ = upper_bounds(small.K, small.M, small.R, small.off, small.values, own.slowness)
-    margin = small.off[:, 0] + EPS * own.K.shape[-1] * shift
+    small = _projected(ends, np.where(solved, pairs.vectors, 0.0))
+    upper, _, _ = upper_bounds(small.K, small.M, small.R, small.off, small.values, ends.slowness)
+    margin = small.off[:, 0] + EPS * ends.K.shape[-1] * shift
     zero, upper = rigid_values(small.values, upper, margin, rigid)
-    guess, Z = small_pencils(*_from_below(small, own.slowness))
-    vectors = own.M @ (small.X @ Z)
-    lower = np.zeros((len(own.K), count))
+    guess, Z = small_pencils(*_from_below(small, ends.slowness))
+    vectors = ends.M @ (small.X @ Z)
+    lower = np.zeros((len(ends.K), count))
     tried = list(attempts(small.values, guess, upper, tolerance))
     for j in range(count):
         for attempt in tried:
             ell = attempt[:, j]
-            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (ell > 0) & (ell * own.slowness < LOWER_REACH))
+            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (ell > 0) & (ell * ends.slowness < LOWER_REACH))
             if len(open_):
-                proven = _fewer_than(own, open_, ell[open_], vectors[open_, :, :j])
+                proven = _fewer_than(ends, open_, ell[open_], vectors[open_, :, :j])
                 lower[open_[proven], j] = ell[open_[proven]]
-    return enclosed(lower, upper[:, :count], zero[:, :count], own.loss)
+    return enclosed(lower, upper[:, :count], zero[:, :count], ends.loss)
 
 
 def quotients(energy: Array, mass: Array) -> Array:
@@ -189,7 +190,7 @@ def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Ite
     """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance; zero where
     the upper bound is infinite."""
     known = np.isfinite(values) & np.isfinite(guess) & np.isfinite(upper)
-    guess, upper, values = (np.where(known, own, 0.0) for own in (guess, upper, values))
+    guess, upper, values = (np.where(known, bound, 0.0) for bound in (guess, upper, values))
     moved = np.maximum(values - guess, 0.0)
     yield guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
     yield upper * (1 - 0.99 * tolerance) ** 2
@@ -203,10 +204,10 @@ def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -
     return ChainBounds(np.where(crossed, 0.0, lower), np.where(crossed, np.inf, upper), zero & ~crossed)
 
 
-def _projected(own: EndMatrices, X: Array) -> _Projection:
+def _projected(ends: EndMatrices, X: Array) -> _Projection:
     Xt = X.mT
-    K, M, R = (Xt @ (A @ X) for A in (own.K, own.M, own.R))
-    off = projection_errors(own.A, own.slack, abs(X), X.shape[-2])
+    K, M, R = (Xt @ (A @ X) for A in (ends.K, ends.M, ends.R))
+    off = projection_errors(ends.A, ends.slack, abs(X), X.shape[-2])
     return _Projection(K, M, R, off, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
 
 
@@ -220,14 +221,14 @@ def _from_below(small: _Projection, slowness: Array) -> tuple[Array, Array]:
     return A, B
 
 
-def _fewer_than(own: EndMatrices, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
+def _fewer_than(ends: EndMatrices, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
     """True for the designs `at` for which fewer than j eigenvalues of the full order are proven to lie below ell
     (designs,); `vectors` (designs, n, j - 1), M times the lower modes, are lifted out of the way (theory eqs. N7, N8).
     """
-    n = own.K.shape[-1]
-    whole = len(at) == len(own.K)
-    K, M, R, slack = (own.K, own.M, own.R, own.slack) if whole else (own.K[at], own.M[at], own.R[at], own.slack[:, at])
-    h = ell**2 / (1 - ell * own.slowness[at])
+    n = ends.K.shape[-1]
+    whole = len(at) == len(ends.K)
+    (K, M, R), slack = (ends.A, ends.slack) if whole else (ends.A[:, at], ends.slack[:, at])
+    h = ell**2 / (1 - ell * ends.slowness[at])
     A = K - ell[:, None, None] * M
     A -= (h * (1 + 1e-9))[:, None, None] * R
     margin = slack[0] + ell[:, None] * slack[1] + h[:, None] * slack[2]
@@ -286,13 +287,13 @@ def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
     """The `count` lowest eigenvalues (designs, count) of K and M, and for which designs (designs,) the response of the
     branches has settled."""
     ritz = _ritz(arrow)
-    found = []
+    projections = []
     for A, X in (
         (arrow.core.A[:, :, None, None], ritz.core[:, None, None]),
         *((block.A[:, :, :, None], X) for block, X in zip(arrow.blocks, ritz.branches, strict=True)),
     ):
-        found.append([(X.mT @ (own @ X)).sum(axis=(1, 2)) for own in A[:2]])
-    K, M = (np.sum(own, axis=0) for own in zip(*found, strict=True))
+        projections.append([(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]])
+    K, M = (np.sum(matrix, axis=0) for matrix in zip(*projections, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
     slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
     return values, np.isfinite(values[:, -1]) & (
@@ -330,7 +331,7 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
 
 def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
     """K, M and R on the Ritz vectors (designs, p, p), and the `projection_errors` of K and M (designs, 2, p)."""
-    found = []
+    projections = []
     core = abs(ritz.core[:, None, None])
     for A, slack, X, size in (
         (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None], core),
@@ -340,9 +341,9 @@ def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Ar
         ),
     ):
         Xt, branches = X.mT, X.shape[1] * X.shape[2]
-        K, M, R = ((Xt @ (own @ X)).sum(axis=(1, 2)) for own in A)
-        found.append((K, M, R, projection_errors(A, slack, size, X.shape[-2] + branches).sum(axis=(1, 2))))
-    K, M, R, off = (np.sum(own, axis=0) for own in zip(*found, strict=True))
+        K, M, R = ((Xt @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A)
+        projections.append((K, M, R, projection_errors(A, slack, size, X.shape[-2] + branches).sum(axis=(1, 2))))
+    K, M, R, off = (np.sum(matrix, axis=0) for matrix in zip(*projections, strict=True))
     return K, M, R, off
 
 
@@ -381,14 +382,14 @@ def _arrow_has_fewer(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
 def _dynamic(A: Array, slack: Array, ell: Array, h: Array) -> tuple[Array, Array, Array]:
     """K - ell M - h R (designs, j, ..., n, n) of A (3, designs, ..., n, n); the sum of the sizes of its diagonals, and
     the error (designs, j, ..., n) that is left in it."""
-    K, M, R = (own[:, None] for own in A)
+    K, M, R = (matrix[:, None] for matrix in A)
     more = (1,) * (A.ndim - 4)
     ell, h = ell.reshape(*ell.shape, *more, 1), h.reshape(*h.shape, *more, 1)
-    found = K - ell[..., None] * M
-    found -= h[..., None] * R
+    dynamic = K - ell[..., None] * M
+    dynamic -= h[..., None] * R
     size = sum(f * np.einsum("...ii->...i", B) for f, B in ((1.0, K), (ell, M), (h, R)))
     error = slack[0][:, None] + ell * slack[1][:, None] + h * slack[2][:, None]
-    return found, np.asarray(size), error
+    return dynamic, np.asarray(size), error
 
 
 def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:

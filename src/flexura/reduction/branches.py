@@ -76,30 +76,32 @@ def find_branches(plan: Plan, used: Mapping[str, Index]) -> BranchLayout:
     in_core &= (~is_inside & np.isin(np.arange(topology.n_nodes), every))[:, None]
     core = np.full(topology.dof.shape, -1, dtype=np.intp)
     core[in_core] = np.arange(int(in_core.sum()))
-    found: dict[tuple[object, ...], BranchKind] = {}
-    instance = {path: n for own in topology.copies.values() for path, n in zip(own.paths, own.number, strict=True)}
-    prototype = {path: name for name, own in topology.copies.items() for path in own.paths}
+    kinds: dict[tuple[object, ...], BranchKind] = {}
+    instance, prototype = {}, {}
+    for name, placed in topology.copies.items():
+        instance |= zip(placed.paths, placed.number, strict=True)
+        prototype |= dict.fromkeys(placed.paths, name)
     for branch, copies in inside_of.items():
         if not is_inside[_roots(plan, used, copies)].any():
             top = [*top, *copies]
             continue
         place, meets, inside, nodes = _numbered(plan, used, copies, is_inside)
         relative = tuple((name, topology.copies[name].paths[k][1:]) for name, k in copies)
-        pattern = tuple(own.tobytes() for own in (*place, *meets))
-        like = found.setdefault(
+        pattern = tuple(array.tobytes() for array in (*place, *meets))
+        like = kinds.setdefault(
             (prototype[(branch,)], relative, pattern),
             BranchKind([], copies, place, meets, inside, np.empty((0, len(nodes)), int)),
         )
         like.instances.append(instance[(branch,)])
         like.nodes = np.vstack([like.nodes, nodes])
-    return BranchLayout(list(found.values()), core, int(in_core.sum()), top)
+    return BranchLayout(list(kinds.values()), core, int(in_core.sum()), top)
 
 
 def _roots(plan: Plan, used: Mapping[str, Index], copies: list[Copy]) -> Index:
     """Roots of the nodes used of some copies."""
     topology = plan.topology
-    found = [topology.root[topology.copies[name].offset[k] + used[name]] for name, k in copies]
-    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.intp)
+    roots = [topology.root[topology.copies[name].offset[k] + used[name]] for name, k in copies]
+    return np.unique(np.concatenate(roots)) if roots else np.empty(0, dtype=np.intp)
 
 
 def _insides(
@@ -117,13 +119,13 @@ def _insides(
     partly = topology.has_position & free.any(axis=1) & ~free.all(axis=1)
     users = np.zeros(topology.n_nodes, dtype=np.intp)
     alone = np.zeros(topology.n_nodes, dtype=bool)
-    own = {branch: _roots(plan, used, copies) for branch, copies in inside_of.items()}
-    for branch, roots in own.items():
+    roots_of = {branch: _roots(plan, used, copies) for branch, copies in inside_of.items()}
+    for branch, roots in roots_of.items():
         users[roots] += 1
         alone[roots] |= lies[roots] == number[branch]
     users[_roots(plan, used, top)] += 1
     is_inside = alone & (users == 1) & free.any(axis=1) & ~partly
-    for roots in own.values():
+    for roots in roots_of.values():
         if not (free[roots].any(axis=1) & ~is_inside[roots]).any():
             is_inside[roots] = False
     return is_inside
@@ -139,14 +141,14 @@ def _numbered(
     numbers = [topology.copies[name].offset[k] + used[name] for name, k in copies]
     local: dict[int, Index] = {}
     first = 0
-    for root in dict.fromkeys(int(r) for own in numbers for r in topology.root[own] if is_inside[r]):
+    for root in dict.fromkeys(int(r) for nodes_used in numbers for r in topology.root[nodes_used] if is_inside[r]):
         local[root] = np.where(free[root], first + np.cumsum(free[root]) - 1, -1)
         first += int(free[root].sum())
     inside, nodes, met = first, [], {}
     place, meets = [], []
-    for own in numbers:
+    for nodes_used in numbers:
         rows, flags = [], []
-        for node in own.tolist():
+        for node in nodes_used.tolist():
             root = int(topology.root[node])
             meet = not is_inside[root] and bool(free[root].any())
             if meet:
@@ -172,8 +174,8 @@ def part_transforms(
     themselves."""
     topology, copies = design.plan.topology, design.plan.topology.copies[name]
     turning = design.geometry.turning
-    own, onto = turning[..., [copies.number[k] for k in which], :, :], turning[..., base, :, :]
-    turn = own.mT @ onto
+    of_copies, onto = turning[..., [copies.number[k] for k in which], :, :], turning[..., base, :, :]
+    turn = of_copies.mT @ onto
     number = np.array([copies.offset[k] for k in which], dtype=np.intp)[:, None] + nodes
     G = np.repeat(turn[..., None, :, :], len(nodes), axis=-3)
     slaved = topology.is_rigid[number] & (topology.root[number] != number) & ~meets
@@ -329,14 +331,14 @@ class Arrow:
         for block in self.blocks:
             m = block.inside
             for q, r in np.argwhere(block.branches):
-                own, T, at = block.A[:, :, q], block.T[..., q, r, :, :], slice(first, first + m)
-                A[..., at, at] = own[..., :m, :m]
-                A[..., at, -c:] = side = own[..., :m, m:] @ T
+                branch, T, at = block.A[:, :, q], block.T[..., q, r, :, :], slice(first, first + m)
+                A[..., at, at] = branch[..., :m, :m]
+                A[..., at, -c:] = side = branch[..., :m, m:] @ T
                 A[..., -c:, at] = side.mT
-                A[..., -c:, -c:] += T.mT @ own[..., m:, m:] @ T
+                A[..., -c:, -c:] += T.mT @ branch[..., m:, m:] @ T
                 slack[..., at] = block.slack[:, :, q, :m]
-                size = np.sqrt(abs(np.einsum("...ii->...i", own)))
-                error = PLACING_ROUNDING * own.shape[-1]
+                size = np.sqrt(abs(np.einsum("...ii->...i", branch)))
+                error = PLACING_ROUNDING * branch.shape[-1]
                 slack[..., at] = block.slack[:, :, q, :m] + error * size[..., :m] ** 2
                 slack[..., -c:] += spread(block.slack[:, :, q, m:], T)
                 slack[..., -c:] += error * np.einsum("...ij,...i->...j", abs(T), size[..., m:]) ** 2

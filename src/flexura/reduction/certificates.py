@@ -103,10 +103,10 @@ class Certificate(Tabular):
         return self.text
 
     def _view(self) -> Iterator[Facts | Table]:
-        found = (self.frequency_hz.tolist(), self.lower_hz, self.upper_hz, self.is_indexed)
+        rows = (self.frequency_hz.tolist(), self.lower_hz, self.upper_hz, self.is_indexed)
         proofs = [
             proven_text(hz, (float(lower), float(upper) if np.isfinite(upper) else None), bool(indexed), upper == 0)
-            for hz, lower, upper, indexed in zip(*found, strict=True)
+            for hz, lower, upper, indexed in zip(*rows, strict=True)
         ]
         columns = {"mode": range(1, len(proofs) + 1), "frequency [Hz]": self.frequency_hz, "proven": proofs}
         yield Table(columns, "frequencies")
@@ -182,10 +182,10 @@ def proof(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = N
     vectors = pairs.vectors[:, :n]
     whole = _enclosures(pencil, values, vectors, up_to)
     lower, upper, indexed = whole.lower.copy(), whole.upper.copy(), np.ones(n, dtype=bool)
-    own, complete = whole.values, n
+    quotients, complete = whole.values, n
     if not whole.is_complete and whole.is_counted:
-        own = values[:n]
-        lower, upper = residual_intervals(pencil, own, vectors)
+        quotients = values[:n]
+        lower, upper = residual_intervals(pencil, quotients, vectors)
         complete = _complete_prefix(pencil, values, n)
         indexed[complete:] = False
     for p in _prefixes(values[:complete], complete < n):
@@ -195,34 +195,34 @@ def proof(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = N
             lower[:p], upper[:p] = np.where(better, part.lower, lower[:p]), np.minimum(part.upper, upper[:p])
             if complete < n:
                 lower[:p], upper[:p] = part.lower, part.upper
-    own = np.where((values[:n] == 0) & (lower <= 0), 0.0, np.clip(own, lower, upper))
-    return _in_hertz(own, (lower, upper, indexed), whole), whole
+    quotients = np.where((values[:n] == 0) & (lower <= 0), 0.0, np.clip(quotients, lower, upper))
+    return _in_hertz(quotients, (lower, upper, indexed), whole), whole
 
 
 def _enclosures(pencil: Pencil, values: Array, vectors: Array, up_to: float | None = None) -> Enclosures:
     """Enclosures of all modes given, with the nearest shift beyond them whose count can be told from round-off."""
-    found = None
+    enclosures = None
     for reach in SHIFT_RATIOS:
         rho = shift_beyond(values, vectors.shape[1], up_to, reach)
-        if found is not None and rho <= found.rho * (1 + CLUSTERED):
+        if enclosures is not None and rho <= enclosures.rho * (1 + CLUSTERED):
             break
-        found = enclose(pencil, vectors, rho)
-        if found.is_counted and (not found.is_complete or np.isfinite(found.lower[-1])):
+        enclosures = enclose(pencil, vectors, rho)
+        if enclosures.is_counted and (not enclosures.is_complete or np.isfinite(enclosures.lower[-1])):
             break
-    assert found is not None
-    return found
+    assert enclosures is not None
+    return enclosures
 
 
 def _prefixes(values: Array, with_end: bool) -> list[int]:
     """Numbers of the lowest modes that get a shift of their own, descending, since one far above them costs digits: at
     gaps, so that none has to reach over more decades than that; and all of them."""
-    found = [len(values)] if with_end and len(values) else []
+    prefixes = [len(values)] if with_end and len(values) else []
     top = float(values[-1]) if len(values) else 0.0
     for k in range(len(values) - 1, 0, -1):
         if values[k - 1] * FAR_APART < top and values[k - 1] * SHIFT_GAP < values[k]:
-            found.append(k)
+            prefixes.append(k)
             top = float(values[k - 1])
-    return found
+    return prefixes
 
 
 def _in_hertz(values: Array, bounds: tuple[Array, Array, NDArray[np.bool_]], whole: Enclosures) -> Certificate:

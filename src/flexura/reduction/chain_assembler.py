@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,22 +101,22 @@ class ChainAssembler:
         self._targets: dict[tuple[int, int], Index] = {}
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
-        topology, found = self.plan.topology, self.branches
+        topology, branches = self.plan.topology, self.branches
         self._sets: dict[tuple[int, int], list[ChainKind]] = {}
         for kind, forces in self.forces.items():
             self._sets.setdefault((forces.shape[1], forces.shape[-1]), []).append(kind)
         shapes: dict[tuple[int, int], list[int]] = {}
-        for number, kind in enumerate(found.kinds):
+        for number, kind in enumerate(branches.kinds):
             shapes.setdefault((kind.inside + self._kept(kind.copies), 6 * kind.nodes.shape[1]), []).append(number)
         self._blocks = [(inside, inside + ends, kinds) for (inside, ends), kinds in shapes.items()]
-        self.n_core: int = found.n_core + self._kept(found.core_copies)
+        self.n_core: int = branches.n_core + self._kept(branches.core_copies)
         placed: dict[str, list[tuple[int, int, Index, NDArray[np.bool_]]]] = {name: [] for name in self.reducers}
         self._modal: dict[tuple[ChainKind, int], Index] = {}
         vectors, entries = 0, 0
         zones: dict[Copy, tuple[int, int, int]] = {}
         for inside, n, kinds in self._blocks:
             for number in kinds:
-                kind = found.kinds[number]
+                kind = branches.kinds[number]
                 first = kind.inside
                 for copy, place, meets in zip(kind.copies, kind.place, kind.meets, strict=True):
                     shifted = np.where(place >= kind.inside, place + inside - kind.inside, place)
@@ -123,23 +124,21 @@ class ChainAssembler:
                     zones[copy] = (vectors, entries, n)
                     first = self._number_modes(copy, first)
                 vectors, entries = vectors + n, entries + n * n
-        first = found.n_core
-        for copy in found.core_copies:
+        first = branches.n_core
+        for copy in branches.core_copies:
             name, k = copy
-            own = topology.copies[name].offset[k] + self.reducers[name].remaining
-            place = found.core[topology.root[own]]
-            placed[name].append((k, 0, place, np.zeros(len(own), dtype=bool)))
+            nodes = topology.copies[name].offset[k] + self.reducers[name].remaining
+            place = branches.core[topology.root[nodes]]
+            placed[name].append((k, 0, place, np.zeros(len(nodes), dtype=bool)))
             zones[copy] = (vectors, entries, self.n_core)
             first = self._number_modes(copy, first)
         self._size = vectors + self.n_core, entries + self.n_core**2
-        self._placed = {
-            name: _Placed(
-                [o[0] for o in own], [o[1] for o in own], np.stack([o[2] for o in own]), np.stack([o[3] for o in own])
-            )
-            for name, own in placed.items()
-        }
+        self._placed: dict[str, _Placed] = {}
+        for name, entries_of in placed.items():
+            copies, base, place, meets = zip(*entries_of, strict=True)
+            self._placed[name] = _Placed(list(copies), list(base), np.stack(place), np.stack(meets))
         self.order: int = self.n_core + sum(
-            inside * len(found.kinds[number].instances) for inside, _, kinds in self._blocks for number in kinds
+            inside * len(branches.kinds[number].instances) for inside, _, kinds in self._blocks for number in kinds
         )
         self._zones = zones
         self._index()
@@ -147,7 +146,7 @@ class ChainAssembler:
     def _kept(self, copies: list[Copy]) -> int:
         """Kept motions of the chains of some copies."""
         return sum(
-            forces.shape[0] * forces.shape[-1] * sum(name == own for own, _ in copies)
+            forces.shape[0] * forces.shape[-1] * sum(name == prototype for prototype, _ in copies)
             for (name, _), forces in self.forces.items()
         )
 
@@ -174,16 +173,16 @@ class ChainAssembler:
                 place, _ = self._placed[name].of(self._rows(name, nodes))
                 self._add(rows, entries, name, place.reshape(len(place), 1, -1))
         self._row_target, self._entry_target = (
-            np.concatenate(own) if own else np.empty(0, int) for own in (rows, entries)
+            np.concatenate(targets) if targets else np.empty(0, int) for targets in (rows, entries)
         )
 
     def _add(self, rows: list[Index], entries: list[Index], name: str, place: Index) -> None:
         """Targets of matrices at coordinates (copies, c, n); those of held ones lie one past the end."""
-        for k, own in zip(self._placed[name].copies, place, strict=True):
+        for k, at in zip(self._placed[name].copies, place, strict=True):
             vector, entry, n = self._zones[name, k]
-            rows.append(np.where(own < 0, self._size[0], vector + own).ravel())
-            both = (own[:, :, None] >= 0) & (own[:, None, :] >= 0)
-            entries.append(np.where(both, entry + own[:, :, None] * n + own[:, None, :], self._size[1]).ravel())
+            rows.append(np.where(at < 0, self._size[0], vector + at).ravel())
+            both = (at[:, :, None] >= 0) & (at[:, None, :] >= 0)
+            entries.append(np.where(both, entry + at[:, :, None] * n + at[:, None, :], self._size[1]).ravel())
 
     def keep(self, counts: Mapping[ChainKind, int], design: Design) -> None:
         """Keep so many fixed-interface modes of each kind of chain, those of a stack of one design."""
@@ -219,7 +218,7 @@ class ChainAssembler:
                     T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
                     L.append(copies_in_a_row(B[..., None, :, :, :] @ T))
                     size.append(copies_in_a_row(abs(B)[..., None, :, :, :] @ abs(T)))
-                whole = [bordered(joined_along(own, -3), kept) for own in (L, size)]
+                whole = [bordered(joined_along(maps, -3), kept) for maps in (L, size)]
                 chains.append((frame, whole[0], whole[1]))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
@@ -229,16 +228,16 @@ class ChainAssembler:
         return self._latest.get(design.geometry, found)
 
     def _transforms(self, design: Design, name: str, nodes: Index) -> Array:
-        own = self._placed[name]
+        placed = self._placed[name]
         flat = np.ravel(nodes)
-        return part_transforms(design, name, own.copies, flat, own.base, own.of(self._rows(name, flat))[1])
+        return part_transforms(design, name, placed.copies, flat, placed.base, placed.of(self._rows(name, flat))[1])
 
     def _interface(self, design: Design, kinds: list[int]) -> Array:
         """T (..., q, r, i, c) of a block."""
-        own = [interface_maps(design, self.branches.kinds[k], self.branches) for k in kinds]
-        most = max(T.shape[-3] for T in own)
-        out = np.zeros((*own[0].shape[:-3], len(own), most, own[0].shape[-2], self.n_core))
-        for q, T in enumerate(own):
+        maps = [interface_maps(design, self.branches.kinds[k], self.branches) for k in kinds]
+        most = max(T.shape[-3] for T in maps)
+        out = np.zeros((*maps[0].shape[:-3], len(maps), most, maps[0].shape[-2], self.n_core))
+        for q, T in enumerate(maps):
             out[..., q, : T.shape[-3], :, : T.shape[-1]] = T
         return out
 
@@ -264,14 +263,16 @@ class ChainAssembler:
         placed, spreads = [], []
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
         for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
-            own = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
-            A = own.A[:, :, self._chain_numbers(kinds)]
+            chains = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
+            A = chains.A[:, :, self._chain_numbers(kinds)]
             placed.append(L.mT @ A @ L)
             spreads.append(placing_error(A, size))
-            slowness = np.maximum(slowness, own.slowness.max(axis=-1))
-            loss = np.maximum(loss, own.loss.max(axis=-1))
+            slowness = np.maximum(slowness, chains.slowness.max(axis=-1))
+            loss = np.maximum(loss, chains.loss.max(axis=-1))
             first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
-            slow |= {k: float(own.slowness[:, a:b].max()) for k, a, b in zip(kinds, first, first[1:], strict=False)}
+            slow |= {
+                kind: float(chains.slowness[:, a:b].max()) for kind, (a, b) in zip(kinds, pairwise(first), strict=True)
+            }
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
             A = stacked(element, designs)
             placed.append(T.mT @ A @ T)
@@ -279,19 +280,19 @@ class ChainAssembler:
         return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
-        found = design.discrete_elements()
-        discrete = [element for name in self.reducers for element in found[name]]
+        elements = design.discrete_elements()
+        discrete = [element for name in self.reducers for element in elements[name]]
         refuse_impossible(design.elements, discrete, len(design.values))
         return discrete, self._maps(design)
 
     def _chain_numbers(self, kinds: list[ChainKind]) -> Index:
         """Which chain of a set stands at every place."""
-        found, first = [], 0
+        numbers, first = [], 0
         for kind in kinds:
             c = len(self.forces[kind])
-            found.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
+            numbers.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
             first += c
-        return np.concatenate(found)
+        return np.concatenate(numbers)
 
     def _arranged(
         self,
@@ -307,11 +308,11 @@ class ChainAssembler:
         A = self._summed(placed, self._entry_target, self._size[1], r, designs)
         d = self._summed(spreads, self._row_target, self._size[0], r if spreads else 0, designs)
         blocks, row, entry = [], 0, 0
-        for (inside, n, kinds), own in zip(self._blocks, T, strict=True):
+        for (inside, n, kinds), interface in zip(self._blocks, T, strict=True):
             q = len(kinds)
             rows, entries = slice(row, row + q * n), slice(entry, entry + q * n * n)
             shaped = A[..., entries].reshape(r, designs, q, n, n)
-            blocks.append(Block(shaped, d[..., rows].reshape(*d.shape[:2], q, n), inside, own))
+            blocks.append(Block(shaped, d[..., rows].reshape(*d.shape[:2], q, n), inside, interface))
             row, entry = rows.stop, entries.stop
         c = self.n_core
         core = EndMatrices(A[..., entry:].reshape(r, designs, c, c), d[..., row:], slowness, loss)
@@ -321,7 +322,7 @@ class ChainAssembler:
         """Sums (r, designs, size) of all entries (r, designs, ...) at their targets."""
         if not r or not parts:
             return np.zeros((r, designs, size))
-        data = np.concatenate([own.reshape(r * designs, -1) for own in parts], axis=1)
+        data = np.concatenate([matrices.reshape(r * designs, -1) for matrices in parts], axis=1)
         key = (r * designs, size)
         if key not in self._targets:
             self._targets[key] = (np.arange(r * designs)[:, None] * (size + 1) + target).ravel()
@@ -352,10 +353,10 @@ class ChainAssembler:
     def start(self, count: int) -> Eigenpairs:
         """Eigenpairs of the default design from which the search for `count` frequencies of others starts."""
         if count not in self._starts:
-            own = self(Design.of(self.plan).stacked()).dense
-            pairs = lowest(own.K[0], own.M[0], count + GUARD)
+            default = self(Design.of(self.plan).stacked()).dense
+            pairs = lowest(default.K[0], default.M[0], count + GUARD)
             if rigid := int((pairs.values == 0).sum()):
-                pairs = lowest(own.K[0], own.M[0], count + GUARD + min(rigid, 6))
+                pairs = lowest(default.K[0], default.M[0], count + GUARD + min(rigid, 6))
             self._starts[count] = pairs
         return self._starts[count]
 
@@ -365,14 +366,14 @@ class ChainAssembler:
         if not self._blocks or count > self.n_core:
             return False
         if count not in self._arrows:
-            own = self(Design.of(self.plan).stacked())
+            default = self(Design.of(self.plan).stacked())
             top = float(self.start(count).values[count - 1])
             fastest = [
                 np.linalg.eigvals(block.inverse @ block.A[1, ..., : block.inside, : block.inside])
-                for block in own.blocks
+                for block in default.blocks
             ]
             slowest = max(float(abs(values).max()) for values in fastest)
-            mass = own.followed[1]
+            mass = default.followed[1]
             massive = np.linalg.eigvalsh(scaled(mass, unit_scale(mass)))
             self._arrows[count] = 0 < top * slowest < STIFFER_BRANCHES and bool(
                 massive.min() > CORE_MASS * massive.max()
@@ -382,7 +383,7 @@ class ChainAssembler:
     def is_paper(self, count: int) -> bool:
         """Whether `unproven` has the coordinates of constraint modes of whole substructures, and the `count` lowest
         modes follow from the core."""
-        boundaries = all(len(own.remaining) == len(own.part.boundary) for own in self.reducers.values())
+        boundaries = all(len(reducer.remaining) == len(reducer.part.boundary) for reducer in self.reducers.values())
         return boundaries and self.is_arrow(count)
 
     def most(self, kind: ChainKind) -> int:
@@ -393,8 +394,8 @@ class ChainAssembler:
     def order_with(self, counts: Mapping[ChainKind, int]) -> int:
         """Number of coordinates with so many kept modes."""
         placed = self.plan.topology.copies
-        kept = {(name, g): len(own) * len(placed[name].offset) for (name, g), own in self.forces.items()}
-        now = sum(kept[kind] * own.shape[-1] for kind, own in self.forces.items())
+        kept = {(name, g): len(forces) * len(placed[name].offset) for (name, g), forces in self.forces.items()}
+        now = sum(kept[kind] * forces.shape[-1] for kind, forces in self.forces.items())
         return self.order - now + sum(kept[kind] * count for kind, count in counts.items())
 
 
@@ -430,9 +431,9 @@ def stacked(element: DiscreteElement, designs: int) -> Array:
     """K, M and R (3, designs, 1, m, m) of a discrete element."""
     m = 6 * len(element.nodes)
     A = np.zeros((3, designs, 1, m, m))
-    for out, own in zip(A, (element.K, element.M), strict=False):
-        if own is not None:
-            out[:, 0] = own
+    for out, matrix in zip(A, (element.K, element.M), strict=False):
+        if matrix is not None:
+            out[:, 0] = matrix
     return A
 
 

@@ -76,23 +76,23 @@ class PoleFrame:
 
     def taken(self, table: Array) -> Array:
         """Rows (..., c, e, k) of a table (..., elements, k)."""
-        own = table[..., self._own, :] if isinstance(self._own, slice) else np.take(table, self._own, axis=-2)
-        return own.reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
+        rows = table[..., self._own, :] if isinstance(self._own, slice) else np.take(table, self._own, axis=-2)
+        return rows.reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
 
     def _flexibility_basis(self, basis: Array) -> Array:
         """(c, e, k, 36) from that of an element in its own axes (k, 36)."""
         if self._flexibility_bases is None or self._flexibility_bases[0] != len(basis):
             inverse = self.Xj_inverse[..., None, :, :]
-            found = inverse @ basis.reshape(-1, 6, 6) @ inverse.mT
-            self._flexibility_bases = len(basis), found.reshape(*self.elements.shape, -1, 36)
+            turned = inverse @ basis.reshape(-1, 6, 6) @ inverse.mT
+            self._flexibility_bases = len(basis), turned.reshape(*self.elements.shape, -1, 36)
         return self._flexibility_bases[1]
 
     def flexibilities(self, table: Elements) -> Array:
         """Flexibility (..., c, e, 6, 6) of every element at the pole."""
         coefficients = self.taken(table.flexibility_coefficients)
         if self.is_fixed:
-            found = _contracted(coefficients, self._flexibility_basis(table.flexibility_basis))
-            return found.reshape(*found.shape[:-1], 6, 6)
+            flexibility = _contracted(coefficients, self._flexibility_basis(table.flexibility_basis))
+            return flexibility.reshape(*flexibility.shape[:-1], 6, 6)
         C = (coefficients @ table.flexibility_basis).reshape(*coefficients.shape[:-1], 6, 6)
         return np.asarray(self.Xj_inverse @ C @ self.Xj_inverse.mT)
 
@@ -113,8 +113,8 @@ class PoleFrame:
         padded = np.zeros((*lead, c, (e + 2) * k))
         padded[..., k:-k] = coefficients.reshape(*lead, c, e * k)
         pairs = as_strided(padded, (*lead, c, e + 1, 2 * k), (*padded.strides[:-1], 8 * k, 8), writeable=False)
-        found = _contracted(pairs, self._mass_bases[1])
-        return self._with_roots(found.reshape(*lead, c, e + 1, 6, 18), table)
+        mass = _contracted(pairs, self._mass_bases[1])
+        return self._with_roots(mass.reshape(*lead, c, e + 1, 6, 18), table)
 
     def _with_roots(self, A: Array, table: Elements) -> Array:
         """The `masses` with what elastic roots change of them; of a frame that is not fixed those of the elements
@@ -122,15 +122,15 @@ class PoleFrame:
         c, e = np.nonzero(np.isin(self.elements, table.rooted))
         if not len(c):
             return A
-        own = table.root_mass[..., np.searchsorted(table.rooted, self.elements[c, e]), :]
+        changes = table.root_mass[..., np.searchsorted(table.rooted, self.elements[c, e]), :]
         if not self.is_fixed:
-            m = own @ PLANE_BASIS
+            m = changes @ PLANE_BASIS
         else:
             if self._root_basis is None:
                 turned = self.Xt[c, e, None] @ PLANE_BASIS.reshape(-1, 12, 12) @ self.Xd[c, e, None]
                 self._root_basis = turned.reshape(len(c), 72, 144)
-            m = _contracted(own.reshape(-1, len(c), 72), self._root_basis)
-        m = m.reshape(*own.shape[:-1], 12, 12)
+            m = _contracted(changes.reshape(-1, len(c), 72), self._root_basis)
+        m = m.reshape(*changes.shape[:-1], 12, 12)
         if m.ndim > A.ndim - 1:
             A = np.broadcast_to(A, (*m.shape[:-3], *A.shape[-4:])).copy()
         if not self.is_fixed:
@@ -144,10 +144,10 @@ class PoleFrame:
         """(c, e + 1, 2 k, 108) from that of an element in its own axes (k, 144)."""
         m = self.Xt[..., None, :, :] @ basis.reshape(-1, 12, 12) @ self.Xd[..., None, :, :]
         c, e, k, _, _ = m.shape
-        found = np.zeros((c, e + 1, 2, k, 6, 18))
-        found[:, 1:, 0, :, :, :12] = m[..., 6:, :]
-        found[:, :-1, 1, :, :, 6:] = m[..., :6, :]
-        return found.reshape(c, e + 1, 2 * k, 108)
+        bases = np.zeros((c, e + 1, 2, k, 6, 18))
+        bases[:, 1:, 0, :, :, :12] = m[..., 6:, :]
+        bases[:, :-1, 1, :, :, 6:] = m[..., :6, :]
+        return bases.reshape(c, e + 1, 2 * k, 108)
 
     def internal(self, forces: Array) -> Array:
         """Wrenches (..., c, e, 6, k) in the elements of the chain, clamped at its first end and free at the other,
@@ -159,9 +159,9 @@ class PoleFrame:
 def _contracted(coefficients: Array, basis: Array) -> Array:
     """Coefficients (designs, ..., k) times the basis (..., k, n) of each: (designs, ..., n), by products of matrices
     over the designs."""
-    found = np.empty((*coefficients.shape[:-1], basis.shape[-1]))
-    np.matmul(np.moveaxis(coefficients, 0, -2), basis, out=np.moveaxis(found, 0, -2))
-    return found
+    products = np.empty((*coefficients.shape[:-1], basis.shape[-1]))
+    np.matmul(np.moveaxis(coefficients, 0, -2), basis, out=np.moveaxis(products, 0, -2))
+    return products
 
 
 def _summed(sums: Array, A: Array) -> Array:
@@ -255,10 +255,10 @@ def _closed(W: Array, Ft: Array, k: Array) -> Array:
 def _trace(band: Array, running: Array, M: Array, loss: Array) -> Array:
     """Sum of 1/omega^2 over all motions of the interior, ends held, from above: that of the chain held at its first end
     less what its other end takes back (theory eq. N5)."""
-    own, after = band[..., 1:, :, 6:12], band[..., 1:, :, 12:]
-    free = np.einsum("...eij,...eij->...", running, own) + 2 * np.einsum("...eij,...eij->...", running, after)
+    diagonal, after = band[..., 1:, :, 6:12], band[..., 1:, :, 12:]
+    free = np.einsum("...eij,...eij->...", running, diagonal) + 2 * np.einsum("...eij,...eij->...", running, after)
     total, held = running[..., -1, :, :], M[..., 6:12, 6:12]
-    size = np.einsum("...eii,...eii->...", running, own) + np.einsum("...ii,...ii->...", total, held)
+    size = np.einsum("...eii,...eii->...", running, diagonal) + np.einsum("...ii,...ii->...", total, held)
     taken_back = np.einsum("...ij,...ij->...", total, held)
     return np.asarray(free - taken_back + 6 * (3 * (running.shape[-3] + 64) * EPS + loss) * size)
 
@@ -280,23 +280,25 @@ def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
     M = (frame.taken(table.mass_coefficients) @ table.mass_basis)[0].reshape(*F.shape[:2], 12, 12)
     mass = frame.Xt @ M @ frame.Xd
     length = F.shape[1]
-    found = []
-    for own, inertia, local, Xd in zip(F, mass, M, frame.Xd, strict=True):
-        pairs = _modes(np.linalg.inv(own), inertia, min(count, 6 * (length - 1)))
+    inertia_forces = []
+    for flexibility, inertia, local, Xd in zip(F, mass, M, frame.Xd, strict=True):
+        pairs = _modes(np.linalg.inv(flexibility), inertia, min(count, 6 * (length - 1)))
         n = int(np.isfinite(pairs.values).sum())
         moved = np.zeros((length + 1, 6, n))
         moved[1:-1] = pairs.vectors[:, :n].reshape(length - 1, 6, n)
-        found.append(local @ (Xd @ np.concatenate([moved[:-1], moved[1:]], axis=1)) * np.sqrt(pairs.values[:n]))
-    least = min(forces.shape[-1] for forces in found)
-    return np.stack([forces[..., :least] for forces in found])
+        inertia_forces.append(
+            local @ (Xd @ np.concatenate([moved[:-1], moved[1:]], axis=1)) * np.sqrt(pairs.values[:n])
+        )
+    least = min(forces.shape[-1] for forces in inertia_forces)
+    return np.stack([forces[..., :least] for forces in inertia_forces])
 
 
 def _modes(k: Array, mass: Array, count: int) -> Eigenpairs:
     """Lowest modes of a chain of elements with stiffness k (e, 6, 6), mass (e, 12, 12) at the pole, both ends held."""
     n = 6 * (len(k) - 1)
     K, M = np.zeros((n + 12, n + 12)), np.zeros((n + 12, n + 12))
-    for e, (own, inertia) in enumerate(zip(k, mass, strict=True)):
+    for e, (stiffness, inertia) in enumerate(zip(k, mass, strict=True)):
         at = slice(6 * e, 6 * e + 12)
-        K[at, at] += np.block([[own, -own], [-own, own]])
+        K[at, at] += np.block([[stiffness, -stiffness], [-stiffness, stiffness]])
         M[at, at] += inertia
     return lowest(K[6:-6, 6:-6], M[6:-6, 6:-6], count)

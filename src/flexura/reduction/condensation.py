@@ -165,15 +165,16 @@ def _reduced_system(K: Array, M: Array, masters: Index, method: str) -> Array:
 
 def _coordinates_named(low: LowOrderModel, names: Sequence[str]) -> Index:
     known = {name: k for k, name in enumerate(low.coordinate_names)}
-    found: list[int] = []
+    masters: list[int] = []
     for name in [names] if isinstance(names, str) else names:
-        own = [known[name]] if name in known else [k for text, k in known.items() if text.rpartition(".")[0] == name]
-        if not own:
+        of_node = [k for text, k in known.items() if text.rpartition(".")[0] == name]
+        positions = [known[name]] if name in known else of_node
+        if not positions:
             raise OptionError(f"the model has no coordinate of {name!r}; `coordinate_names` lists those it has")
-        found += own
-    if not found or len(set(found)) < len(found):
+        masters += positions
+    if not masters or len(set(masters)) < len(masters):
         raise OptionError("name at least one coordinate, and each only once")
-    return np.array(found, dtype=np.intp)
+    return np.array(masters, dtype=np.intp)
 
 
 def _telling_coordinates(low: LowOrderModel, modes: Array, weight: Array) -> Index:
@@ -254,8 +255,8 @@ class NestedModel(Result):
     @property
     def substructure(self) -> Substructure:
         """The nodes where they are, with the superelement `reduced` between them, as a substructure to be placed."""
-        own = self.model
-        x = own.geometry.positions[own.plan.topology.numbers(list(self.names))].tolist()
+        model = self.model
+        x = model.geometry.positions[model.plan.topology.numbers(list(self.names))].tolist()
         nodes = {name: (a, b, c) for name, (a, b, c) in zip(self.names.values(), x, strict=True)}
         return Substructure(nodes=nodes, superelements={NESTED_PART: self.superelement}, interface=tuple(nodes))
 
@@ -292,15 +293,16 @@ def nested(
     P, N = _split(low, list(names), K, M)
     K_rr, M_rr = N.T @ K @ N, N.T @ M @ N
     P = P - N @ _static(K_rr, N.T @ (K @ P))
-    modes = lowest((K_rr + K_rr.T) / 2, (M_rr + M_rr.T) / 2, len(K_rr) if keep is None else min(keep, len(K_rr)))
-    finite = np.isfinite(modes.values)
-    T = np.hstack([P, N @ modes.vectors[:, finite]])
+    count = len(K_rr) if keep is None else min(keep, len(K_rr))
+    modes = lowest((K_rr + K_rr.T) / 2, (M_rr + M_rr.T) / 2, count).finite
+    amplitudes = len(modes.values)
+    T = np.hstack([P, N @ modes.vectors])
     labels = [f"{name}.{dof}" for name in names for dof in DOF_NAMES]
-    labels += [f"amplitude {k + 1}" for k in range(int(finite.sum()))]
-    model = low.projected(T, labels, f"superelement of {len(names)} nodes and {int(finite.sum())} amplitudes")
+    labels += [f"amplitude {k + 1}" for k in range(amplitudes)]
+    model = low.projected(T, labels, f"superelement of {len(names)} nodes and {amplitudes} amplitudes")
     b = P.shape[1]
     condensed = _without_strain(low, list(names), model.K[:b, :b], model.M[:b, :b], np.abs(P).T @ np.abs(K) @ np.abs(P))
-    stiffness = la.block_diag(condensed, np.diag(modes.values[finite]))
+    stiffness = la.block_diag(condensed, np.diag(modes.values))
     return NestedModel(replace(model, K=stiffness), names)
 
 

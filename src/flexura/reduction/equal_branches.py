@@ -96,14 +96,16 @@ class SplitModel(Record):
     @property
     def blocks(self) -> list[tuple[Any, Any, int]]:
         """K, M and how often each problem occurs."""
-        return [(self.K, self.M, int(self.K.shape[0] > 0)), *((own.K, own.M, own.copies) for own in self.branches)]
+        return [(self.K, self.M, int(self.K.shape[0] > 0)), *((b.K, b.M, b.copies) for b in self.branches)]
 
     @property
     def summary(self) -> str:
         """What was split, in words."""
-        own = [f"{len(b.dofs)} equal branches move the rest in {b.space.shape[1]} combinations" for b in self.branches]
+        texts = [
+            f"{len(b.dofs)} equal branches move the rest in {b.space.shape[1]} combinations" for b in self.branches
+        ]
         orders = " and ".join(str(K.shape[0]) for K, _, times in self.blocks if times)
-        return f"{'; '.join(own)}: solved as problems of order {orders}, without approximation"
+        return f"{'; '.join(texts)}: solved as problems of order {orders}, without approximation"
 
     def count_below(self, value: float) -> int:
         """Number of eigenvalues of the full-order model below a value, by inertia (theory eq. 55)."""
@@ -111,23 +113,23 @@ class SplitModel(Record):
 
     def lowest(self, count: int) -> Eigenpairs:
         """The `count` lowest eigenpairs of the full-order model, finite ones only."""
-        found = sorted(
+        merged = sorted(
             (float(value), block, k)
             for block, (values, times) in enumerate(self._values(count))
             for k, value in enumerate(np.repeat(values, times)[:count])
         )[:count]
-        vectors = np.zeros((self.model.order, len(found)))
-        apart = [own.apart(count) for own in self.branches]
-        for column, (_, block, k) in enumerate(found):
+        vectors = np.zeros((self.model.order, len(merged)))
+        apart = [branch.apart(count) for branch in self.branches]
+        for column, (_, block, k) in enumerate(merged):
             x = self._pairs(block, count).vectors
             if block == 0:
                 vectors[:, column] = self._coupled(x[:, k])
             else:
-                own = self.branches[block - 1]
-                times = min(count, own.copies)
-                combination = apart[block - 1][:, k % own.copies % times]
-                vectors[own.dofs, column] = combination[:, None] * x[:, k // own.copies]
-        return Eigenpairs(np.array([value for value, _, _ in found]), np.asarray(self.turn @ vectors))
+                branch = self.branches[block - 1]
+                times = min(count, branch.copies)
+                combination = apart[block - 1][:, k % branch.copies % times]
+                vectors[branch.dofs, column] = combination[:, None] * x[:, k // branch.copies]
+        return Eigenpairs(np.array([value for value, _, _ in merged]), np.asarray(self.turn @ vectors))
 
     def certificate(self, n: int) -> Certificate:
         """Intervals in which inertia counts find the `n` lowest frequencies, and how many there are up to the last.
@@ -147,7 +149,7 @@ class SplitModel(Record):
                     lower[k], upper[k], indexed[k] = *edge, True
                     break
         beyond = float(values[-1] * (1 + 2 * max(margin[-1], NARROWEST)))
-        found = sum(times * int((own < beyond).sum()) for own, times in self._values(n + SPARE_BLOCK_PAIRS))
+        found = sum(times * int((each < beyond).sum()) for each, times in self._values(n + SPARE_BLOCK_PAIRS))
         hz, low, high, below = (np.sqrt(each) / (2 * np.pi) for each in (values, lower, upper, np.array(beyond)))
         return Certificate(hz, low, high, indexed, float(below), self.count_below(beyond), found)
 
@@ -183,9 +185,9 @@ class SplitModel(Record):
         """Displacements of the full-order model, branches in their own frames, from a vector of the coupled problem."""
         whole, at = np.zeros(self.model.order), len(self.rest)
         whole[self.rest] = x[:at]
-        for own in self.branches:
-            m, s = own.dofs.shape[1], own.space.shape[1]
-            whole[own.dofs] = own.space @ x[at : at + s * m].reshape(s, m)
+        for branch in self.branches:
+            m, s = branch.dofs.shape[1], branch.space.shape[1]
+            whole[branch.dofs] = branch.space @ x[at : at + s * m].reshape(s, m)
             at += s * m
         return whole
 
@@ -204,22 +206,25 @@ def split(model: FullOrderModel) -> SplitModel | None:
     if model.order < SPLIT_GAIN * len(rest):
         return None
     turn = _branch_axes(model, groups)
-    side_K, side_M = ((turn.T @ A.tocsr()[:, rest]).tocsr() for A in (model.K, model.M))
-    branches, rows = [], []
+    whole = model.K.tocsr(), model.M.tocsr()
+    sides = tuple((turn.T @ A[:, rest]).tocsr() for A in whole)
+    branches: list[EqualBranches] = []
+    couplings: list[list[Any]] = []
     for dofs, _ in groups:
-        own = turn[dofs[0]][:, dofs[0]]
-        K, M = ((own.T @ A[dofs[0]][:, dofs[0]] @ own).tocsc() for A in (model.K.tocsr(), model.M.tocsr()))
-        if not all(_acts_alike(A, own, dofs, turn) for A, own in ((model.K, K), (model.M, M))):
+        axes = turn[dofs[0]][:, dofs[0]]
+        K, M = ((axes.T @ A[dofs[0]][:, dofs[0]] @ axes).tocsc() for A in whole)
+        if not all(_acts_alike(A, first, dofs, turn) for A, first in ((model.K, K), (model.M, M))):
             return None
         outer = (model.K.diagonal()[rest], model.M.diagonal()[rest])
-        space, coupling = _coupling(dofs, (side_K, side_M), (K, M), outer)
+        space, coupling = _coupling(dofs, sides, (K, M), outer)
         branches.append(EqualBranches(dofs, space, K, M))
-        rows.append(coupling)
-    order = len(rest) + sum(own.space.shape[1] * own.dofs.shape[1] for own in branches)
+        couplings.append(coupling)
+    order = len(rest) + sum(branch.space.shape[1] * branch.dofs.shape[1] for branch in branches)
     if model.order < SPLIT_GAIN * order:
         return None
-    K = _assembled(model.K.tocsr()[rest][:, rest], [own.K for own in branches], [row[0] for row in rows], branches)
-    M = _assembled(model.M.tocsr()[rest][:, rest], [own.M for own in branches], [row[1] for row in rows], branches)
+    of_K, of_M = ([coupling[k] for coupling in couplings] for k in range(2))
+    K = _assembled(whole[0][rest][:, rest], [branch.K for branch in branches], of_K, branches)
+    M = _assembled(whole[1][rest][:, rest], [branch.M for branch in branches], of_M, branches)
     if not is_definite(K):  # something moves freely
         return None
     return SplitModel(model, rest, tuple(branches), turn, K, M)
@@ -245,7 +250,7 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
     top = starts[0][0]
     touched = np.zeros(topology.n_nodes, dtype=bool)
     touched[topology.root[:top]] = True
-    found: dict[tuple[Any, ...], list[tuple[Index, int]]] = {}
+    alike: dict[tuple[Any, ...], list[tuple[Index, int]]] = {}
     for (start, number, name), end in zip(starts, ends, strict=True):
         root, dof = topology.root[start:end], topology.dof[start:end]
         foreign = (root >= top) & ((root < start) | (root >= end))
@@ -255,9 +260,9 @@ def _equal_instances(model: FullOrderModel) -> list[tuple[Index, list[int]]]:
             continue
         follows = np.where(root < top, -1, root - start)
         key = (name, follows.tobytes(), free.tobytes(), topology.is_rigid[start:end].tobytes())
-        found.setdefault(key, []).append((dof[free], number))
-    groups = [own for own in found.values() if len(own) >= LEAST_COPIES]
-    return [(np.array([dofs for dofs, _ in own]), [number for _, number in own]) for own in groups]
+        alike.setdefault(key, []).append((dof[free], number))
+    groups = [group for group in alike.values() if len(group) >= LEAST_COPIES]
+    return [(np.array([dofs for dofs, _ in group]), [number for _, number in group]) for group in groups]
 
 
 def _branch_axes(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -> sp.csr_matrix:
@@ -269,11 +274,11 @@ def _branch_axes(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -
     for dofs, numbers in groups:
         Q = model.geometry.Q[numbers]
         placed = dofs[:, topology.has_position[dof_node[dofs[0]]]]
-        own = placed.reshape(len(dofs), -1, 2, 3)  # nodes, displacement and rotation
+        components = placed.reshape(len(dofs), -1, 2, 3)  # nodes, displacement and rotation
         both = np.stack([Q, np.linalg.det(Q).round()[:, None, None] * Q], axis=1)[:, None]
-        shape = (*own.shape, 3)
-        rows.append(np.broadcast_to(own[..., :, None], shape).ravel())
-        columns.append(np.broadcast_to(own[..., None, :], shape).ravel())
+        shape = (*components.shape, 3)
+        rows.append(np.broadcast_to(components[..., :, None], shape).ravel())
+        columns.append(np.broadcast_to(components[..., None, :], shape).ravel())
         values.append(np.broadcast_to(both, shape).ravel())
         turned[placed] = True
     still = np.flatnonzero(~turned)
@@ -281,16 +286,16 @@ def _branch_axes(model: FullOrderModel, groups: list[tuple[Index, list[int]]]) -
     return sp.csr_matrix((np.concatenate([*values, np.ones(len(still))]), at), shape=(model.order, model.order))
 
 
-def _acts_alike(A: Any, own: Any, dofs: Index, turn: sp.csr_matrix) -> bool:
-    """Whether the inside of every branch acts like `own` (m, m), that of the first, on one and the same motion."""
+def _acts_alike(A: Any, first: Any, dofs: Index, turn: sp.csr_matrix) -> bool:
+    """Whether the inside of every branch acts like `first` (m, m), that of the first, on one and the same motion."""
     motion, whole = np.cos(1.0 + np.arange(dofs.shape[1]) ** 2), np.zeros(A.shape[0])
     whole[dofs] = motion
     acts = (turn.T @ (A @ (turn @ whole)))[dofs]
-    return bool((np.abs(acts - own @ motion) <= EQUAL_WITHIN * (abs(own) @ np.abs(motion))).all())
+    return bool((np.abs(acts - first @ motion) <= EQUAL_WITHIN * (abs(first) @ np.abs(motion))).all())
 
 
 def _coupling(
-    dofs: Index, sides: tuple[Any, Any], inner: tuple[Any, Any], outer: tuple[Array, Array]
+    dofs: Index, sides: tuple[Any, ...], inner: tuple[Any, Any], outer: tuple[Array, Array]
 ) -> tuple[Array, list[Any]]:
     """The space (c, s) of combinations of equal branches that couple to the rest, and for K and M the coupling
     (s m, b) of these combinations.
@@ -299,21 +304,21 @@ def _coupling(
     """
     c, m = dofs.shape
     entries, columns = [], []
-    for side, own, rest in zip(sides, inner, outer, strict=True):
+    for side, inside, rest in zip(sides, inner, outer, strict=True):
         at = side[dofs.ravel()].tocoo()
         place = (at.row % m) * side.shape[1] + at.col
         kept, number = np.unique(place, return_inverse=True)
-        found = np.zeros((c, len(kept)))
-        np.add.at(found, (at.row // m, number), at.data)
-        size = np.sqrt(np.abs(own.diagonal()[kept // side.shape[1]] * rest[kept % side.shape[1]]))
-        entries.append(found / np.where(size > 0, size, 1.0))
+        coefficients = np.zeros((c, len(kept)))
+        np.add.at(coefficients, (at.row // m, number), at.data)
+        size = np.sqrt(np.abs(inside.diagonal()[kept // side.shape[1]] * rest[kept % side.shape[1]]))
+        entries.append(coefficients / np.where(size > 0, size, 1.0))
         columns.append((kept, np.where(size > 0, size, 1.0)))
     U, size, _ = la.svd(np.hstack(entries), full_matrices=False)
     space = U[:, size > COUPLING_RANK * size.max(initial=0.0)] if size.size else np.zeros((c, 0))
     s, b = space.shape[1], sides[0].shape[1]
     coupling = []
-    for found, (kept, unit) in zip(entries, columns, strict=True):
-        values = (space.T @ found) * unit
+    for coefficients, (kept, unit) in zip(entries, columns, strict=True):
+        values = (space.T @ coefficients) * unit
         row = np.arange(s)[:, None] * m + kept // b
         column = np.broadcast_to(kept % b, row.shape)
         coupling.append(sp.csr_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=(s * m, b)))
@@ -325,8 +330,8 @@ def _assembled(rest: Any, inner: list[Any], coupling: list[Any], branches: list[
     count = 1 + len(branches)
     blocks: list[list[Any]] = [[None] * count for _ in range(count)]
     blocks[0][0] = rest
-    for k, (own, A, side) in enumerate(zip(branches, inner, coupling, strict=True), 1):
-        blocks[k][k] = sp.kron(sp.identity(own.space.shape[1]), A)
+    for k, (branch, A, side) in enumerate(zip(branches, inner, coupling, strict=True), 1):
+        blocks[k][k] = sp.kron(sp.identity(branch.space.shape[1]), A)
         blocks[k][0], blocks[0][k] = side, side.T
     whole = sp.block_array(blocks).tocsc()
     return ((whole + whole.T) / 2).tocsc()

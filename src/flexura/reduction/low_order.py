@@ -156,11 +156,11 @@ def reduction_of(
     A tolerance is for the lowest `n` modes, or for all up to `up_to` Hz, unless `asked` names another limit.
     """
     given = {key: value for key, value in asked.items() if value is not None}
-    own = plan.mechanism.reduction
-    if not given and own is not None:
-        if own.tolerance is None:
-            return {"keep": own.keep or 0}
-        given = {"tolerance": own.tolerance}
+    described = plan.mechanism.reduction
+    if not given and described is not None:
+        if described.tolerance is None:
+            return {"keep": described.keep or 0}
+        given = {"tolerance": described.tolerance}
     if given.keys() & {"keep", "keep_below", "reduction"}:
         return given
     if "tolerance" not in asked or asked["tolerance"] is None:
@@ -367,7 +367,8 @@ class _Refinement:
         density = np.append(np.einsum("ik,ik->i", shapes, self.full.model.M @ shapes), 0.0)
         dof = self.assembler.plan.topology.dof
         inside = {
-            name: self.assembler.numbers(name, own.part.interior) for name, own in self.assembler.reducers.items()
+            name: self.assembler.numbers(name, reducer.part.interior)
+            for name, reducer in self.assembler.reducers.items()
         }
         return {name: abs(float(density[dof[number].ravel()].sum())) for name, number in inside.items()}
 

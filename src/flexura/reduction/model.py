@@ -200,12 +200,12 @@ class LowOrderModel(OfDesign, Result):
             raise OptionError(f"static response is exact at {known}; name {unknown[0]} in `static_at` when reducing")
         within("dense_entries", 6 * len(nodes) * self.order, f"the compliance at {len(nodes)} nodes")
         if self.origin is not None:
-            found = self.origin.compliance(nodes)
+            compliance = self.origin.compliance(nodes)
         elif self.plan.is_loaded and not isinstance(self.basis, FullBasis):
-            found = self._full_flexibility(nodes)
+            compliance = self._full_flexibility(nodes)
         else:
-            found = self._own_flexibility(nodes)
-        return (found + found.T) / 2
+            compliance = self._own_flexibility(nodes)
+        return (compliance + compliance.T) / 2
 
     @cached_property
     def residual(self) -> Array | None:

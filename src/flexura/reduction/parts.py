@@ -144,8 +144,8 @@ class CraigBampton:
         T = np.zeros((n, b))
         T[self.boundary, np.arange(b)] = 1.0
         T[self.interior] = self.constraint_modes
-        own, MT = self._stiffness_at_boundary, self.M @ T
-        K, M = T.T @ (self.K @ T) if own is None else own(), T.T @ MT
+        stiffness_known, MT = self._stiffness_at_boundary, self.M @ T
+        K, M = T.T @ (self.K @ T) if stiffness_known is None else stiffness_known(), T.T @ MT
         return (K + K.T) / 2, MT, (M + M.T) / 2
 
     def reduced(self, count: int = 0) -> ReducedPart:
@@ -190,14 +190,14 @@ def free_interface(modes: CraigBampton, count: int = 0, below_hz: float = 0.0) -
     if not len(inner) or not (count or below_hz):
         return modes.reduced(0)
     # freedoms without stiffness and mass, such as those of nodes that others only pass through, are no part of this
-    own = np.flatnonzero((modes.K.diagonal() > 0) | (modes.M.diagonal() > 0))
-    K, M = modes.K[own][:, own], modes.M[own][:, own]
+    present = np.flatnonzero((modes.K.diagonal() > 0) | (modes.M.diagonal() > 0))
+    K, M = modes.K[present][:, present], modes.M[present][:, present]
     rigid = _rigid_count(modes)
     if below_hz:
         count = max(count, count_below(K, M, (2 * np.pi * below_hz) ** 2) - rigid)
-    pairs = lowest(K, M, min(rigid + count, len(own)))
+    pairs = lowest(K, M, min(rigid + count, len(present)))
     shapes = np.zeros((modes.K.shape[0], len(pairs.values)))
-    shapes[own] = np.where(np.isfinite(pairs.values), pairs.vectors, 0.0)
+    shapes[present] = np.where(np.isfinite(pairs.values), pairs.vectors, 0.0)
     at_rest = shapes[inner, rigid:] - modes.constraint_modes @ shapes[modes.boundary, rigid:]
     relief = modes.solve((modes.M @ shapes[:, :rigid])[inner]) if rigid else np.empty((len(inner), 0))
     return modes.reduced_by(_independent(modes, np.hstack([at_rest, relief])))
@@ -211,8 +211,8 @@ def _rigid_count(modes: CraigBampton) -> int:
     stiff, mass = np.diagonal(part.K)[:b], np.diagonal(part.M)[:b]
     loose = stiff <= 0
     held = np.flatnonzero(~loose)
-    own = part.K[np.ix_(held, held)]
-    zeros = (la.eigvalsh(scaled(own, unit_scale(own))) < ADDED_ENERGY).sum()
+    stiffness = part.K[np.ix_(held, held)]
+    zeros = (la.eigvalsh(scaled(stiffness, unit_scale(stiffness))) < ADDED_ENERGY).sum()
     return int(zeros + (loose & (mass > 0)).sum())
 
 
@@ -266,7 +266,9 @@ class PartReducer:
         mass (2)."""
         number = np.full(self.part.n_nodes, -1)
         number[nodes] = np.arange(len(nodes))
-        discrete_elements = [node_dofs(number[own[0]])[None] for own in self.part.discrete_nodes() if own[which]]
+        discrete_elements = [
+            node_dofs(number[element[0]])[None] for element in self.part.discrete_nodes() if element[which]
+        ]
         return Scatter([*(node_dofs(number[each]) for each in connected), *discrete_elements], 6 * len(nodes))
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
@@ -321,18 +323,18 @@ class PartReducer:
     def refuse_too_large(self) -> None:
         """Raise OptionError where the constraint modes of all that is kept are too large a matrix."""
         kept, n = len(self.boundary_dofs), 6 * self.part.n_nodes
-        if found := beyond("dense_entries", kept * n):
-            rule = f"{self.kept_nodes}: {found[1]}"
+        if excess := beyond("dense_entries", kept * n):
+            rule = f"{self.kept_nodes}: {excess[1]}"
             advice = (
                 "ask for a tolerance, which takes modes of the full order here; or divide it into substructures that"
                 " share few nodes"
             )
-            raise OptionError(f"{rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {found[2]}")
+            raise OptionError(f"{rule} (found {n} x {kept} constraint modes)\n    hint: {advice}; {excess[2]}")
 
     def kinematics(self, geometry: Geometry) -> list[ChainKinematics]:
         """What depends on geometry alone of every group of chains, kept while the part's stays the same."""
-        own = geometry.parts[self.part.name]
-        return self._latest.get(own, lambda: [kinematics(self.part, g, own) for g in self.chains])
+        part_geometry = geometry.parts[self.part.name]
+        return self._latest.get(part_geometry, lambda: [kinematics(self.part, g, part_geometry) for g in self.chains])
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""

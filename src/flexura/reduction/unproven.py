@@ -65,16 +65,16 @@ def unproven_frequencies(
         raise OptionError(f"the number of frequencies is at least 1, not {n}")
     count = min(n, len(assembler.physical))
     many = values if values.ndim > 1 else values[None]
-    found = np.empty((len(many), count))
-    for own in stacks(len(many)):
+    eigenvalues = np.empty((len(many), count))
+    for designs in stacks(len(many)):
         try:
-            design = Design.at(plan, many[own], some_of(parameters, own))
-            found[own] = (
+            design = Design.at(plan, many[designs], some_of(parameters, designs))
+            eigenvalues[designs] = (
                 _by_branches(chains, design, count) if chains.is_paper(count) else _of(assembler, design, count)
             )
         except ImpossibleDesignError as error:
-            raise named(error, own.start, parameters) from None
-    hz = np.sqrt(np.maximum(found, 0.0)) / (2 * np.pi)
+            raise named(error, designs.start, parameters) from None
+    hz = np.sqrt(np.maximum(eigenvalues, 0.0)) / (2 * np.pi)
     return hz if values.ndim > 1 else hz[0]
 
 
@@ -89,8 +89,8 @@ def _by_branches(chains: ChainAssembler, design: Design, count: int) -> Array:
     values, is_settled = arrow_values(arrow, count)
     left = np.flatnonzero(~is_settled)
     if len(left):
-        own = arrow.take(left).dense
-        values[left] = lowest_values(own.K, own.M, count, chains.start(count))
+        dense = arrow.take(left).dense
+        values[left] = lowest_values(dense.K, dense.M, count, chains.start(count))
     return values
 
 
@@ -117,9 +117,9 @@ def independent_motions(plan: Plan, parameters: Mapping[str, ArrayLike], nodes: 
     chains = kept_chains(plan, n)
     if chains is None or not chains.in_core(nodes):
         return None
-    found = list[Moved]()
-    for used, values, own in independent_stacks(plan, parameters):
-        design, count = Design.at(plan, values, own), used.stop - used.start
+    moved = list[Moved]()
+    for used, values, given in independent_stacks(plan, parameters):
+        design, count = Design.at(plan, values, given), used.stop - used.start
         order = chains(design).dense
         pairs = lowest_pairs(order.K, order.M, n, chains.start(n), MODES_SEARCHED)
         if not np.isfinite(pairs.vectors).all():
@@ -127,8 +127,8 @@ def independent_motions(plan: Plan, parameters: Mapping[str, ArrayLike], nodes: 
         X, rows = pairs.vectors[:, :, :n], chains.node_rows(design, nodes)
         hertz = np.sqrt(np.maximum(pairs.values[:, :n], 0)) / HERTZ
         sizes = [abs(X[:, at]).max(axis=(1, 2), initial=0.0) for at in chains.core_coordinates]
-        found.append(Moved(hertz[:count], (rows @ X[:, None])[:count], np.stack(sizes, axis=-1)[:count]))
-    return Moved(*(np.concatenate(own) for own in zip(*found, strict=True)))
+        moved.append(Moved(hertz[:count], (rows @ X[:, None])[:count], np.stack(sizes, axis=-1)[:count]))
+    return Moved(*(np.concatenate(given) for given in zip(*moved, strict=True)))
 
 
 def independent_flexibility(
@@ -146,14 +146,14 @@ def independent_flexibility(
     assembler = plan.prepared.once(("static", tuple(np.unique(roots))), lambda: _keeping(plan, roots))
     if len(assembler.physical) > LARGEST_STATIC:
         return None
-    found, settled = list[Array](), list[NDArray[np.bool_]]()
-    for used, values, own in independent_stacks(plan, parameters):
-        design = Design.at(plan, values, own)
+    flexibilities, settled = list[Array](), list[NDArray[np.bool_]]()
+    for used, values, given in independent_stacks(plan, parameters):
+        design = Design.at(plan, values, given)
         rows = motions(design, assembler.node_rows(design, nodes))
         C, is_settled = _flexibility(assembler.stiffness(design), rows, used.stop - used.start)
-        found.append(C)
+        flexibilities.append(C)
         settled.append(is_settled)
-    return np.concatenate(found), np.concatenate(settled)
+    return np.concatenate(flexibilities), np.concatenate(settled)
 
 
 def _keeping(plan: Plan, roots: Index) -> LowOrderAssembler:
@@ -172,9 +172,9 @@ def _flexibility(K: Array, rows: Array, count: int) -> tuple[Array, NDArray[np.b
     d = unit_scale(K)
     right = np.broadcast_to(rows, (len(K), *rows.shape[-2:])) * d[:, None, :]
     C, settled = np.full((count, *rows.shape[-2:-1] * 2), np.nan), np.zeros(count, dtype=bool)
-    for k, (own, b) in enumerate(zip(scaled(K, d)[:count], right[:count], strict=True)):
-        factor, failed = lapack.dpotrf(own.T, clean=False)
-        if not failed and np.isfinite(own).all():
+    for k, (stiffness, b) in enumerate(zip(scaled(K, d)[:count], right[:count], strict=True)):
+        factor, failed = lapack.dpotrf(stiffness.T, clean=False)
+        if not failed and np.isfinite(stiffness).all():
             X = lapack.dpotrs(factor, b.T)[0]
             C[k], settled[k] = b @ X, factor.diagonal().min() ** 2 > WELL
     return (C + C.mT) / 2, settled

@@ -36,12 +36,11 @@ def whole_clusters(K: Any, M: Any, n: int) -> Eigenpairs:
     """The lowest n eigenpairs, and further copies of the last where it is repeated."""
     count = n + SPARE_EIGENVALUES
     while True:
-        pairs = lowest(K, M, count)
-        own = pairs.values[np.isfinite(pairs.values)]
-        groups = clusters(own)
-        stop = next((g[-1] + 1 for g in groups if g[-1] + 1 >= n), len(own))
+        pairs = lowest(K, M, count).finite
+        ends = (group[-1] + 1 for group in clusters(pairs.values))
+        stop = next((end for end in ends if end >= n), len(pairs.values))
         if stop < count or count >= K.shape[0]:
-            return Eigenpairs(own[:stop], pairs.vectors[:, :stop])
+            return pairs.first(stop)
         count *= 2
 
 
@@ -71,7 +70,7 @@ def moved_clusters(K: Any, M: Any, pairs: Eigenpairs, changes: Sequence[Change],
 
     Raises SolverError when an eigenvector cannot be told from its neighbours.
     """
-    found = []
+    moved = []
     for at in clusters(pairs.values):
         X, value = pairs.vectors[:, at], float(np.mean(pairs.values[at]))
         force = np.stack([c.K[:, at] - value * c.M[:, at] for c in changes]) if changes else np.empty((0, *X.shape))
@@ -81,8 +80,8 @@ def moved_clusters(K: Any, M: Any, pairs: Eigenpairs, changes: Sequence[Change],
         outer = np.zeros_like(force)
         if shapes and len(changes):
             outer = _orthogonal_parts(K, M, value, X, M @ X @ slope - force)
-        found.append(Cluster(at, value, X, slope, mass, outer))
-    return found
+        moved.append(Cluster(at, value, X, slope, mass, outer))
+    return moved
 
 
 def _orthogonal_parts(K: Any, M: Any, value: float, X: Array, force: Array) -> Array:
@@ -163,9 +162,9 @@ def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
     """
     topology, plan = design.plan.topology, design.plan
     values: Any = design.values
-    found = np.zeros((len(values.slope) if isinstance(values, Dual) else 0, len(pairs.value)))
+    slopes = np.zeros((len(values.slope) if isinstance(values, Dual) else 0, len(pairs.value)))
     padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-    for name, own in design.matrices.items():
+    for name, matrices in design.matrices.items():
         part = plan.parts[name]
         number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
         G: Any = design.node_transforms(name, np.arange(part.n_nodes))
@@ -173,14 +172,14 @@ def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
         u = plain(G) @ x
         force = np.zeros((*u.shape[:-1], len(pairs.value)))
         if len(part.connectivity):
-            found += _elements(own, part.connectivity, u, force, pairs)
-        for discrete in own.discrete_elements:
+            slopes += _elements(matrices, part.connectivity, u, force, pairs)
+        for discrete in matrices.discrete_elements:
             placed = [k for k, node in enumerate(discrete.nodes) if node < part.n_positioned]
             positions = design.geometry.parts[name].positions
-            found += _discrete(discrete, placed, positions, u, force, pairs)
+            slopes += _discrete(discrete, placed, positions, u, force, pairs)
         if isinstance(G, Dual):
-            found += _with(G, np.einsum("cniq,cnjq->cnijq", force, x[..., pairs.second]))
-    return found
+            slopes += _with(G, np.einsum("cniq,cnjq->cnijq", force, x[..., pairs.second]))
+    return slopes
 
 
 def _with(x: Any, weight: Array) -> Array | float:
@@ -191,9 +190,9 @@ def _with(x: Any, weight: Array) -> Array | float:
     return x.slope.reshape(count, -1) @ weight.reshape(-1, weight.shape[-1])
 
 
-def _elements(own: PartMatrices, nodes: Index, u: Array, force: Array, pairs: Pairs) -> Any:
+def _elements(matrices: PartMatrices, nodes: Index, u: Array, force: Array, pairs: Pairs) -> Any:
     """What comes of the elements' matrices, frames and lengths; adds twice their forces on nodes to `force`."""
-    T, K, M, length = (own.T, own.elements.K[..., 6:, 6:], own.elements.M, own.elements.length)
+    T, K, M, length = (matrices.T, matrices.elements.K[..., 6:, 6:], matrices.elements.M, matrices.elements.length)
     a, b, value = pairs
     ends = u[:, nodes].reshape(len(u), len(nodes), 12, -1)
     local = plain(T) @ ends
@@ -205,14 +204,14 @@ def _elements(own: PartMatrices, nodes: Index, u: Array, force: Array, pairs: Pa
     inner = -value * (plain(M) @ local)[..., a]
     inner[..., 6:, :] += pull
     inner[..., :6, :] -= np.swapaxes(D, -1, -2) @ pull
-    found = _with(K, np.einsum("ceiq,cejq->eijq", strain[..., a], strain[..., b]))
-    found = found - _with(M, np.einsum("ceiq,cejq->eijq", local[..., a], local[..., b]) * value)
-    found = found + _with(T, 2 * np.einsum("ceiq,cejq->eijq", inner, ends[..., b]))
+    slopes = _with(K, np.einsum("ceiq,cejq->eijq", strain[..., a], strain[..., b]))
+    slopes = slopes - _with(M, np.einsum("ceiq,cejq->eijq", local[..., a], local[..., b]) * value)
+    slopes = slopes + _with(T, 2 * np.einsum("ceiq,cejq->eijq", inner, ends[..., b]))
     turn = pull[..., 1, :] * local[..., 5, b] - pull[..., 2, :] * local[..., 4, b]
-    found = found - _with(length, 2 * turn.sum(axis=0))
+    slopes = slopes - _with(length, 2 * turn.sum(axis=0))
     back = 2 * (np.swapaxes(plain(T), -1, -2) @ inner)
     np.add.at(force, np.s_[:, nodes], back.reshape(*u[:, nodes].shape[:-1], -1))  # pyright: ignore
-    return found
+    return slopes
 
 
 def _discrete(
@@ -221,11 +220,11 @@ def _discrete(
     """The same of a discrete element, with the arms between its nodes in place of lengths."""
     a, b, value = pairs
     v = u[:, discrete.nodes]
-    shape, found = v.shape, 0.0
+    shape, slopes = v.shape, 0.0
     flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
     back = np.zeros((len(u), flat.shape[1], len(value)))
     if discrete.M is not None:
-        found = found - _with(discrete.M, np.einsum("ciq,cjq->ijq", flat[..., a], flat[..., b]) * value)
+        slopes = slopes - _with(discrete.M, np.einsum("ciq,cjq->ijq", flat[..., a], flat[..., b]) * value)
         back -= value * (plain(discrete.M) @ flat)[..., a]
     if discrete.K is not None:
         B: Any = np.eye(flat.shape[1])
@@ -237,11 +236,11 @@ def _discrete(
                 B[6 * k : 6 * k + 6, 6 * placed[0] : 6 * placed[0] + 6] -= arm
         strain = plain(B) @ flat
         pull = (plain(discrete.K) @ strain)[..., a]
-        found = found + _with(discrete.K, np.einsum("ciq,cjq->ijq", strain[..., a], strain[..., b]))
-        found = found + _with(B, 2 * np.einsum("ciq,cjq->ijq", pull, flat[..., b]))
+        slopes = slopes + _with(discrete.K, np.einsum("ciq,cjq->ijq", strain[..., a], strain[..., b]))
+        slopes = slopes + _with(B, 2 * np.einsum("ciq,cjq->ijq", pull, flat[..., b]))
         back += plain(B).T @ pull
     np.add.at(force, np.s_[:, discrete.nodes], 2 * back.reshape(*shape[:-1], -1))  # pyright: ignore
-    return found
+    return slopes
 
 
 @dataclass(frozen=True)
@@ -293,8 +292,8 @@ def frequency_slopes(design: Design, n: int) -> FrequencySlopes:
 def _pairs(design: Design, n: int) -> Eigenpairs:
     """The `n` lowest pairs of a design without slopes, and further copies of the last."""
     (K, M), family = stiffness_and_mass(design), FullOrderFamily(design.plan)
-    found = lowest_groups(K, M, n, SPARE_EIGENVALUES, REPEATED_EIGENVALUES, lambda X: family.products_of(design, X)[0])
-    return found or whole_clusters(K, M, n)
+    pairs = lowest_groups(K, M, n, SPARE_EIGENVALUES, REPEATED_EIGENVALUES, lambda X: family.products_of(design, X)[0])
+    return pairs or whole_clusters(K, M, n)
 
 
 def _forms(design: Design, X: Array, pairs: Pairs) -> Array:
@@ -302,8 +301,8 @@ def _forms(design: Design, X: Array, pairs: Pairs) -> Array:
     if not design.plan.is_loaded:
         return energy_slopes(design, X, pairs)
     a, b, value = pairs
-    found = []
+    forms = []
     for change in FullOrderFamily(design.plan).changes_of(design, X):
-        own = (X[:, a] * (change.K[:, b] - value * change.M[:, b])).sum(axis=0)
-        found.append(own if change.is_smooth else np.full(len(value), np.nan))
-    return np.array(found)
+        form = (X[:, a] * (change.K[:, b] - value * change.M[:, b])).sum(axis=0)
+        forms.append(form if change.is_smooth else np.full(len(value), np.nan))
+    return np.array(forms)

@@ -66,11 +66,11 @@ def _slopes(x: Any, count: int) -> Array:
 
 def _changes(slopes: Sequence[Array]) -> list[Change]:
     """Changes by every parameter from the slopes (P, ...) of products and readings."""
-    found = []
-    for own in zip(*slopes, strict=True):
-        smooth = all(bool(np.isfinite(x).all()) for x in own)
-        found.append(Change(*(x if smooth else np.zeros(x.shape) for x in own), is_smooth=smooth))
-    return found
+    changes = []
+    for products in zip(*slopes, strict=True):
+        smooth = all(bool(np.isfinite(x).all()) for x in products)
+        changes.append(Change(*(x if smooth else np.zeros(x.shape) for x in products), is_smooth=smooth))
+    return changes
 
 
 def _solved(solve: Callable[[Array], Array], x: Any) -> Any:
@@ -96,8 +96,8 @@ class _Placed(NamedTuple):
     def add(self, total: Any, nodes: Any, forces: Any) -> None:
         """Add forces on nodes, if there are any, in the part's axes, to those (n + 1, k) on all DOFs."""
         if forces is not None:
-            own = np.swapaxes(self.G[:, nodes], -1, -2) @ forces.reshape(*self.u[:, nodes].shape)
-            np.add.at(total, self.dofs[:, nodes], own)
+            on_dofs = np.swapaxes(self.G[:, nodes], -1, -2) @ forces.reshape(*self.u[:, nodes].shape)
+            np.add.at(total, self.dofs[:, nodes], on_dofs)
 
 
 class FullOrderFamily:
@@ -133,8 +133,8 @@ class FullOrderFamily:
     def changes_of(self, design: Design, X: Array, loads: Loads | None = None) -> list[Change]:
         """As `changes`, of a design made `with_slopes`."""
         KX, MX, Y = self.products_of(design, X)
-        found = (KX, MX if loads is None else MX + loads(design, X), Y)
-        return _changes([_slopes(x, len(slope_of(design.values))) for x in found])
+        products = (KX, MX if loads is None else MX + loads(design, X), Y)
+        return _changes([_slopes(x, len(slope_of(design.values))) for x in products])
 
     def bends(self, parameters: Mapping[str, float], name: str, X: Array) -> tuple[Array, Array]:
         """Second derivatives K'' X and M'' X (n, k) by one parameter."""
@@ -214,19 +214,19 @@ class FullOrderFamily:
 
 
 def _forces(
-    own: PartMatrices, connectivity: Index, n_positioned: int, geometry: PartGeometry, u: Array
+    matrices: PartMatrices, connectivity: Index, n_positioned: int, geometry: PartGeometry, u: Array
 ) -> list[tuple[Any, Array | None, Array | None]]:
     """Nodes, K u and M u of the elements and of every discrete element of a part for displacements u (copies, nodes,
     6, k)."""
-    found: list[tuple[Any, Array | None, Array | None]] = []
+    forces: list[tuple[Any, Array | None, Array | None]] = []
     if len(connectivity):
-        local = own.T @ u[:, connectivity].reshape(len(u), len(connectivity), 12, -1)
-        reach = zeros((len(connectivity), 3), own.elements.length)
-        reach[:, 0] = own.elements.length
+        local = matrices.T @ u[:, connectivity].reshape(len(u), len(connectivity), 12, -1)
+        reach = zeros((len(connectivity), 3), matrices.elements.length)
+        reach[:, 0] = matrices.elements.length
         strain = local[..., 6:, :] - rigid_arm(reach) @ local[..., :6, :]
-        Tt = np.swapaxes(own.T, -1, -2)
-        found.append((connectivity, Tt @ (own.elements.K[..., 6:] @ strain), Tt @ (own.elements.M @ local)))
-    for discrete in own.discrete_elements:
+        Tt = np.swapaxes(matrices.T, -1, -2)
+        forces.append((connectivity, Tt @ (matrices.elements.K[..., 6:] @ strain), Tt @ (matrices.elements.M @ local)))
+    for discrete in matrices.discrete_elements:
         v, placed = u[:, discrete.nodes], [k for k, node in enumerate(discrete.nodes) if node < n_positioned]
         flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
         mass = None if discrete.M is None else discrete.M @ flat
@@ -238,8 +238,8 @@ def _forces(
             force = discrete.K @ (v - rigid).reshape(flat.shape)
         elif discrete.K is not None:
             force = discrete.K @ flat
-        found.append((np.array(discrete.nodes), force, mass))
-    return found
+        forces.append((np.array(discrete.nodes), force, mass))
+    return forces
 
 
 @dataclass(frozen=True)
@@ -311,22 +311,22 @@ class LowOrderFamily:
         `loads` on top."""
         low = self._reduced(parameters)
         Q = self._turn(low)
-        own = Q @ X
+        QX = Q @ X
         model = self._full.model(parameters)
         recovery = _Recovery(low, unloaded(self.plan, parameters))
         T = recovery.T
-        u = T @ own
+        u = T @ QX
         Ku, Mu, _ = self._full.products(parameters, u)
         if loads is not None:
             Mu = Mu + loads(low.design, u)
-        found = []
+        changes = []
         for name, fixed in zip(names, self._full.changes(parameters, names, u, loads), strict=True):
             whole = self._elastic.changes(parameters, [name], T)[0]
             if not whole.is_smooth:
-                found.append(Change(np.zeros(X.shape), np.zeros(X.shape), np.zeros(fixed.Y.shape), False))
+                changes.append(Change(np.zeros(X.shape), np.zeros(X.shape), np.zeros(fixed.Y.shape), False))
                 continue
             slope = recovery.slope(whole)
-            moved = slope @ own
+            moved = slope @ QX
             K_moved, M_moved = model.K @ moved, model.M @ moved
             if loads is not None:
                 M_moved = M_moved + loads(low.design, moved)
@@ -335,8 +335,8 @@ class LowOrderFamily:
                 for change, across, still in ((fixed.K, K_moved, Ku), (fixed.M, M_moved, Mu))
             )
             Y = fixed.Y + (moved if self._rows is None else self._rows(low.design) @ moved)
-            found.append(Change(KX, MX, Y))
-        return found
+            changes.append(Change(KX, MX, Y))
+        return changes
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off coordinate vectors X: (o, k)."""
@@ -371,8 +371,8 @@ class _Recovery:
             topology.dof[np.array(copies.offset)[:, None] + low.plan.parts[name].interior].ravel()
             for name, copies in topology.copies.items()
         ]
-        found = np.concatenate(inner)
-        self._inner: Index = np.sort(found[found >= 0])
+        dofs = np.concatenate(inner)
+        self._inner: Index = np.sort(dofs[dofs >= 0])
         self._count = low.order - sum(len(p.frequencies) * len(topology.copies[n].paths) for n, p in low.parts.items())
         self._K, self._M = (sp.csc_matrix(A[self._inner][:, self._inner]) for A in (model.K, model.M))
         self._solve = factorise(self._K).solve if len(self._inner) else None
@@ -399,17 +399,17 @@ class _Recovery:
 
     def slope(self, change: Change) -> Array:
         """T' (N, n) for the change of T by a parameter."""
-        found = np.zeros(self.T.shape)
+        slope = np.zeros(self.T.shape)
         if self._solve is None:
-            return found
+            return slope
         K, M = change.K[self._inner], change.M[self._inner]
-        found[self._inner, : self._count] = -self._solve(K[:, : self._count])
+        slope[self._inner, : self._count] = -self._solve(K[:, : self._count])
         mass = self._modes.T @ M[:, self._count :]
         for at, value, solve in self._bordered:
-            own = self._count + at
-            outer = -solve(K[:, own] - value * M[:, own])
-            found[np.ix_(self._inner, own)] = outer - self._modes @ mass[:, at] / 2
-        return found
+            columns = self._count + at
+            outer = -solve(K[:, columns] - value * M[:, columns])
+            slope[np.ix_(self._inner, columns)] = outer - self._modes @ mass[:, at] / 2
+        return slope
 
 
 Family = FullOrderFamily | LowOrderFamily

@@ -119,15 +119,15 @@ def mode_sensitivities(
     ]
     for p, name in enumerate(chosen):
         for cluster in moved:
-            found = branches(cluster, changes[p], p, _bends(family, at, name))
-            if np.isnan(found.vectors).any():
+            branch = branches(cluster, changes[p], p, _bends(family, at, name))
+            if np.isnan(branch.vectors).any():
                 notes.append(
                     f"shapes at {in_hz(pairs.values[cluster.at[0]] ** 0.5 / (2 * np.pi))} part with {name}; {FULL}"
                 )
-            slopes[cluster.at, p] = found.value
-            slope_shapes[p][:, cluster.at] = changes[p].Y[:, cluster.at] @ found.Q
-            slope_shapes[p][:, cluster.at] += family.readings(at, found.vectors)
-            branch_shapes[p][:, cluster.at] = family.readings(at, cluster.X @ found.Q)
+            slopes[cluster.at, p] = branch.value
+            slope_shapes[p][:, cluster.at] = changes[p].Y[:, cluster.at] @ branch.Q
+            slope_shapes[p][:, cluster.at] += family.readings(at, branch.vectors)
+            branch_shapes[p][:, cluster.at] = family.readings(at, cluster.X @ branch.Q)
         if not changes[p].is_smooth:
             slopes[:, p] = slope_shapes[p] = np.nan
     omega = np.sqrt(np.maximum(pairs.values, 0.0))
@@ -220,9 +220,9 @@ class Reading:
 
 def displacement_rows(places: Sequence[Reading]) -> Rows:
     """Rows (o, n) over the DOFs of a full-order model that give the displacement or rotation at places."""
-    own = [k for k, place in enumerate(places) if place.row is None]
-    six = np.zeros((len(own), 6))
-    for at, k in enumerate(own):
+    placed = [k for k, place in enumerate(places) if place.row is None]
+    six = np.zeros((len(placed), 6))
+    for at, k in enumerate(placed):
         place = places[k]
         if place.turns:
             six[at, 3:] = place.direction
@@ -231,13 +231,13 @@ def displacement_rows(places: Sequence[Reading]) -> Rows:
 
     def rows(design: Design) -> Any:
         topology = design.plan.topology
-        D, dof = design.node_arms(topology.numbers([places[k].node for k in own]))
-        found = zeros((len(places), topology.n_dof + 1), D)
-        found[np.array(own, dtype=np.intp)[:, None], dof] = np.einsum("oi,oij->oj", six, D)
+        D, dof = design.node_arms(topology.numbers([places[k].node for k in placed]))
+        read = zeros((len(places), topology.n_dof + 1), D)
+        read[np.array(placed, dtype=np.intp)[:, None], dof] = np.einsum("oi,oij->oj", six, D)
         for k, place in enumerate(places):
             if place.row is not None:
-                found[k, :-1] = place.row
-        return found[:, :-1]
+                read[k, :-1] = place.row
+        return read[:, :-1]
 
     return rows
 
@@ -331,9 +331,9 @@ def static_vectors(family: Model, at: Mapping[str, float]) -> Array:
     return stored_flexibility(model.K, model.M, 0.0)(family.rows(at).T)
 
 
-def first_columns(own: Change, count: int) -> Change:
+def first_columns(change: Change, count: int) -> Change:
     """A change of the first vectors alone."""
-    return Change(own.K[:, :count], own.M[:, :count], own.Y[:, :count], own.is_smooth)
+    return Change(change.K[:, :count], change.M[:, :count], change.Y[:, :count], change.is_smooth)
 
 
 def modal_response(
@@ -365,8 +365,8 @@ def modal_response(
     if corrected:
         H = H + S[:p, p:]
     dH = np.zeros((len(changes), *H.shape), dtype=complex)
-    for q, own in enumerate(changes):
-        dY = own.Y[:, :k].copy()
+    for q, change in enumerate(changes):
+        dY = change.Y[:, :k].copy()
         for cluster in moved:
             turned = cluster.outer[q] - cluster.X @ cluster.mass[q] / 2
             dY[:, cluster.at] += family.readings(at, turned)
@@ -374,6 +374,6 @@ def modal_response(
             dH[q] += slope[:, cluster.at[0], None, None] * bend
         dH[q] += np.einsum("fr,pr,mr->fpm", gain, dY[:p], Y[p:]) + np.einsum("fr,pr,mr->fpm", gain, Y[:p], dY[p:])
         if corrected:
-            dS = own.Y[:, k:]
-            dH[q] += dS[:p, p:] + dS[p:, :p].T - (G.T @ own.K[:, k:])[:p, p:]
+            dS = change.Y[:, k:]
+            dH[q] += dS[:p, p:] + dS[p:, :p].T - (G.T @ change.K[:, k:])[:p, p:]
     return H, dH

@@ -89,12 +89,12 @@ def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:
 
     Raises OptionError for a pattern that nothing matches.
     """
-    found = {}
+    matches = {}
     for name in names:
-        found[name] = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) and name not in known else [name]
-        if not found[name]:
+        matches[name] = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) and name not in known else [name]
+        if not matches[name]:
             raise OptionError(f"nothing matches {name!r}; known: {', '.join(known) or 'none'}")
-    return found
+    return matches
 
 
 def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[int]:
@@ -102,7 +102,7 @@ def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[
     known = [c.name for c in channels]
     if names is None:
         return list(range(len(known)))
-    wanted = [n for found in matched([names] if isinstance(names, str) else names, known).values() for n in found]
+    wanted = [n for matches in matched([names] if isinstance(names, str) else names, known).values() for n in matches]
     unknown = [name for name in wanted if name not in known]
     if unknown:
         raise OptionError(f"there is no channel {unknown[0]!r}; known: {', '.join(known) or 'none'}")

@@ -113,9 +113,9 @@ def _norms(modes: ModalSystem, remainder: Remainder, at: Any, T: Any, w: Array) 
 
 def _spilled(modes: ModalSystem, remainder: Remainder, w: Array) -> Array:
     """What the kept modes give back (f,) of the error that damping spills to them, as a share of it."""
-    found = np.zeros(len(w))
+    shares = np.zeros(len(w))
     if not remainder.couples or not modes.order:
-        return found
+        return shares
     r, damped = modes.order, np.concatenate(remainder.places[2:])
     i = np.ix_(damped, damped)
     gather = np.tile(np.eye(r), len(damped) // r)
@@ -130,8 +130,8 @@ def _spilled(modes: ModalSystem, remainder: Remainder, w: Array) -> Array:
         Z = np.diag(modes.omega**2 - v**2) + 1j * (v * modes.damping + loss)
         Z = Z + gather @ (q[:, None] * N * q) @ gather.T
         Y = np.linalg.solve(Z, P)
-        found[k] = np.sqrt(np.abs(np.einsum("ij,ji->", Y, Y.conj())))
-    return found
+        shares[k] = np.sqrt(np.abs(np.einsum("ij,ji->", Y, Y.conj())))
+    return shares
 
 
 def channel_scale(modes: ModalSystem, hz: Array, H: Complex) -> Array:
@@ -142,8 +142,8 @@ def channel_scale(modes: ModalSystem, hz: Array, H: Complex) -> Array:
     ends = []
     for k, shares in enumerate((modes.B, modes.C.T)):
         with np.errstate(divide="ignore"):
-            own = (1 / np.abs(Z)) @ shares**2
-        ends.append(own if rest is None else own + rest.stiff.diagonal()[rest.places[k]])
+            end = (1 / np.abs(Z)) @ shares**2
+        ends.append(end if rest is None else end + rest.stiff.diagonal()[rest.places[k]])
     coherent = np.sqrt(ends[1][:, :, None] * ends[0][:, None, :]) * w[:, None, None] ** modes.derivative[:, None]
     coherent = np.where(np.isfinite(coherent), coherent, 0.0)
     scale = np.maximum(np.abs(H).max(axis=0), FAINT * coherent.max(axis=0))
@@ -176,17 +176,17 @@ def neglected(modes: ModalSystem, model: StateSpace, band: tuple[float, float] |
 def _frequencies(modes: ModalSystem, band: tuple[float, float]) -> Array:
     """Frequencies over a band, Hz, more of them around resonances, and none at those that nothing damps."""
     low, high = band
-    found = [np.geomspace(low or high / 10**BAND_DECADES, high, BAND_POINTS)]
+    grids = [np.geomspace(low or high / 10**BAND_DECADES, high, BAND_POINTS)]
     bare = np.zeros(0)
-    own = (modes.frequency_hz > 0) & (modes.frequency_hz < 1.5 * high)
-    for f, zeta in zip(modes.frequency_hz[own], modes.total_ratios[own], strict=True):
+    inside = (modes.frequency_hz > 0) & (modes.frequency_hz < 1.5 * high)
+    for f, zeta in zip(modes.frequency_hz[inside], modes.total_ratios[inside], strict=True):
         if zeta < UNDAMPED:
             bare = np.append(bare, f)
-            found.append(f * (1 + BESIDE_UNDAMPED))
+            grids.append(f * (1 + BESIDE_UNDAMPED))
         else:
-            found.append(f * (1 + zeta * BESIDE_DAMPED))
-    hz = np.unique(np.concatenate(found))
-    hz = hz[(hz >= found[0][0]) & (hz <= high)]
+            grids.append(f * (1 + zeta * BESIDE_DAMPED))
+    hz = np.unique(np.concatenate(grids))
+    hz = hz[(hz >= grids[0][0]) & (hz <= high)]
     near = np.abs(hz[:, None] / bare - 1).min(axis=1, initial=np.inf) < 0.99 * np.abs(BESIDE_UNDAMPED).min()
     kept = hz[~near]
     return kept if len(kept) else high * np.array([1 - 1e-3])
@@ -197,9 +197,11 @@ def resonance_limits(hz: Array, resonances: Array, ratios: Array) -> tuple[Diagn
     bare = resonances[ratios < UNDAMPED]
     if not len(bare) or not len(hz):
         return ()
-    own = np.sort(hz)
-    at = np.searchsorted(own, bare)
-    beside = np.stack([own[np.clip(at - 1, 0, len(own) - 1)], own[np.clip(at, 0, len(own) - 1)]])
+    ascending = np.sort(hz)
+    at = np.searchsorted(ascending, bare)
+    beside = np.stack(
+        [ascending[np.clip(at - 1, 0, len(ascending) - 1)], ascending[np.clip(at, 0, len(ascending) - 1)]]
+    )
     distance = np.abs(beside / bare - 1).min(axis=0)
     near = bare[distance < NEAR]
     if not len(near):

@@ -66,9 +66,9 @@ class ComplexModes(Tabular):
         return -self.poles.real / np.where(size > 0, size, np.inf)
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = np.flatnonzero(self.poles.imag >= 0)
-        damping = [percent(float(z)) for z in self.ratios[own]]
-        yield Table({"frequency [Hz]": self.frequency_hz[own], "damping": damping}, "poles")
+        upper = np.flatnonzero(self.poles.imag >= 0)
+        damping = [percent(float(z)) for z in self.ratios[upper]]
+        yield Table({"frequency [Hz]": self.frequency_hz[upper], "damping": damping}, "poles")
 
     def _columns(self) -> dict[str, Any]:
         poles = {"pole, real [rad/s]": self.poles.real, "pole, imaginary [rad/s]": self.poles.imag}
@@ -144,11 +144,11 @@ class ModalSystem(Tabular):
     @cached_property
     def coupled(self) -> NDArray[np.bool_]:
         """Whether damping couples each mode (r,) to others."""
-        found = np.zeros(self.order, dtype=bool)
+        coupled = np.zeros(self.order, dtype=bool)
         for A, scale in ((self.damping, np.sqrt(self.omega)), (self.loss, self.omega)):
             if A is not None:
-                found |= _couples(A, scale)
-        return found
+                coupled |= _couples(A, scale)
+        return coupled
 
     @property
     def name(self) -> str:
@@ -178,20 +178,20 @@ class ModalSystem(Tabular):
         }
 
     def _columns(self) -> dict[str, Any]:
-        own = {"frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios, "loss factor": self.loss_factors}
-        return {"mode": np.arange(1, self.order + 1), **own}
+        columns = {"frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios, "loss factor": self.loss_factors}
+        return {"mode": np.arange(1, self.order + 1), **columns}
 
-    def part(self, own: NDArray[np.bool_]) -> ModalSystem:
+    def part(self, modes: NDArray[np.bool_]) -> ModalSystem:
         """The system of some modes (r,) alone, to which damping couples no others."""
-        at = np.ix_(own, own)
+        at = np.ix_(modes, modes)
         return replace(
             self,
-            omega=self.omega[own],
+            omega=self.omega[modes],
             damping=self.damping[at],
             loss=None if self.loss is None else self.loss[at],
-            B=self.B[own],
-            C=self.C[:, own],
-            shapes=self.shapes[:, own],
+            B=self.B[modes],
+            C=self.C[:, modes],
+            shapes=self.shapes[:, modes],
             remainder=None,
         )
 
@@ -280,17 +280,17 @@ class ModalSystem(Tabular):
         damping, loss = self.damping.diagonal(), None if self.loss is None else self.loss.diagonal()
         H: Complex = np.empty((len(w), p * m), dtype=complex)
         for start in range(0, len(w), CACHED_FREQUENCIES):
-            own = slice(start, start + CACHED_FREQUENCIES)
-            stiff, lossy = self.omega**2 - w[own, None] ** 2, np.multiply.outer(w[own], damping)
+            chunk = slice(start, start + CACHED_FREQUENCIES)
+            stiff, lossy = self.omega**2 - w[chunk, None] ** 2, np.multiply.outer(w[chunk], damping)
             if loss is not None:
-                lossy += loss * np.sign(w[own, None])
+                lossy += loss * np.sign(w[chunk, None])
             with np.errstate(divide="ignore", invalid="ignore"):
                 size = stiff * stiff
                 size += lossy * lossy
                 np.divide(1.0, size, out=size)
                 np.multiply(stiff, size, out=stiff)
                 np.multiply(lossy, size, out=lossy)
-                H[own].real, H[own].imag = stiff @ residues, -(lossy @ residues)
+                H[chunk].real, H[chunk].imag = stiff @ residues, -(lossy @ residues)
         return H.reshape(len(w), p, m)
 
     def _partly_coupled(self, w: Array) -> Complex:
@@ -316,8 +316,8 @@ class ModalSystem(Tabular):
         H = np.empty((len(w), len(self.C), self.B.shape[1]), dtype=complex)
         loss = np.zeros_like(self.damping) if self.loss is None else self.loss
         for start in range(0, len(w), 256):
-            own = w[start : start + 256, None, None]
-            Z = np.diag(self.omega**2) - own**2 * np.eye(self.order) + 1j * (own * self.damping + np.sign(own) * loss)
+            v = w[start : start + 256, None, None]
+            Z = np.diag(self.omega**2) - v**2 * np.eye(self.order) + 1j * (v * self.damping + np.sign(v) * loss)
             H[start : start + 256] = self.C @ np.linalg.solve(Z, np.broadcast_to(self.B, (len(Z), *self.B.shape)))
         return H
 
@@ -344,12 +344,10 @@ def modal_system(system: SecondOrder, n: int | None = None, up_to: float | None 
         count = count_below(system.K, system.M, (2 * np.pi * up_to) ** 2)
     elif n is not None:
         count = min(n, count)
-    pairs = system.lowest(min(count + SPARE_MODES, system.order))
-    finite = np.isfinite(pairs.values)
-    values = np.maximum(pairs.values[finite], 0.0)
+    pairs = system.lowest(min(count + SPARE_MODES, system.order)).finite
+    values = np.maximum(pairs.values, 0.0)
     following = float(np.sqrt(values[count])) if len(values) > count else np.inf
-    count = min(count, len(values))
-    return in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
+    return in_modes(system, Eigenpairs(values, pairs.vectors).first(count), following)
 
 
 def in_modes(system: SecondOrder, pairs: Eigenpairs, following: float) -> ModalSystem:
@@ -378,9 +376,9 @@ def in_modes(system: SecondOrder, pairs: Eigenpairs, following: float) -> ModalS
 def _in_coordinates(A: Any, V: Array) -> Array:
     """V' A V without entries that are round-off: that of a mode in one coordinate is beside the largest of all modes
     in this coordinate, as it is a mixture of these."""
-    found = V.T @ (A @ V)
+    matrix = V.T @ (A @ V)
     size = np.abs(V).max(axis=1, initial=0.0) @ (abs(A) @ np.abs(V))
-    return np.where(np.abs(found) > MODAL_ROUNDING * np.add.outer(size, size), found, 0.0)
+    return np.where(np.abs(matrix) > MODAL_ROUNDING * np.add.outer(size, size), matrix, 0.0)
 
 
 def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
@@ -411,8 +409,8 @@ def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tupl
     load: Complex = np.zeros((len(w), k, m), dtype=complex)
     reading: Complex = np.zeros((len(w), k, p), dtype=complex)
     for start in range(0, len(w), FREQUENCIES_AT_ONCE):
-        own = slice(start, start + FREQUENCIES_AT_ONCE)
-        v = w[own]
+        chunk = slice(start, start + FREQUENCIES_AT_ONCE)
+        v = w[chunk]
         N = remainder.flexibility(system, v, (every, every))
         Z = np.diag(modes.omega**2) - v[:, None, None] ** 2 * np.eye(r)
         Z = Z + 1j * (v[:, None, None] * modes.damping + np.sign(v)[:, None, None] * loss)
@@ -424,6 +422,6 @@ def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tupl
         )
         eta = np.linalg.solve(Z, sides - QN[:, :, : m + p])
         left = np.concatenate([np.broadcast_to(np.eye(m + p), (len(v), m + p, m + p)), -Q @ eta], 1)
-        load[own], reading[own] = left[:, :, :m], left[:, :, m:]
-        y[own] = modes.C @ eta[:, :, :m] + N[:, m : m + p] @ left[:, :, :m]
+        load[chunk], reading[chunk] = left[:, :, :m], left[:, :, m:]
+        y[chunk] = modes.C @ eta[:, :, :m] + N[:, m : m + p] @ left[:, :, :m]
     return y, load, reading

@@ -67,26 +67,26 @@ def balance(model: StateSpace, keep: int | float) -> StateSpace:
     poles = la.eigvals(even)
     if poles.real.max(initial=-1.0) >= 0:
         raise OptionError("balancing needs a model in which everything is damped and nothing floats")
-    found = _hankel(even_model, float(np.exp(np.log(np.abs(poles)).mean())) if len(poles) else 1.0)
-    sigma = found.sigma
-    usable = int((sigma > found.rounding * sigma.max(initial=0.0)).sum())
-    asked = min(int(keep), model.order) if isinstance(keep, int | np.integer) else _enough(sigma, keep)
-    n = min(asked, usable)
-    whole = _realised(even_model, found, n, usable)
+    hankel = _hankel(even_model, float(np.exp(np.log(np.abs(poles)).mean())) if len(poles) else 1.0)
+    sigma = hankel.sigma
+    usable = int((sigma > hankel.rounding * sigma.max(initial=0.0)).sum())
+    requested = min(int(keep), model.order) if isinstance(keep, int | np.integer) else _enough(sigma, keep)
+    n = min(requested, usable)
+    whole = _realised(even_model, hankel, n, usable)
     small = _static_kept(whole, n)
     while n and la.eigvals(small.A).real.max() >= 0:
         n -= 1  # equal singular values on both sides of the cut leave a pole on the axis, to round-off
-        small = _static_kept(_realised(even_model, found, n, usable), n)
+        small = _static_kept(_realised(even_model, hankel, n, usable), n)
     gain = model.static_gain()
     small = replace(small, D=gain + (small.C @ np.linalg.solve(small.A, small.B) if n else 0.0))
     tail = 2 * float(sigma[n:].sum())
     plain = 1e-15 * float(np.linalg.norm(gain) + np.linalg.norm(model.D))
-    expected = found.rounding * model.order * sigma.max(initial=0.0) + plain
+    expected = hankel.rounding * model.order * sigma.max(initial=0.0) + plain
     rounding = BALANCED_MARGIN * max(expected, _beyond(model, small, tail))
     bound = rounded_up(tail + rounding)
     note = f"balanced truncation to {n} states: error at most {bound} at any frequency, in the units of the gains"
-    if n < asked:
-        note += f"; of {asked} states asked for the others are round-off"
+    if n < requested:
+        note += f"; of {requested} states asked for the others are round-off"
     names = tuple(f"balanced {k + 1}" for k in range(n))
     return replace(small, state_names=names, notes=(*model.notes, note))
 
@@ -160,15 +160,15 @@ def _root(P: Any) -> Array:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _realised(model: StateSpace, found: _Hankel, n: int, usable: int) -> StateSpace:
+def _realised(model: StateSpace, hankel: _Hankel, n: int, usable: int) -> StateSpace:
     """The minimal part of a model, of which the first n states span those of the n largest singular values."""
     T, S = np.zeros((model.order, usable)), np.zeros((usable, model.order))
-    for own in (slice(0, n), slice(n, usable)):
-        if own.stop > own.start:
-            scale = 1 / np.sqrt(found.sigma[own])
-            right = np.linalg.qr(found.L @ (found.W[:, own] * scale))[0]
-            left = np.linalg.qr(found.R @ (found.U[:, own] * scale))[0]
-            T[:, own], S[own] = right, np.linalg.solve(left.T @ right, left.T)
+    for states in (slice(0, n), slice(n, usable)):
+        if states.stop > states.start:
+            scale = 1 / np.sqrt(hankel.sigma[states])
+            right = np.linalg.qr(hankel.L @ (hankel.W[:, states] * scale))[0]
+            left = np.linalg.qr(hankel.R @ (hankel.U[:, states] * scale))[0]
+            T[:, states], S[states] = right, np.linalg.solve(left.T @ right, left.T)
     return replace(model, A=S @ model.A @ T, B=S @ model.B, C=model.C @ T)
 
 
@@ -260,7 +260,7 @@ def _kind(modes: ModalSystem) -> str:
 
 def _range(modes: ModalSystem) -> list[str]:
     """Where a state space holds: below the first mode left out, and within the ranges of what drives it."""
-    said = (
+    notes = (
         [f"modes from {in_hz(modes.next_omega / (2 * np.pi))} on are left out"] if np.isfinite(modes.next_omega) else []
     )
     ranges = [
@@ -270,8 +270,8 @@ def _range(modes: ModalSystem) -> list[str]:
     ]
     bare = modes.frequency_hz[(modes.total_ratios < UNDAMPED) & (modes.omega > 0)]
     if len(bare):
-        said.append(f"nothing damps {len(bare)} of the modes, the lowest at {in_hz(bare[0])}: its poles do not decay")
-    return said + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])
+        notes.append(f"nothing damps {len(bare)} of the modes, the lowest at {in_hz(bare[0])}: its poles do not decay")
+    return notes + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])
 
 
 def with_residual_modes(modes: ModalSystem) -> ModalSystem:
@@ -301,12 +301,12 @@ def _residual_vectors(modes: ModalSystem) -> tuple[Array, Array]:
     X = X - V @ ((V.T @ W) / (modes.omega**2 + shift)[:, None])
     X = X - V @ (V.T @ (system.M @ X))
     energy = np.einsum("ij,ij->j", X, system.K @ X)
-    own = energy > CARRIED_ENERGY * whole
-    X = X[:, own] / np.sqrt(energy[own])
+    kept = energy > CARRIED_ENERGY * whole
+    X = X[:, kept] / np.sqrt(energy[kept])
     stiff, turn = la.eigh(symmetric(X.T @ (system.K @ X)))
-    own = stiff > INDEPENDENT_ENERGY
-    X = X @ (turn[:, own] / np.sqrt(stiff[own]))
+    kept = stiff > INDEPENDENT_ENERGY
+    X = X @ (turn[:, kept] / np.sqrt(stiff[kept]))
     flexible, turn = la.eigh(symmetric(X.T @ (system.M @ X)))
-    own = flexible > 0
-    omega = 1 / np.sqrt(flexible[own][::-1])
-    return np.asarray((X @ turn[:, own])[:, ::-1] * omega), omega
+    kept = flexible > 0
+    omega = 1 / np.sqrt(flexible[kept][::-1])
+    return np.asarray((X @ turn[:, kept])[:, ::-1] * omega), omega

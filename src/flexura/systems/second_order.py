@@ -62,12 +62,12 @@ class DampingLaw:
     def modal_ratios(self, frequency_hz: Array) -> Array:
         """Damping ratios (r,) of modes with frequencies (r,), Hz, ascending, from the modal rules alone."""
         known = np.stack([self.ratio, *(ratio for _, ratio in self.bands), *self.ratios])
-        own = np.zeros(len(frequency_hz), dtype=np.intp)
+        rule = np.zeros(len(frequency_hz), dtype=np.intp)
         for number, (up_to, _) in reversed(list(enumerate(self.bands, 1))):
-            own[frequency_hz <= plain(up_to)] = number
-        n = min(len(self.ratios), len(own))
-        own[:n] = 1 + len(self.bands) + np.arange(n)
-        return known[own]
+            rule[frequency_hz <= plain(up_to)] = number
+        n = min(len(self.ratios), len(rule))
+        rule[:n] = 1 + len(self.bands) + np.arange(n)
+        return known[rule]
 
 
 def damping_law(
@@ -208,10 +208,9 @@ class SecondOrder(Result):
                 f"modal damping ratios as a matrix need all modes, of {self.order} coordinates; at most {MOST_MODES}:"
                 " reduce the mechanism, or give Rayleigh damping, loss factors or dashpots"
             )
-        pairs = self.lowest(self.order)
-        own = np.isfinite(pairs.values)
-        omega = np.sqrt(np.maximum(pairs.values[own], 0.0))
-        forces = self.M @ pairs.vectors[:, own]
+        pairs = self.lowest(self.order).finite
+        omega = np.sqrt(np.maximum(pairs.values, 0.0))
+        forces = self.M @ pairs.vectors
         modal = (forces * (2 * self.law.modal_ratios(omega / (2 * np.pi)) * omega)) @ forces.T
         C = self.C if isinstance(self.C, np.ndarray) else self.C.toarray()
         return C + (modal + modal.T) / 2
@@ -239,9 +238,9 @@ class SecondOrder(Result):
         is_own = self._is_full and self.K is self.full_order.K and self.M is self.full_order.M
         if not is_own or count > MOST_BY_ENERGIES or least_pivot(self.K) > WELL:
             return lowest(self.K, self.M, count)
-        own = chained(self.full_order)
-        pairs = lowest_modes(own.pencil, count, own.rigid_motions)
-        return Eigenpairs(pairs.values, own.recover(pairs.vectors))
+        full = chained(self.full_order)
+        pairs = lowest_modes(full.pencil, count, full.rigid_motions)
+        return Eigenpairs(pairs.values, full.recover(pairs.vectors))
 
     def matrices(self) -> tuple[Any, Any, Any, Any]:
         """M, C, K and H (None without) with the modal damping ratios in C; all dense, or all sparse."""
@@ -364,8 +363,8 @@ def dashpot_columns(C: Any) -> Array:
     L = np.zeros((C.shape[0], len(at)))
     if not len(at):
         return L
-    own = C[np.ix_(at, at)] if isinstance(C, np.ndarray) else C[at][:, at].toarray()
-    values, vectors = la.eigh(own)
+    damped = C[np.ix_(at, at)] if isinstance(C, np.ndarray) else C[at][:, at].toarray()
+    values, vectors = la.eigh(damped)
     keep = values > 1e-15 * values[-1]
     L = np.zeros((C.shape[0], int(keep.sum())))
     L[at] = vectors[:, keep] * np.sqrt(values[keep])
@@ -375,8 +374,8 @@ def dashpot_columns(C: Any) -> Array:
 def _largest_loss(system: SecondOrder) -> float:
     """The greatest loss factor of anything elastic, which bounds the eigenvalues of K^-1 H."""
     model, default = system.model, system.law.loss_factor
-    found = [default]
+    factors = [default]
     for part in model.plan.parts.values():
-        found += np.ravel(part.table.loss_factors(model.values, default)).tolist()
-        found += part.discrete_losses(model.values, default)
-    return float(max(found))
+        factors += np.ravel(part.table.loss_factors(model.values, default)).tolist()
+        factors += part.discrete_losses(model.values, default)
+    return float(max(factors))

@@ -86,14 +86,14 @@ class Neglected(Result):
         """One sentence."""
         top = in_hz(self.band[1])
         if not np.isfinite(self.share):
-            said = f"what is left out of {self.worst} has no bound up to {top}"
+            text = f"what is left out of {self.worst} has no bound up to {top}"
         else:
-            said = f"at most {rounded_up(self.share, 2)} of the largest responses is left out up to {top}"
+            text = f"at most {rounded_up(self.share, 2)} of the largest responses is left out up to {top}"
         if self.share <= WORTH:
-            return said
-        said += f", most of {self.worst}" if np.isfinite(self.share) else ""
+            return text
+        text += f", most of {self.worst}" if np.isfinite(self.share) else ""
         limit = f"up to {in_hz(self.holds_up_to, 4)}" if self.holds_up_to else "at no frequency"
-        return f"{said}; no more than {WORTH:g} {limit}"
+        return f"{text}; no more than {WORTH:g} {limit}"
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -209,9 +209,9 @@ class StateSpace(Result):
 
     def static_gain(self) -> Array:
         """Gain (p, m) at frequency zero. Raises OptionError when something drifts."""
-        own = -self.A if self.dt is None else np.eye(self.order) - self.A
+        matrix = -self.A if self.dt is None else np.eye(self.order) - self.A
         try:
-            return self.D + self.C @ np.linalg.solve(own, self.B)
+            return self.D + self.C @ np.linalg.solve(matrix, self.B)
         except np.linalg.LinAlgError:
             raise OptionError("static gain is undefined: something can move freely") from None
 
@@ -274,10 +274,10 @@ def _by_solution(model: StateSpace, z: Complex) -> Complex:
     """C (z - A)^-1 B (f, p, m) by solution at every frequency; infinite at poles."""
     H = np.full((len(z), len(model.C), model.B.shape[1]), np.inf, dtype=complex)
     for start in range(0, len(z), 256):
-        own = slice(start, start + 256)
+        chunk = slice(start, start + 256)
         with suppress(np.linalg.LinAlgError):
-            H[own] = model.C @ np.linalg.solve(
-                z[own, None, None] * np.eye(model.order) - model.A, model.B.astype(complex)
+            H[chunk] = model.C @ np.linalg.solve(
+                z[chunk, None, None] * np.eye(model.order) - model.A, model.B.astype(complex)
             )
     return H
 
