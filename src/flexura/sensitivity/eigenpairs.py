@@ -36,11 +36,12 @@ def whole_clusters(K: Any, M: Any, n: int) -> Eigenpairs:
     """The lowest n eigenpairs, and further copies of the last where it is repeated."""
     count = n + SPARE_EIGENVALUES
     while True:
-        pairs = lowest(K, M, count).finite
-        ends = (group[-1] + 1 for group in clusters(pairs.values))
-        stop = next((end for end in ends if end >= n), len(pairs.values))
+        pairs = lowest(K, M, count)
+        values = pairs.values[np.isfinite(pairs.values)]
+        ends = (group[-1] + 1 for group in clusters(values))
+        stop = next((end for end in ends if end >= n), len(values))
         if stop < count or count >= K.shape[0]:
-            return pairs.first(stop)
+            return Eigenpairs(values[:stop], pairs.vectors[:, :stop])
         count *= 2
 
 
