@@ -64,19 +64,28 @@ def projection_errors(A: Array, slack: Array, size: Array, terms: int) -> Array:
     return np.asarray(np.moveaxis(errors, 0, -2) @ size**2)
 
 
-def upper_bounds(
-    K: Array, M: Array, R: Array, off: Array, values: Array, slowness: Array
-) -> tuple[Array, Array, Array]:
+@dataclass(frozen=True)
+class _Projection:
+    """K, M and R (designs, p, p) on p Ritz vectors; K and M are right to c_i c_j, with the squares `off`
+    (designs, 2, p) of c."""
+
+    K: Array
+    M: Array
+    R: Array
+    off: Array
+
+
+def upper_bounds(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array, Array]:
     """Upper bounds (designs, p) on the p lowest eigenvalues of the full order, infinite where round-off hides them,
     the vectors (designs, p, p) that they belong to, and by how much the energy of these in K may be off (designs, p).
 
-    K, M and R (designs, p, p) are projections on Ritz vectors of the squared frequencies `values` (designs, p); K and M
-    are right to c_i c_j, with the squares `off` (designs, 2, p) of c.
+    `values` (designs, p) are the squared frequencies of the Ritz vectors.
     """
+    K, M, off = small.K, small.M, small.off
     # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive, and twice what M has lost is enough
     scale = np.where(np.isfinite(values), values, 0.0)
     scale = np.where(scale * slowness[:, None] < RESPONSE_CORRECTED, scale, 0.0)
-    response = R * scale[:, None, :]
+    response = small.R * scale[:, None, :]
     # R, from above in lower bounds, must come from below in the mass
     stiff, massive = K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + response.mT)
     Z = _combined(stiff, massive, HIDDEN_MASS * off[:, 1] < np.einsum("dii->di", M))
@@ -139,19 +148,6 @@ class ChainBounds:
     zero: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class _Projection:
-    """Projections (designs, p, p) on the Ritz vectors X, and M X (designs, n, p), of designs of squared frequencies
-    `values` (designs, p); what K and M have lost (designs, 2, p), as `projection_errors` gives it."""
-
-    K: Array
-    M: Array
-    R: Array
-    off: Array
-    X: Array
-    values: Array
-
-
 def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
     """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
     frequency; `start` holds eigenpairs of a design like these."""
@@ -163,14 +159,18 @@ def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: fl
     K, within = (ends.K + shift * ends.M, RITZ_SEARCHED * RIGID_FREQUENCY) if shift else (ends.K, RITZ_SEARCHED)
     pairs = lowest_pairs(K, ends.M, wanted, start, within)
     solved = np.asarray(np.isfinite(pairs.vectors).all(axis=(1, 2), keepdims=True))
-    small = _projected(ends, np.where(solved, pairs.vectors, 0.0))
-    upper, _, _ = upper_bounds(small.K, small.M, small.R, small.off, small.values, ends.slowness)
+    X = np.where(solved, pairs.vectors, 0.0)
+    small = _projected(ends, X)
+    energy, mass = (np.einsum("dii->di", A) for A in (small.K, small.M))
+    # infinite where round-off has left no mass
+    values = np.maximum(np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf), 0.0)
+    upper, _, _ = upper_bounds(small, values, ends.slowness)
     margin = small.off[:, 0] + EPS * ends.K.shape[-1] * shift
-    zero, upper = rigid_values(small.values, upper, margin, rigid)
-    guess, Z = small_pencils(*_from_below(small, ends.slowness))
-    vectors = ends.M @ (small.X @ Z)
+    zero, upper = rigid_values(values, upper, margin, rigid)
+    guess, Z = small_pencils(*_from_below(small, values, ends.slowness))
+    vectors = ends.M @ (X @ Z)
     lower = np.zeros((len(ends.K), count))
-    tried = list(attempts(small.values, guess, upper, tolerance))
+    tried = list(attempts(values, guess, upper, tolerance))
     for j in range(count):
         for attempt in tried:
             ell = attempt[:, j]
@@ -179,11 +179,6 @@ def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: fl
                 proven = _fewer_than(ends, open_, ell[open_], vectors[open_, :, :j])
                 lower[open_[proven], j] = ell[open_[proven]]
     return enclosed(lower, upper[:, :count], zero[:, :count], ends.loss)
-
-
-def quotients(energy: Array, mass: Array) -> Array:
-    """Rayleigh quotients, infinite where round-off has left no mass."""
-    return np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf)
 
 
 def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
@@ -205,15 +200,13 @@ def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -
 
 
 def _projected(ends: EndMatrices, X: Array) -> _Projection:
-    Xt = X.mT
-    K, M, R = (Xt @ (A @ X) for A in (ends.K, ends.M, ends.R))
-    off = projection_errors(ends.A, ends.slack, abs(X), X.shape[-2])
-    return _Projection(K, M, R, off, X, np.maximum(quotients(*(np.einsum("dii->di", A) for A in (K, M))), 0.0))
+    K, M, R = (X.mT @ (A @ X) for A in ends.A)
+    return _Projection(K, M, R, projection_errors(ends.A, ends.slack, abs(X), X.shape[-2]))
 
 
-def _from_below(small: _Projection, slowness: Array) -> tuple[Array, Array]:
+def _from_below(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array]:
     """A pencil whose eigenvalues are near the best lower bounds; nothing depends on how near."""
-    values = np.where(np.isfinite(small.values), small.values, 0.0)
+    values = np.where(np.isfinite(values), values, 0.0)
     h = values / np.sqrt(np.maximum(1 - values * slowness[:, None], RESPONSE_CORRECTED))
     A, B = small.K - h[:, :, None] * small.R * h[:, None, :], small.M.copy()
     np.einsum("dii->di", A)[...] -= small.off[:, 0]
@@ -267,9 +260,8 @@ def _ritz(arrow: Arrow) -> _Ritz:
     for block in arrow.blocks:
         m = block.inside
         # so that the series ends; nothing depends on whether these are the frequencies
-        lam = np.minimum(values, RESPONSE_CORRECTED / np.maximum(block.slowest, EPS**4)[:, None])[
-            :, None, None, None, :
-        ]
+        highest = RESPONSE_CORRECTED / np.maximum(block.slowest, EPS**4)
+        lam = np.minimum(values, highest[:, None])[:, None, None, None, :]
         ends = block.T @ Z[:, None, None]
         X = block.motion[:, :, None] @ ends
         inertia = block.A[1, ..., :m, :]
@@ -283,22 +275,24 @@ def _ritz(arrow: Arrow) -> _Ritz:
     return _Ritz(Z, branches, values)
 
 
+def _pieces(arrow: Arrow, ritz: _Ritz) -> Iterator[tuple[Array, Array, Array]]:
+    """Of the core and of every block A (3, designs, q, r, n, n), its slack, and the Ritz vectors (designs, q, r, n, p)
+    there, q kinds of r branches; both are one for the core."""
+    yield arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None]
+    for block, X in zip(arrow.blocks, ritz.branches, strict=True):
+        yield block.A[:, :, :, None], block.slack[:, :, :, None], X
+
+
 def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
     """The `count` lowest eigenvalues (designs, count) of K and M, and for which designs (designs,) the response of the
     branches has settled."""
     ritz = _ritz(arrow)
-    projections = []
-    for A, X in (
-        (arrow.core.A[:, :, None, None], ritz.core[:, None, None]),
-        *((block.A[:, :, :, None], X) for block, X in zip(arrow.blocks, ritz.branches, strict=True)),
-    ):
-        projections.append([(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]])
-    K, M = (np.sum(matrix, axis=0) for matrix in zip(*projections, strict=True))
+    pieces = [[(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]] for A, _, X in _pieces(arrow, ritz)]
+    K, M = (np.sum(matrices, axis=0) for matrices in zip(*pieces, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
     slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
-    return values, np.isfinite(values[:, -1]) & (
-        np.where(np.isfinite(values[:, -1]), values[:, -1], 0.0) * slowest < RESPONSE_SETTLED
-    )
+    known = np.isfinite(values[:, -1])
+    return values, known & (np.where(known, values[:, -1], 0.0) * slowest < RESPONSE_SETTLED)
 
 
 def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> ChainBounds:
@@ -309,15 +303,15 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     SolverError when a stiffness is singular inside a branch.
     """
     ritz, slowness = _ritz(arrow), arrow.core.slowness
-    K, M, R, off = _projected_arrow(arrow, ritz)
-    upper, Z, margin = upper_bounds(K, M, R, off, ritz.values, slowness)
-    values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (K, M, R))
+    small = _projected_arrow(arrow, ritz)
+    upper, Z, margin = upper_bounds(small, ritz.values, slowness)
+    values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (small.K, small.M, small.R))
     least, mass = values - margin, np.where(mass > 0, mass, 1.0)
     values = np.where(np.isfinite(upper), values, np.inf)
     zero, upper = rigid_values(values / mass, upper, margin, rigid)
     values = np.where(np.isfinite(upper), np.maximum(values / mass, 0.0), 0.0)
     guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], RESPONSE_CORRECTED) * more) / mass
-    lower = np.zeros((len(K), count))
+    lower = np.zeros((len(values), count))
     core = ritz.core @ Z
     for attempt in attempts(values, guess, upper, tolerance):
         ell = attempt[:, :count]
@@ -329,22 +323,14 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     return enclosed(lower, upper[:, :count], zero[:, :count], arrow.core.loss)
 
 
-def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> tuple[Array, Array, Array, Array]:
-    """K, M and R on the Ritz vectors (designs, p, p), and the `projection_errors` of K and M (designs, 2, p)."""
-    projections = []
+def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> _Projection:
     core = abs(ritz.core[:, None, None])
-    for A, slack, X, size in (
-        (arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None], core),
-        *(
-            (block.A[:, :, :, None], block.slack[:, :, :, None], X, _sizes(block, X, core))
-            for block, X in zip(arrow.blocks, ritz.branches, strict=True)
-        ),
-    ):
-        Xt, branches = X.mT, X.shape[1] * X.shape[2]
-        K, M, R = ((Xt @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A)
-        projections.append((K, M, R, projection_errors(A, slack, size, X.shape[-2] + branches).sum(axis=(1, 2))))
-    K, M, R, off = (np.sum(matrix, axis=0) for matrix in zip(*projections, strict=True))
-    return K, M, R, off
+    sizes = [core, *(_sizes(block, X, core) for block, X in zip(arrow.blocks, ritz.branches, strict=True))]
+    sums = []
+    for (A, slack, X), size in zip(_pieces(arrow, ritz), sizes, strict=True):
+        off = projection_errors(A, slack, size, X.shape[-2] + X.shape[1] * X.shape[2])
+        sums.append([*((X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A), off.sum(axis=(1, 2))])
+    return _Projection(*(np.sum(pieces, axis=0) for pieces in zip(*sums, strict=True)))
 
 
 def _sizes(block: Block, X: Array, core: Array) -> Array:

@@ -246,20 +246,19 @@ class PartReducer:
         return np.array([*self.kept, *sorted(ends - set(self.kept.tolist()))], dtype=np.intp)
 
     @cached_property
-    def _stiffness(self) -> Scatter:
-        return self._scatter([self.part.connectivity], np.arange(self.part.n_nodes), 1)
-
-    @cached_property
-    def _mass(self) -> Scatter:
-        return self._scatter([self.part.connectivity], np.arange(self.part.n_nodes), 2)
-
-    @cached_property
     def _chain_stiffness(self) -> Scatter:
         return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 1)
 
     @cached_property
     def _chain_mass(self) -> Scatter:
         return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 2)
+
+    @cached_property
+    def _over_elements(self) -> tuple[Scatter, Scatter]:
+        """The patterns of stiffness and mass over all nodes."""
+        nodes = np.arange(self.part.n_nodes)
+        stiffness, mass = (self._scatter([self.part.connectivity], nodes, which) for which in (1, 2))
+        return stiffness, mass
 
     def _scatter(self, connected: list[Index], nodes: Index, which: int) -> Scatter:
         """The pattern over some nodes of what connects them, and of the discrete elements that have stiffness (1) or
@@ -273,17 +272,11 @@ class PartReducer:
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
-        T = matrices.T
-        Tt = T.mT
-        K = [
-            Tt @ matrices.elements.K @ T,
-            *(e.K[None] for e in matrices.discrete_elements if e.K is not None),
-        ]
-        M = [
-            Tt @ matrices.elements.M @ T,
-            *(e.M[None] for e in matrices.discrete_elements if e.M is not None),
-        ]
-        return self._stiffness.sparse(K), self._mass.sparse(M)
+        T, elements, discrete = matrices.T, matrices.elements, matrices.discrete_elements
+        K = [T.mT @ elements.K @ T, *(e.K[None] for e in discrete if e.K is not None)]
+        M = [T.mT @ elements.M @ T, *(e.M[None] for e in discrete if e.M is not None)]
+        stiffness, mass = self._over_elements
+        return stiffness.sparse(K), mass.sparse(M)
 
     def assembled_chains(
         self, K: list[Any], slope: list[Any], lam: float | complex, discrete_elements: list[DiscreteElement]
@@ -299,13 +292,11 @@ class PartReducer:
 
     def craig_bampton(self, matrices: PartMatrices, geometry: Geometry) -> CraigBampton:
         """Craig-Bampton modes, one design; the stiffness at the boundary is that of `condensed`."""
-
         self.refuse_too_large()
-
-        def stiffness() -> Array:
-            return self.condensed(matrices, geometry, ())[0]
-
-        return CraigBampton(*self.assembled(matrices), self.interior_dofs, self.boundary_dofs, stiffness)
+        K, M = self.assembled(matrices)
+        return CraigBampton(
+            K, M, self.interior_dofs, self.boundary_dofs, lambda: self.condensed(matrices, geometry, ())[0]
+        )
 
     @property
     def kept_nodes(self) -> str:
@@ -338,14 +329,11 @@ class PartReducer:
 
     def condensed(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> tuple[Array, Array]:
         """K and M (*lead, b, b) by constraint modes alone, for a stack of designs."""
-        K: list[Array] = []
-        M: list[Array] = []
-        for group, kin in zip(self.chains, self.kinematics(geometry), strict=True):
-            k, m = chain_matrices(group, kin, matrices.elements)
-            K.append(k)
-            M.append(m)
-        K += [discrete.K[..., None, :, :] for discrete in matrices.discrete_elements if discrete.K is not None]
-        M += [discrete.M[..., None, :, :] for discrete in matrices.discrete_elements if discrete.M is not None]
+        chains = zip(self.chains, self.kinematics(geometry), strict=True)
+        pairs = [chain_matrices(group, kin, matrices.elements) for group, kin in chains]
+        discrete = matrices.discrete_elements
+        K = [*(k for k, _ in pairs), *(e.K[..., None, :, :] for e in discrete if e.K is not None)]
+        M = [*(m for _, m in pairs), *(e.M[..., None, :, :] for e in discrete if e.M is not None)]
         b = len(self.boundary_dofs)
         if not lead and self._chain_stiffness.n > SPARSE_GUYAN:
             return _sparse_guyan(self._chain_stiffness.sparse(K), self._chain_mass.sparse(M), b)
@@ -353,11 +341,9 @@ class PartReducer:
 
     def stiffness(self, matrices: PartMatrices, geometry: Geometry, lead: tuple[int, ...]) -> Array:
         """K (*lead, n, n) over the `remaining` nodes, for a stack of designs."""
-        K: list[Array] = [
-            chain_stiffness(group, kin, matrices.elements)
-            for group, kin in zip(self.chains, self.kinematics(geometry), strict=True)
-        ]
-        K += [discrete.K[..., None, :, :] for discrete in matrices.discrete_elements if discrete.K is not None]
+        chains = zip(self.chains, self.kinematics(geometry), strict=True)
+        K = [chain_stiffness(group, kin, matrices.elements) for group, kin in chains]
+        K += [e.K[..., None, :, :] for e in matrices.discrete_elements if e.K is not None]
         return np.asarray(self._chain_stiffness.dense(K, lead))
 
 
