@@ -14,7 +14,7 @@ from flexura.duals import Dual
 from flexura.linalg import factorise
 from flexura.sensitivity import free_names, frequency_slopes
 from flexura.sensitivity.eigenpairs import whole_clusters
-from flexura.sensitivity.variation import FullOrderFamily
+from flexura.sensitivity.families import FullOrderFamily
 from flexura.structure import Design
 from helpers.forty_digits import Precise, forty_digits
 

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from flexura.linalg import count_below, lowest
 from flexura.mechanism import Link, Material, Mechanism
-from flexura.reduction.proven.low_order import reduce
+from flexura.reduction.low_order import reduce
 from flexura.structure import FullOrderModel, assemble
 
 XY = ("tx", "ty", "rz")

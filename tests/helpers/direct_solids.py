@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import OptionError
 from flexura.linalg import Eigenpairs, Factor, SingularError, count_below, inverse_roots
-from flexura.linalg.large import Progress, factorise_large
-from flexura.linalg.search import ShiftInvert
+from flexura.linalg.eigen import ShiftInvert
+from flexura.linalg.factor import Progress, factorise_large
 
 Array = NDArray[np.float64]
 

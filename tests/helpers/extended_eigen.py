@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg as la
 
 from flexura.beam import rigid_arm
-from flexura.reduction.single.assembler import low_order
+from flexura.reduction.assembly import low_order
 from flexura.structure.design import Design
 
 Wide = np.longdouble

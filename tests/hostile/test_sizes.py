@@ -16,7 +16,7 @@ from flexura.files import read_bytes
 from flexura.io.measurements import read_measurement
 from flexura.modelfile import load, loads
 from flexura.npz import read_arrays
-from flexura.reduction.single import parts as reduction_parts
+from flexura.reduction import parts as reduction_parts
 from flexura.sizes import LIMITS, size_limit, size_limits
 
 PART = "substructures: {s: {nodes: {a: [0,0,0], b: [1 mm,0,0]}, links: {l: {nodes: [a, b], material: silicon, " \
@@ -79,7 +79,7 @@ def test_sparse_and_dense_condensation_of_chains_agree(monkeypatch):
     links = ", ".join(f"l{a}_{b}: {{nodes: [n{a}, n{b}], {shape}}}" for a, b in pairs)
     text = f"nodes: {{{nodes}}}\nlinks: {{{links}}}\nground: {{n0: clamped}}\ninterface: [n0, n19]\n"
     dense = fx.reduce(loads(text))
-    monkeypatch.setattr(reduction_parts, "SPARSE_FROM", 0)
+    monkeypatch.setattr(reduction_parts, "SPARSE_GUYAN", 0)
     sparse = fx.reduce(loads(text))
     assert np.allclose(sparse.K, dense.K, rtol=1e-7, atol=1e-9 * abs(dense.K).max())
     assert np.allclose(sparse.M, dense.M, rtol=1e-9, atol=1e-12 * abs(dense.M).max())

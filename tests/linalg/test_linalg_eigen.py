@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from flexura.linalg import Pencil, count_below, is_definite, lowest, residuals
-from flexura.linalg.stacked import lowest_values
+from flexura.linalg.subspaces import lowest_values
 
 SIZES = [40, 600]
 """One size on the dense route, one on the sparse route."""

@@ -15,7 +15,7 @@ import pytest
 
 from flexura.linalg import lowest
 from flexura.mechanism import Circle, Link, Material, Mechanism, PointMass, Rectangle, RigidBody
-from flexura.reduction.proven.low_order import reduce
+from flexura.reduction.low_order import reduce
 from flexura.structure import assemble
 from helpers.beam_models import HELD, XY, frequencies, in_plane, roots, straight
 from helpers.verification_report import Case

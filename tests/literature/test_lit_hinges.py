@@ -14,7 +14,8 @@ import pytest
 from scipy.integrate import quad
 
 from flexura.mechanism import CircularContour, Flexure, Material, Mechanism, Notch
-from flexura.reduction.proven.low_order import low_order, reduce
+from flexura.reduction.assembly import low_order
+from flexura.reduction.low_order import reduce
 from flexura.structure import Plan, assemble
 from flexura.structure.design import Design
 from helpers.verification_report import Case

@@ -17,7 +17,7 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import lowest
-from flexura.reduction.proven.low_order import reduce
+from flexura.reduction.low_order import reduce
 from helpers.frames import cantilever, frame
 
 try:

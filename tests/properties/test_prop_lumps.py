@@ -18,7 +18,7 @@ from flexura.mechanism import (
     Substructure,
     Superelement,
 )
-from flexura.reduction.proven.low_order import reduce
+from flexura.reduction.low_order import reduce
 from flexura.structure import assemble
 from helpers.random_mechanisms import FEW, METALS, across, parts, section, vector
 

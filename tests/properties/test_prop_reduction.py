@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from flexura.expressions import parameter
 from flexura.linalg import lowest
-from flexura.linalg.stacked import lowest_values
+from flexura.linalg.subspaces import lowest_values
 from flexura.mechanism import CircularPattern, Instance, Link, Mechanism, Parameter, Rectangle, RigidBody, Substructure
-from flexura.reduction.batch.unproven import unproven_frequencies
-from flexura.reduction.proven.low_order import low_order, reduce
+from flexura.reduction.assembly import low_order
+from flexura.reduction.low_order import reduce
+from flexura.reduction.unproven import unproven_frequencies
 from flexura.structure import Plan, assemble
 from flexura.structure.design import Design
 from helpers.flat_meshes import scaled

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.linalg import lowest
-from flexura.reduction.batch.arrow_certificate import _fewer_than, _ritz
-from flexura.reduction.batch.chain_assembler import chain_assembler
+from flexura.reduction.batch_bounds import _arrow_has_fewer, _ritz
+from flexura.reduction.chain_assembler import chain_assembler
 from flexura.structure import Design
 from helpers.extended_eigen import wide_frequencies
 from helpers.random_mechanisms import FEW, mechanisms
@@ -95,7 +95,7 @@ def test_intervals_hold_for_random_branches(mechanism, count):
     plan = fx.Plan(mechanism)
     assume(0 < plan.topology.n_dof < MOST)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("flexura.reduction.batch.chain_assembler.STIFFER", np.inf)
+        patch.setattr("flexura.reduction.chain_assembler.STIFFER_BRANCHES", np.inf)
         found = fx.natural_frequencies(plan, n=count)
     assert holds(found, wide_frequencies(plan, count=len(found.frequency_hz)))
 
@@ -118,8 +118,8 @@ def test_a_frequency_that_is_not_below_is_never_proven():
     arrow = chains(Design.of(plan).stacked())
     true = (2 * np.pi * wide_frequencies(plan, count=6)) ** 2
     core = _ritz(arrow).core
-    assert not _fewer_than(arrow, true[None] * (1 + 1e-12), core).any()
-    assert _fewer_than(arrow, true[None] * (1 - 1e-5), core).all()
+    assert not _arrow_has_fewer(arrow, true[None] * (1 + 1e-12), core).any()
+    assert _arrow_has_fewer(arrow, true[None] * (1 - 1e-5), core).all()
 
 
 def test_branches_and_one_matrix_agree(monkeypatch):
@@ -127,7 +127,7 @@ def test_branches_and_one_matrix_agree(monkeypatch):
     rng = np.random.default_rng(3)
     sweep = {"leaf_thickness": 4e-4 * rng.uniform(0.5, 2, 40), "leaf_length": 5e-3 * rng.uniform(0.7, 1.5, 40)}
     found, quick = fx.natural_frequencies(plan, sweep), fx.unproven_frequencies(plan, sweep)
-    monkeypatch.setattr("flexura.reduction.batch.chain_assembler.STIFFER", 0.0)
+    monkeypatch.setattr("flexura.reduction.chain_assembler.STIFFER_BRANCHES", 0.0)
     whole = fx.natural_frequencies(fx.Plan(plan.mechanism), sweep)
     assert len(found.missed) == len(whole.missed) == 0
     assert (found.lower_hz <= whole.upper_hz).all() and (whole.lower_hz <= found.upper_hz).all()

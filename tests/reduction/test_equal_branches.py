@@ -8,19 +8,19 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import count_below, lowest
-from flexura.reduction.proven.equal_branches import split
-from flexura.reduction.single.model import STATE
+from flexura.reduction.equal_branches import split
+from flexura.reduction.model import STATE
 from flexura.structure import assemble
 
-MODULE = import_module("flexura.reduction.proven.equal_branches")
+MODULE = import_module("flexura.reduction.equal_branches")
 LEAF = {"material": "spring-steel", "reference": "y", "profile": fx.describe.Leaf(width=12e-3, thickness=0.4e-3)}
 
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small models are split too."""
-    monkeypatch.setattr(MODULE, "LEAST", 0)
-    monkeypatch.setattr(MODULE, "WORTH", 1)
+    monkeypatch.setattr(MODULE, "SPLIT_FROM", 0)
+    monkeypatch.setattr(MODULE, "SPLIT_GAIN", 1)
 
 
 def wheel(copies: int = 9, **changes) -> fx.Mechanism:
@@ -120,7 +120,7 @@ def test_a_loaded_state_is_said(monkeypatch) -> None:
     assert "equal branches" in result.steps[0] and STATE in result.steps
     sideways = fx.modes(wheel(gravity=(9.81, 0, 0)), n=8, order="full")
     assert sideways.steps == (STATE,)
-    monkeypatch.setattr(MODULE, "LEAST", 10**9)
+    monkeypatch.setattr(MODULE, "SPLIT_FROM", 10**9)
     undivided = fx.modes(wheel(gravity=(0, 0, -9.81)), n=8, order="full")
     np.testing.assert_allclose(result.frequency_hz, undivided.frequency_hz, rtol=1e-7)
 
@@ -133,7 +133,7 @@ def test_nothing_to_split() -> None:
 def test_modes_of_the_full_order_are_proven(monkeypatch) -> None:
     result = fx.modes(wheel(), n=12, order="full")
     assert "equal branches" in result.steps[0]
-    monkeypatch.setattr(MODULE, "LEAST", 10**9)
+    monkeypatch.setattr(MODULE, "SPLIT_FROM", 10**9)
     undivided = fx.modes(wheel(), n=12, order="full")
     assert not undivided.steps
     np.testing.assert_allclose(result.frequency_hz, undivided.frequency_hz, rtol=1e-7)
@@ -153,7 +153,7 @@ def test_branches_that_share_nothing_that_moves(monkeypatch) -> None:
     result = fx.modes(wheel(40, ground=held), n=3, order="full")
     one = fx.modes(wheel(1, ground=held), n=1, order="full")
     np.testing.assert_allclose(result.frequency_hz, one.frequency_hz[0], rtol=1e-9)
-    monkeypatch.setattr(import_module("flexura.reduction.proven.certificate"), "MOST_COPIES", 20)
+    monkeypatch.setattr(import_module("flexura.reduction.certificates"), "MOST_COPIES", 20)
     with pytest.raises(fx.SolverError, match="more than 20 of nearly one frequency"):
         fx.modes(wheel(40, ground=held), n=3)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.reduction.batch.chain_certificate import enclosed
+from flexura.reduction.batch_bounds import enclosed
 from helpers.exact_model import ExactModel
 
 INERTIA = 10.0 ** -np.array([6, 10, 14, 16, 18, 20, 22, 26, 30, 30])

@@ -93,7 +93,7 @@ def test_rubin_s_method_is_reproduced_by_its_own_formulas():
     A = rng.normal(size=(n, n))
     K, M = A @ A.T + n * np.eye(n), np.diag(rng.uniform(1, 2, n))
     from flexura.reduction import CraigBampton
-    from flexura.reduction.single.free_interface import free_interface
+    from flexura.reduction.parts import free_interface
 
     values, phi = la.eigh(K, M)
     residual = np.linalg.inv(K)[:, :b] - phi[:, :k] / values[:k] @ phi[:b, :k].T

@@ -11,7 +11,7 @@ import pytest
 import scipy.sparse as sp
 
 import flexura as fx
-from flexura.linalg.large import factorise_large
+from flexura.linalg.factor import factorise_large
 from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
 from flexura.solid.fem.modes import components
 from flexura.solid.geometry import solids

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 import flexura as fx
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Pencil, large, residuals
-from flexura.linalg.large import available_memory, factorise_large
-from flexura.linalg.search import ShiftInvert
+from flexura.linalg.eigen import ShiftInvert
+from flexura.linalg.factor import available_memory, factorise_large
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
 from flexura.solid.fem.matrices import averaged_rows, elastic_matrices, face_products, mesh_mass
 from flexura.solid.fem.reduced import constraint_modes

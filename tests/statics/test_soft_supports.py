@@ -60,7 +60,7 @@ def test_soft_modes_of_a_full_order_system_are_not_zero():
 
 
 def test_forces_on_coordinates_are_the_adjoint_of_displacements():
-    from flexura.reduction.chains.chained import chained
+    from flexura.reduction.chained_model import chained
 
     model = fx.assemble(suspended(1e3))
     own, rng = chained(model), np.random.default_rng(3)

@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.systems.reduction import balance, rounded_up
+from flexura.systems.reduction import balance
+from flexura.systems.state_space import rounded_up
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = [

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.systems.residual_modes import with_residual_modes
+from flexura.systems.reduction import with_residual_modes
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PORTS = {

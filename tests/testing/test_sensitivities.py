@@ -7,8 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.linalg import lowest
-from flexura.sensitivity.low_order import LowOrderFamily
-from flexura.sensitivity.variation import FullOrderFamily
+from flexura.sensitivity.families import FullOrderFamily, LowOrderFamily
 from helpers import samples
 
 RPR = "examples/rpr/rpr.yaml"

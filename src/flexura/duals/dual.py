@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.duals import arrangement, products
-from flexura.duals.elementwise import OF_VALUES, RULES
-from flexura.duals.pairs import Pair, padded
+from flexura.duals import arrays
+from flexura.duals.elementwise import OF_VALUES, RULES, Pair, padded
 
 ALL = slice(None)
 
@@ -105,7 +104,7 @@ class Dual:
             if ufunc in RULES:
                 return _with_slopes(RULES[ufunc], inputs)
             if ufunc is np.matmul:
-                return _with_slopes(products.matmul, inputs)
+                return _with_slopes(arrays.matmul, inputs)
             if ufunc in OF_VALUES:
                 return ufunc(*(x.value if isinstance(x, Dual) else x for x in inputs))
         if method == "reduce" and ufunc in _REDUCED:
@@ -136,13 +135,13 @@ class Dual:
             view = self.slope[(ALL, *at)]
             view[...] = padded(new.slope, view.ndim - 1) if isinstance(new, Dual) else 0.0
             return
-        own = _first_last(self.slope)
+        slope = _first_last(self.slope)
         if isinstance(new, Dual):
             self.value[at] = new.value
-            own[_open_ended(at)] = _first_last(new.slope)
+            slope[_open_ended(at)] = _first_last(new.slope)
         else:
             self.value[at] = new
-            own[_open_ended(at)] = 0.0
+            slope[_open_ended(at)] = 0.0
 
     def copy(self) -> Dual:
         """With memory of its own."""
@@ -150,7 +149,7 @@ class Dual:
 
     def reshape(self, *shape: Any) -> Dual:
         """In another shape."""
-        return Dual(*arrangement.reshape(Pair(self.value, self.slope), shape[0] if len(shape) == 1 else shape))
+        return Dual(*arrays.reshape(Pair(self.value, self.slope), shape[0] if len(shape) == 1 else shape))
 
     def ravel(self) -> Dual:
         """In a row."""
@@ -158,7 +157,7 @@ class Dual:
 
     def transpose(self, axes: tuple[int, ...] | None = None) -> Dual:
         """With axes in another order, reversed when none are given."""
-        return Dual(*arrangement.transpose(Pair(self.value, self.slope), axes))
+        return Dual(*arrays.transpose(Pair(self.value, self.slope), axes))
 
     def astype(self, _: Any) -> Dual:
         """Itself: slopes are those of floats."""
@@ -200,7 +199,7 @@ def _operators() -> None:
         "matmul": np.matmul,
     }  # fmt: skip
     for name, ufunc in signs.items():
-        rule = products.matmul if ufunc is np.matmul else RULES[ufunc]
+        rule = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
         setattr(Dual, f"__{name}__", lambda a, b, f=rule: _with_slopes(f, (a, b)))
         setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _with_slopes(f, (b, a)))
         setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_with_slopes(f, (a, b))))
@@ -213,9 +212,9 @@ def _operators() -> None:
 
 def _dual(value: Any, slope: Any) -> Dual:
     """A number with slopes whose shapes are known to fit."""
-    found = Dual.__new__(Dual)
-    found.value, found.slope = value, slope
-    return found
+    dual = Dual.__new__(Dual)
+    dual.value, dual.slope = value, slope
+    return dual
 
 
 def _in_place(at: tuple[Any, ...]) -> bool:
@@ -289,11 +288,11 @@ def _where(condition: Any, *choices: Any) -> Any:
     condition = condition.value if isinstance(condition, Dual) else condition
     if not choices:
         return np.where(condition)
-    return Dual(*arrangement.where(condition, *map(_pair, choices)))
+    return Dual(*arrays.where(condition, *map(_pair, choices)))
 
 
 def _einsum(subscripts: str, *operands: Any) -> Dual:
-    return Dual(*products.einsum(subscripts, *map(_pair, operands)))
+    return Dual(*arrays.einsum(subscripts, *map(_pair, operands)))
 
 
 def _clip(x: Any, low: Any, high: Any) -> Any:
@@ -319,17 +318,17 @@ def _add_at(target: Dual, at: Any, new: Any) -> None:
 
 
 _REDUCED: dict[Any, Any] = {
-    np.add: _first(arrangement.along(np.sum)),
-    np.multiply: _first(arrangement.prod),
-    np.maximum: _first(arrangement.extreme(np.argmax)),
-    np.minimum: _first(arrangement.extreme(np.argmin)),
+    np.add: _first(arrays.along(np.sum)),
+    np.multiply: _first(arrays.prod),
+    np.maximum: _first(arrays.extreme(np.argmax)),
+    np.minimum: _first(arrays.extreme(np.argmin)),
 }
 
 _NEW: frozenset[Any] = frozenset({np.empty, np.zeros, np.ones, np.full})
 
 _FUNCTIONS: dict[Any, Any] = {
-    np.bincount: lambda at, weights, minlength=0: Dual(*arrangement.bincount(at, _pair(weights), minlength)),
-    np.ascontiguousarray: _first(arrangement.contiguous),
+    np.bincount: lambda at, weights, minlength=0: Dual(*arrays.bincount(at, _pair(weights), minlength)),
+    np.ascontiguousarray: _first(arrays.contiguous),
     **{
         f: _of_value(f)
         for f in (np.shape, np.ndim, np.size, np.argmin, np.argmax, np.argsort, np.round, np.iscomplexobj)
@@ -338,42 +337,42 @@ _FUNCTIONS: dict[Any, Any] = {
     np.zeros_like: _constant_like(np.zeros),
     np.ones_like: _constant_like(np.ones),
     np.full_like: _constant_like(np.full),
-    **{f: _first(arrangement.along(f)) for f in (np.sum, np.mean)},
-    **{f: _first(arrangement.accumulated(f)) for f in (np.cumsum, np.diff, np.flip, np.roll)},
-    np.prod: _first(arrangement.prod),
-    np.cumprod: _first(arrangement.cumprod),
+    **{f: _first(arrays.along(f)) for f in (np.sum, np.mean)},
+    **{f: _first(arrays.accumulated(f)) for f in (np.cumsum, np.diff, np.flip, np.roll)},
+    np.prod: _first(arrays.prod),
+    np.cumprod: _first(arrays.cumprod),
     np.max: _REDUCED[np.maximum],
     np.min: _REDUCED[np.minimum],
     np.where: _where,
     np.clip: _clip,
     np.copyto: _copyto,
     np.copy: lambda x: x.copy(),
-    np.concatenate: _joined(arrangement.concatenate),
-    np.stack: _joined(arrangement.stack),
-    np.vstack: _joined(arrangement.vstack),
-    np.hstack: _joined(arrangement.hstack),
-    np.column_stack: _joined(arrangement.column_stack),
-    np.broadcast_to: _first(arrangement.broadcast_to),
+    np.concatenate: _joined(arrays.concatenate),
+    np.stack: _joined(arrays.stack),
+    np.vstack: _joined(arrays.vstack),
+    np.hstack: _joined(arrays.hstack),
+    np.column_stack: _joined(arrays.column_stack),
+    np.broadcast_to: _first(arrays.broadcast_to),
     np.broadcast_arrays: _broadcast_arrays,
-    np.reshape: _first(arrangement.reshape),
+    np.reshape: _first(arrays.reshape),
     np.ravel: lambda x: x.reshape(-1),
-    np.transpose: _first(arrangement.transpose),
-    np.swapaxes: _first(arrangement.swapaxes),
-    np.moveaxis: _first(arrangement.moveaxis),
-    np.expand_dims: _first(arrangement.expand_dims),
-    np.squeeze: _first(arrangement.squeeze),
-    np.take: _first(arrangement.take),
-    np.tile: _first(arrangement.tile),
-    np.repeat: _first(arrangement.repeat),
-    np.diagonal: _first(arrangement.diagonal),
-    np.diag: _first(arrangement.diag),
+    np.transpose: _first(arrays.transpose),
+    np.swapaxes: _first(arrays.swapaxes),
+    np.moveaxis: _first(arrays.moveaxis),
+    np.expand_dims: _first(arrays.expand_dims),
+    np.squeeze: _first(arrays.squeeze),
+    np.take: _first(arrays.take),
+    np.tile: _first(arrays.tile),
+    np.repeat: _first(arrays.repeat),
+    np.diagonal: _first(arrays.diagonal),
+    np.diag: _first(arrays.diag),
     np.einsum: _einsum,
-    np.dot: _every(products.matmul),
-    np.outer: _every(products.outer),
-    np.cross: _every(products.cross),
-    np.linalg.inv: _first(products.inv),
-    np.linalg.solve: _every(products.solve),
-    np.linalg.det: _first(products.det),
-    np.linalg.norm: _first(products.norm),
+    np.dot: _every(arrays.matmul),
+    np.outer: _every(arrays.outer),
+    np.cross: _every(arrays.cross),
+    np.linalg.inv: _first(arrays.inv),
+    np.linalg.solve: _every(arrays.solve),
+    np.linalg.det: _first(arrays.det),
+    np.linalg.norm: _first(arrays.norm),
 }
 _operators()

@@ -1,16 +1,94 @@
-"""Derivatives of NumPy's elementwise functions."""
+"""A value with its slopes, and the derivatives of NumPy's elementwise functions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.special
 
-from flexura.duals.pairs import Pair, agree, padded, plus, spread, tied, times, unless_still
+TIE = 1e-12
+"""Relative difference up to which numbers are equal but for round-off."""
+
+ALIKE = 1e-7
+"""Difference up to which slopes agree, over the largest by the same parameter."""
+
+OF_VALUES = frozenset(
+    {
+        *(np.greater, np.greater_equal, np.less, np.less_equal, np.equal, np.not_equal),
+        *(np.isfinite, np.isnan, np.isinf, np.signbit, np.sign, np.floor, np.ceil, np.rint, np.trunc),
+    }
+)
+"""Functions of values alone: their results do not change with small changes of what they are given."""
+
+
+class Pair(NamedTuple):
+    """A value (...) and its slopes (P, ...); a constant has None for slopes."""
+
+    value: Any
+    slope: Any
+
 
 Rule = Callable[..., Pair]
+
+
+def padded(slope: Any, ndim: int) -> Any:
+    """Slopes (P, ...) with axes of length 1 put in behind the first, for values of `ndim` axes."""
+    shape = slope.shape
+    missing = ndim + 1 - len(shape)
+    return slope if missing <= 0 else slope.reshape((shape[0], *(1,) * missing, *shape[1:]))
+
+
+def spread(slope: Any, shape: tuple[int, ...]) -> Any:
+    """Slopes (P, *shape) of their own, from slopes whose values broadcast to `shape`."""
+    wanted = (len(slope), *shape)
+    return slope.copy() if slope.shape == wanted else np.broadcast_to(padded(slope, len(shape)), wanted).copy()
+
+
+def times(slope: Any, factor: Any, shape: tuple[int, ...]) -> Any:
+    """Slopes (P, *shape) times a factor; slopes and factor belong to values that broadcast to `shape`."""
+    product = padded(slope, len(shape)) * factor
+    return product if product.shape[1:] == shape else spread(product, shape)
+
+
+def plus(a: Any, b: Any) -> Any:
+    """The sum of slopes of one shape, of which either may be None."""
+    if a is None or b is None:
+        return b if a is None else a
+    return a + b
+
+
+def unless_still(slope: Any, factor: Any, bad: Any, shape: tuple[int, ...]) -> Any:
+    """Slopes times a factor; where the function has no derivative (`bad`), NaN unless the slope is zero."""
+    if not np.any(bad):
+        return times(slope, factor, shape)
+    slope = spread(slope, shape)
+    moved = slope * np.where(bad, 1.0, factor)
+    return np.where(bad & (slope != 0), np.nan, np.where(bad, 0.0, moved))
+
+
+def tied(a: Any, b: Any) -> Any:
+    """Where values are equal but for round-off."""
+    a, b = _bare(a), _bare(b)
+    with np.errstate(all="ignore"):
+        return (a == b) | (np.abs(a - b) <= TIE * np.maximum(np.abs(a), np.abs(b)))
+
+
+def agree(a: Any, b: Any) -> Any:
+    """Where slopes (P, ...) are equal but for round-off; NaN agrees with nothing."""
+    a, b = _bare(a), _bare(b)
+    with np.errstate(all="ignore"):
+        size = np.fmax(np.abs(a), np.abs(b))
+        largest = np.fmax.reduce(size, axis=tuple(range(1, size.ndim)), keepdims=True, initial=0.0)
+        return (a == b) | (np.abs(a - b) <= ALIKE * largest)
+
+
+def _bare(x: Any) -> Any:
+    """Values without slopes."""
+    while hasattr(x, "slope"):
+        x = x.value
+    return x
 
 
 def _by_argument(function: Any, factor: Callable[[Any], Any]) -> Rule:
@@ -104,12 +182,12 @@ def _of_two(function: Any, factors: Callable[[Any, Any, Any], tuple[Any, Any]]) 
         shape = np.shape(value)
         bad = (a.value == 0) & (b.value == 0)
         with np.errstate(all="ignore"):
-            own = factors(a.value, b.value, value)
-            found = [
+            partials = factors(a.value, b.value, value)
+            slopes = [
                 None if x.slope is None else unless_still(x.slope, f, bad, shape)
-                for x, f in zip((a, b), own, strict=True)
+                for x, f in zip((a, b), partials, strict=True)
             ]
-        return Pair(value, plus(*found))
+        return Pair(value, plus(*slopes))
 
     return rule
 
@@ -180,11 +258,3 @@ RULES: dict[Any, Rule] = {
     np.radians: _linear(np.radians),
     scipy.special.ive: _scaled_bessel,
 }
-
-OF_VALUES = frozenset(
-    {
-        *(np.greater, np.greater_equal, np.less, np.less_equal, np.equal, np.not_equal),
-        *(np.isfinite, np.isnan, np.isinf, np.signbit, np.sign, np.floor, np.ceil, np.rint, np.trunc),
-    }
-)
-"""Functions of values alone: their results do not change with small changes of what they are given."""

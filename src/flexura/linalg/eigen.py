@@ -1,34 +1,220 @@
 """Lowest eigenpairs of K x = lambda M x, accurate and complete, of things that are held and of things that float.
 
-What floats has a singular K: it is shifted by a negative value next to its lowest elastic eigenvalue, which a first
-search finds. Eigenvalues of a `Pencil` are Rayleigh quotients of energies.
+Lanczos next to a shift (Ericsson and Ruhe 1980) may lose copies of a repeated eigenvalue: what an inertia count finds
+missing is looked for again in the complement of what is known, until the count is met. What floats has a singular K:
+it is shifted by a negative value next to its lowest elastic eigenvalue, which a first search finds. Eigenvalues of a
+`Pencil` are Rayleigh quotients of energies. Orders and signs do not hang on round-off.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+from numpy.typing import ArrayLike
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
+from flexura.deadline import checkpoint
 from flexura.errors import SolverError
-from flexura.linalg.factor import SINGULAR_PIVOT, Matrix, SuperLU, pivoted
-from flexura.linalg.pencil import Pencil
-from flexura.linalg.residual_bounds import solution
-from flexura.linalg.search import Eigenpairs, next_to
+from flexura.linalg.bounds import bracket, count_below, solution, stable_count
+from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, Factor, Matrix, Progress, SuperLU, pivoted
+from flexura.linalg.pencil import Eigenpairs, Pencil, scaled, toarray, unit_scale
 
-COARSE = 1e-9
+LANCZOS_RESTARTS = 500
+"""Restarts of a Lanczos search after which it is given up."""
+
+IDLE_ROUNDS = 4
+"""Rounds of looking for missing copies of repeated eigenvalues that may pass without finding any."""
+
+COUNT_OFFSETS = (1e-6, 1e-5, 1e-4)
+"""Relative distances below the last eigenvalue at which those up to it are counted, the first that can be."""
+
+COARSE_SHIFT = 1e-9
 """First shift of something that floats, over the largest ratio of stiffness to mass."""
 
-UNKNOWN = 2e-5
+SHIFT_ROUNDING = 2e-5
 """Part of that shift below which values of matrices whose history is not known are round-off."""
 
-DEPENDENT = 1e-8
+OUTSIDE_SPAN = 1e-8
 """Squared part of a vector beside rigid motions below which it is one of them."""
 
-CLEAR = 10.0
+ABOVE_ROUNDING = 10.0
 """An eigenvalue so many times above its own round-off shows where the elastic ones begin."""
 
-ROUNDS = 8
+SHIFT_ROUNDS = 8
 """Attempts to find a shift next to the lowest elastic eigenvalue."""
+
+SIZE_TIE = 1e-6
+"""Relative difference up to which sizes are equal: symmetry makes them so but for round-off."""
+
+
+class ShiftInvert:
+    """Lanczos on (K - shift M)^-1 M, K and M (n, n) sparse and symmetric; `solve` gives (K - shift M)^-1 b, b (n,).
+
+    `solves` is how often that was used, out of about `expected`, of which `progress` is told.
+    """
+
+    def __init__(
+        self, K: Any, M: Any, shift: float, solve: Callable[[Array], Array], progress: Progress | None = None
+    ) -> None:
+        self.K = K
+        self.M = M
+        self.shift = shift
+        self.solve = solve
+        self.progress = progress
+        self.solves: int = 0
+        self.expected: int = 100
+
+    def nearest(self, count: int, known: Array | None = None) -> Eigenpairs:
+        """The `count` pairs next to the shift in the M-orthogonal complement of `known` (n, j), fewer than n.
+
+        Raises SolverError when the search does not converge.
+        """
+        n = self.K.shape[0]
+        known = np.empty((n, 0)) if known is None else known
+        j = known.shape[1]
+        Mk = self.M @ known
+        count = min(count, n - 1)
+
+        def invert(b: Array) -> Array:
+            checkpoint()
+            self.solves += 1
+            if self.progress is not None:
+                self.progress("iterate", min(0.99, self.solves / self.expected))
+            y = self.solve(b)
+            return y - known @ (Mk.T @ y) if j else y
+
+        start = np.cos(np.arange(n) * (1.0 + j))
+        start -= known @ (Mk.T @ start)
+        operator = spla.LinearOperator((n, n), matvec=invert, dtype=float)
+        basis = min(n - 1, max(2 * count + 12, 20))
+        try:
+            values, vectors = spla.eigsh(
+                self.K,
+                count,
+                M=self.M,
+                sigma=self.shift,
+                OPinv=operator,
+                v0=start,
+                ncv=basis,
+                maxiter=LANCZOS_RESTARTS,
+                tol=0,
+            )
+        except spla.ArpackNoConvergence as error:  # the last of many copies: sought beside those that are found
+            values, vectors = np.real(error.eigenvalues), np.real(error.eigenvectors)
+            if not len(values):
+                raise SolverError(f"the eigenvalue search did not converge: {error}") from None
+            rest = self.nearest(count - len(values), np.hstack([known, orthonormal(vectors, self.M)]))
+            values, vectors = np.append(values, rest.values), np.hstack([vectors, rest.vectors])
+        except spla.ArpackError as error:
+            raise SolverError(f"the eigenvalue search did not converge: {error}") from None
+        order = np.argsort(values)
+        return Eigenpairs(values[order], orthonormal(vectors[:, order], self.M))
+
+    def completed(
+        self,
+        pairs: Eigenpairs,
+        count: int,
+        counted: Callable[[float], int | None] | None = None,
+        offsets: Sequence[float] = COUNT_OFFSETS,
+    ) -> Eigenpairs:
+        """The pairs with the copies of repeated eigenvalues that were missed below the `count`-th.
+
+        `counted` gives the number of eigenvalues below a value, None where it cannot tell; by default factors of
+        SuperLU are asked. Copies of the `count`-th itself do not matter. Where what is counted is not found, digits of
+        the stiffness are lost and the next of the offsets serves. Raises SolverError when none does.
+        """
+        fewest, idle = self.K.shape[0] + 1, 0
+        while True:
+            missing = self._missing(pairs.values, float(pairs.values[:count].max()), counted, offsets)
+            if missing <= 0:
+                return pairs
+            fewest, idle = (missing, 0) if missing < fewest else (fewest, idle + 1)
+            if idle == IDLE_ROUNDS and len(offsets) == 1:
+                raise SolverError("eigenvalues that are counted are not found: the stiffness has lost its digits")
+            if idle == IDLE_ROUNDS:
+                fewest, idle, offsets = self.K.shape[0] + 1, 0, offsets[1:]
+                continue
+            more = self.nearest(missing, pairs.vectors)
+            values = np.concatenate([pairs.values, more.values])
+            order = np.argsort(values, kind="stable")
+            pairs = Eigenpairs(values[order], np.hstack([pairs.vectors, more.vectors])[:, order])
+
+    def _missing(
+        self, values: Array, last: float, counted: Callable[[float], int | None] | None, offsets: Sequence[float]
+    ) -> int:
+        """How many eigenvalues below `last` are not among `values`, counted a little below it, further off where a
+        factorisation so close to eigenvalues is unstable."""
+        K, M = self.K, self.M
+        if self.progress is not None:
+            self.progress("count", 0.0)
+        below = [last - offset * abs(last) - 1e-3 * abs(self.shift) for offset in offsets]
+        for value in below:
+            count = stable_count((K - value * M).tocsc()) if counted is None else counted(value)
+            if count is not None:
+                return count - int((values < value).sum())
+        proven = bracket(Pencil.of(K, M), below[-1])
+        if proven.is_proven:
+            return proven.least - int((values < proven.value).sum())
+        return count_below(K, M, below[0]) - int((values < below[0]).sum())
+
+
+def next_to(
+    K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None, shapes: bool = True
+) -> Eigenpairs:
+    """The `count` pairs of K and M (n, n) next to a shift below all of them, none of them missing.
+
+    `factor` of K - shift M where there is one already. Without `shapes` small problems are solved for values alone,
+    and have no vectors. Raises SolverError when K - shift M is singular or the search
+    does not converge.
+    """
+    n = K.shape[0]
+    if n <= DENSE_LIMIT or count > n // 3:
+        return _dense(toarray(K), toarray(M), count, shift, shapes)
+    K, M = sp.csc_matrix(K), sp.csc_matrix(M)
+    factor = factor or SuperLU(K - shift * M if shift else K)
+    d = factor.scale
+    # what is counted is the matrix that was factorised, rounded as it was by its scaling
+    search = ShiftInvert(scaled(K, d), scaled(M, d), shift, factor.solve_scaled)
+    pairs = search.completed(search.nearest(count), count)
+    return Eigenpairs(pairs.values[:count], d[:, None] * pairs.vectors[:, :count])
+
+
+def _dense(K: Array, M: Array, count: int, shift: float, shapes: bool = True) -> Eigenpairs:
+    """eigh(M, K') after diagonal scaling, K' = K - shift M positive definite: for widely spread spectra the low end
+    comes out far more accurately than from eigh(K, M) (Parlett 1980, sec. 15.2; theory eq. 54)."""
+    S = K - shift * M if shift else K
+    n = len(S)
+    d = unit_scale(S)
+    Md, Sd = scaled(M, d), scaled(S, d)
+    try:
+        if not shapes:
+            mu = np.asarray(la.eigh(Md, Sd, eigvals_only=True), dtype=float)[n - count :]
+            return Eigenpairs(_inverted(mu[::-1]) + shift, np.empty((n, 0)))
+        try:
+            mu, y = la.eigh(Md, Sd, subset_by_index=[n - count, n - 1])
+        except la.LinAlgError:  # LAPACK's inverse iteration may fail on clusters, divide and conquer does not
+            mu, y = (part[..., n - count :] for part in la.eigh(Md, Sd, driver="gvd"))
+    except la.LinAlgError:
+        raise SolverError("the stiffness matrix is not positive definite: something can move freely") from None
+    mu, y = mu[::-1], y[:, ::-1]
+    vectors = d[:, None] * y / np.sqrt(np.where(mu > 0, mu, 1.0))
+    return Eigenpairs(_inverted(mu) + shift, vectors)
+
+
+def _inverted(mu: Array) -> Array:
+    """One over values, infinite where they are not positive."""
+    return np.where(mu > 0, 1 / np.where(mu > 0, mu, 1.0), np.inf)
+
+
+def orthonormal(vectors: Array, M: Any) -> Array:
+    """Vectors (n, k) made M-orthonormal in order (Cholesky of the Gram matrix)."""
+    gram = vectors.T @ (M @ vectors)
+    return la.solve_triangular(la.cholesky(gram, lower=True), vectors.T, lower=True).T
 
 
 def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
@@ -41,16 +227,16 @@ def lowest(K: Matrix, M: Matrix, count: int) -> Eigenpairs:
     count = min(count, n)
     if count <= 0:
         return Eigenpairs(np.empty(0), np.empty((n, 0)))
-    definite, factors = _definite(K)
-    if definite:
+    pivot, factors = pivoted(K)
+    if pivot > SINGULAR_PIVOT:
         return next_to(K, M, count, 0.0, factors)
     # matrices of unknown history: what is small beside their largest ratio may be round-off
     coarse = coarse_shift(K, M)
     values = next_to(K, M, min(n, max(count, 6) + 1), -coarse).values
-    elastic = values[(values > UNKNOWN * coarse) & np.isfinite(values)]
-    first = min(float(elastic[0]), coarse / COARSE) if len(elastic) else 1e5 * coarse
+    elastic = values[(values > SHIFT_ROUNDING * coarse) & np.isfinite(values)]
+    first = min(float(elastic[0]), coarse / COARSE_SHIFT) if len(elastic) else 1e5 * coarse
     pairs = next_to(K, M, count, -first)
-    zero = abs(pairs.values) < max(1e-7 * first, UNKNOWN * coarse)
+    zero = abs(pairs.values) < max(1e-7 * first, SHIFT_ROUNDING * coarse)
     return Eigenpairs(np.where(zero, 0.0, pairs.values), pairs.vectors)
 
 
@@ -66,11 +252,11 @@ def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eige
     count = min(count, pencil.order)
     if count <= 0:
         return Eigenpairs(np.empty(0), np.empty((pencil.order, 0)))
-    definite, factors = _definite(pencil.K)
-    if not definite:
+    pivot, factors = pivoted(pencil.K)
+    if pivot <= SINGULAR_PIVOT:
         return _floating(pencil, count, rigid)
-    found = _finite(next_to(pencil.K, pencil.M, count, 0.0, factors)).vectors
-    pairs = ritz_pairs(pencil, _polished(pencil, found, 0.0, factors), rigid)
+    shapes = next_to(pencil.K, pencil.M, count, 0.0, factors).finite.vectors
+    pairs = ritz_pairs(pencil, _polished(pencil, shapes, 0.0, factors), rigid)
     # fewer: there are no more with mass, or the first is so soft that the others are lost beside it
     return pairs if len(pairs.values) == count else _floating(pencil, count, rigid)
 
@@ -78,13 +264,7 @@ def lowest_modes(pencil: Pencil, count: int, rigid: Array | None = None) -> Eige
 def coarse_shift(K: Matrix, M: Matrix) -> float:
     """A first shift, without its sign, of K and M (n, n) that float."""
     stiff, mass = K.diagonal(), M.diagonal()
-    return COARSE * float(np.max(stiff[mass > 0] / mass[mass > 0], initial=1.0))
-
-
-def _definite(K: Matrix) -> tuple[bool, SuperLU | None]:
-    """Whether K is definite, as `is_definite`, and its factors where they are sparse."""
-    pivot, factors = pivoted(K)
-    return pivot > SINGULAR_PIVOT, factors
+    return COARSE_SHIFT * float(np.max(stiff[mass > 0] / mass[mass > 0], initial=1.0))
 
 
 def _polished(pencil: Pencil, X: Array, shift: float, factors: SuperLU | None = None) -> Array:
@@ -95,11 +275,6 @@ def _polished(pencil: Pencil, X: Array, shift: float, factors: SuperLU | None = 
     return Y / np.linalg.norm(Y, axis=0)
 
 
-def _finite(pairs: Eigenpairs) -> Eigenpairs:
-    finite = np.isfinite(pairs.values)
-    return Eigenpairs(pairs.values[finite], pairs.vectors[:, finite])
-
-
 def _floating(pencil: Pencil, count: int, rigid: Array | None) -> Eigenpairs:
     """The lowest pairs of a singular or very soft problem: the shift is moved until it stands next to the lowest
     eigenvalue that is not zero."""
@@ -107,23 +282,23 @@ def _floating(pencil: Pencil, count: int, rigid: Array | None) -> Eigenpairs:
     wanted = min(pencil.order, max(count, 6) + 1)
     seen: set[float] = set()
     pairs = None
-    for _ in range(ROUNDS):
+    for _ in range(SHIFT_ROUNDS):
         try:
-            found = next_to(pencil.K, pencil.M, wanted, -shift)
+            nearest = next_to(pencil.K, pencil.M, wanted, -shift)
         except SolverError:
             if pairs is None:
                 raise
             break  # so far down round-off in K is in the way
-        fresh = ritz_pairs(pencil, _polished(pencil, _finite(found).vectors, -shift), rigid)
+        fresh = ritz_pairs(pencil, _polished(pencil, nearest.finite.vectors, -shift), rigid)
         pairs = fresh if pairs is None else _together(pencil, fresh, pairs, wanted)
-        elastic = pairs.values[pairs.values > CLEAR * pencil.margin(pairs.vectors)]
+        elastic = pairs.values[pairs.values > ABOVE_ROUNDING * pencil.margin(pairs.vectors)]
         near = float(elastic[0]) if len(elastic) else 1e5 * shift  # else all that is elastic lies far above
         if shift / 3 <= near <= 3 * shift or round(np.log10(near)) in seen:
             break
         seen.add(round(np.log10(near)))
         shift = near
     assert pairs is not None
-    return Eigenpairs(pairs.values[:count], pairs.vectors[:, :count])
+    return pairs.first(count)
 
 
 def _together(pencil: Pencil, pairs: Eigenpairs, others: Eigenpairs, count: int) -> Eigenpairs:
@@ -132,11 +307,10 @@ def _together(pencil: Pencil, pairs: Eigenpairs, others: Eigenpairs, count: int)
     Y = others.vectors
     for _ in range(2):
         Y = Y - pairs.vectors @ (pairs.vectors.T @ (pencil.M @ Y))
-    Y = Y[:, np.einsum("ik,ik->k", Y, pencil.M @ Y) > DEPENDENT]
+    Y = Y[:, np.einsum("ik,ik->k", Y, pencil.M @ Y) > OUTSIDE_SPAN]
     if len(pairs.values) >= count or not Y.shape[1]:
         return pairs
-    own = _zeroed(pencil, Eigenpairs(*pencil.ritz(np.hstack([pairs.vectors, Y]))))
-    return Eigenpairs(own.values[:count], own.vectors[:, :count])
+    return _zeroed(pencil, Eigenpairs(*pencil.ritz(np.hstack([pairs.vectors, Y])))).first(count)
 
 
 def ritz_pairs(pencil: Pencil, X: Array, rigid: Array | None = None) -> Eigenpairs:
@@ -154,7 +328,7 @@ def ritz_pairs(pencil: Pencil, X: Array, rigid: Array | None = None) -> Eigenpai
     X = X / np.sqrt(np.einsum("ik,ik->k", X, pencil.M @ X))
     for _ in range(2):
         X = X - free @ (free.T @ (pencil.M @ X))
-    X = X[:, np.einsum("ik,ik->k", X, pencil.M @ X) > DEPENDENT]
+    X = X[:, np.einsum("ik,ik->k", X, pencil.M @ X) > OUTSIDE_SPAN]
     pairs = _zeroed(pencil, Eigenpairs(*pencil.ritz(X))) if X.shape[1] else Eigenpairs(np.empty(0), X)
     values, vectors = np.concatenate([np.zeros(free.shape[1]), pairs.values]), np.hstack([free, pairs.vectors])
     order = np.argsort(values, kind="stable")[:k]
@@ -164,3 +338,33 @@ def ritz_pairs(pencil: Pencil, X: Array, rigid: Array | None = None) -> Eigenpai
 def _zeroed(pencil: Pencil, pairs: Eigenpairs) -> Eigenpairs:
     """M-orthonormal pairs with the values that are not above their own round-off set to zero."""
     return Eigenpairs(np.where(pairs.values <= pencil.margin(pairs.vectors), 0.0, pairs.values), pairs.vectors)
+
+
+def ranked(sizes: ArrayLike) -> Index:
+    """Positions (n,) of sizes (n,) from the largest to the smallest; equal ones stay in their order."""
+    size = np.asarray(sizes, dtype=float)
+    order = np.argsort(-size, kind="stable").astype(np.intp)
+    falling = size[order]
+    first = 0
+    for k in range(1, len(order) + 1):
+        if k == len(order) or falling[k] < _least(falling[first]):
+            order[first:k].sort()
+            first = k
+    return order
+
+
+def leading(sizes: ArrayLike, axis: int = -1) -> Any:
+    """Position of the largest of sizes along an axis, the first of equal ones."""
+    size = np.asarray(sizes, dtype=float)
+    return (size >= _least(size.max(axis=axis, keepdims=True))).argmax(axis=axis)
+
+
+def turned(vectors: Any) -> Any:
+    """Vectors (n,) or (n, k), real or complex, with the real part of their largest entry positive."""
+    at = np.expand_dims(leading(np.abs(vectors), axis=0), 0)
+    return np.where(np.real(np.take_along_axis(vectors, at, axis=0)) < 0, -vectors, vectors)
+
+
+def _least(largest: Any) -> Any:
+    """The least size that equals the largest."""
+    return largest * (1 - np.copysign(SIZE_TIE, largest))

@@ -1,5 +1,7 @@
 """The eigenvalue problem K x = lambda M x with a stiffness that keeps the digits which its sum loses.
 
+Symmetric matrices are scaled to a diagonal of ones, which takes out what units and unequal members put in.
+
 An assembled stiffness is a sum of terms that cancel in soft motions. Where it comes as strains, K = F' F + rest, the
 energy of a motion is a sum of squares: |F x|^2 is right to (eps |F| |x|)^2 where x strains nothing at all, and to its
 own last digits elsewhere, however stiff some members are beside others (Demmel and Kahan 1990 for the principle). The
@@ -15,18 +17,18 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 from scipy.linalg import lapack
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
-from flexura.linalg.scaling import inverse_roots, scaled, unit_scale
 
 EPS = float(np.finfo(float).eps)
 
-TERMS = 16
+ENTRY_ROUNDING = 16
 """Units of round-off in an entry of F, K or M as assembled, and in a product with as many terms as a row has."""
 
-DEPENDENT = 1e-6
+NEW_DIRECTION = 1e-6
 """A column of which less than this is not in the span of those before it adds nothing."""
 
 MASS_LOST = (
@@ -37,8 +39,56 @@ MASS_LOST = (
 
 Extended = np.longdouble
 
-EXACT = 64 * float(np.finfo(Extended).eps)
+EXTENDED_ROUNDING = 64 * float(np.finfo(Extended).eps)
 """Relative error of products in extended precision."""
+
+
+def inverse_roots(sizes: ArrayLike) -> Array:
+    """1/sqrt|size| for sizes (...), real or complex; one where a size is zero."""
+    root = np.sqrt(np.abs(sizes))
+    return 1 / np.where(root > 0, root, 1.0)
+
+
+def unit_scale(A: Any) -> Array:
+    """d (..., n) with which D A D has a diagonal of absolute ones, D = diag(d) (van der Sluis 1969).
+
+    A: (..., n, n) dense, or (n, n) sparse. Where its diagonal is zero d is one.
+    """
+    return inverse_roots(np.einsum("...ii->...i", A) if isinstance(A, np.ndarray) else A.diagonal())
+
+
+def scaled(A: Any, d: Array) -> Any:
+    """D A D for A (..., n, n) dense, or (n, n) sparse by columns, and D = diag(d), d (..., n).
+
+    It shares no array with A.
+    """
+    if isinstance(A, np.ndarray):
+        return A * d[..., :, None] * d[..., None, :]
+    data = A.data * d[A.indices] * np.repeat(d, np.diff(A.indptr))
+    return sp.csc_matrix((data, A.indices.copy(), A.indptr.copy()), shape=A.shape)
+
+
+def toarray(A: Any) -> Array:
+    """A as a dense array."""
+    return np.asarray(A.toarray()) if hasattr(A, "toarray") else np.asarray(A)
+
+
+@dataclass(frozen=True)
+class Eigenpairs:
+    """Eigenvalues (k,), ascending, and M-orthonormal eigenvectors (n, k)."""
+
+    values: Array
+    vectors: Array
+
+    @property
+    def finite(self) -> Eigenpairs:
+        """Those with finite eigenvalues: what moves has mass."""
+        is_finite = np.isfinite(self.values)
+        return Eigenpairs(self.values[is_finite], self.vectors[:, is_finite])
+
+    def first(self, count: int) -> Eigenpairs:
+        """The first of them, `count` at most."""
+        return Eigenpairs(self.values[:count], self.vectors[:, :count])
 
 
 @dataclass(frozen=True)
@@ -57,7 +107,7 @@ class Pencil:
     spread: sp.csr_matrix | None = None
     rest: Any = None
     rounding: float = 0.0
-    unit: float = TERMS * EPS
+    unit: float = ENTRY_ROUNDING * EPS
     """Relative error of entries of F and M: round-off, and that of lengths which are differences of positions."""
 
     @staticmethod
@@ -68,7 +118,7 @@ class Pencil:
     @staticmethod
     def assembled(K: Any, M: Any, loose: float = 1.0) -> Pencil:
         """The problem of two matrices as they are summed, right to `loose` times round-off."""
-        return Pencil(K, M, rest=K, rounding=loose * TERMS * EPS, unit=loose * TERMS * EPS)
+        return Pencil(K, M, rest=K, rounding=loose * ENTRY_ROUNDING * EPS, unit=loose * ENTRY_ROUNDING * EPS)
 
     @staticmethod
     def from_strain(strain: sp.csr_matrix, spread: sp.csr_matrix, rest: Any, M: Any, loose: float = 1.0) -> Pencil:
@@ -77,7 +127,7 @@ class Pencil:
         if rest is not None:
             K = (K + rest).tocsc()
         K.sort_indices()
-        return Pencil(K, M, strain, spread, rest, loose * TERMS * EPS, loose * TERMS * EPS)
+        return Pencil(K, M, strain, spread, rest, loose * ENTRY_ROUNDING * EPS, loose * ENTRY_ROUNDING * EPS)
 
     @property
     def order(self) -> int:
@@ -86,34 +136,34 @@ class Pencil:
 
     def stiffness(self, X: Array) -> Array:
         """K X for X (n, k)."""
-        found = np.zeros(X.shape)
+        forces = np.zeros(X.shape)
         if self.strain is not None:
-            found += self.strain.T @ (self.strain @ X)
+            forces += self.strain.T @ (self.strain @ X)
         if self.rest is not None:
-            found += _product(self.rest, X)
-        return found
+            forces += _product(self.rest, X)
+        return forces
 
     def energies(self, X: Array) -> Array:
         """X' K X (k, k) for X (n, k)."""
-        found = np.zeros((X.shape[1], X.shape[1]))
+        energies = np.zeros((X.shape[1], X.shape[1]))
         if self.strain is not None:
             e = self.strain @ X
-            found += e.T @ e
+            energies += e.T @ e
         if self.rest is not None:
-            found += X.T @ _product(self.rest, X)
-        return (found + found.T) / 2
+            energies += X.T @ _product(self.rest, X)
+        return (energies + energies.T) / 2
 
     def margin(self, X: Array) -> Array:
         """How far the diagonal of `energies` may be off (k,), twice the energy: from round-off in F, in positions and
         in sums (theory eq. C7)."""
-        unit, found = self.unit, np.zeros(X.shape[1])
+        unit, margin = self.unit, np.zeros(X.shape[1])
         if self.strain is not None and self.spread is not None:
             e, a = np.abs(self.strain @ X), unit * (self.spread @ np.abs(X))
-            found += np.einsum("rk,rk->k", 2 * e + a, a) + 3 * unit * np.einsum("rk,rk->k", e, e)
+            margin += np.einsum("rk,rk->k", 2 * e + a, a) + 3 * unit * np.einsum("rk,rk->k", e, e)
         if self.rest is not None:
             size = np.einsum("ik,ik->k", np.abs(X), abs(self.rest) @ np.abs(X))
-            found += size * max(self.rounding, EXACT)
-        return found
+            margin += size * max(self.rounding, EXTENDED_ROUNDING)
+        return margin
 
     def mass_margin(self, X: Array) -> Array:
         """How far x' M x may be off (k,) from round-off, for the columns of X (n, k): cancellation costs digits."""
@@ -129,7 +179,7 @@ class Pencil:
             across = e.T @ a
             stiff += across + across.T + a.T @ a + 3 * unit * (e.T @ e)
         if self.rest is not None:
-            stiff += max(self.rounding, EXACT) * (size.T @ (abs(self.rest) @ size))
+            stiff += max(self.rounding, EXTENDED_ROUNDING) * (size.T @ (abs(self.rest) @ size))
             if not self.rounding:  # K x is right, x' (K x) a sum in double precision
                 of_sum = unit * (size.T @ np.abs(_product(self.rest, X)))
                 stiff += np.maximum(of_sum, of_sum.T)
@@ -158,13 +208,13 @@ class Pencil:
 
     def quotients(self, X: Array) -> Array:
         """Rayleigh quotients (k,) of the columns of X (n, k)."""
-        found = np.zeros(X.shape[1])
+        energies = np.zeros(X.shape[1])
         if self.strain is not None:
             e = self.strain @ X
-            found += np.einsum("rk,rk->k", e, e)
+            energies += np.einsum("rk,rk->k", e, e)
         if self.rest is not None:
-            found += np.einsum("ik,ik->k", X, _product(self.rest, X))
-        return found / np.einsum("ik,ik->k", X, self.M @ X)
+            energies += np.einsum("ik,ik->k", X, _product(self.rest, X))
+        return energies / np.einsum("ik,ik->k", X, self.M @ X)
 
     @cached_property
     def scale(self) -> Array:
@@ -178,14 +228,14 @@ class Pencil:
         The matrix plus and minus the diagonal of these bounds the true one from above and below.
         """
         unit = self.unit if self.rounding else EPS
-        found = unit * abs(value) * (abs(self.M) @ d)
+        rows = unit * abs(value) * (abs(self.M) @ d)
         if self.strain is not None and self.spread is not None:
             size = abs(self.strain)
             of_strain, of_spread = size @ d, self.spread @ d
-            found = found + unit * (size.T @ (of_spread + of_strain) + self.spread.T @ (of_strain + unit * of_spread))
+            rows = rows + unit * (size.T @ (of_spread + of_strain) + self.spread.T @ (of_strain + unit * of_spread))
         if self.rest is not None:
-            found = found + max(self.rounding, EPS) * (abs(self.rest) @ d)
-        return d * found
+            rows = rows + max(self.rounding, EPS) * (abs(self.rest) @ d)
+        return d * rows
 
 
 def _orthonormal(X: Array, M: Any) -> Array:
@@ -197,12 +247,12 @@ def _orthonormal(X: Array, M: Any) -> Array:
     gram = scaled((gram + gram.T) / 2, d)
     try:
         R = la.cholesky(gram)
-        if np.diagonal(R).min() > DEPENDENT:
+        if np.diagonal(R).min() > NEW_DIRECTION:
             return la.solve_triangular(R, (X * d).T, trans="T").T
     except la.LinAlgError:
         pass
     size, V = la.eigh(gram)
-    kept = size > DEPENDENT**2 * size[-1]
+    kept = size > NEW_DIRECTION**2 * size[-1]
     return X @ (d[:, None] * V[:, kept] / np.sqrt(size[kept]))
 
 

@@ -1,14 +1,15 @@
-"""Inputs and outputs by name, with what they are and their unit."""
+"""Inputs and outputs by name, with what they are, their unit, and what inputs act along."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import is_pattern
 
@@ -88,12 +89,12 @@ def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:
 
     Raises OptionError for a pattern that nothing matches.
     """
-    found = {}
+    matches = {}
     for name in names:
-        found[name] = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) and name not in known else [name]
-        if not found[name]:
+        matches[name] = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) and name not in known else [name]
+        if not matches[name]:
             raise OptionError(f"nothing matches {name!r}; known: {', '.join(known) or 'none'}")
-    return found
+    return matches
 
 
 def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[int]:
@@ -101,7 +102,7 @@ def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[
     known = [c.name for c in channels]
     if names is None:
         return list(range(len(known)))
-    wanted = [n for found in matched([names] if isinstance(names, str) else names, known).values() for n in found]
+    wanted = [n for matches in matched([names] if isinstance(names, str) else names, known).values() for n in matches]
     unknown = [name for name in wanted if name not in known]
     if unknown:
         raise OptionError(f"there is no channel {unknown[0]!r}; known: {', '.join(known) or 'none'}")
@@ -111,8 +112,29 @@ def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[
 def ends_of(inputs: Sequence[Channel], outputs: Sequence[Channel]) -> dict[str, str]:
     """Inputs and outputs of a model by name and unit, the first few of each."""
 
-    def told(channels: Sequence[Channel]) -> str:
+    def listed(channels: Sequence[Channel]) -> str:
         more = f" and {len(channels) - MOST_NAMED} more" if len(channels) > MOST_NAMED else ""
         return ", ".join(map(str, channels[:MOST_NAMED])) + more
 
-    return {"inputs": told(inputs), "outputs": told(outputs)}
+    return {"inputs": listed(inputs), "outputs": listed(outputs)}
+
+
+def signs_of(nodes: Sequence[int]) -> tuple[float, ...]:
+    """How the motions of one node, or of the second of two against the first, are added."""
+    return (1.0,) if len(nodes) == 1 else (-1.0, 1.0)
+
+
+class Action(NamedTuple):
+    """What an input acts along: global `nodes`, one, or two of which the second moves against the first, the
+    `direction` (..., 3) in global axes along or about which, and the force or moment (...) of a unit of it, `gain`."""
+
+    nodes: list[int]
+    direction: Array
+    turns: bool
+    gain: Any
+
+    def row(self, B: Array) -> Array:
+        """The motion (..., n) that it works on, from the displacements B (..., k, 6, n) of its nodes."""
+        at = slice(3, 6) if self.turns else slice(0, 3)
+        along = (self.direction[..., None, None, :] @ B[..., at, :])[..., 0, :]
+        return np.asarray(sum(sign * along[..., k, :] for k, sign in enumerate(signs_of(self.nodes))))

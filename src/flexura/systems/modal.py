@@ -1,4 +1,7 @@
-"""The system in coordinates of its natural modes: what frequency response, time response and state space start from."""
+"""The system in coordinates of its natural modes: what frequency response, time response and state space start from.
+
+Complex modes, where damping couples the real ones.
+"""
 
 from __future__ import annotations
 
@@ -15,28 +18,85 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
 from flexura.systems.channel import Channel, ends_of, positions
-from flexura.systems.complex_modes import ComplexModes, complex_modes
-from flexura.systems.remainder import Remainder, remainder_of, stiffening
-from flexura.systems.second_order import SecondOrder
+from flexura.systems.second_order import Remainder, SecondOrder, remainder_of, stiffening
 from flexura.tables import Facts, Table, in_hz, percent
 
-COUPLED = 1e-7
+DEFECTIVE_MODES = 1e10
+"""Condition number of the complex modes from which they are taken as defective."""
+
+COUPLED_DAMPING = 1e-7
 """Relative size of a damping coefficient between two modes from which damping is not proportional."""
 
-UNCERTAIN = 1e-10
+DAMPING_ROUNDING = 1e-10
 """Size of such a coefficient, beside the larger of the two modes' own, below which it is the modes' round-off."""
 
-IN_CACHE = 512
+CACHED_FREQUENCIES = 512
 """Frequencies that are summed at a time, so that their arrays stay in the processor's cache."""
 
-NEGLIGIBLE = 1e-14
+MODAL_ROUNDING = 1e-14
 """Size of a damping ratio or loss factor, or of an entry of a matrix in modes beside its terms, that is round-off."""
 
-CHUNK = 64
+FREQUENCIES_AT_ONCE = 64
 """Frequencies whose matrices are formed at a time."""
 
-SPARE = 6
+SPARE_MODES = 6
 """Modes sought beyond the number asked for, to see how far the next one is."""
+
+
+@dataclass(frozen=True, repr=False)
+class ComplexModes(Tabular):
+    """Poles (2r,), rad/s, in conjugate pairs or real, the lowest first; states (eta, eta') = right z, where
+    z' = poles z + left f for modal forces f. right (2r, 2r), left (2r, r)."""
+
+    _shown = ("poles",)
+
+    poles: Complex
+    right: Complex
+    left: Complex
+
+    @property
+    def frequency_hz(self) -> Array:
+        """|pole| / 2 pi (2r,), Hz."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def ratios(self) -> Array:
+        """Damping ratios (2r,): -Re(pole)/|pole|; 1 for real poles."""
+        size = np.abs(self.poles)
+        return -self.poles.real / np.where(size > 0, size, np.inf)
+
+    def _view(self) -> Iterator[Facts | Table]:
+        upper = np.flatnonzero(self.poles.imag >= 0)
+        damping = [percent(float(z)) for z in self.ratios[upper]]
+        yield Table({"frequency [Hz]": self.frequency_hz[upper], "damping": damping}, "poles")
+
+    def _columns(self) -> dict[str, Any]:
+        poles = {"pole, real [rad/s]": self.poles.real, "pole, imaginary [rad/s]": self.poles.imag}
+        return {**poles, "frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios}
+
+
+def complex_modes(omega: Array, damping: Array) -> ComplexModes:
+    """Complex modes of eta'' + damping eta' + omega^2 eta = f (Foss 1958, Trans. ASME J. Appl. Mech. 25, 361).
+
+    omega (r,), rad/s; damping (r, r), 1/s. Raises SolverError where poles coincide so that there are no such modes
+    (critical damping); generalised-alpha time integration and direct frequency response need none.
+    """
+    r = len(omega)
+    scale = np.where(omega > 0, omega, 1.0)
+    A = np.zeros((2 * r, 2 * r))
+    A[:r, r:] = np.diag(scale)
+    A[r:, :r], A[r:, r:] = np.diag(-(omega**2) / scale), -damping
+    found = np.linalg.eig(A)
+    poles: Complex = found[0].astype(complex)
+    vectors: Complex = found[1].astype(complex)
+    order = np.lexsort((poles.imag < 0, np.abs(poles.imag), np.abs(poles)))
+    poles, vectors = poles[order], vectors[:, order]
+    if np.linalg.cond(vectors) > DEFECTIVE_MODES:
+        raise SolverError("some poles coincide (critical damping, or a free rigid motion): there are no complex modes")
+    left: Complex = np.asarray(np.linalg.inv(vectors)[:, r:], dtype=complex)
+    right = vectors.copy()
+    right[:r] /= scale[:, None]
+    return ComplexModes(poles, right, left)
 
 
 @dataclass(frozen=True, repr=False)
@@ -84,11 +144,11 @@ class ModalSystem(Tabular):
     @cached_property
     def coupled(self) -> NDArray[np.bool_]:
         """Whether damping couples each mode (r,) to others."""
-        found = np.zeros(self.order, dtype=bool)
+        coupled = np.zeros(self.order, dtype=bool)
         for A, scale in ((self.damping, np.sqrt(self.omega)), (self.loss, self.omega)):
             if A is not None:
-                found |= _couples(A, scale)
-        return found
+                coupled |= _couples(A, scale)
+        return coupled
 
     @property
     def name(self) -> str:
@@ -118,20 +178,20 @@ class ModalSystem(Tabular):
         }
 
     def _columns(self) -> dict[str, Any]:
-        own = {"frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios, "loss factor": self.loss_factors}
-        return {"mode": np.arange(1, self.order + 1), **own}
+        columns = {"frequency [Hz]": self.frequency_hz, "damping ratio": self.ratios, "loss factor": self.loss_factors}
+        return {"mode": np.arange(1, self.order + 1), **columns}
 
-    def part(self, own: NDArray[np.bool_]) -> ModalSystem:
+    def part(self, modes: NDArray[np.bool_]) -> ModalSystem:
         """The system of some modes (r,) alone, to which damping couples no others."""
-        at = np.ix_(own, own)
+        at = np.ix_(modes, modes)
         return replace(
             self,
-            omega=self.omega[own],
+            omega=self.omega[modes],
             damping=self.damping[at],
             loss=None if self.loss is None else self.loss[at],
-            B=self.B[own],
-            C=self.C[:, own],
-            shapes=self.shapes[:, own],
+            B=self.B[modes],
+            C=self.C[:, modes],
+            shapes=self.shapes[:, modes],
             remainder=None,
         )
 
@@ -219,18 +279,18 @@ class ModalSystem(Tabular):
         residues = (self.C.T[:, :, None] * self.B[:, None, :]).reshape(self.order, p * m)
         damping, loss = self.damping.diagonal(), None if self.loss is None else self.loss.diagonal()
         H: Complex = np.empty((len(w), p * m), dtype=complex)
-        for start in range(0, len(w), IN_CACHE):
-            own = slice(start, start + IN_CACHE)
-            stiff, lossy = self.omega**2 - w[own, None] ** 2, np.multiply.outer(w[own], damping)
+        for start in range(0, len(w), CACHED_FREQUENCIES):
+            chunk = slice(start, start + CACHED_FREQUENCIES)
+            stiff, lossy = self.omega**2 - w[chunk, None] ** 2, np.multiply.outer(w[chunk], damping)
             if loss is not None:
-                lossy += loss * np.sign(w[own, None])
+                lossy += loss * np.sign(w[chunk, None])
             with np.errstate(divide="ignore", invalid="ignore"):
                 size = stiff * stiff
                 size += lossy * lossy
                 np.divide(1.0, size, out=size)
                 np.multiply(stiff, size, out=stiff)
                 np.multiply(lossy, size, out=lossy)
-                H[own].real, H[own].imag = stiff @ residues, -(lossy @ residues)
+                H[chunk].real, H[chunk].imag = stiff @ residues, -(lossy @ residues)
         return H.reshape(len(w), p, m)
 
     def _partly_coupled(self, w: Array) -> Complex:
@@ -256,8 +316,8 @@ class ModalSystem(Tabular):
         H = np.empty((len(w), len(self.C), self.B.shape[1]), dtype=complex)
         loss = np.zeros_like(self.damping) if self.loss is None else self.loss
         for start in range(0, len(w), 256):
-            own = w[start : start + 256, None, None]
-            Z = np.diag(self.omega**2) - own**2 * np.eye(self.order) + 1j * (own * self.damping + np.sign(own) * loss)
+            v = w[start : start + 256, None, None]
+            Z = np.diag(self.omega**2) - v**2 * np.eye(self.order) + 1j * (v * self.damping + np.sign(v) * loss)
             H[start : start + 256] = self.C @ np.linalg.solve(Z, np.broadcast_to(self.B, (len(Z), *self.B.shape)))
         return H
 
@@ -284,12 +344,10 @@ def modal_system(system: SecondOrder, n: int | None = None, up_to: float | None 
         count = count_below(system.K, system.M, (2 * np.pi * up_to) ** 2)
     elif n is not None:
         count = min(n, count)
-    pairs = system.lowest(min(count + SPARE, system.order))
-    finite = np.isfinite(pairs.values)
-    values = np.maximum(pairs.values[finite], 0.0)
+    pairs = system.lowest(min(count + SPARE_MODES, system.order)).finite
+    values = np.maximum(pairs.values, 0.0)
     following = float(np.sqrt(values[count])) if len(values) > count else np.inf
-    count = min(count, len(values))
-    return in_modes(system, Eigenpairs(values[:count], pairs.vectors[:, finite][:, :count]), following)
+    return in_modes(system, Eigenpairs(values, pairs.vectors).first(count), following)
 
 
 def in_modes(system: SecondOrder, pairs: Eigenpairs, following: float) -> ModalSystem:
@@ -318,18 +376,20 @@ def in_modes(system: SecondOrder, pairs: Eigenpairs, following: float) -> ModalS
 def _in_coordinates(A: Any, V: Array) -> Array:
     """V' A V without entries that are round-off: that of a mode in one coordinate is beside the largest of all modes
     in this coordinate, as it is a mixture of these."""
-    found = V.T @ (A @ V)
+    matrix = V.T @ (A @ V)
     size = np.abs(V).max(axis=1, initial=0.0) @ (abs(A) @ np.abs(V))
-    return np.where(np.abs(found) > NEGLIGIBLE * np.add.outer(size, size), found, 0.0)
+    return np.where(np.abs(matrix) > MODAL_ROUNDING * np.add.outer(size, size), matrix, 0.0)
 
 
 def _couples(A: Array, scale: Array) -> NDArray[np.bool_]:
     """Whether each mode (r,) is coupled by the coefficients A (r, r), which are of size `scale` (r,) squared."""
     d = np.abs(A.diagonal())
     off = np.abs(A - np.diag(A.diagonal()))
-    least = np.maximum(COUPLED * np.sqrt(np.outer(d, d)), UNCERTAIN * np.maximum(d[:, None], d))
-    least = np.maximum(least, UNCERTAIN**2 * d.max(initial=0.0))  # two modes that damping reaches by round-off alone
-    return np.asarray((off > np.maximum(least, NEGLIGIBLE * np.outer(scale, scale))).any(axis=1))
+    least = np.maximum(COUPLED_DAMPING * np.sqrt(np.outer(d, d)), DAMPING_ROUNDING * np.maximum(d[:, None], d))
+    least = np.maximum(
+        least, DAMPING_ROUNDING**2 * d.max(initial=0.0)
+    )  # two modes that damping reaches by round-off alone
+    return np.asarray((off > np.maximum(least, MODAL_ROUNDING * np.outer(scale, scale))).any(axis=1))
 
 
 def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tuple[Complex, Complex, Complex]:
@@ -348,9 +408,9 @@ def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tupl
     y: Complex = np.empty((len(w), p, m), dtype=complex)
     load: Complex = np.zeros((len(w), k, m), dtype=complex)
     reading: Complex = np.zeros((len(w), k, p), dtype=complex)
-    for start in range(0, len(w), CHUNK):
-        own = slice(start, start + CHUNK)
-        v = w[own]
+    for start in range(0, len(w), FREQUENCIES_AT_ONCE):
+        chunk = slice(start, start + FREQUENCIES_AT_ONCE)
+        v = w[chunk]
         N = remainder.flexibility(system, v, (every, every))
         Z = np.diag(modes.omega**2) - v[:, None, None] ** 2 * np.eye(r)
         Z = Z + 1j * (v[:, None, None] * modes.damping + np.sign(v)[:, None, None] * loss)
@@ -362,6 +422,6 @@ def coupled_response(modes: ModalSystem, w: Array, remainder: Remainder) -> tupl
         )
         eta = np.linalg.solve(Z, sides - QN[:, :, : m + p])
         left = np.concatenate([np.broadcast_to(np.eye(m + p), (len(v), m + p, m + p)), -Q @ eta], 1)
-        load[own], reading[own] = left[:, :, :m], left[:, :, m:]
-        y[own] = modes.C @ eta[:, :, :m] + N[:, m : m + p] @ left[:, :, :m]
+        load[chunk], reading[chunk] = left[:, :, :m], left[:, :, m:]
+        y[chunk] = modes.C @ eta[:, :, :m] + N[:, m : m + p] @ left[:, :, :m]
     return y, load, reading

@@ -29,8 +29,7 @@ from flexura.mechanism import (
 )
 from flexura.records import Record
 from flexura.structure import Design, Geometry, Plan
-from flexura.systems.action import Action, signs_of
-from flexura.systems.channel import Channel
+from flexura.systems.channel import Action, Channel, signs_of
 
 DERIVATIVE = {
     "displacement": 0,
@@ -140,10 +139,10 @@ class Ports:
 
         Raises OptionError for names that mean nothing, and ModelError for actuators that can move nothing.
         """
-        found = []
+        ports = []
         for name in self._expanded(names, self._actuators, "input"):
-            found.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
-        return found
+            ports.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
+        return ports
 
     def action(self, name: str) -> Action:
         """What an actuator, or a force or moment on a DOF, acts along, of one design or of a stack.
@@ -162,8 +161,8 @@ class Ports:
             raise OptionError(f"{name} accelerates the base, and acts along nothing")
         turns = isinstance(part, MomentActuator)
         stiffness, gain = (
-            channels.number("actuator", key, own, self.values) if isinstance(part, PiezoStack) else None
-            for own in ("stiffness", "gain")
+            channels.number("actuator", key, quantity, self.values) if isinstance(part, PiezoStack) else None
+            for quantity in ("stiffness", "gain")
         )
         force = (1.0 if stiffness is None else stiffness) * (1.0 if gain is None else gain)
         return Action(*self._directed(entry, "actuator", turns), turns, force)
@@ -173,28 +172,28 @@ class Ports:
 
         Raises OptionError for names that mean nothing, and ModelError for sensors where nothing can move.
         """
-        found = []
+        ports = []
         for name in self._expanded(names, self._sensors, "output"):
-            found.append(self._sensor(name) if name in self._sensors else self._dof_output(name))
-        return found
+            ports.append(self._sensor(name) if name in self._sensors else self._dof_output(name))
+        return ports
 
     def _expanded(self, names: Sequence[str] | None, known: dict[str, tuple[str, int, str]], what: str) -> list[str]:
         if names is None:
             return list(known)
         if isinstance(names, str):
             names = [names]
-        found: list[str] = []
+        expanded: list[str] = []
         for name in names:
             if not isinstance(name, str):
                 raise OptionError(f"an {what} is named by text, not by {name!r}")
-            own = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) else [name]
-            if not own:
+            matches = [k for k in known if fnmatchcase(k, name)] if is_pattern(name) else [name]
+            if not matches:
                 raise OptionError(f"no {what} matches {name!r}; known: {', '.join(known) or 'none'}")
-            found += own
-        twice = next((n for n in found if found.count(n) > 1), None)
+            expanded += matches
+        twice = next((n for n in expanded if expanded.count(n) > 1), None)
         if twice is not None:
             raise OptionError(f"the {what} {twice} is named twice")
-        return found
+        return expanded
 
     def _rows(self, numbers: Sequence[int]) -> Array:
         """Displacements (6k, n) of global nodes."""
@@ -240,8 +239,8 @@ class Ports:
     def _turns_along(channels: Any, kind: str, key: str) -> bool:
         """Whether the direction of a channel turns with its first node: of what is between two nodes, and of
         accelerometers, which are mounted there."""
-        own = getattr(channels, f"{kind}s")[key]
-        return len(channels.nodes[kind, key]) > 1 or own.type.endswith("acceleration")
+        channel = getattr(channels, f"{kind}s")[key]
+        return len(channels.nodes[kind, key]) > 1 or channel.type.endswith("acceleration")
 
     def _place(self, numbers: Sequence[int], direction: Array) -> dict[str, Any]:
         """Where a channel is that acts on one global node, or on the second of two against the first."""

@@ -1,6 +1,7 @@
 """State space of a modal system: modal truncation with the static gain kept and the rest bounded, and balancing.
 
-Balanced truncation of a stable state space: gramians from its poles, and a reduction that stays stable.
+Residual modes: what the modes left out do under static loads, as further modes. Balanced truncation of a stable state
+space: gramians from its poles, and a reduction that stays stable.
 """
 
 from __future__ import annotations
@@ -14,24 +15,29 @@ import scipy.linalg as la
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
+from flexura.linalg import Eigenpairs
 from flexura.structure import FullOrderModel
-from flexura.systems.band import UNDAMPED, proof_limits
-from flexura.systems.bounds import neglected
-from flexura.systems.modal import ModalSystem, modal_system
-from flexura.systems.neglected import rounded_up
-from flexura.systems.residual_modes import with_residual_modes
-from flexura.systems.state_space import DEPENDENT, StateSpace
+from flexura.systems.left_out import UNDAMPED, neglected, proof_limits
+from flexura.systems.modal import ModalSystem, in_modes, modal_system
+from flexura.systems.second_order import dashpot_columns, symmetric
+from flexura.systems.state_space import DEPENDENT_POLES, StateSpace, rounded_up
 from flexura.systems.system import System
 from flexura.tables import in_hz
 
-ROUNDING = 1e-13
+HANKEL_ROUNDING = 1e-13
 """Round-off of Hankel singular values beside the largest, for eigenvectors of condition one."""
 
-WITHOUT_POLES = 1e-7
+LYAPUNOV_ROUNDING = 1e-7
 """The same where eigenvectors are all but dependent and gramians are solved as they are: half of the digits."""
 
-ALLOWED = 4.0
+BALANCED_MARGIN = 4.0
 """How many times the round-off that is expected, or found at the poles, the bound allows for."""
+
+CARRIED_ENERGY = 1e-10
+"""Share of the static energy of an input that modes left out must carry for it to have a residual mode."""
+
+INDEPENDENT_ENERGY = 1e-8
+"""Share of its energy by which a residual vector must differ from the others."""
 
 
 @dataclass(frozen=True)
@@ -61,26 +67,26 @@ def balance(model: StateSpace, keep: int | float) -> StateSpace:
     poles = la.eigvals(even)
     if poles.real.max(initial=-1.0) >= 0:
         raise OptionError("balancing needs a model in which everything is damped and nothing floats")
-    found = _hankel(even_model, float(np.exp(np.log(np.abs(poles)).mean())) if len(poles) else 1.0)
-    sigma = found.sigma
-    usable = int((sigma > found.rounding * sigma.max(initial=0.0)).sum())
-    asked = min(int(keep), model.order) if isinstance(keep, int | np.integer) else _enough(sigma, keep)
-    n = min(asked, usable)
-    whole = _realised(even_model, found, n, usable)
+    hankel = _hankel(even_model, float(np.exp(np.log(np.abs(poles)).mean())) if len(poles) else 1.0)
+    sigma = hankel.sigma
+    usable = int((sigma > hankel.rounding * sigma.max(initial=0.0)).sum())
+    requested = min(int(keep), model.order) if isinstance(keep, int | np.integer) else _enough(sigma, keep)
+    n = min(requested, usable)
+    whole = _realised(even_model, hankel, n, usable)
     small = _static_kept(whole, n)
     while n and la.eigvals(small.A).real.max() >= 0:
         n -= 1  # equal singular values on both sides of the cut leave a pole on the axis, to round-off
-        small = _static_kept(_realised(even_model, found, n, usable), n)
+        small = _static_kept(_realised(even_model, hankel, n, usable), n)
     gain = model.static_gain()
     small = replace(small, D=gain + (small.C @ np.linalg.solve(small.A, small.B) if n else 0.0))
     tail = 2 * float(sigma[n:].sum())
     plain = 1e-15 * float(np.linalg.norm(gain) + np.linalg.norm(model.D))
-    expected = found.rounding * model.order * sigma.max(initial=0.0) + plain
-    rounding = ALLOWED * max(expected, _beyond(model, small, tail))
+    expected = hankel.rounding * model.order * sigma.max(initial=0.0) + plain
+    rounding = BALANCED_MARGIN * max(expected, _beyond(model, small, tail))
     bound = rounded_up(tail + rounding)
     note = f"balanced truncation to {n} states: error at most {bound} at any frequency, in the units of the gains"
-    if n < asked:
-        note += f"; of {asked} states asked for the others are round-off"
+    if n < requested:
+        note += f"; of {requested} states asked for the others are round-off"
     names = tuple(f"balanced {k + 1}" for k in range(n))
     return replace(small, state_names=names, notes=(*model.notes, note))
 
@@ -110,18 +116,18 @@ def _hankel(model: StateSpace, rate: float) -> _Hankel:
     poles: Complex = found[0].astype(complex)
     V: Complex = found[1].astype(complex)
     spread = float(np.linalg.cond(V)) if len(A) else 1.0
-    if spread < DEPENDENT:
+    if spread < DEPENDENT_POLES:
         inverse: Complex = np.asarray(np.linalg.inv(V), dtype=complex)
         L = V @ _cauchy_factor(poles, inverse @ B)
         R = inverse.conj().T @ _cauchy_factor(poles.conj(), (C @ V).conj().T)
         left, right = (np.hstack([X.real, X.imag]) for X in (L, R))
-        rounding = ROUNDING * spread
+        rounding = HANKEL_ROUNDING * spread
     else:
         left, right = (
             _root(la.solve_continuous_lyapunov(A, -B @ B.T)),
             _root(la.solve_continuous_lyapunov(A.T, -C.T @ C)),
         )
-        rounding = WITHOUT_POLES
+        rounding = LYAPUNOV_ROUNDING
     U, sigma, Wt = la.svd(right.T @ left)
     n = model.order
     return _Hankel(left, right, U[:, :n], sigma[:n] * size_in * size_out, Wt[:n].T, rounding)
@@ -154,15 +160,15 @@ def _root(P: Any) -> Array:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def _realised(model: StateSpace, found: _Hankel, n: int, usable: int) -> StateSpace:
+def _realised(model: StateSpace, hankel: _Hankel, n: int, usable: int) -> StateSpace:
     """The minimal part of a model, of which the first n states span those of the n largest singular values."""
     T, S = np.zeros((model.order, usable)), np.zeros((usable, model.order))
-    for own in (slice(0, n), slice(n, usable)):
-        if own.stop > own.start:
-            scale = 1 / np.sqrt(found.sigma[own])
-            right = np.linalg.qr(found.L @ (found.W[:, own] * scale))[0]
-            left = np.linalg.qr(found.R @ (found.U[:, own] * scale))[0]
-            T[:, own], S[own] = right, np.linalg.solve(left.T @ right, left.T)
+    for states in (slice(0, n), slice(n, usable)):
+        if states.stop > states.start:
+            scale = 1 / np.sqrt(hankel.sigma[states])
+            right = np.linalg.qr(hankel.L @ (hankel.W[:, states] * scale))[0]
+            left = np.linalg.qr(hankel.R @ (hankel.U[:, states] * scale))[0]
+            T[:, states], S[states] = right, np.linalg.solve(left.T @ right, left.T)
     return replace(model, A=S @ model.A @ T, B=S @ model.B, C=model.C @ T)
 
 
@@ -254,7 +260,7 @@ def _kind(modes: ModalSystem) -> str:
 
 def _range(modes: ModalSystem) -> list[str]:
     """Where a state space holds: below the first mode left out, and within the ranges of what drives it."""
-    said = (
+    notes = (
         [f"modes from {in_hz(modes.next_omega / (2 * np.pi))} on are left out"] if np.isfinite(modes.next_omega) else []
     )
     ranges = [
@@ -264,5 +270,43 @@ def _range(modes: ModalSystem) -> list[str]:
     ]
     bare = modes.frequency_hz[(modes.total_ratios < UNDAMPED) & (modes.omega > 0)]
     if len(bare):
-        said.append(f"nothing damps {len(bare)} of the modes, the lowest at {in_hz(bare[0])}: its poles do not decay")
-    return said + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])
+        notes.append(f"nothing damps {len(bare)} of the modes, the lowest at {in_hz(bare[0])}: its poles do not decay")
+    return notes + ([f"inputs hold within {', '.join(ranges)}"] if ranges else [])
+
+
+def with_residual_modes(modes: ModalSystem) -> ModalSystem:
+    """The modes with residual ones added, one for each input and dashpot that the modes left out carry a part of.
+
+    The static responses to these loads less what the modes do, orthogonalised with K and M (Dickens, Nakagawa and
+    Wittbrodt 1997, Comput. Struct. 62, 985; theory eq. T29): so velocities, accelerations and forces have their static
+    part, and the inertia and damping of the modes left out are there to first order. The system itself where none is
+    left out. `next_omega` stays.
+    """
+    if not np.isfinite(modes.next_omega):
+        return modes
+    Z, omega = _residual_vectors(modes)
+    if not len(omega):
+        return modes
+    values = np.concatenate([modes.omega, omega]) ** 2
+    pairs = Eigenpairs(values, np.hstack([modes.shapes, Z]))
+    return replace(in_modes(modes.system, pairs, np.inf), next_omega=modes.next_omega)
+
+
+def _residual_vectors(modes: ModalSystem) -> tuple[Array, Array]:
+    """Residual modes Z (n, k), of unit modal mass and ascending, and their frequencies (k,), rad/s."""
+    system, V = modes.system, modes.shapes
+    W = np.hstack([system.B, dashpot_columns(system.dashpots)])
+    shift, X = system.flexibility.shift, system.flexibility(W)
+    whole = np.einsum("ij,ij->j", X, W)
+    X = X - V @ ((V.T @ W) / (modes.omega**2 + shift)[:, None])
+    X = X - V @ (V.T @ (system.M @ X))
+    energy = np.einsum("ij,ij->j", X, system.K @ X)
+    kept = energy > CARRIED_ENERGY * whole
+    X = X[:, kept] / np.sqrt(energy[kept])
+    stiff, turn = la.eigh(symmetric(X.T @ (system.K @ X)))
+    kept = stiff > INDEPENDENT_ENERGY
+    X = X @ (turn[:, kept] / np.sqrt(stiff[kept]))
+    flexible, turn = la.eigh(symmetric(X.T @ (system.M @ X)))
+    kept = flexible > 0
+    omega = 1 / np.sqrt(flexible[kept][::-1])
+    return np.asarray((X @ turn[:, kept])[:, ::-1] * omega), omega

@@ -1,4 +1,6 @@
-"""First-order form with named inputs, outputs and states, continuous or discrete."""
+"""First-order form with named inputs, outputs and states, continuous or discrete, and what it lacks of its mechanism in
+the band that it is for: modes left out, and damping made viscous.
+"""
 
 from __future__ import annotations
 
@@ -13,17 +15,121 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError
+from flexura.linalg import leading
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
 from flexura.structure import FullOrderModel
 from flexura.systems.channel import Channel, ends_of, positions
-from flexura.systems.neglected import Neglected
-from flexura.tables import Facts, Table, number, quantity
+from flexura.tables import Facts, Table, ends, in_hz, number, percent, quantity
+
+WORTH = 0.01
+"""Share of a channel's largest response that may be neglected without a warning."""
+
+FAINT = 0.01
+"""Least size of a channel beside what it would reach if all modes added up: one that responds with less, as across a
+symmetry, is held against so much."""
 
 Hold = Literal["zoh", "foh"]
 
-DEPENDENT = 1e5
+DEPENDENT_POLES = 1e5
 """Condition number of the eigenvectors from which a frequency response is solved frequency by frequency."""
+
+
+@dataclass(frozen=True, repr=False)
+class Neglected(Result):
+    """Bound (f, p, m) on what a model lacks of the responses of its mechanism at `frequency_hz` (f,), over its band.
+
+    What first-order inertia and damping of the modes left out would add is worked out, with what damping that was made
+    viscous and balanced truncation change, and what is left of these modes is bounded (theory eq. T28). `scale` (p, m)
+    is the size of every channel: its largest response in the band, and at least 1 % of what modes could add up to.
+    """
+
+    _shown = ("text",)
+
+    frequency_hz: Array
+    bound: Array
+    scale: Array
+    inputs: tuple[Channel, ...]
+    outputs: tuple[Channel, ...]
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency, Hz."""
+        return float(self.frequency_hz[0]), float(self.frequency_hz[-1])
+
+    @property
+    def shares(self) -> Array:
+        """The bound over the size of each channel (p, m), at its worst frequency."""
+        return np.asarray((self.bound / self.scale).max(axis=0))
+
+    @property
+    def share(self) -> float:
+        """The largest of the shares."""
+        return float(self.shares.max(initial=0.0))
+
+    @property
+    def worst(self) -> str:
+        """The pair of channels with the largest share, as `output / input`."""
+        k, j = np.unravel_index(int(leading(self.shares.ravel())), self.shares.shape)
+        return f"{self.outputs[k].name} / {self.inputs[j].name}"
+
+    @property
+    def holds_up_to(self) -> float:
+        """Highest frequency, Hz, up to which no share is above 1 %; zero without any."""
+        beyond = np.flatnonzero((self.bound / self.scale).max(axis=(1, 2)) > WORTH)
+        if not len(beyond):
+            return self.band[1]
+        return float(self.frequency_hz[beyond[0] - 1]) if beyond[0] else 0.0
+
+    @property
+    def text(self) -> str:
+        """One sentence."""
+        top = in_hz(self.band[1])
+        if not np.isfinite(self.share):
+            text = f"what is left out of {self.worst} has no bound up to {top}"
+        else:
+            text = f"at most {rounded_up(self.share, 2)} of the largest responses is left out up to {top}"
+        if self.share <= WORTH:
+            return text
+        text += f", most of {self.worst}" if np.isfinite(self.share) else ""
+        limit = f"up to {in_hz(self.holds_up_to, 4)}" if self.holds_up_to else "at no frequency"
+        return f"{text}; no more than {WORTH:g} {limit}"
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """One, when more than 1 % of a channel is left out."""
+        if self.share <= WORTH:
+            return ()
+        advice = "keep more modes, add residual modes, or state the band that it is for"
+        return (Diagnostic("tolerance", self.worst, self.share, WORTH, "1", f"{self.text}: {advice}"),)
+
+    def selected(self, inputs: list[int], outputs: list[int]) -> Neglected:
+        """With some of the inputs and outputs, by position."""
+        at = np.ix_(range(len(self.frequency_hz)), outputs, inputs)
+        ends = tuple(self.inputs[k] for k in inputs), tuple(self.outputs[k] for k in outputs)
+        return replace(self, bound=self.bound[at], scale=self.scale[at[1:]][0], inputs=ends[0], outputs=ends[1])
+
+    def _view(self) -> Iterator[Facts | Table]:
+        low, high = self.band
+        yield Facts(
+            {
+                "band": ends((low, high), "Hz", 5),
+                "at most": percent(self.share),
+                "of": self.worst,
+                "holds up to": in_hz(self.holds_up_to),
+            }
+        )
+
+    def _data(self) -> dict[str, Any]:
+        return {"band_hz": self.band, "shares": self.shares, "holds_up_to_hz": self.holds_up_to, "text": self.text}
+
+
+def rounded_up(bound: float, digits: int = 3) -> str:
+    """A bound to a few digits that are not below it."""
+    if not (np.isfinite(bound) and bound > 0):
+        return f"{bound:g}"
+    digit = 10.0 ** (np.floor(np.log10(bound)) - digits + 1)
+    return f"{np.ceil(bound / digit * (1 - 1e-12)) * digit:.{digits}g}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,9 +209,9 @@ class StateSpace(Result):
 
     def static_gain(self) -> Array:
         """Gain (p, m) at frequency zero. Raises OptionError when something drifts."""
-        own = -self.A if self.dt is None else np.eye(self.order) - self.A
+        matrix = -self.A if self.dt is None else np.eye(self.order) - self.A
         try:
-            return self.D + self.C @ np.linalg.solve(own, self.B)
+            return self.D + self.C @ np.linalg.solve(matrix, self.B)
         except np.linalg.LinAlgError:
             raise OptionError("static gain is undefined: something can move freely") from None
 
@@ -151,7 +257,7 @@ def _diagonal_form(A: Array, B: Array, C: Array) -> tuple[Complex, Complex, Comp
     balanced, (scale, _) = la.matrix_balance(A, permute=False, separate=True)
     found = np.linalg.eig(balanced)
     V: Complex = found[1].astype(complex)
-    if not np.linalg.cond(V) < DEPENDENT:
+    if not np.linalg.cond(V) < DEPENDENT_POLES:
         return None
     inputs: Complex = np.asarray(np.linalg.solve(V, B / scale[:, None]), dtype=complex)
     return np.asarray(found[0], dtype=complex), inputs, np.asarray((C * scale) @ V, dtype=complex)
@@ -168,10 +274,10 @@ def _by_solution(model: StateSpace, z: Complex) -> Complex:
     """C (z - A)^-1 B (f, p, m) by solution at every frequency; infinite at poles."""
     H = np.full((len(z), len(model.C), model.B.shape[1]), np.inf, dtype=complex)
     for start in range(0, len(z), 256):
-        own = slice(start, start + 256)
+        chunk = slice(start, start + 256)
         with suppress(np.linalg.LinAlgError):
-            H[own] = model.C @ np.linalg.solve(
-                z[own, None, None] * np.eye(model.order) - model.A, model.B.astype(complex)
+            H[chunk] = model.C @ np.linalg.solve(
+                z[chunk, None, None] * np.eye(model.order) - model.A, model.B.astype(complex)
             )
     return H
 

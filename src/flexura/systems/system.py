@@ -25,20 +25,19 @@ from flexura.reduction import (
     stored_flexibility,
 )
 from flexura.structure import FullOrderModel, Plan, assemble, dissipation, one_design, plan_of
-from flexura.systems.damping import damping_law
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
-from flexura.systems.second_order import Model, SecondOrder, full_order_of
+from flexura.systems.second_order import Model, SecondOrder, damping_law, full_order_of
 
 Order = Literal["low", "full"]
 
-MODES = 6
+PROVEN_MODES = 6
 """A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
 
-UNIFORM = 1e-12
+UNIFORM_LOSS = 1e-12
 """Relative difference of structural damping from one loss factor for everything that is round-off."""
 
-ROUNDING = 1e-9
+CORRECTION_ROUNDING = 1e-9
 """Relative size of a static correction that is round-off."""
 
 
@@ -80,7 +79,7 @@ def system(
 
     Raises ModelError for a description that cannot be used and OptionError for impossible arguments.
     """
-    how = {
+    given = {
         "keep": keep,
         "keep_below": keep_below,
         "reduction": reduction,
@@ -88,7 +87,7 @@ def system(
         "up_to": up_to,
         "n": n,
     }
-    model = _model(model, parameters, order, {name: value for name, value in how.items() if value is not None})
+    model = _model(model, parameters, order, {name: value for name, value in given.items() if value is not None})
     plan = model.plan
     ports = Ports(model.design)
     ins, outs = _channels(ports, inputs, outputs)
@@ -159,26 +158,26 @@ def _read_as(out: OutputPort, derivative: int) -> OutputPort:
     return replace(out, derivative=derivative, channel=replace(out.channel, quantity=names[turns]))
 
 
-def _model(model: Any, parameters: Mapping[str, ArrayLike] | None, order: str, how: dict[str, Any]) -> Model:
+def _model(model: Any, parameters: Mapping[str, ArrayLike] | None, order: str, given: dict[str, Any]) -> Model:
     if isinstance(model, FullOrderModel | LowOrderModel):
-        if parameters or how:
+        if parameters or given:
             raise OptionError("parameters and methods of reduction belong to a mechanism, not to a finished model")
         return model
     if order not in ("low", "full"):
         raise OptionError(f"order is low or full, not {order!r}")
     if order == "full":
-        if how:
-            raise OptionError(f"{next(iter(how))} belongs to order low")
+        if given:
+            raise OptionError(f"{next(iter(given))} belongs to order low")
         return assemble(model, parameters)
-    return reduced(plan_of(model, parameters), one_design(parameters), how)
+    return reduced(plan_of(model, parameters), one_design(parameters), given)
 
 
-def reduced(plan: Plan, parameters: Mapping[str, float], how: Mapping[str, Any]) -> LowOrderModel:
+def reduced(plan: Plan, parameters: Mapping[str, float], given: Mapping[str, Any]) -> LowOrderModel:
     """The low-order model of a mechanism, as is asked for, else in the coordinates of its substructures."""
-    asked = reduction_of(plan, how, MODES)
-    if "tolerance" in asked and not how:
-        asked = {"coordinates": "substructures", **asked}
-    return reduce(plan, parameters, **asked)
+    options = reduction_of(plan, given, PROVEN_MODES)
+    if "tolerance" in options and not given:
+        options = {"coordinates": "substructures", **options}
+    return reduce(plan, parameters, **options)
 
 
 def _channels(
@@ -209,7 +208,7 @@ def load_of(placed: InputPort, full: FullOrderModel) -> Array:
 
 def _direct(ins: list[InputPort], outs: list[OutputPort]) -> Array:
     """D (p, m): what force sensors and absolute accelerations get from inputs directly."""
-    return np.array([[out.direct(own) for own in ins] for out in outs], dtype=float).reshape(len(outs), len(ins))
+    return np.array([[out.direct(driven) for driven in ins] for out in outs], dtype=float).reshape(len(outs), len(ins))
 
 
 def uniform_loss(H: Any, K: Any) -> float | None:
@@ -218,7 +217,7 @@ def uniform_loss(H: Any, K: Any) -> float | None:
     if not total:
         return 0.0
     ratio = total / float(K.diagonal().sum())
-    return ratio if abs(H - ratio * K).max() <= UNIFORM * abs(K).max() else None
+    return ratio if abs(H - ratio * K).max() <= UNIFORM_LOSS * abs(K).max() else None
 
 
 def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
@@ -227,9 +226,9 @@ def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
         return A
     if not A.nnz:
         return 0 * K
-    found = recover.T @ (A @ recover)
-    dense = found.toarray() if hasattr(found, "toarray") else np.asarray(found)
-    return (dense + dense.T) / 2 if isinstance(K, np.ndarray) else sp.csc_matrix(found)
+    projected = recover.T @ (A @ recover)
+    dense = projected.toarray() if hasattr(projected, "toarray") else np.asarray(projected)
+    return (dense + dense.T) / 2 if isinstance(K, np.ndarray) else sp.csc_matrix(projected)
 
 
 def _lacking(full: FullOrderModel, all_rows: Array, loads: Array, low: Any, rows: Array, B: Array) -> Array:
@@ -238,4 +237,4 @@ def _lacking(full: FullOrderModel, all_rows: Array, loads: Array, low: Any, rows
     whole = all_rows @ flexible(loads)
     lost = whole - rows @ stored_flexibility(low.K, low.M, flexible.shift)(B)
     scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
-    return np.where(np.abs(lost) > ROUNDING * scale, lost, 0.0)
+    return np.where(np.abs(lost) > CORRECTION_ROUNDING * scale, lost, 0.0)

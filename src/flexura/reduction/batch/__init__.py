@@ -1,5 +1,0 @@
-"""Many designs at once, with intervals."""
-
-from flexura.lazy import face
-
-face(__name__)

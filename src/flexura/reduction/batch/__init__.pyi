@@ -1,6 +1,0 @@
-from flexura.reduction.batch.batch import NaturalFrequencies as NaturalFrequencies
-from flexura.reduction.batch.batch import independent_frequencies as independent_frequencies
-from flexura.reduction.batch.batch import natural_frequencies as natural_frequencies
-from flexura.reduction.batch.moving_stacks import independent_motions as independent_motions
-from flexura.reduction.batch.static_stacks import independent_flexibility as independent_flexibility
-from flexura.reduction.batch.unproven import unproven_frequencies as unproven_frequencies

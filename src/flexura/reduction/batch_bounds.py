@@ -1,0 +1,395 @@
+"""Proven intervals for the natural frequencies of many designs, from the moments of their chains.
+
+Above: Ritz values of motions to which the response of the chains to their own inertia is added. Nothing of it is taken
+from how small pencils are solved: their vectors are trial vectors like any others, and what the projections on them may
+be off by, in rows of the matrices that belong to the lowest ones, widens the bounds (theory eqs. N6, N15, N16).
+Below: with ell smaller than every squared frequency of the motions left out, the dynamic stiffness of the full order at
+ell has no more negative eigenvalues than the smaller matrix K - ell M - ell^2/(1 - ell/mu) R has, and that it has fewer
+than j is proven by a Cholesky factorisation (theory eqs. N6-N11).
+
+Of an arrow, the core moves and the branches follow, with their response to their own inertia; the inside of every
+branch is eliminated by a Cholesky factorisation, once for all branches that are equal, and what is left is as small as
+the core (theory eqs. N12-N14).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import lapack
+
+from flexura.arrays import Array
+from flexura.linalg import EPS, GUARD, Eigenpairs, factors, lowest_pairs, small_pencils
+from flexura.reduction.branches import FIXED_MAP_AXES, PLACING_ROUNDING, Arrow, Block, EndMatrices, placed
+
+RESPONSE_CORRECTED = 0.45
+"""Part of the lowest squared frequency left out up to which the response to their own inertia is added to Ritz
+vectors."""
+
+RIGID_FREQUENCY = 1e-3
+"""A frequency that round-off alone makes, and that is below this part of the first elastic one, is zero."""
+
+HIDDEN_MASS = 8.0
+"""A vector whose mass is not so many times what round-off may amount to adds nothing."""
+
+LAST_RATIO = 1e3
+"""Ratio of the value that such a vector is given, so that it comes last, to the highest of the others."""
+
+RITZ_SEARCHED = 1e-9
+"""Relative error at which the search for Ritz vectors ends: it goes into the upper bounds alone."""
+
+LOWER_REACH = 0.95
+"""Part of the lowest frequency left out, squared, up to which lower bounds are looked for."""
+
+CHAIN_LOSSES = 4.0
+"""How often the relative error of the chains' energy enters an eigenvalue: in K, in M by the constraint modes, in R."""
+
+RESPONSE_TERMS = 4
+"""How often the response of the branches to their own inertia is added to a Ritz vector."""
+
+RESPONSE_SETTLED = 0.08
+"""Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, bounded from below, at
+which the series of responses ends below 1e-10."""
+
+
+def projection_errors(A: Array, slack: Array, size: Array, terms: int) -> Array:
+    """c^2 (..., 2, p) such that projections of K and M on p vectors, and their rotations, are right to c_i c_j, from
+    A (3, ..., n, n), its `slack` (3, ..., n), and the sizes (..., n, p) of the vectors before digits cancel, in sums of
+    `terms` terms."""
+    n, p = size.shape[-2:]
+    errors = slack[:2] + n * (terms + 2 * p + 16) * EPS * abs(np.einsum("...ii->...i", A[:2]))
+    return np.asarray(np.moveaxis(errors, 0, -2) @ size**2)
+
+
+@dataclass(frozen=True)
+class _Projection:
+    """K, M and R (designs, p, p) on p Ritz vectors; K and M are right to c_i c_j, with the squares `off`
+    (designs, 2, p) of c."""
+
+    K: Array
+    M: Array
+    R: Array
+    off: Array
+
+
+def upper_bounds(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array, Array]:
+    """Upper bounds (designs, p) on the p lowest eigenvalues of the full order, infinite where round-off hides them,
+    the vectors (designs, p, p) that they belong to, and by how much the energy of these in K may be off (designs, p).
+
+    `values` (designs, p) are the squared frequencies of the Ritz vectors.
+    """
+    K, M, off = small.K, small.M, small.off
+    # x'R x <= x'M x / mu, so that a factor below 1/2 keeps the mass positive, and twice what M has lost is enough
+    scale = np.where(np.isfinite(values), values, 0.0)
+    scale = np.where(scale * slowness[:, None] < RESPONSE_CORRECTED, scale, 0.0)
+    response = small.R * scale[:, None, :]
+    # R, from above in lower bounds, must come from below in the mass
+    stiff, massive = K + scale[:, :, None] * response, M + (1 - 1e-7) * (response + response.mT)
+    Z = _combined(stiff, massive, HIDDEN_MASS * off[:, 1] < np.einsum("dii->di", M))
+    Zt = Z.mT
+    of_stiffness, of_mass = off[:, 0] + scale * off[:, 1], 2 * off[:, 1]
+    k, m = ((abs(Zt) @ np.sqrt(squares)[..., None])[..., 0] for squares in (of_stiffness, of_mass))
+    stiff, massive = Zt @ stiff @ Z, Zt @ massive @ Z
+    highest = np.maximum.accumulate(np.einsum("dii->di", stiff), axis=1)
+    eye = np.eye(K.shape[-1])
+    of_K = _leading_sums(abs(stiff) * (1 - eye) + k[:, :, None] * k[:, None, :])
+    of_M = _leading_sums(abs(massive - eye) + m[:, :, None] * m[:, None, :])
+    known = np.isfinite(of_K) & (of_M < 1)
+    upper = np.where(known, np.maximum(highest + of_K, of_K), np.inf) / np.where(known, 1 - of_M, 1.0)
+    return upper, Z, k**2
+
+
+def _combined(stiff: Array, massive: Array, known: NDArray[np.bool_]) -> Array:
+    """Vectors (designs, p, p) of small pencils among those of p vectors that have a `known` mass (designs, p); no
+    vector in the place of others, which come last."""
+    a, b = (np.einsum("dii->di", matrix) for matrix in (stiff, massive))
+    quotients = np.where(known, a / np.where(known, b, 1.0), np.inf)
+    if (quotients[:, 1:] >= quotients[:, :-1]).all() and known.all():
+        return small_pencils(stiff, massive)[1]
+    # in ascending order small values keep their digits beside large ones
+    order = quotients.argsort(axis=1, kind="stable")
+    rows, columns = order[:, :, None], order[:, None, :]
+    at = np.arange(len(order))[:, None, None]
+    known = np.take_along_axis(known, order, axis=1)
+    both = known[:, :, None] & known[:, None, :]
+    A, B = (np.ascontiguousarray(np.where(both, matrix[at, rows, columns], 0.0)) for matrix in (stiff, massive))
+    a, b = (np.einsum("dii->di", matrix) for matrix in (A, B))
+    b[~known] = 1.0
+    a[...] = np.where(known, a, LAST_RATIO * (a / b).max(axis=1, keepdims=True))
+    Z = np.empty(A.shape)
+    Z[at, rows, np.arange(A.shape[-1])] = np.where(known[:, :, None], small_pencils(A, B)[1], 0.0)
+    return Z
+
+
+def _leading_sums(A: Array) -> Array:
+    """Largest row sum (designs, p) of the first j rows and columns of A (designs, p, p), not negative, for every j."""
+    return np.asarray(np.triu(A.cumsum(axis=-1)).max(axis=-2))
+
+
+def rigid_values(values: Array, upper: Array, margin: Array, rigid: int) -> tuple[NDArray[np.bool_], Array]:
+    """Which eigenvalues (designs, p), of the `rigid` lowest, round-off of that `margin` alone makes, and upper bounds
+    with that."""
+    zero = (values < 4 * margin) & np.isfinite(upper) & (np.arange(values.shape[1]) < rigid)
+    elastic = np.where(zero, np.inf, values).min(axis=1, keepdims=True)
+    zero &= (4 * margin <= RIGID_FREQUENCY**2 * elastic) & np.isfinite(elastic)
+    return zero, np.maximum.accumulate(np.maximum(upper, np.where(zero, 4 * margin, 0.0)), axis=1)
+
+
+@dataclass(frozen=True)
+class ChainBounds:
+    """Bounds (designs, count), (rad/s)^2, on the lowest eigenvalues of the full order, number by number: `lower` is
+    zero where nothing is proven; eigenvalues that are `zero` to working accuracy lie between zero and `upper`."""
+
+    lower: Array
+    upper: Array
+    zero: NDArray[np.bool_]
+
+
+def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: float) -> ChainBounds:
+    """Bounds on the `count` lowest eigenvalues of every design, as narrow as they come, or to `tolerance` relative in
+    frequency; `start` holds eigenpairs of a design like these."""
+    rigid = int((start.values <= 0).sum())
+    shift = 0.0 if not rigid else float(start.values[start.values > 0].min())
+    wanted = max(count, start.vectors.shape[-1] - GUARD)
+    if shift:
+        start = Eigenpairs(start.values + shift, start.vectors)
+    K, within = (ends.K + shift * ends.M, RITZ_SEARCHED * RIGID_FREQUENCY) if shift else (ends.K, RITZ_SEARCHED)
+    pairs = lowest_pairs(K, ends.M, wanted, start, within)
+    solved = np.asarray(np.isfinite(pairs.vectors).all(axis=(1, 2), keepdims=True))
+    X = np.where(solved, pairs.vectors, 0.0)
+    small = _projected(ends, X)
+    energy, mass = (np.einsum("dii->di", A) for A in (small.K, small.M))
+    # infinite where round-off has left no mass
+    values = np.maximum(np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf), 0.0)
+    upper, _, _ = upper_bounds(small, values, ends.slowness)
+    margin = small.off[:, 0] + EPS * ends.K.shape[-1] * shift
+    zero, upper = rigid_values(values, upper, margin, rigid)
+    guess, Z = small_pencils(*_from_below(small, values, ends.slowness))
+    vectors = ends.M @ (X @ Z)
+    lower = np.zeros((len(ends.K), count))
+    tried = list(attempts(values, guess, upper, tolerance))
+    for j in range(count):
+        for attempt in tried:
+            ell = attempt[:, j]
+            open_ = np.flatnonzero((lower[:, j] == 0) & ~zero[:, j] & (ell > 0) & (ell * ends.slowness < LOWER_REACH))
+            if len(open_):
+                proven = _fewer_than(ends, open_, ell[open_], vectors[open_, :, :j])
+                lower[open_[proven], j] = ell[open_[proven]]
+    return enclosed(lower, upper[:, :count], zero[:, :count], ends.loss)
+
+
+def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
+    """Lower bounds (designs, p) to be tried: a little below a guess from Ritz values, then at the tolerance; zero where
+    the upper bound is infinite."""
+    known = np.isfinite(values) & np.isfinite(guess) & np.isfinite(upper)
+    guess, upper, values = (np.where(known, bound, 0.0) for bound in (guess, upper, values))
+    moved = np.maximum(values - guess, 0.0)
+    yield guess - 0.05 * np.maximum(upper - guess, 0.0) - 4 * moved**2 / np.maximum(guess, EPS) - 1e-10 * guess
+    yield upper * (1 - 0.99 * tolerance) ** 2
+
+
+def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:
+    """Bounds with what the chains have lost (designs,); none where they contradict each other."""
+    lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - CHAIN_LOSSES * loss, 0.0)[:, None]
+    upper = upper * (1 + CHAIN_LOSSES * loss[:, None])
+    crossed = (lower > upper).any(axis=1, keepdims=True)
+    return ChainBounds(np.where(crossed, 0.0, lower), np.where(crossed, np.inf, upper), zero & ~crossed)
+
+
+def _projected(ends: EndMatrices, X: Array) -> _Projection:
+    K, M, R = (X.mT @ (A @ X) for A in ends.A)
+    return _Projection(K, M, R, projection_errors(ends.A, ends.slack, abs(X), X.shape[-2]))
+
+
+def _from_below(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array]:
+    """A pencil whose eigenvalues are near the best lower bounds; nothing depends on how near."""
+    values = np.where(np.isfinite(values), values, 0.0)
+    h = values / np.sqrt(np.maximum(1 - values * slowness[:, None], RESPONSE_CORRECTED))
+    A, B = small.K - h[:, :, None] * small.R * h[:, None, :], small.M.copy()
+    np.einsum("dii->di", A)[...] -= small.off[:, 0]
+    np.einsum("dii->di", B)[...] += small.off[:, 1]
+    return A, B
+
+
+def _fewer_than(ends: EndMatrices, at: NDArray[np.intp], ell: Array, vectors: Array) -> NDArray[np.bool_]:
+    """True for the designs `at` for which fewer than j eigenvalues of the full order are proven to lie below ell
+    (designs,); `vectors` (designs, n, j - 1), M times the lower modes, are lifted out of the way (theory eqs. N7, N8).
+    """
+    n = ends.K.shape[-1]
+    whole = len(at) == len(ends.K)
+    (K, M, R), slack = (ends.A, ends.slack) if whole else (ends.A[:, at], ends.slack[:, at])
+    h = ell**2 / (1 - ell * ends.slowness[at])
+    A = K - ell[:, None, None] * M
+    A -= (h * (1 + 1e-9))[:, None, None] * R
+    margin = slack[0] + ell[:, None] * slack[1] + h[:, None] * slack[2]
+    size = sum(f * np.einsum("dii->di", B) for f, B in ((1.0, K), (ell[:, None], M), (h[:, None], R)))
+    if vectors.shape[-1]:
+        lifted = vectors * np.sqrt(2 * ell)[:, None, None]
+        A += lifted @ lifted.mT
+        size = size + np.einsum("dij,dij->di", lifted, lifted)
+    np.einsum("dii->di", A)[...] -= margin + cholesky_rounding(n, vectors.shape[-1]) * size
+    return np.array([lapack.dpotrf(B.T, clean=0)[1] == 0 for B in A], dtype=bool)
+
+
+def cholesky_rounding(n: int, lifted: int = 0) -> float:
+    """Part of the diagonal by which a sum of a few matrices (n, n) may be off that a Cholesky factorisation proves
+    positive definite: n + 1 roundings of the factorisation (Rump 2006; theory eq. N11), ten and the lifted vectors' of
+    the sum."""
+    return n * (n + 11 + lifted) * EPS / 2
+
+
+@dataclass(frozen=True)
+class _Ritz:
+    """Ritz vectors: `core` (designs, c, p) and for each block X (designs, q, r, n, p), inside and interface; squared
+    frequencies `values` (designs, p)."""
+
+    core: Array
+    branches: list[Array]
+    values: Array
+
+
+def _ritz(arrow: Arrow) -> _Ritz:
+    """Approximations of the lowest modes, as many as the core has coordinates: static shapes of the branches, and their
+    response to inertia added as a series that ends after a few terms."""
+    values, Z = small_pencils(*arrow.followed)
+    values = np.maximum(values, 0.0)
+    branches = []
+    for block in arrow.blocks:
+        m = block.inside
+        # so that the series ends; nothing depends on whether these are the frequencies
+        highest = RESPONSE_CORRECTED / np.maximum(block.slowest, EPS**4)
+        lam = np.minimum(values, highest[:, None])[:, None, None, None, :]
+        ends = block.T @ Z[:, None, None]
+        X = block.motion[:, :, None] @ ends
+        inertia = block.A[1, ..., :m, :]
+        response = (block.inverse @ (inertia @ block.motion))[:, :, None] @ ends * lam
+        dynamic = block.inverse @ inertia[..., :m]
+        X[..., :m, :] += response
+        for _ in range(RESPONSE_TERMS - 1):
+            response = dynamic[:, :, None] @ response * lam
+            X[..., :m, :] += response
+        branches.append(X)
+    return _Ritz(Z, branches, values)
+
+
+def _pieces(arrow: Arrow, ritz: _Ritz) -> Iterator[tuple[Array, Array, Array]]:
+    """Of the core and of every block A (3, designs, q, r, n, n), its slack, and the Ritz vectors (designs, q, r, n, p)
+    there, q kinds of r branches; both are one for the core."""
+    yield arrow.core.A[:, :, None, None], arrow.core.slack[:, :, None, None], ritz.core[:, None, None]
+    for block, X in zip(arrow.blocks, ritz.branches, strict=True):
+        yield block.A[:, :, :, None], block.slack[:, :, :, None], X
+
+
+def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
+    """The `count` lowest eigenvalues (designs, count) of K and M, and for which designs (designs,) the response of the
+    branches has settled."""
+    ritz = _ritz(arrow)
+    pieces = [[(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]] for A, _, X in _pieces(arrow, ritz)]
+    K, M = (np.sum(matrices, axis=0) for matrices in zip(*pieces, strict=True))
+    values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
+    slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
+    known = np.isfinite(values[:, -1])
+    return values, known & (np.where(known, values[:, -1], 0.0) * slowest < RESPONSE_SETTLED)
+
+
+def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> ChainBounds:
+    """Bounds on the `count` lowest eigenvalues of every design, no more than the core has coordinates, as narrow as
+    they come, or to `tolerance` relative in frequency; no more than `rigid` are zero.
+
+    Nothing is proven for designs where a branch by itself is not much stiffer than what is asked for. Raises
+    SolverError when a stiffness is singular inside a branch.
+    """
+    ritz, slowness = _ritz(arrow), arrow.core.slowness
+    small = _projected_arrow(arrow, ritz)
+    upper, Z, margin = upper_bounds(small, ritz.values, slowness)
+    values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (small.K, small.M, small.R))
+    least, mass = values - margin, np.where(mass > 0, mass, 1.0)
+    values = np.where(np.isfinite(upper), values, np.inf)
+    zero, upper = rigid_values(values / mass, upper, margin, rigid)
+    values = np.where(np.isfinite(upper), np.maximum(values / mass, 0.0), 0.0)
+    guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], RESPONSE_CORRECTED) * more) / mass
+    lower = np.zeros((len(values), count))
+    core = ritz.core @ Z
+    for attempt in attempts(values, guess, upper, tolerance):
+        ell = attempt[:, :count]
+        wanted = (lower == 0) & ~zero[:, :count] & (ell > 0) & (ell * slowness[:, None] < LOWER_REACH)
+        at = np.flatnonzero(wanted.any(axis=1))
+        if len(at):
+            proven = _arrow_has_fewer(arrow.take(at), np.where(wanted, ell, 0.0)[at], core[at])
+            lower[at] = np.where(proven & wanted[at], ell[at], lower[at])
+    return enclosed(lower, upper[:, :count], zero[:, :count], arrow.core.loss)
+
+
+def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> _Projection:
+    core = abs(ritz.core[:, None, None])
+    sizes = [core, *(_sizes(block, X, core) for block, X in zip(arrow.blocks, ritz.branches, strict=True))]
+    sums = []
+    for (A, slack, X), size in zip(_pieces(arrow, ritz), sizes, strict=True):
+        off = projection_errors(A, slack, size, X.shape[-2] + X.shape[1] * X.shape[2])
+        sums.append([*((X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A), off.sum(axis=(1, 2))])
+    return _Projection(*(np.sum(pieces, axis=0) for pieces in zip(*sums, strict=True)))
+
+
+def _sizes(block: Block, X: Array, core: Array) -> Array:
+    """|X| (designs, q, r, n, p) of a block, but for its interface with all that cancels in what the core, of sizes
+    `core` (designs, 1, 1, c, p), moves it by."""
+    return np.concatenate([abs(X[..., : block.inside, :]), abs(block.T) @ core], axis=-2)
+
+
+def _arrow_has_fewer(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
+    """Where (designs, j) fewer than j + 1 eigenvalues of the full order are proven to lie below ell (designs, j); V
+    (designs, c, p) are the core's displacements in the lowest modes (theory eqs. N12-N14)."""
+    core, c = arrow.core, arrow.core.A.shape[-1]
+    h = ell**2 / (1 - ell * core.slowness[:, None]) * (1 + 1e-9)
+    S, size, error = _dynamic(core.A, core.slack, ell, h)
+    for block in arrow.blocks:
+        T = block.T[:, None] if block.T.ndim > FIXED_MAP_AXES else block.T
+        inner, a = _eliminated(block, ell, h)
+        S = S + placed(inner, T)
+        sizes = (abs(T).mT @ np.sqrt(a)[..., None, :, None])[..., 0] ** 2
+        size = size + sizes.sum(axis=(-3, -2))
+        error = error + (PLACING_ROUNDING + T.shape[-4] * T.shape[-3] * EPS) * T.shape[-2] * sizes.sum(axis=(-3, -2))
+    lifts = ell.shape[1] - 1
+    for i in range(lifts):
+        rest, v = S[:, i + 1 :], V[:, None, :, i]
+        moved = np.einsum("djab,djb->dja", rest, np.broadcast_to(v, rest.shape[:-1]))
+        energy = -(moved * v).sum(axis=-1)
+        with np.errstate(divide="ignore"):
+            moved = moved * np.sqrt(np.where(energy > 0, 2 / energy, 0.0))[..., None]
+        rest += moved[..., :, None] * moved[..., None, :]
+        size[:, i + 1 :] += moved**2
+    np.einsum("djii->dji", S)[...] -= error + cholesky_rounding(c, lifts) * size
+    return factors(S.reshape(-1, c, c))[1].reshape(ell.shape)
+
+
+def _dynamic(A: Array, slack: Array, ell: Array, h: Array) -> tuple[Array, Array, Array]:
+    """K - ell M - h R (designs, j, ..., n, n) of A (3, designs, ..., n, n); the sum of the sizes of its diagonals, and
+    the error (designs, j, ..., n) that is left in it."""
+    K, M, R = (matrix[:, None] for matrix in A)
+    more = (1,) * (A.ndim - 4)
+    ell, h = ell.reshape(*ell.shape, *more, 1), h.reshape(*h.shape, *more, 1)
+    dynamic = K - ell[..., None] * M
+    dynamic -= h[..., None] * R
+    size = sum(f * np.einsum("...ii->...i", B) for f, B in ((1.0, K), (ell, M), (h, R)))
+    error = slack[0][:, None] + ell * slack[1][:, None] + h * slack[2][:, None]
+    return dynamic, np.asarray(size), error
+
+
+def _eliminated(block: Block, ell: Array, h: Array) -> tuple[Array, Array]:
+    """S (designs, j, q, i, i), no more than what the branches add to their interfaces, NaN where their inside is not
+    proven positive definite, and a (designs, j, q, i) with |S_ik| <= sqrt(a_i a_k)."""
+    m, n = block.inside, block.A.shape[-1]
+    B, size, error = _dynamic(block.A, block.slack, ell, h)
+    # with the diagonal made larger at the interface one factorisation serves inside and interface
+    inertia = np.einsum("...ii->...i", block.followed)[:, :, None]
+    shift = np.zeros_like(size)
+    shift[..., m:] = 4 * (n - m) * (ell[..., None, None] * inertia[1] + h[..., None, None] * inertia[2])
+    np.einsum("...ii->...i", B)[...] += shift - error - cholesky_rounding(n) * (size + shift)
+    L = factors(B.reshape(-1, n, n))[0].reshape(B.shape)[..., m:, m:]
+    S = L @ L.mT
+    a = np.einsum("...ii->...i", S) + shift[..., m:]
+    np.einsum("...ii->...i", S)[...] -= shift[..., m:]
+    return S, a
