@@ -238,11 +238,13 @@ class FullOrderAssembler:
         discrete_elements: list[Array] = []
         places: list[Index] = []
         for name, G in self._transforms(design).items():
-            part, own = self.plan.parts[name], matrices[name]
+            part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
-            T = own.T @ block_diagonal(G[:, part.connectivity])
-            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * own.elements.K) @ T)
-            for discrete, loss in zip(own.discrete_elements, part.discrete_losses(values, default), strict=True):
+            T = part_matrices.T @ block_diagonal(G[:, part.connectivity])
+            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * part_matrices.elements.K) @ T)
+            for discrete, loss in zip(
+                part_matrices.discrete_elements, part.discrete_losses(values, default), strict=True
+            ):
                 if discrete.K is not None:
                     T = block_diagonal(G[:, discrete.nodes])
                     discrete_elements.append(np.swapaxes(T, -1, -2) @ (loss * discrete.K) @ T)
@@ -260,21 +262,23 @@ class FullOrderAssembler:
 
         This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
         """
-        topology, found = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
+        topology, forces = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
         for name, G in self._transforms(design).items():
-            part, own = self.plan.parts[name], design.matrices[name]
+            part, part_matrices = self.plan.parts[name], design.matrices[name]
             number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
             rigid[~topology.has_position[number]] = 0.0
-            groups = [(part.connectivity, own.T, own.elements.M)]
+            groups = [(part.connectivity, part_matrices.T, part_matrices.elements.M)]
             groups += [
-                (np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M) for u in own.discrete_elements if u.M is not None
+                (np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M)
+                for u in part_matrices.discrete_elements
+                if u.M is not None
             ]
             for nodes, turn, M in groups:
                 T = turn @ block_diagonal(G[:, nodes])
                 force = np.swapaxes(T, -1, -2) @ (M @ (T @ rigid[:, nodes].reshape(*T.shape[:-1], 6)))
-                np.add.at(found, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
-        return found[:-1]
+                np.add.at(forces, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
+        return forces[:-1]
 
     def prepare(self, design: Design) -> None:
         """Work out the linear map from element coefficients to K and M for designs with the geometry of this one.
@@ -321,9 +325,9 @@ class FullOrderAssembler:
         for name, own_elements in discrete_elements.items():
             for discrete in own_elements:
                 T = block_diagonal(transforms[name][:, discrete.nodes])
-                for out, own in ((K, discrete.K), (M, discrete.M)):
-                    if own is not None:
-                        out.append(np.swapaxes(T, -1, -2) @ own @ T)
+                for out, matrix in ((K, discrete.K), (M, discrete.M)):
+                    if matrix is not None:
+                        out.append(np.swapaxes(T, -1, -2) @ matrix @ T)
         return K, M
 
 

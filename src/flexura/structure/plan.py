@@ -358,15 +358,15 @@ class Plan(Record, Displayed):
     def _placed(self, values: Array, affines: dict[str, list[Affine]]) -> tuple[Array, Array]:
         """Q (..., i, 3, 3) and t (..., i, 3) of all instances; Q has slopes where it turns."""
         count, used = len(self.topology.parent), [affines[name][child] for name, child, _, _ in self._levels]
-        if not any(moves(own.Q) for own in used):
-            used = [own._replace(Q=plain(own.Q)) for own in used]
-        turned = np.broadcast_shapes((), *(own.Q.shape[:-2] for own in used))
-        moved = np.broadcast_shapes(turned, *(own.t.shape[:-1] for own in used))
-        Q, t = zeros((*turned, count, 3, 3), *(own.Q for own in used)), np.empty((*moved, count, 3), like=values)
+        if not any(moves(step.Q) for step in used):
+            used = [step._replace(Q=plain(step.Q)) for step in used]
+        turned = np.broadcast_shapes((), *(step.Q.shape[:-2] for step in used))
+        moved = np.broadcast_shapes(turned, *(step.t.shape[:-1] for step in used))
+        Q, t = zeros((*turned, count, 3, 3), *(step.Q for step in used)), np.empty((*moved, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
-        for own, (_, _, instances, parents) in zip(used, self._levels, strict=True):
-            Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
-            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
+        for step, (_, _, instances, parents) in zip(used, self._levels, strict=True):
+            Q[..., instances, :, :] = Q[..., parents, :, :] @ step.Q[..., None, :, :]
+            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], step.t)
             t[..., instances, :] = arm + t[..., parents, :]
         if not turned and with_slopes_of(Q) is None:
             Q = self._turned.get(Q.tobytes(), lambda: Q)  # one object while nothing turns
