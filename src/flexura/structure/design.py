@@ -186,11 +186,6 @@ class Design(Record):
             if part.has_matrices
         }
 
-    def element_coefficients(self) -> tuple[Array, Array]:
-        """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
-        K, M = self.elements.coefficients()
-        return K.ravel(), M.ravel()
-
     @cached_property
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""

@@ -26,7 +26,6 @@ from flexura.beam import (
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
-from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
 
 Stations = list[tuple[Index, SectionProperties]]
@@ -192,16 +191,6 @@ class Elements:
     def torsion(self) -> Torsion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._torsion()
-
-    def coefficients(self) -> tuple[Array, Array]:
-        """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
-
-        Raises OptionError when there are tapered elements, whose matrices are no such combination.
-        """
-        if self._stations or self._roots is not None:
-            raise OptionError("elements with integration: tapered or with elastic roots have no coefficients")
-        K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
-        return K, self.mass_coefficients
 
     @cached_property
     def flexibility_coefficients(self) -> Array:

@@ -51,7 +51,6 @@ class Topology:
         self.layout = layout
         self.copies: dict[str, Copies] = {name: Copies(part) for name, part in parts.items()}
         self.parent: list[int] = []
-        self.child: list[int] = []
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
         self.n_nodes: int = 0
         self._places = Kept(PLACES)
@@ -69,9 +68,6 @@ class Topology:
 
     def _enumerate(self, layout: Layout, parts: dict[str, Part]) -> None:
         index: dict[tuple[str, ...], int] = {}
-        child_index = {
-            name: {child.name: k for k, child in enumerate(children)} for name, children in layout.children.items()
-        }
         for number, (path, name) in enumerate(layout.instances()):
             copies = self.copies[name]
             copies.paths.append(path)
@@ -81,8 +77,6 @@ class Topology:
             self.n_nodes += parts[name].n_nodes
             index[path] = number
             self.parent.append(index[path[:-1]] if path else -1)
-            parent_prototype = self._where[path[:-1]][0] if path else TOP
-            self.child.append(child_index[parent_prototype][path[-1]] if path else -1)
 
     def node(self, path: tuple[str, ...], reference: str) -> int:
         """Global number of a node written as `INSTANCE.NODE` or `NODE` inside the instance at `path`."""
