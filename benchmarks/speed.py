@@ -30,7 +30,7 @@ import numpy as np
 import flexura
 from flexura.linalg import lowest
 from flexura.reduction import split
-from flexura.structure import Design, full_order, stiffness_and_mass
+from flexura.structure import Design, stiffness_and_mass
 
 ROOT = Path(__file__).parents[1]
 RPR = ROOT / "examples" / "rpr" / "rpr.yaml"
@@ -79,14 +79,7 @@ def single_design() -> None:
     def assembled() -> None:
         stiffness_and_mass(Design.at(plan, values, sizes))
 
-    report("full-order assembly of K and M, general", median_ms(assembled, 200), "ms")
-    prepared, design = full_order(plan), Design.at(plan, values, sizes)
-    prepared.prepare(design)
-    report("full-order assembly of K and M, prepared, from sizes", median_ms(assembled, 200), "ms")
-    K, M = design.element_coefficients()
-    discrete_elements = design.discrete_elements()
-    linear_ms = median_ms(lambda: prepared.from_coefficients(K, M, discrete_elements), 200)
-    report("full-order assembly of K and M, prepared, from element coefficients", linear_ms, "ms")
+    report("full-order assembly of K and M", median_ms(assembled, 200), "ms")
 
 
 def certified(plan: flexura.Plan, webs: Iterator[float]) -> None:

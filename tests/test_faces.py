@@ -18,7 +18,7 @@ from helpers.public_names import IN_TWO_PLACES, NAMESPACES, public_names
 STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
 FACES = [".".join(stub.parent.relative_to(Path(flexura.__file__).parents[1]).parts) for stub in STUBS]
 MODULES = {
-    *("contour", "dimension", "element", "occ", "profile", "section", "signals", "strip", "wedge"),
+    *("dimension", "element", "notch", "occ", "profile", "section", "signals"),
     *NAMESPACES,
 }
 """Faces show these as they are: families of functions and constants, and the namespaces of the package."""

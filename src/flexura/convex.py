@@ -60,19 +60,19 @@ def overlapping_bounds(low: Array, high: Array, most: int) -> Index | None:
     if best is None or best[0] > most:
         return None
     _, order, count, _ = best
-    found = [np.empty((0, 2), dtype=np.intp)]
+    pairs = [np.empty((0, 2), dtype=np.intp)]
     ends = np.cumsum(count)
     start = 0
     while start < len(order):
         stop = max(int(np.searchsorted(ends, (ends[start - 1] if start else 0) + 2_000_000, side="right")), start + 1)
-        own = count[start:stop]
-        i = np.repeat(np.arange(start, stop), own)
-        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(own) - own, own)
+        counts = count[start:stop]
+        i = np.repeat(np.arange(start, stop), counts)
+        j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(counts) - counts, counts)
         pair = np.stack([order[i], order[j]], axis=-1)
         meets = ((low[pair[:, 0]] <= high[pair[:, 1]]) & (low[pair[:, 1]] <= high[pair[:, 0]])).all(axis=1)
-        found.append(np.sort(pair[meets], axis=1))
+        pairs.append(np.sort(pair[meets], axis=1))
         start = stop
-    return np.concatenate(found).astype(np.intp)
+    return np.concatenate(pairs).astype(np.intp)
 
 
 def separations(first: Array, second: Array, are_boxes: bool = False) -> Array:
@@ -84,10 +84,10 @@ def separations(first: Array, second: Array, are_boxes: bool = False) -> Array:
     1996): its sign is exact, and so is a depth; a gap between two corners, or a corner and an edge, may be larger.
     """
     every = 4 if are_boxes else 1
-    found = np.empty(len(first))
+    gaps = np.empty(len(first))
     for start in range(0, len(first), CHUNK):
-        own = slice(start, start + CHUNK)
-        a, b = first[own], second[own]
+        chunk = slice(start, start + CHUNK)
+        a, b = first[chunk], second[chunk]
         faces = [planes(solid).normals[:, :: 2 if are_boxes else 1] for solid in (a, b)]
         gap = _gaps(a, b, np.concatenate(faces, axis=1)).max(axis=1)
         near = np.flatnonzero(gap <= 0)
@@ -97,8 +97,8 @@ def separations(first: Array, second: Array, are_boxes: bool = False) -> Array:
             length = np.linalg.norm(axes, axis=-1, keepdims=True)
             axes = np.divide(axes, length, out=np.zeros_like(axes), where=length > 1e-6)
             gap[near] = np.maximum(gap[near], _gaps(a[near], b[near], axes).max(axis=1))
-        found[own] = gap
-    return found
+        gaps[chunk] = gap
+    return gaps
 
 
 def _directions(corners: Array) -> Array:
@@ -124,8 +124,8 @@ def shared(first: Array, second: Array) -> tuple[Array, Array]:
     """
     volumes, middles = np.zeros(len(first)), (first.mean(axis=1) + second.mean(axis=1)) / 2
     for start in range(0, len(first), CHUNK):
-        own = slice(start, start + CHUNK)
-        volumes[own], middles[own] = _shared(first[own], second[own], middles[own])
+        chunk = slice(start, start + CHUNK)
+        volumes[chunk], middles[chunk] = _shared(first[chunk], second[chunk], middles[chunk])
     return volumes, middles
 
 
@@ -136,19 +136,19 @@ def _shared(first: Array, second: Array, origin: Array) -> tuple[Array, Array]:
     tolerance = 1e-10 * size
     n = len(first)
     volume, low, high = np.zeros(n), np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    for corners, own, other in ((first, *faces), (second, *faces[::-1])):
+    for corners, own_faces, other in ((first, *faces), (second, *faces[::-1])):
         points, count = _within(corners[:, _FACES], other, tolerance)
-        if own is faces[1]:
-            same = np.einsum("nfi,ngi->nfg", own.normals, other.normals) > 1 - 1e-12
-            flush = np.abs(own.offsets[:, :, None] - other.offsets[:, None]) <= 2 * tolerance[:, None, None]
+        if own_faces is faces[1]:
+            same = np.einsum("nfi,ngi->nfg", own_faces.normals, other.normals) > 1 - 1e-12
+            flush = np.abs(own_faces.offsets[:, :, None] - other.offsets[:, None]) <= 2 * tolerance[:, None, None]
             count[(same & flush).any(axis=2)] = 0
         is_point = np.arange(points.shape[2]) < count[..., None]
         # points that are not used repeat the first, and add no area
         points = np.where(is_point[..., None], points, points[:, :, :1])
         fan = points - points[:, :, :1]
         area = np.cross(fan[:, :, 1:-1], fan[:, :, 2:]).sum(axis=2) / 2
-        size_of = np.where(count >= 3, np.abs(np.einsum("nfi,nfi->nf", area, own.normals)), 0.0)
-        volume += (size_of * own.offsets).sum(axis=1) / 3
+        size_of = np.where(count >= 3, np.abs(np.einsum("nfi,nfi->nf", area, own_faces.normals)), 0.0)
+        volume += (size_of * own_faces.offsets).sum(axis=1) / 3
         used = is_point.any(axis=2)[..., None, None]
         low = np.minimum(low, np.where(used, points, np.inf).min(axis=(1, 2)))
         high = np.maximum(high, np.where(used, points, -np.inf).max(axis=(1, 2)))

@@ -7,9 +7,7 @@ from numpy.testing import assert_allclose
 import flexura as fx
 from flexura.beam import element_mass, element_stiffness, rectangle
 from flexura.linalg import lowest
-from flexura.structure import Design
-from flexura.structure.assembly import block_diagonal, full_order
-from flexura.structure.full_order import stiffness_and_mass
+from flexura.structure.assembly import block_diagonal
 from flexura.structure.segments import segments
 
 LEAF = fx.describe.Leaf(width=10e-3, thickness=0.5e-3)
@@ -267,21 +265,6 @@ def test_segments_are_the_corrected_elements(pieces, tapered, tolerance):
     assert_allclose(lowest(K + cut.K, M + cut.M, 4).values, own, rtol=2 * tolerance)
     plain = fx.assemble(all_kinds(corrections="none"))
     assert (np.abs(lowest(plain.K, plain.M, 4).values / own - 1) > 0.02).all()
-
-
-def test_coefficients_are_those_of_the_matrices():
-    """Stepped elements from coefficients, prepared, and as matrices; those with elastic roots have none."""
-    m = all_kinds(corrections=("plate", "warping", "shear", "notch"))
-    m = m.model_copy(update={"flexures": {k: f for k, f in m.flexures.items() if k != "f4"}})
-    m = m.model_copy(update={"nodes": {k: x for k, x in m.nodes.items() if k != "n5"}})
-    m = m.model_copy(update={"bodies": {"tip": m.bodies["tip"].model_copy(update={"carries": ("n4",)})}})
-    plan = fx.Plan(m)
-    design = Design.of(plan)
-    K, M = stiffness_and_mass(design)
-    full_order(plan).prepare(design)
-    K2, M2 = stiffness_and_mass(design)
-    assert abs(K - K2).max() < 1e-12 * abs(K).max()
-    assert abs(M - M2).max() < 1e-12 * abs(M).max()
 
 
 def test_design_axis():

@@ -82,8 +82,8 @@ def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     H = A[..., 6:, 6:] + Brr - Brd - Bdr + Bdd
     g = np.concatenate([A[..., 6:, :6] + Brr - Bdr, Brd - Bdd], axis=-1)
     d = unit_scale(H)
-    own = scaled(H, d)
-    P = -d[..., :, None] * np.linalg.solve(own, d[..., :, None] * g)
+    scaled_H = scaled(H, d)
+    P = -d[..., :, None] * np.linalg.solve(scaled_H, d[..., :, None] * g)
     Ea, Eb = np.zeros((2, *P.shape[:-2], 12, 12), dtype=P.dtype)
     Ea[..., :6, :6] = Eb[..., :6, :6] = np.eye(6)
     Eb[..., 6:, 6:] = np.eye(6)
@@ -94,7 +94,7 @@ def join(a: DynamicBeam, b: DynamicBeam, count: bool = True) -> Joint:
     K, slope = (_symmetric(Eat @ x @ Ea + Ebt @ y @ Eb) for x, y in ((A, B), (a.slope, b.slope)))
     J0 = a.J0 + b.J0
     if count and not np.iscomplexobj(H):
-        J0 = J0 + (np.linalg.eigvalsh((own + np.swapaxes(own, -1, -2)) / 2) < 0).sum(axis=-1)
+        J0 = J0 + (np.linalg.eigvalsh((scaled_H + np.swapaxes(scaled_H, -1, -2)) / 2) < 0).sum(axis=-1)
     return Joint(DynamicBeam(K, slope, J0), P)
 
 
@@ -107,14 +107,14 @@ def rooted(beam: DynamicBeam, root: NDArray[np.intp], roots: Array, length: Arra
         if not len(at):
             continue
         spring = root_spring(roots[root[at, end]], end * length[at])
-        own = DynamicBeam(K[at], slope[at], J0[at])
+        piece = DynamicBeam(K[at], slope[at], J0[at])
         spring = DynamicBeam(
             *(
                 np.broadcast_to(f.reshape(len(at), *(1,) * (J0.ndim - 1), *f.shape[1:]), to.shape)
-                for f, to in zip(spring, own, strict=True)
+                for f, to in zip(spring, piece, strict=True)
             )
         )
-        K[at], slope[at], J0[at] = join(own, spring).beam if end else join(spring, own).beam
+        K[at], slope[at], J0[at] = join(piece, spring).beam if end else join(spring, piece).beam
     return DynamicBeam(K, slope, J0)
 
 
@@ -267,14 +267,14 @@ def _units(motion: _Motion) -> Array:
 def _exponential(A0: Array, A1: Array, lam: float | complex) -> tuple[Array, Array, Array]:
     """exp(A0), exp(A0 + lam A1) less that, and the derivative of the latter by lam, summed without cancellation."""
     A = A0 + lam * A1
-    own, whole = (np.broadcast_to(np.eye(A.shape[-1]), A.shape).astype(A.dtype) for _ in range(2))
+    static_term, term = (np.broadcast_to(np.eye(A.shape[-1]), A.shape).astype(A.dtype) for _ in range(2))
     more, rate = np.zeros_like(A), np.zeros_like(A)
-    static, change, slope = own.copy(), np.zeros_like(A), np.zeros_like(A)
+    static, change, slope = static_term.copy(), np.zeros_like(A), np.zeros_like(A)
     for k in range(1, PIECE_TERMS):
-        more = (A @ more + lam * (A1 @ own)) / k
-        rate = (A @ rate + A1 @ whole) / k
-        own, whole = A0 @ own / k, A @ whole / k
-        static, change, slope = static + own, change + more, slope + rate
+        more = (A @ more + lam * (A1 @ static_term)) / k
+        rate = (A @ rate + A1 @ term) / k
+        static_term, term = A0 @ static_term / k, A @ term / k
+        static, change, slope = static + static_term, change + more, slope + rate
     return static, change, slope
 
 
@@ -413,14 +413,14 @@ def transfer_at_pole(phi: Array, X: Array) -> Array:
 
 def transfer_rooted(phi: Array, root: NDArray[np.intp], roots: Array, length: Array) -> Array:
     """Transfer matrices (n, 12, 12) of beams with springs at their ends; other arguments as in `rooted`."""
-    found = phi.copy()
+    whole = phi.copy()
     for end in (0, 1):
         at = np.flatnonzero(root[:, end] >= 0)
         spring = np.broadcast_to(np.eye(12), (len(at), 12, 12)).copy()
         spring[:, :6, 6:] = roots[root[at, end]]
         spring = transfer_at_pole(spring, arm_along_x(end * length[at]))
-        found[at] = spring @ found[at] if end else found[at] @ spring
-    return found
+        whole[at] = spring @ whole[at] if end else whole[at] @ spring
+    return whole
 
 
 def transfer_turned(phi: Array) -> Array:

@@ -239,15 +239,15 @@ def _inverse(C: Array) -> Array:
     """Inverses (..., 6, 6) to their last digits, rows scaled alike; NaN where there is none."""
     d = unit_scale(plain(C))
     scale = d[..., :, None] * d[..., None, :]  # symmetric to the last bit
-    own = C * scale
-    found = np.full(C.shape, np.nan, like=C)
+    scaled = C * scale
+    inverse = np.full(C.shape, np.nan, like=C)
     try:
-        found[...] = np.linalg.inv(own)
+        inverse[...] = np.linalg.inv(scaled)
     except np.linalg.LinAlgError:
         for at in np.ndindex(C.shape[:-2]):
             with suppress(np.linalg.LinAlgError):
-                found[at] = np.linalg.inv(own[at])
-    return found * scale
+                inverse[at] = np.linalg.inv(scaled[at])
+    return inverse * scale
 
 
 def interpolation(S: Array, C: Array, x: Real, length: Real) -> Array:

@@ -210,8 +210,8 @@ def _chebyshev_sums(x: Array, coefficients: Array) -> Array:
     terms, twice = [1.0 + 0.0 * flat, flat], 2 * flat
     while len(terms) < len(coefficients):
         terms.append(twice * terms[-1] - terms[-2])
-    found: Array = coefficients.T @ np.stack(terms)
-    return found.reshape(-1, *x.shape)
+    sums: Array = coefficients.T @ np.stack(terms)
+    return sums.reshape(-1, *x.shape)
 
 
 @lru_cache(maxsize=1)

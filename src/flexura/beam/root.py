@@ -195,7 +195,7 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     entries: list[Real] = [0.0] * 12
     for first, group in zip((0, 6), _GROUPS, strict=True):
         a, c, d, e, f, g = factors[first : first + 6]
-        own = (
+        products = (
             a * a + LEAST_FLEXIBILITY,
             a * c,
             c * c + d * d + LEAST_FLEXIBILITY,
@@ -203,7 +203,7 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
             c * e + d * f,
             e * e + f * f + g * g + LEAST_FLEXIBILITY,
         )
-        for place, value in zip(group, own, strict=True):
+        for place, value in zip(group, products, strict=True):
             entries[place] = value
     return entries
 
@@ -232,8 +232,8 @@ def _linear(x: Real, points: Array, values: Array) -> list[Real]:
     slopes = np.pad(np.diff(values) / np.diff(points), ((0, 0), (1, 1)))
     turns = np.diff(slopes).tolist()
     return [
-        first + sum(turn * corner for turn, corner in zip(own, corners, strict=True))
-        for first, own in zip(values[:, 0].tolist(), turns, strict=True)
+        first + sum(turn * corner for turn, corner in zip(weights, corners, strict=True))
+        for first, weights in zip(values[:, 0].tolist(), turns, strict=True)
     ]
 
 
@@ -248,21 +248,21 @@ def _factors_at(nu: Real, *scales: Real) -> list[Array]:
     count = math.prod(shape)
     terms: Array = np.ones((count, 1))
     for scale, powers in zip(scales, counts[1:], strict=True):
-        own = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), powers), axis=-1)
-        terms = (terms[:, :, None] * own[:, None, :]).reshape(count, -1)
+        of_scale = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), powers), axis=-1)
+        terms = (terms[:, :, None] * of_scale[:, None, :]).reshape(count, -1)
     filled = np.concatenate([terms, np.zeros((-count % ROWS, terms.shape[1]))]).reshape(-1, ROWS, terms.shape[1])
     by_nu = coefficients.reshape(counts[0], -1, 12).swapaxes(0, 1).reshape(-1, counts[0] * 12)
-    found = np.moveaxis((filled @ by_nu).reshape(-1, by_nu.shape[1])[:count], -1, 0).reshape(counts[0], 12, count)
+    by_nu_power = np.moveaxis((filled @ by_nu).reshape(-1, by_nu.shape[1])[:count], -1, 0).reshape(counts[0], 12, count)
     weights = np.stack(_powers(np.broadcast_to(nu, shape).reshape(-1), counts[0]))[:, None]
-    return [factor.reshape(shape) for factor in (found * weights).sum(axis=0)]
+    return [factor.reshape(shape) for factor in (by_nu_power * weights).sum(axis=0)]
 
 
 def _powers(x: Real, count: int) -> list[Real]:
     """x^0 to x^(count - 1)."""
-    found: list[Real] = [0.0 * x + 1.0]
+    powers: list[Real] = [0.0 * x + 1.0]
     for _ in range(count - 1):
-        found.append(found[-1] * x)
-    return found
+        powers.append(powers[-1] * x)
+    return powers
 
 
 def _between(x: Real, least: float, most: float) -> Array:
@@ -384,14 +384,14 @@ def _fitted() -> _Fit:
 
 def _factors(C: Array) -> Array:
     """The entries (12,) of Cholesky factors of both planes, of the flexibility (12,) without units."""
-    found = []
+    factors = []
     for qq, wq, ww, uq, uw, uu in (C[list(group)] for group in _GROUPS):
         a = np.sqrt(max(qq, 0.0))
         c, e = (wq / a, uq / a) if a else (0.0, 0.0)
         d = np.sqrt(max(ww - c * c, 0.0))
         f = (uw - c * e) / d if d else 0.0
-        found += [a, c, d, e, f, np.sqrt(max(uu - e * e - f * f, 0.0))]
-    return np.array(found)
+        factors += [a, c, d, e, f, np.sqrt(max(uu - e * e - f * f, 0.0))]
+    return np.array(factors)
 
 
 def root_coefficients(root: Array, length: Real, end: int) -> Array:
@@ -466,8 +466,8 @@ def _spread(A: Array, L: Real) -> Array:
 def _inverse_of_three(A: Array) -> Array:
     """Inverses of symmetric matrices (3, 3, ...) by their cofactors; not finite where there is none."""
     a, b, c, d, e, f = A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2]
-    own = (d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b)
+    cofactors = (d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b)
     with np.errstate(all="ignore"):
-        share = 1.0 / (a * own[0] + b * own[1] + c * own[2])
-        p, q, r, s, t, u = (share * x for x in own)
+        share = 1.0 / (a * cofactors[0] + b * cofactors[1] + c * cofactors[2])
+        p, q, r, s, t, u = (share * x for x in cofactors)
     return np.stack([np.stack(row) for row in ((p, q, r), (q, s, t), (r, t, u))])

@@ -309,16 +309,16 @@ def rectangle_von_mises(force: Array, width: Real, thickness: Real, factors: Fac
     over_thickness, over_width = _raised(ky, 6 * My / (A * thickness)), _raised(kz, 6 * Mz / (A * width))
     sums, rests = stretch + over_thickness, stretch - over_thickness
     corner = abs(sums + over_width)
-    for own in (sums - over_width, rests + over_width, rests - over_width):
-        corner = np.maximum(corner, abs(own))
+    for stress in (sums - over_width, rests + over_width, rests - over_width):
+        corner = np.maximum(corner, abs(stress))
     on_z, on_y = rectangle_torsion_stress(width, thickness)
     slide_y, slide_z = 1.5 * Vy / A, 1.5 * Vz / A
-    found = np.maximum(corner**2, (N / A) ** 2 + 3 * (slide_y**2 + slide_z**2))
+    square = np.maximum(corner**2, (N / A) ** 2 + 3 * (slide_y**2 + slide_z**2))
     for side in (1, -1):
         at_z = (stretch + side * over_thickness) ** 2 + 3 * (slide_y - side * on_z * T) ** 2
         at_y = (stretch - side * over_width) ** 2 + 3 * (slide_z + side * on_y * T) ** 2
-        found = np.maximum(found, np.maximum(at_z, at_y))
-    return np.sqrt(found)
+        square = np.maximum(square, np.maximum(at_z, at_y))
+    return np.sqrt(square)
 
 
 def round_von_mises(force: Array, outer: Real, inner: Real, factors: Factors = (1.0, 1.0, 1.0)) -> Array:
@@ -336,12 +336,12 @@ def round_von_mises(force: Array, outer: Real, inner: Real, factors: Factors = (
     slide = 4 / 3 * (1 + d + d * d) / (1 + d * d) / section.A
     bending, shear = np.hypot(My, Mz), np.hypot(Vy, Vz)
     by_bending, by_shear = bending + (bending == 0), shear + (shear == 0)
-    found = np.zeros(np.shape(N))
+    square = np.zeros(np.shape(N))
     for y, z in ((-Mz / by_bending, My / by_bending), (Vz / by_shear, -Vy / by_shear)):
         bent, slid = _raised(kM, (My * z - Mz * y) * c / section.Iy), slide * (Vz * y - Vy * z)
         for side in (1, -1):
-            found = np.maximum(found, (stretch + side * bent) ** 2 + 3 * (twist + side * slid) ** 2)
-    return np.sqrt(found)
+            square = np.maximum(square, (stretch + side * bent) ** 2 + 3 * (twist + side * slid) ** 2)
+    return np.sqrt(square)
 
 
 def _raised(factor: Real, stress: Array) -> Array:

@@ -180,9 +180,9 @@ def geometric_basis(beam: UniformBeam) -> Array:
             N[..., 5, :] + real(beam.shear_y)[..., None] * K[..., 7, :],
             -N[..., 4, :] + real(beam.shear_z)[..., None] * K[..., 8, :],
         )
-        own = sum((w * L)[..., None, None] * row[..., :, None] * row[..., None, :] for row in slopes)
-        out[..., 0, :, :] += (1 - x) * own
-        out[..., 1, :, :] += x * own
+        slope_energy = sum((w * L)[..., None, None] * row[..., :, None] * row[..., None, :] for row in slopes)
+        out[..., 0, :, :] += (1 - x) * slope_energy
+        out[..., 1, :, :] += x * slope_energy
     heavy = real(beam.mass) > 0
     radius2 = np.where(heavy, beam.polar, 0.0) / np.where(heavy, beam.mass, 1.0)
     twist = (radius2 / L / 2)[..., None]

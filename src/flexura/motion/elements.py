@@ -45,9 +45,9 @@ class Frames(NamedTuple):
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
         x, R, z = self.x.copy(), self.R.copy(), self.z
-        own = np.flatnonzero(step.any(axis=1) & self.placed)
-        x[own] += step[own, :3]
-        R[own] = rotation(step[own, 3:]) @ R[own]
+        moving = np.flatnonzero(step.any(axis=1) & self.placed)
+        x[moving] += step[moving, :3]
+        R[moving] = rotation(step[moving, 3:]) @ R[moving]
         if not self.placed.all():
             z = z + np.where(self.placed[:, None], 0.0, step)
         return Frames(x, R, z, self.placed)
@@ -222,8 +222,8 @@ class PoseElements:
             n = n + rates.damping * (k @ (B @ velocity.reshape(e, 12, 1)))[..., 0]
         held = (n[:, None] @ B)[:, 0]
         acceleration = rates.acceleration[self.node]
-        own, kinetic = accelerating(self.mass, _middle(ends, log), ends.arm, HALVES, velocity, acceleration)
-        return Kinetics(held + own, float(energy.sum()), kinetic)
+        inertial, kinetic = accelerating(self.mass, _middle(ends, log), ends.arm, HALVES, velocity, acceleration)
+        return Kinetics(held + inertial, float(energy.sum()), kinetic)
 
 
 def _middle(ends: Ends, log: Logarithm) -> Array:
@@ -273,16 +273,16 @@ def accelerating(
     back, mean = np.swapaxes(axes, -1, -2)[:, None], skew(turning @ rate)[:, None].swapaxes(-1, -2)
     reach = skew(arm)
     swing = -_by(reach, rate)
-    v, a = (own.reshape(e, k, 2, 3).copy() for own in (velocity, acceleration))
+    v, a = (rates.reshape(e, k, 2, 3).copy() for rates in (velocity, acceleration))
     v[:, placed, 0] += swing
     a[:, placed, 0] += _by(skew(rate), swing) - _by(reach, acceleration[:, :p, 3:])
     a[:, placed] -= v[:, placed] @ mean
-    own = np.stack([v, a], axis=-1)
-    own[:, placed] = back[:, None] @ own[:, placed]
-    found = (mass @ own.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
-    kinetic = 0.5 * float(np.vdot(found[..., 0], own[..., 0]))
-    found[:, placed] = axes[:, None, None] @ found[:, placed]
-    momentum, force = found[:, placed, ..., 0], found[..., 1].copy()
+    rates = np.stack([v, a], axis=-1)
+    rates[:, placed] = back[:, None] @ rates[:, placed]
+    forces = (mass @ rates.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
+    kinetic = 0.5 * float(np.vdot(forces[..., 0], rates[..., 0]))
+    forces[:, placed] = axes[:, None, None] @ forces[:, placed]
+    momentum, force = forces[:, placed, ..., 0], forces[..., 1].copy()
     force[:, placed] += momentum @ mean
     turned = _products(momentum, v[:, placed])
     force[:, placed, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]

@@ -48,7 +48,7 @@ class Drive(NamedTuple):
 
     def refuse_half_turn(self, *targets: float) -> None:
         """Raise OptionError for targets of a rotation that are no components of a rotation vector."""
-        far = [own for own in targets if self.component >= 3 and abs(own) > HALF_TURN]
+        far = [target for target in targets if self.component >= 3 and abs(target) > HALF_TURN]
         if far:
             raise OptionError(
                 f"{self.name} is a component of a rotation vector, up to {HALF_TURN} rad, not {far[0]:g} rad: beyond"
@@ -103,7 +103,7 @@ class Equations:
             others = rows[:k]
             left = rows[k] - np.linalg.lstsq(others.T, rows[k], rcond=None)[0] @ others
             if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
-                before = ", ".join(own.name for own in self.drives[:k])
+                before = ", ".join(other.name for other in self.drives[:k])
                 raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
 
     def displacements(self, step: Array) -> Array:
@@ -120,10 +120,10 @@ class Equations:
 
     def travelled(self, frames: Frames) -> Array:
         """The driven displacements (d,), m and rad, in a state."""
-        found = np.zeros(len(self.drives), like=frames.x)
+        travel = np.zeros(len(self.drives), like=frames.x)
         for i, drive in enumerate(self.drives):
-            found[i] = self._drive(frames, drive)[0]
-        return found
+            travel[i] = self._drive(frames, drive)[0]
+        return travel
 
     def _drive(self, frames: Frames, drive: Drive) -> tuple[np.float64, Array, Array]:
         """A driven displacement, its derivatives (6,) by those of its frame, and theirs (6, 6)."""

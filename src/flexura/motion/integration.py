@@ -112,7 +112,7 @@ class Integrator:
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError("a step does not settle")
             rate = min(size / before, 0.999) if done > 1 else self._rate
-            moved, bent = (float(np.abs(own * scale).max(initial=0.0)) for own in (D, h**2 * accelerated))
+            moved, bent = (float(np.abs(change * scale).max(initial=0.0)) for change in (D, h**2 * accelerated))
             if size * rate / (1 - rate) <= STEP_CONVERGED[0] * bent + STEP_CONVERGED[1] * moved + NO_STEP:
                 break
             if done == STEP_ITERATIONS or (done > 1 and rate > 0.5):

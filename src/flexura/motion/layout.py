@@ -133,7 +133,7 @@ class _Copy:
         design = builder.design
         self.builder, self.design = builder, design
         self.part: Part = copies.part
-        self.own = design.matrices[name]
+        self.matrices = design.matrices[name]
         self.local = design.geometry.parts[name]
         self.Q = design.geometry.Q[copies.number[copy]]
         self.mirrored = np.linalg.det(self.Q) < 0
@@ -163,7 +163,7 @@ class _Copy:
 
     def members(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
         """Beam elements of all members."""
-        part, own = self.part, self.own
+        part, own = self.part, self.matrices
         if not len(part.connectivity):
             return []
         member = part.table.element_member
@@ -279,7 +279,7 @@ class _Copy:
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""
         heavy = {*self.part.bodies, *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
-        for mass in self.own.discrete_elements:
+        for mass in self.matrices.discrete_elements:
             if mass.M is None or mass.name not in heavy:
                 continue
             node = np.array(mass.nodes)

@@ -39,27 +39,27 @@ def softer_as_beams(group: Superelements, frames: Frames, motions: Array) -> Arr
     Beams soften as they bend, by (G10)-(G12); superelements with a quadratic energy do not. Zero for those whose energy
     knows more, for nodes at one place, and where a beam would be stiffer: motions of it would not be these.
     """
-    found = np.zeros((len(group.node), motions.shape[2]))
-    if group.energy.cubic.size or group.own < 2:
-        return found
+    energies = np.zeros((len(group.node), motions.shape[2]))
+    if group.energy.cubic.size or group.count < 2:
+        return energies
     d, moved = group.deformation(frames), group.rows(frames) @ motions
-    for e in range(len(found)):
-        for i in range(group.own - 1):
-            own = slice(6 * i, 6 * i + 6)
-            change = _change(group.energy.stiffness[e], own, group.rest[e, i, :3], d[e, own])
-            found[e] = np.maximum(found[e], np.einsum("ik,ij,jk->k", moved[e, own], change, moved[e, own]))
-    return found
+    for e in range(len(energies)):
+        for i in range(group.count - 1):
+            six = slice(6 * i, 6 * i + 6)
+            change = _change(group.energy.stiffness[e], six, group.rest[e, i, :3], d[e, six])
+            energies[e] = np.maximum(energies[e], np.einsum("ik,ij,jk->k", moved[e, six], change, moved[e, six]))
+    return energies
 
 
-def _change(K: Array, own: slice, line: Array, d: Array) -> Array:
+def _change(K: Array, six: slice, line: Array, d: Array) -> Array:
     """The stiffness (6, 6) of a node at `line` (3,) from the first, all others free, less that of a beam of this
     stiffness under the forces of the deformation d (6,)."""
     length = float(np.linalg.norm(line))
     if not length > 0 or not d.any():
         return np.zeros((6, 6))
-    others = np.delete(np.arange(len(K)), np.arange(6) + own.start)
-    coupled = K[own, others]
-    k = K[own, own] - coupled @ np.linalg.pinv(K[np.ix_(others, others)], rcond=1e-12) @ coupled.T
+    others = np.delete(np.arange(len(K)), np.arange(6) + six.start)
+    coupled = K[six, others]
+    k = K[six, six] - coupled @ np.linalg.pinv(K[np.ix_(others, others)], rcond=1e-12) @ coupled.T
     turn = _principal(k, line[None] / length)
     k, d = turn @ k @ turn.T, turn @ d
     k = (k + k.T) / 2
@@ -98,17 +98,17 @@ def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energie
     want of finer elements (theory eq. G27), and by superelement for what bending would make of a beam (theory eq.
     G32). `energies` (k,), N m, are twice those of the displacements."""
     whole = np.concatenate([motions, np.zeros((1, motions.shape[1]))])
-    found: dict[str, Array] = {}
+    errors: dict[str, Array] = {}
     for group, names in zip(model.elements, model.names, strict=True):
         if _bends(group):
-            relief = group.relief(frames, whole[model.dof[group.node].reshape(len(names), -1)])
+            energy = group.relief(frames, whole[model.dof[group.node].reshape(len(names), -1)])
         elif isinstance(group, Superelements):
-            relief = softer_as_beams(group, frames, whole[model.dof[group.node].reshape(len(names), -1)])
+            energy = softer_as_beams(group, frames, whole[model.dof[group.node].reshape(len(names), -1)])
         else:
             continue
-        for name, error in zip(names, relief / energies, strict=True):
-            found[name] = found.get(name, 0.0) + error
-    return found
+        for name, error in zip(names, energy / energies, strict=True):
+            errors[name] = errors.get(name, 0.0) + error
+    return errors
 
 
 def _bends(group: Group) -> TypeGuard[PoseElements]:
@@ -137,22 +137,26 @@ def beyond(model: MovingModel, states: Sequence[Frames]) -> tuple[Diagnostic, ..
     """What is beyond its limit in some states, each place at its worst: elements that bend further than strains are
     known, superelements that turn within themselves, members whose edges twist stretches by what stresses should
     contain, and nodes of which the ground holds one rotation alone."""
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     for limits in (_bent, _stretched, _partly_held):
         worst: dict[str, Diagnostic] = {}
         for frames in states:
-            for own in limits(model, frames):
-                if own.place not in worst or own.value / own.limit > worst[own.place].value / worst[own.place].limit:
-                    worst[own.place] = own
-        found += worst.values()
-    return tuple(found)
+            for diagnostic in limits(model, frames):
+                if (
+                    diagnostic.place not in worst
+                    or diagnostic.value / diagnostic.limit
+                    > worst[diagnostic.place].value / worst[diagnostic.place].limit
+                ):
+                    worst[diagnostic.place] = diagnostic
+        diagnostics += worst.values()
+    return tuple(diagnostics)
 
 
 def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
     """Members and superelements that bend further within an element than is accurate."""
     for group, names in zip(model.elements, model.names, strict=True):
         if isinstance(group, Superelements):
-            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.own - 1, 3:], axis=1)
+            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.count - 1, 3:], axis=1)
             angle = float(turns.max(initial=0.0))
             if angle > LINEAR_ROTATION:
                 text = (

@@ -73,9 +73,9 @@ class MovingModel(Laid):
         elements = list(self.elements)
         for name, command in actuators.items():
             number = self.actuators[name]
-            own = elements[number]
-            assert isinstance(own, Bars | PoseElements | Push)
-            elements[number] = own.driven(command)
+            element = elements[number]
+            assert isinstance(element, Bars | PoseElements | Push)
+            elements[number] = element.driven(command)
         return elements
 
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
@@ -83,8 +83,8 @@ class MovingModel(Laid):
         m, N and N m by name."""
         total = np.zeros(self.dof.shape, like=frames.x)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
-        for elements, own in zip(self.elements, responses, strict=True):
-            at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
+        for elements, response in zip(self.elements, responses, strict=True):
+            at, flat = elements.node.ravel(), response.force.reshape(-1, 6)
             for column in range(6):
                 total[:, column] += np.bincount(at, flat[:, column], len(total))
         local = turned(np.where(frames.placed[:, None], total, 0.0))
@@ -94,8 +94,8 @@ class MovingModel(Laid):
             inside, inside_slope = self.sagging.response(frames, gravity)
             np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
             total, local = total - weight, local - slope
-        energy = sum(own.energy.sum() for own in responses)
-        return Forces(energy, total, [*(own.tangent for own in responses), -inside_slope, local], responses)
+        energy = sum(response.energy.sum() for response in responses)
+        return Forces(energy, total, [*(response.tangent for response in responses), -inside_slope, local], responses)
 
     @property
     def _no_sagging(self) -> Array:
@@ -119,8 +119,8 @@ class MovingModel(Laid):
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
         Rt = np.swapaxes(frames.R, -1, -2)
-        own = (self.weight @ (Rt @ gravity)[..., None])[..., 0]
-        force = (frames.R[:, None] @ own.reshape(-1, 2, 3, 1)).reshape(-1, 6)
+        local = (self.weight @ (Rt @ gravity)[..., None])[..., 0]
+        force = (frames.R[:, None] @ local.reshape(-1, 2, 3, 1)).reshape(-1, 6)
         slope = turned(force)
         # the direction of free fall in the frame's axes: d(R'g) = R' skew(g) dw
         slope[:, :, 3:] += (frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)).reshape(
@@ -139,11 +139,11 @@ class MovingModel(Laid):
     def form(self, blocks: Sequence[Array], X: Array) -> Array:
         """X' A X (k, k) for the symmetric part A of a sum of blocks and free displacements X (n, k)."""
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-        found = np.zeros((X.shape[1], X.shape[1]))
+        whole = np.zeros((X.shape[1], X.shape[1]))
         for dofs, block in zip(self._places, blocks, strict=True):
-            own = padded[dofs]
-            found = found + np.einsum("eic,eid->cd", own, block @ own)
-        return (found + found.T) / 2
+            x = padded[dofs]
+            whole = whole + np.einsum("eic,eid->cd", x, block @ x)
+        return (whole + whole.T) / 2
 
     def carried_inertia(self, frames: Frames) -> Array:
         """The mass (n + 1, 6, 6) that frames carry, in global axes."""
@@ -153,13 +153,13 @@ class MovingModel(Laid):
 
     def viscous(self, frames: Frames) -> Matrix:
         """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
-        C = [own.material(frames) for own in self.dashpots]
+        C = [dashpot.material(frames) for dashpot in self.dashpots]
         return self._viscous.dense(C) if self.n_dof <= DENSE_LIMIT else self._viscous.sparse(C)
 
     @cached_property
     def _viscous(self) -> Scatter:
         """Where the damping of dashpots goes."""
-        return Scatter([self.dof[own.node].reshape(len(own.node), -1) for own in self.dashpots], self.n_dof)
+        return Scatter([self.dof[dashpot.node].reshape(len(dashpot.node), -1) for dashpot in self.dashpots], self.n_dof)
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
@@ -168,11 +168,11 @@ class MovingModel(Laid):
         weight and its actuators, and its strain energy and kinetic energy (theory eqs. G33-G34)."""
         total, strain, kinetic = np.zeros(self.dof.shape), 0.0, 0.0
         for elements in self.commanded(actuators):
-            own = elements.kinetics(frames, rates)
-            at, flat = elements.node.ravel(), own.force.reshape(-1, 6)
+            response = elements.kinetics(frames, rates)
+            at, flat = elements.node.ravel(), response.force.reshape(-1, 6)
             for column in range(6):
                 total[:, column] += np.bincount(at, flat[:, column], len(total))
-            strain, kinetic = strain + own.strain, kinetic + own.kinetic
+            strain, kinetic = strain + response.strain, kinetic + response.kinetic
         for dashpot in self.dashpots:
             held = dashpot.material(frames) @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
             np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
@@ -206,9 +206,9 @@ class MovingModel(Laid):
             part, paths = design.plan.parts[name], design.plan.topology.copies[name].paths
             losses = zip(part.discrete, part.discrete_losses(design.values, default), strict=True)
             members = part.table.loss_factors(design.values, default)[part.first[:-1]]
-            own = dict(zip(part.members, members.tolist(), strict=True))
-            own |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
-            loss |= {".".join((*path, name)): eta for path in paths for name, eta in own.items()}
+            by_name = dict(zip(part.members, members.tolist(), strict=True))
+            by_name |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
+            loss |= {".".join((*path, name)): eta for path in paths for name, eta in by_name.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
 
     @cached_property
@@ -249,13 +249,13 @@ class Loads:
 
     def forces(self, model: MovingModel, frames: Frames) -> Array:
         """Dead and follower loads (n + 1, 6) on the frames."""
-        found = np.zeros(model.dof.shape, like=frames.R)
+        total = np.zeros(model.dof.shape, like=frames.R)
         for node, wrench in self.dead.items():
-            found[model.root[node]] += _at_root(model, frames, node, wrench[:3], wrench[3:])
+            total[model.root[node]] += _at_root(model, frames, node, wrench[:3], wrench[3:])
         for node, wrench in self.follower.items():
             force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
-            found[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
-        return found
+            total[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
+        return total
 
     def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
         """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""
@@ -265,8 +265,8 @@ class Loads:
             slope[root, 3:, 3:] += skew(wrench[:3]) @ skew(frames.R[root] @ model.arm[node])
         for node, wrench in self.follower.items():
             force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
-            own = _at_root(model, frames, node, force[:, 0], moment[:, 0])
-            slope[model.root[node]] += turned(own[None])[0]
+            wrench_at_root = _at_root(model, frames, node, force[:, 0], moment[:, 0])
+            slope[model.root[node]] += turned(wrench_at_root[None])[0]
         return self.forces(model, frames), slope
 
 
@@ -287,13 +287,13 @@ def described_loads(design: Design) -> Loads:
 NO_LOADS = Loads({}, {}, np.zeros(3))
 
 
-def _mixed(own: Mapping[Any, Any], there: Mapping[Any, Any], share: float) -> dict[Any, Any]:
+def _mixed(start: Mapping[Any, Any], end: Mapping[Any, Any], share: float) -> dict[Any, Any]:
     """Values by name or node between these and others; what is not there is zero."""
-    keys = dict.fromkeys((*own, *there))
-    return {key: (1 - share) * own.get(key, 0.0) + share * there.get(key, 0.0) for key in keys}
+    keys = dict.fromkeys((*start, *end))
+    return {key: (1 - share) * start.get(key, 0.0) + share * end.get(key, 0.0) for key in keys}
 
 
-def _apart(own: Mapping[Any, Any], there: Mapping[Any, Any]) -> float:
+def _apart(one: Mapping[Any, Any], other: Mapping[Any, Any]) -> float:
     """The largest difference of values by name or node."""
-    found = [np.abs(np.subtract(own.get(key, 0.0), there.get(key, 0.0))).max() for key in (*own, *there)]
-    return float(max(found, default=0.0))
+    differences = [np.abs(np.subtract(one.get(key, 0.0), other.get(key, 0.0))).max() for key in (*one, *other)]
+    return float(max(differences, default=0.0))

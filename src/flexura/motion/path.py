@@ -114,8 +114,8 @@ class Path:
         """
         scale = np.append(np.full(3, 1 / self.equations.size), np.ones(3))
         off, step = (
-            float(np.abs(displacement(own, state.frames) * scale).max(initial=0.0))
-            for own in (predicted, self.state.frames)
+            float(np.abs(displacement(frames, state.frames) * scale).max(initial=0.0))
+            for frames in (predicted, self.state.frames)
         )
         if off > max(JUMP * step, NO_JUMP):
             raise SolverError("the next state is not on the path of the last one")
@@ -130,8 +130,8 @@ class Path:
             return now.moved(self.equations.displacements(self.equations.solver(tangent)(missing, gap)[0]))
         lengths = [0.0, *(s - self._travel for s, _ in self._before)]
         step = np.zeros((len(now.x), 6))
-        for own, (_, frames) in zip(lengths[1:], self._before, strict=True):
-            weight = math.prod((ahead - other) / (own - other) for other in lengths if other != own)
+        for length, (_, frames) in zip(lengths[1:], self._before, strict=True):
+            weight = math.prod((ahead - other) / (length - other) for other in lengths if other != length)
             step += weight * displacement(now, frames)
         return now.moved(step)
 
@@ -144,8 +144,8 @@ def displacement(start: Frames, end: Frames) -> Array:
 
 def _distance(start: Point, end: Point, size: float, load: float) -> float:
     """How far apart two points are, for the extrapolation: over the size of the mechanism and the largest load."""
-    own = float(np.abs(end.targets - start.targets).sum()) / size
-    return own + end.loads.apart(start.loads) / load
+    travel = float(np.abs(end.targets - start.targets).sum()) / size
+    return travel + end.loads.apart(start.loads) / load
 
 
 LONGEST_STEP = 0.1
@@ -229,11 +229,11 @@ class Arc:
         at, length, count = start, np.inf, unstable(self.equations, start.state)
         while True:
             length = min(length, self._longest(at, spacing))
-            found = self._next(at, length, spacing)
-            if found is None:
+            step = self._next(at, length, spacing)
+            if step is None:
                 yield Lost(at)
                 return
-            there, length, iterations = found
+            there, length, iterations = step
             now = unstable(self.equations, there.state)
             turns = there.rising * at.rising < 0
             if turns and abs(now - count) != 1 and length > self._longest(at, spacing) / SEPARATE:
@@ -241,7 +241,7 @@ class Arc:
                 continue
             if turns:
                 sense = np.sign(at.rising)
-                yield self.where(at, there, lambda own, sense=sense: own.rising * sense)._replace(kind="limit")
+                yield self.where(at, there, lambda state, sense=sense: state.rising * sense)._replace(kind="limit")
             elif now != count:
                 yield self.fork(at, there)
             yield there
@@ -277,8 +277,8 @@ class Arc:
     def fork(self, at: Along, there: Along) -> Along:
         """The state between two at which the number of negative pivots changes. Raises SolverError as `where`."""
         count = unstable(self.equations, at.state)
-        found = self.where(at, there, lambda own: 1.0 if unstable(self.equations, own.state) == count else -1.0)
-        return found._replace(kind="fork")
+        fork = self.where(at, there, lambda state: 1.0 if unstable(self.equations, state.state) == count else -1.0)
+        return fork._replace(kind="fork")
 
     def branched(self, fork: Along, side: int) -> Along:
         """The first state on the path that branches off at a bifurcation, to the side of the largest displacement of
@@ -303,20 +303,20 @@ class Arc:
         """The state between two where a value that is positive at the first is zero, as `close` as that over the length
         between them. Raises SolverError where steps between them do not lead anywhere."""
         at, length = self._curved(at, there)
-        low, high, f_low, f_high, found = 0.0, length, value(at), value(there), there
+        low, high, f_low, f_high, between = 0.0, length, value(at), value(there), there
         for k in range(BISECTIONS):
             # false position, every third time halved
             part = 0.5 if k % 3 == 2 or f_low <= f_high else min(max(f_low / (f_low - f_high), 0.01), 0.99)
             here = low + part * (high - low)
-            found = self.step(at, here)
-            f = value(found)
+            between = self.step(at, here)
+            f = value(between)
             if f > 0:
                 low, f_low = here, f
             else:
                 high, f_high = here, f
             if high - low < close * length or abs(f) < close**2:
                 break
-        return found
+        return between
 
     def step(self, at: Along, length: float) -> Along:
         """The state after a step of a length along the tangent. Raises SolverError where Newton's method ends."""
@@ -329,19 +329,19 @@ class Arc:
             point = self.first.between(self.last, share)
             tangent, missing = equations.tangent(frames, point.loads, multipliers)
             solve = equations.solver(tangent)
-            own, own_drive = solve(missing, point.targets - equations.travelled(frames))
+            q_load, drive_load = solve(missing, point.targets - equations.travelled(frames))
             by_share, drive_by_share = solve(self._missing(frames), self.last.targets - self.first.targets)
             moved = equations.free(displacement(at.state.frames, frames))
-            left = length - along @ (moved + own) - at.rising * (share - at.share)
+            left = length - along @ (moved + q_load) - at.rising * (share - at.share)
             change = float(left / (along @ by_share + at.rising))
-            q = own + change * by_share
+            q = q_load + change * by_share
             if not np.isfinite(q).all():
                 break
             size = max(float(np.abs(q * equations.scale).max(initial=0.0)), abs(change))
             if size > LARGEST_ROTATION or (iteration > 6 and size > last):
                 break
             frames, share, last = frames.moved(equations.displacements(q)), share + change, size
-            multipliers = own_drive + change * drive_by_share
+            multipliers = drive_load + change * drive_by_share
             if size < NEWTON_CONVERGED:
                 point = self.first.between(self.last, share)
                 tangent, _ = equations.tangent(frames, point.loads, multipliers)
@@ -378,6 +378,6 @@ class Arc:
         ends, model = (self.first.loads, self.last.loads), self.equations.model
         low, high = (loads.forces(model, frames) for loads in ends)
         if any(loads.actuators for loads in ends) or (ends[0].gravity != ends[1].gravity).any():
-            low, high = (own - model.forces(frames, loads.gravity, loads.actuators).force
-                         for own, loads in zip((low, high), ends, strict=True))  # fmt: skip
+            low, high = (force - model.forces(frames, loads.gravity, loads.actuators).force
+                         for force, loads in zip((low, high), ends, strict=True))  # fmt: skip
         return self.equations.free(high - low)

@@ -47,15 +47,15 @@ class Holding(NamedTuple):
     @staticmethod
     def of(rows: Array, scale: Array) -> Holding:
         """With rows (d, n) held at zero; displacements times `scale` (n,) have one unit."""
-        found, pivots = rows / scale, np.zeros(len(rows), dtype=np.intp)
+        reduced, pivots = rows / scale, np.zeros(len(rows), dtype=np.intp)
         for i in range(len(rows)):
-            pivots[i] = pivot = int(np.argmax(np.abs(found[i])))
-            found[i] /= found[i, pivot]
+            pivots[i] = pivot = int(np.argmax(np.abs(reduced[i])))
+            reduced[i] /= reduced[i, pivot]
             for j in range(len(rows)):
                 if j != i:
-                    found[j] -= found[j, pivot] * found[i]
+                    reduced[j] -= reduced[j, pivot] * reduced[i]
         left = np.delete(np.arange(rows.shape[1]), pivots)
-        return Holding(left, pivots, -found[:, left] * scale[left] / scale[pivots, None])
+        return Holding(left, pivots, -reduced[:, left] * scale[left] / scale[pivots, None])
 
     def matrix(self, A: Matrix) -> Matrix:
         """A symmetric matrix (n, n) by what is left (n - d, n - d)."""
@@ -236,7 +236,7 @@ def material_at(pose: Pose) -> Matrix:
 def _parts(pose: Pose) -> tuple[Matrix, Matrix] | None:
     """Stiffness at a state with actuators locked: what is there without forces, and what forces add."""
     groups = pose.equations.model.elements
-    if any(isinstance(own, Superelements) and own.energy.cubic.size for own in groups):
+    if any(isinstance(group, Superelements) and group.energy.cubic.size for group in groups):
         return None
     total, _ = pose.matrices(held=True)
     material = pose.holding.matrix(material_at(pose))
@@ -275,13 +275,13 @@ def end_force_changes(model: MovingModel, state: Equilibrium, moved: Array) -> d
     held = (state.tangent.forces.responses[0].tangent @ u).reshape(len(R), 2, 6, u.shape[-1])
     back, arm = np.swapaxes(R @ elements.axes, -1, -2), (R @ elements.arm[..., None])[..., 0]
     moment = held[:, :, 3:] - np.cross(arm[..., None], held[:, :, :3], axis=2)
-    own = np.concatenate([back @ held[:, :, :3], back @ moment], axis=2)
+    changes = np.concatenate([back @ held[:, :, :3], back @ moment], axis=2)
     gravity = state.loads.gravity
     if gravity.any():
         turning = moved[elements.node][:, :, 3:]
         per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
-        own = own - per_fall @ (back @ skew(gravity) @ turning)
-    return _by_prototype(model, -own[:, 0], own[:, 1])
+        changes = changes - per_fall @ (back @ skew(gravity) @ turning)
+    return _by_prototype(model, -changes[:, 0], changes[:, 1])
 
 
 def with_members(model: MovingModel) -> list[str]:
@@ -293,16 +293,16 @@ def with_members(model: MovingModel) -> list[str]:
 def _by_prototype(model: MovingModel, start: Array, end: Array) -> dict[str, Ends]:
     """Forces (e, 6, k) at both ends of all elements, in right-handed axes, as those of the copies of prototypes."""
     topology, parts = model.design.plan.topology, model.design.plan.parts
-    found, first = {}, 0
+    forces, first = {}, 0
     for name in with_members(model):
         placed, count = topology.copies[name], len(parts[name].connectivity)
-        own = slice(first, first + len(placed.paths) * count)
+        rows = slice(first, first + len(placed.paths) * count)
         mirrored = np.linalg.det(model.design.geometry.Q[placed.number]) < 0
         sign = np.where(mirrored[:, None], MIRRORED, 1.0)[:, None, :, None]
         shape = (len(placed.paths), count, 6, start.shape[-1])
-        found[name] = (sign * start[own].reshape(shape), sign * end[own].reshape(shape))
-        first = own.stop
-    return found
+        forces[name] = (sign * start[rows].reshape(shape), sign * end[rows].reshape(shape))
+        first = rows.stop
+    return forces
 
 
 def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple[Array, Array]:
@@ -312,10 +312,10 @@ def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple
     arm = (R @ elements.arm[..., None])[..., 0]
     back = np.swapaxes(R @ elements.axes, -1, -2)
     moment = held[..., 3:] - np.cross(arm, held[..., :3])
-    own = np.concatenate([(back @ part[..., None])[..., 0] for part in (held[..., :3], moment)], axis=-1)
+    forces = np.concatenate([(back @ part[..., None])[..., 0] for part in (held[..., :3], moment)], axis=-1)
     gravity = np.stack([state.loads.gravity for state in states])[:, None, None, :, None]
     if gravity.any():
         per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
-        own = own - (per_fall @ (back @ gravity))[..., 0]
-    start, end = np.swapaxes(np.moveaxis(own, 0, -1), 0, 1)
+        forces = forces - (per_fall @ (back @ gravity))[..., 0]
+    start, end = np.swapaxes(np.moveaxis(forces, 0, -1), 0, 1)
     return -start, end

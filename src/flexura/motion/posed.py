@@ -85,13 +85,13 @@ class PosedDesign:
         about the global origin: kg, kg m, kg m^2."""
         model, frames = self.model, self.pose.state.frames
         rigid = rigid_arm(frames.x) * frames.placed[:, None, None]
-        found = np.zeros((model.n_dof + 1, 6))
-        np.add.at(found, model.dof, model.carried_inertia(frames) @ rigid)
+        forces = np.zeros((model.n_dof + 1, 6))
+        np.add.at(forces, model.dof, model.carried_inertia(frames) @ rigid)
         for group in model.elements:
             M = group.masses(frames)
             force = M @ rigid[group.node].reshape(*M.shape[:2], 6)
-            np.add.at(found, model.dof[group.node].reshape(M.shape[:2]), force)
-        return found[:-1]
+            np.add.at(forces, model.dof[group.node].reshape(M.shape[:2]), force)
+        return forces[:-1]
 
     def dissipation(self, default: float) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n).
@@ -165,11 +165,11 @@ def posed(design: Design) -> PosedDesign:
 
     Raises SolverError also where the pose is unstable with actuators free under the forces that hold it.
     """
-    found = reached(design)
-    if not is_definite(found.pose.K):
-        said = found.words.removeprefix("about the pose ").partition(", actuators free")[0]
-        raise SolverError(f"at {said} the mechanism is unstable: nothing stays linear about that pose for long")
-    return found
+    design_there = reached(design)
+    if not is_definite(design_there.pose.K):
+        place = design_there.words.removeprefix("about the pose ").partition(", actuators free")[0]
+        raise SolverError(f"at {place} the mechanism is unstable: nothing stays linear about that pose for long")
+    return design_there
 
 
 def reached(design: Design) -> PosedDesign:
@@ -221,9 +221,9 @@ def _reached(design: Design) -> PosedDesign:
 def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
     """The loads, gravity and commands that are described, and the commands in words."""
     design = model.design
-    plan, own = design.plan, described_loads(design)
-    commands, dead = plan.pose.commands(design.values), dict(own.dead)
-    actuators, said = dict[str, float](), list[str]()
+    plan, described = design.plan, described_loads(design)
+    commands, dead = plan.pose.commands(design.values), dict(described.dead)
+    actuators, texts = dict[str, float](), list[str]()
     ports = Ports(Design.of(plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
     for port, command in zip(ports, commands.values(), strict=True):
         lever = commanded(model, port)
@@ -231,8 +231,8 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
             actuators[lever.name] = command * lever.unit
         else:
             dead[lever.node] = dead.get(lever.node, np.zeros(6)) + command * lever.unit
-        said.append(f"{lever.name} = {command:.4g} {port.channel.unit}")
-    return Loads(dead, {}, own.gravity, actuators), said
+        texts.append(f"{lever.name} = {command:.4g} {port.channel.unit}")
+    return Loads(dead, {}, described.gravity, actuators), texts
 
 
 def pose_of(model: OfDesign) -> PosedDesign | None:

@@ -57,17 +57,17 @@ class SlopedPose:
         SolverError where the mechanism has lost its stiffness: there the state has no derivative.
         """
         state, equations = pose.state, pose.equations
-        own = Equations(MovingModel.of(design), equations.drives)
-        frames = _carried(own.model.rest, state.frames, len(slope_of(design.values)))
-        tangent, missing = own.tangent(frames, loads, state.drive)
+        sloped = Equations(MovingModel.of(design), equations.drives)
+        frames = _carried(sloped.model.rest, state.frames, len(slope_of(design.values)))
+        tangent, missing = sloped.tangent(frames, loads, state.drive)
         missing = missing + state.drive @ tangent.rows
-        gap = targets - own.travelled(frames)
+        gap = targets - sloped.travelled(frames)
         step, drive = equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
         frames = _stepped(frames, np.stack([equations.displacements(column) for column in step.T]))
         force: Any = Dual(state.drive, drive.T)
-        tangent, missing = own.tangent(frames, loads, force)
+        tangent, missing = sloped.tangent(frames, loads, force)
         at = Equilibrium(frames, force, loads, tangent, state.iterations)
-        return SlopedPose(pose, Pose(own, at), missing + force @ tangent.rows)
+        return SlopedPose(pose, Pose(sloped, at), missing + force @ tangent.rows)
 
     @property
     def best(self) -> Pose:
@@ -105,7 +105,7 @@ class SlopedPose:
         K, M = self.pose.matrices(held)
         pairs = lowest_of_any(K, M, min(n + GUARD, K.shape[0]))
         X = self.pose.holding.motions(pairs.vectors) if held else pairs.vectors
-        found = []
+        groups = []
         masses = [] if self.moving is None else self.moving.equations.model.mass_blocks(self.moving.state.frames)
         for at in clusters(pairs.values):
             if at[0] >= n:
@@ -115,16 +115,16 @@ class SlopedPose:
             if held:
                 pull = self._pulled(x, self.pose.K @ x - value * (self.pose.M @ x))
                 slope = slope - pull - np.swapaxes(pull, 1, 2)
-            found.append(Repeated(at, value, slope))
-        return found
+            groups.append(Repeated(at, value, slope))
+        return groups
 
     def buckling_factor(self) -> Repeated | None:
         """The factor on all loads and drive forces at which the state would buckle with actuators locked, with slopes
         (theory eq. V8); None where `flexura.motion.buckling_factor` is."""
-        found = critical_state(self.pose, 1 + GUARD)
-        if found is None:
+        critical = critical_state(self.pose, 1 + GUARD)
+        if critical is None:
             return None
-        factors, shapes = found
+        factors, shapes = critical
         at = clusters(factors)[0]
         value, x = float(np.mean(factors[at])), self.pose.holding.motions(shapes[:, at])
         rest, whole = (self._form(blocks, x) for blocks in (self._material, self._stiffness))
@@ -164,7 +164,7 @@ class SlopedPose:
 def _carried(rest: Frames, at: Frames, count: int) -> Frames:
     """Frames `at` a state with the slopes that they have where displacements from rest stay as they are."""
     moved = slope_of(rest.x) if isinstance(rest.x, Dual) else np.zeros((count, *at.x.shape))
-    R, z = (np.zeros((count, *own.shape)) for own in (at.R, at.z))
+    R, z = (np.zeros((count, *field.shape)) for field in (at.R, at.z))
     return _frames(at, moved, R, z)
 
 
@@ -173,10 +173,10 @@ def _stepped(frames: Frames, step: Array) -> Frames:
     moves = frames.placed[:, None]
     turned = skew(np.where(moves, step[..., 3:], 0.0)) @ plain(frames.R)
     slopes = np.where(moves, step[..., :3], 0.0), turned, np.where(moves, 0.0, step)
-    return _frames(frames, *(slope_of(own) + more for own, more in zip(frames, slopes, strict=False)))
+    return _frames(frames, *(slope_of(field) + more for field, more in zip(frames, slopes, strict=False)))
 
 
 def _frames(at: Frames, *slopes: Array) -> Frames:
     """Frames with slopes of positions, rotations and amplitudes."""
-    x, R, z = (Dual(plain(own), slope) for own, slope in zip(at, slopes, strict=False))
+    x, R, z = (Dual(plain(field), slope) for field, slope in zip(at, slopes, strict=False))
     return at._replace(x=x, R=R, z=z)

@@ -144,9 +144,9 @@ class Strain:
     def material(self, d: Array) -> Array:
         """The part (e, 6, 6) of the Hessian that stiffness makes and not the forces, inner motions at rest."""
         slope = self._slope(self._settled(d)[0])
-        own = np.swapaxes(slope, 1, 2) @ (self.stiffness @ slope)
-        coupled = own[:, :6, 6:]
-        return own[:, :6, :6] - coupled @ np.linalg.solve(own[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
+        hessian = np.swapaxes(slope, 1, 2) @ (self.stiffness @ slope)
+        coupled = hessian[:, :6, 6:]
+        return hessian[:, :6, :6] - coupled @ np.linalg.solve(hessian[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
 
     def relief(self, d: Array, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that motions inside of the next degree would take off small changes (e, 6, k)
@@ -211,7 +211,7 @@ def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
     """
     across = ("s2", 1, 5), ("s3", 2, 4)
     share = {name: k[:, i, i] * length**2 / (12 * k[:, theta, theta]) for name, i, theta in across}
-    bent = {name: np.where(own < 1.0, own, 1.0) for name, own in share.items()}
+    bent = {name: np.where(sheared < 1.0, sheared, 1.0) for name, sheared in share.items()}
     return Strain(
         _stiffness(k, length, torsion),
         _curvature(length, bent, torsion),
@@ -244,7 +244,7 @@ class _Products:
         """Factors (e, k) of elements, of whose translations across the shares `bent` (e,) are of bending."""
         one = np.ones(len(length))
         powers = np.stack([length, one, 1 / length, 1 / length**2], axis=1)
-        parts = np.stack([one, *bent.values(), *(1 - own for own in bent.values())], axis=1)
+        parts = np.stack([one, *bent.values(), *(1 - share for share in bent.values())], axis=1)
         return self.factor * powers[:, self.power] * parts[:, self.parts[:, 0]] * parts[:, self.parts[:, 1]]
 
 

@@ -79,15 +79,17 @@ class Substructure:
         """Its elements, between frames that are numbered from 0, in its own axes."""
         local = np.full(len(self.model.dof), -1, dtype=np.intp)
         local[self.frames] = np.arange(len(self.frames))
-        found = []
+        elements = []
         for group, rows in zip(self.model.elements, self.rows, strict=True):
             if len(rows):
-                own = taken(group, rows)
-                node = local[own.node]
-                arm = (own.arm - np.pad(self.arm, ((0, len(self.frames) - self.k), (0, 0)))[node]) @ self.turn
-                own = replace(own, node=node, arm=arm)
-                found.append(replace(own, axes=self.turn.T @ own.axes) if hasattr(own, "axes") else own)
-        return tuple(found)
+                element = taken(group, rows)
+                node = local[element.node]
+                arm = (element.arm - np.pad(self.arm, ((0, len(self.frames) - self.k), (0, 0)))[node]) @ self.turn
+                element = replace(element, node=node, arm=arm)
+                elements.append(
+                    replace(element, axes=self.turn.T @ element.axes) if hasattr(element, "axes") else element
+                )
+        return tuple(elements)
 
     @cached_property
     def arm(self) -> Array:
@@ -97,9 +99,9 @@ class Substructure:
             groups: tuple[Any, ...] = self.model.elements
             touching = zip(groups, self.rows, strict=True)
             ends = [group.arm[rows][group.node[rows] == frame] for group, rows in touching if len(rows)]
-            own = np.concatenate(ends)
-            if np.ptp(own, axis=0).max() <= SAME_SUBSTRUCTURE * max(np.abs(own).max(), 1e-300):
-                arms[j] = own[0]
+            arm = np.concatenate(ends)
+            if np.ptp(arm, axis=0).max() <= SAME_SUBSTRUCTURE * max(np.abs(arm).max(), 1e-300):
+                arms[j] = arm[0]
         return arms
 
     @cached_property
@@ -125,16 +127,16 @@ class Substructure:
         if (self.k, len(self.frames), len(self.elements)) != (other.k, len(other.frames), len(other.elements)):
             return False
         pairs = [(self.rest, other.rest), (self.inertia, other.inertia)]
-        for mine, its in zip(self.elements, other.elements, strict=True):
-            if type(mine) is not type(its):
+        for mine, theirs in zip(self.elements, other.elements, strict=True):
+            if type(mine) is not type(theirs):
                 return False
-            pairs += zip(_arrays(mine), _arrays(its), strict=True)
-        return all(_alike(mine, its) for mine, its in pairs)
+            pairs += zip(_arrays(mine), _arrays(theirs), strict=True)
+        return all(_alike(mine, theirs) for mine, theirs in pairs)
 
     def turned_like(self, other: Substructure) -> Substructure:
         """Itself with the axes in which it could be equal to another one."""
-        mine, its = (_axes(own) for own in (self.elements, other.elements))
-        return self if mine is None or its is None else replace(self, turn=self.turn @ mine @ its.T)
+        axes, other_axes = (_axes(elements) for elements in (self.elements, other.elements))
+        return self if axes is None or other_axes is None else replace(self, turn=self.turn @ axes @ other_axes.T)
 
     @cached_property
     def _matrices(self) -> tuple[sp.csc_matrix, sp.csc_matrix, Array]:
@@ -142,15 +144,15 @@ class Substructure:
         tiled = _Tiled(self, 1, hold=0)
         K = tiled.tangent(tiled.model.forces(tiled.rest, np.zeros(3)).blocks)
         inertia = np.concatenate([np.zeros((self.k, 6, 6)), self.inertia])
-        blocks = [*(own.masses(tiled.rest) for own in tiled.model.elements), np.zeros((0, 12, 12)), inertia]
+        blocks = [*(group.masses(tiled.rest) for group in tiled.model.elements), np.zeros((0, 12, 12)), inertia]
         return K, tiled.tangent(blocks), tiled.condensed(K)[1][0]
 
     @cached_property
     def _modes(self) -> Eigenpairs:
         """The lowest modes with the kept frames held, orthonormal by M."""
         K, M, follow = self._matrices
-        own = slice(0, len(follow))
-        return next_to(K[own, own].tocsc(), M[own, own].tocsc(), min(MODES, len(follow)), 0.0)
+        inside = slice(0, len(follow))
+        return next_to(K[inside, inside].tocsc(), M[inside, inside].tocsc(), min(MODES, len(follow)), 0.0)
 
     @property
     def frequencies(self) -> Array:
@@ -187,7 +189,7 @@ class _Tiled:
         dof = np.full((count, n, 6), -1, dtype=np.intp)
         dof[:, k:] = np.arange(count * self.inside).reshape(count, -1, 6)
         dof[:, hold:k] = count * self.inside + np.arange(count * self.between).reshape(count, -1, 6)
-        elements = tuple(_repeated(own, count, n) for own in of.elements)
+        elements = tuple(_repeated(group, count, n) for group in of.elements)
         none = np.zeros((count * n, 6, 6))
         self.model = replace(
             of.model,
@@ -211,7 +213,7 @@ class _Tiled:
         """Derivatives (m, b, b) at the frames between, and minus how the frames inside follow (m, i, b)."""
         m, i, b = self.count, self.inside, self.between
         inner = m * i
-        right, below = (_blocks(own, m, i, b) for own in (K[:inner, inner:], K[inner:, :inner].T))
+        right, below = (_blocks(block, m, i, b) for block in (K[:inner, inner:], K[inner:, :inner].T))
         follow = factorise(K[:inner, :inner].tocsc()).solve(right.reshape(inner, b)).reshape(m, i, b)
         return _blocks(K[inner:, inner:], m, b, b) - np.swapaxes(below, 1, 2) @ follow, follow
 
@@ -236,8 +238,8 @@ class _Tiled:
         slope = np.swapaxes(twists, -1, -2) @ log.second(n)[1]
         back, local = np.zeros(K.shape), np.zeros(K.shape)
         for j in range(k - 1):
-            own = slice(6 * j, 6 * j + 6)
-            back[:, own, own], local[:, own, own] = rows[:, j], slope[:, j]
+            six = slice(6 * j, 6 * j + 6)
+            back[:, six, six], local[:, six, six] = rows[:, j], slope[:, j]
         H = np.swapaxes(back, 1, 2) @ (K @ back - local)
         n, H = n.reshape(m, -1), (H + np.swapaxes(H, 1, 2)) / 2
         n[~settled], H[~settled] = np.nan, np.nan
@@ -257,10 +259,10 @@ class _Tiled:
             missing = np.where(settled[:, None, None], by_frame[:, of.k :], 0.0)
             step = np.zeros(by_frame.shape)
             try:
-                found = -factorise(K[:inner, :inner].tocsc()).solve(missing.ravel())
+                solution = -factorise(K[:inner, :inner].tocsc()).solve(missing.ravel())
             except SolverError:
-                found = np.full(inner, np.nan)
-            step[:, of.k :] = found.reshape(missing.shape)
+                solution = np.full(inner, np.nan)
+            step[:, of.k :] = solution.reshape(missing.shape)
             sizes = np.abs(step * scale).max(axis=(1, 2), initial=0.0)
             settled &= np.isfinite(sizes) & (sizes < 1.0)
             step[~settled] = 0.0
@@ -273,16 +275,16 @@ class _Tiled:
 
 def partition(model: MovingModel, kept: Flags) -> list[list[Substructure]]:
     """The substructures between kept frames (n + 1,), those that are equal together."""
-    found: list[list[Substructure]] = []
-    for own in _substructures(model, kept):
-        for others in found:
-            turned = own.turned_like(others[0])
+    kinds: list[list[Substructure]] = []
+    for substructure in _substructures(model, kept):
+        for others in kinds:
+            turned = substructure.turned_like(others[0])
             if turned.equals(others[0]):
                 others.append(turned)
                 break
         else:
-            found.append([own])
-    return found
+            kinds.append([substructure])
+    return kinds
 
 
 def _substructures(model: MovingModel, kept: Flags) -> Iterator[Substructure]:
@@ -334,26 +336,26 @@ def sixes(count: int) -> int:
 
 def _common(names: Sequence[str]) -> str:
     """The first steps that the dotted names of elements have in common."""
-    steps = [own for own, *others in zip(*(name.split(".") for name in names), strict=False) if {own} >= {*others}]
+    steps = [step for step, *others in zip(*(name.split(".") for name in names), strict=False) if {step} >= {*others}]
     return ".".join(steps) or names[0]
 
 
-def taken(own: Any, rows: Index) -> Any:
+def taken(elements: Any, rows: Index) -> Any:
     """Elements by number, with all that they hold."""
-    values = {f.name: getattr(own, f.name) for f in fields(own)}
-    return replace(own, **{k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()})
+    values = {f.name: getattr(elements, f.name) for f in fields(elements)}
+    return replace(elements, **{k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()})
 
 
-def _repeated(own: Any, count: int, frames: int) -> Any:
+def _repeated(elements: Any, count: int, frames: int) -> Any:
     """Elements of one substructure side by side, each with so many frames."""
-    e = len(own.node)
-    tiled = taken(own, np.tile(np.arange(e), count))
+    e = len(elements.node)
+    tiled = taken(elements, np.tile(np.arange(e), count))
     return replace(tiled, node=tiled.node + frames * np.repeat(np.arange(count), e)[:, None])
 
 
-def _arrays(own: Any) -> Iterator[Array]:
-    for f in fields(own):
-        value = getattr(own, f.name)
+def _arrays(elements: Any) -> Iterator[Array]:
+    for f in fields(elements):
+        value = getattr(elements, f.name)
         if is_dataclass(value):
             yield from _arrays(value)
         else:
@@ -369,12 +371,12 @@ def _alike(a: Array, b: Array) -> bool:
 
 def _axes(elements: Sequence[Any]) -> Array | None:
     """The axes of the first element that has some."""
-    return next((own.axes[0, 0] for own in elements if hasattr(own, "axes")), None)
+    return next((group.axes[0, 0] for group in elements if hasattr(group, "axes")), None)
 
 
 def _blocks(K: Any, m: int, rows: int, columns: int) -> Array:
     """The m blocks (rows, columns) on the diagonal."""
-    own = K.tocoo()
-    found = np.zeros((m, rows, columns))
-    np.add.at(found, (own.row // rows, own.row % rows, own.col % columns), own.data)
-    return found
+    entries = K.tocoo()
+    blocks = np.zeros((m, rows, columns))
+    np.add.at(blocks, (entries.row // rows, entries.row % rows, entries.col % columns), entries.data)
+    return blocks

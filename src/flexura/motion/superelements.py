@@ -37,7 +37,7 @@ class Polynomial:
 
     def placed(self, count: int) -> Polynomial:
         """The energy of the only element, for `count` copies."""
-        return Polynomial(*(own.repeat(count, axis=0) for own in (self.stiffness, self.cubic, self.quartic)))
+        return Polynomial(*(term.repeat(count, axis=0) for term in (self.stiffness, self.cubic, self.quartic)))
 
     def with_amplitudes(self, stiffness: Array) -> Polynomial:
         """With further deformations of stiffnesses (a,), not coupled to anything, zero for those that stand still."""
@@ -49,11 +49,11 @@ class Polynomial:
     @staticmethod
     def joined(parts: list[Polynomial]) -> Polynomial:
         """Energies of elements of equally many deformations, one after another."""
-        poses = max(own.cubic.shape[1] for own in parts)
+        poses = max(part.cubic.shape[1] for part in parts)
         return Polynomial(
-            np.concatenate([own.stiffness for own in parts]),
-            _joined([own.cubic for own in parts], [len(own.stiffness) for own in parts], poses),
-            _joined([own.quartic for own in parts], [len(own.stiffness) for own in parts], poses),
+            np.concatenate([part.stiffness for part in parts]),
+            _joined([part.cubic for part in parts], [len(part.stiffness) for part in parts], poses),
+            _joined([part.quartic for part in parts], [len(part.stiffness) for part in parts], poses),
         )
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
@@ -63,26 +63,26 @@ class Polynomial:
         if not self.cubic.size:
             return energy, gradient, self.stiffness
         e, n = d.shape[0], self.cubic.shape[-1]
-        own, hessian = d[:, :n], self.stiffness.copy()
-        slope = (own[:, None] @ self.cubic.reshape(e, n, n * n)).reshape(e, n, n)
+        pose, hessian = d[:, :n], self.stiffness.copy()
+        slope = (pose[:, None] @ self.cubic.reshape(e, n, n * n)).reshape(e, n, n)
         hessian[:, :n, :n] += slope
-        second, third = (slope @ own[..., None])[..., 0], 0.0
+        second, third = (slope @ pose[..., None])[..., 0], 0.0
         if self.quartic.size:
-            along = (own[:, None] @ self.quartic.reshape(e, n, n**3)).reshape(e, n, n * n)
-            slope = (own[:, None] @ along).reshape(e, n, n)
+            along = (pose[:, None] @ self.quartic.reshape(e, n, n**3)).reshape(e, n, n * n)
+            slope = (pose[:, None] @ along).reshape(e, n, n)
             hessian[:, :n, :n] += slope / 2
-            third = (slope @ own[..., None])[..., 0]
+            third = (slope @ pose[..., None])[..., 0]
         gradient[:, :n] += second / 2 + third / 6
-        return energy + np.einsum("en,en->e", own, second / 6 + third / 24), gradient, hessian
+        return energy + np.einsum("en,en->e", pose, second / 6 + third / 24), gradient, hessian
 
 
 def _joined(terms: list[Array], counts: list[int], size: int) -> Array:
     """Terms of one order; zero where an element has none and another one has some."""
     order = terms[0].ndim - 1
-    if not any(own.size for own in terms):
+    if not any(term.size for term in terms):
         return np.empty((0,) * (order + 1))
     zeros = [np.zeros((count, *(size,) * order)) for count in counts]
-    return np.concatenate([own if own.size else zero for own, zero in zip(terms, zeros, strict=True)])
+    return np.concatenate([term if term.size else zero for term, zero in zip(terms, zeros, strict=True)])
 
 
 RIGID = 1e-6
@@ -93,14 +93,14 @@ RIGID = 1e-6
 class Superelements:
     """Superelements (e,) between frames `node` (e, k), whose deformation is the pose of all frames seen from the first.
 
-    `own` frames come first, in axes (e, 3, 3) at arms (e, own, 3), m, from their frames; the other frames hold
-    amplitudes. `rest` (e, own - 1, 6) are the logarithms of the relative poses without strain. `energy` is that of the
-    changes of these logarithms and of the amplitudes; `mass` (e, 6k, 6k) acts on the velocities of the frames in the
-    axes of the first.
+    `count` frames come first, in axes (e, 3, 3) at arms (e, count, 3), m, from their frames; the other frames hold
+    amplitudes. `rest` (e, count - 1, 6) are the logarithms of the relative poses without strain. `energy` is that of
+    the changes of these logarithms and of the amplitudes; `mass` (e, 6k, 6k) acts on the velocities of the frames in
+    the axes of the first.
     """
 
     node: Index
-    own: int
+    count: int
     axes: Array
     arm: Array
     rest: Array
@@ -115,30 +115,30 @@ class Superelements:
 
         Where rigid motions meet resistance, the ground becomes the first frame.
         """
-        own = int(placed.sum())
-        x = rest.x[frames[:own]] + arm[:own]
+        count = int(placed.sum())
+        x = rest.x[frames[:count]] + arm[:count]
         rigid = np.zeros((len(K), 6), like=x)
-        for i in range(own):
+        for i in range(count):
             rigid[6 * i : 6 * i + 6] = np.eye(6)
             rigid[6 * i : 6 * i + 3, 3:] = np.cross(np.eye(3), axes.T @ (x[i] - x[0])).T
         size = np.abs(K).max(initial=0.0)
         motions = plain(rigid)
-        if own < 2 or np.abs(K @ motions).max() > RIGID * size * max(np.abs(motions).max(), 1.0):
+        if count < 2 or np.abs(K @ motions).max() > RIGID * size * max(np.abs(motions).max(), 1.0):
             frames, arm = np.append(ground, frames), np.concatenate([x[:1], arm])
             K, M = (np.pad(matrix, ((6, 0), (6, 0))) for matrix in (K, M))
-            own += 1
-        placed_arm = arm[None, :own]
-        logs = _seen_from_first(Ends.of(rest, frames[None, :own], axes[None, None], placed_arm))
+            count += 1
+        placed_arm = arm[None, :count]
+        logs = _seen_from_first(Ends.of(rest, frames[None, :count], axes[None, None], placed_arm))
         J = np.eye(len(K) - 6, like=logs.e)
         for i, after in enumerate(logs.after[0]):
             J[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = np.linalg.inv(after)
         k = J.T @ K[6:, 6:] @ J
         energy = Polynomial.linear((k + k.T)[None] / 2)
-        return Superelements(frames[None], own, axes[None], placed_arm, logs.e, energy, M[None])
+        return Superelements(frames[None], count, axes[None], placed_arm, logs.e, energy, M[None])
 
     def _ends(self, frames: Frames) -> Ends:
-        """Where the own frames are, (e, own)."""
-        return Ends.of(frames, self.node[:, : self.own], self.axes[:, None], self.arm)
+        """Where these frames are, (e, count)."""
+        return Ends.of(frames, self.node[:, : self.count], self.axes[:, None], self.arm)
 
     def turns(self, frames: Frames) -> Array:
         """The largest rotations (e,), rad, of frames seen from the first."""
@@ -150,7 +150,7 @@ class Superelements:
 
     def _deformation(self, frames: Frames, log: Logarithm) -> Array:
         e = len(self.node)
-        amplitudes = frames.z[self.node[:, self.own :]].reshape(e, -1)
+        amplitudes = frames.z[self.node[:, self.count :]].reshape(e, -1)
         return np.concatenate([(log.e - self.rest).reshape(e, -1), amplitudes], axis=1)
 
     def response(self, frames: Frames) -> Response:
@@ -159,15 +159,15 @@ class Superelements:
         log = _seen_from_first(ends)
         twists = ends.twists()
         energy, n, hessian = self.energy.response(self._deformation(frames, log))
-        B, inner = self._rows(twists, log), 6 * (self.own - 1)
+        B, inner = self._rows(twists, log), 6 * (self.count - 1)
         turned = np.swapaxes(B, 1, 2)
         left = turned @ hessian
         if inner:
             before, after = log.second(n[:, :inner].reshape(len(n), -1, 6))
             first = np.swapaxes(twists[:, :1], -1, -2) @ before
             left[:, :6, :inner] -= np.swapaxes(first, 1, 2).reshape(len(n), 6, inner)
-            for i, own in enumerate(np.moveaxis(np.swapaxes(twists[:, 1:], -1, -2) @ after, 1, 0)):
-                left[:, 6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] += own
+            for i, block in enumerate(np.moveaxis(np.swapaxes(twists[:, 1:], -1, -2) @ after, 1, 0)):
+                left[:, 6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] += block
         return Response(energy, (turned @ n[..., None])[..., 0], left @ B)
 
     def rows(self, frames: Frames) -> Array:
@@ -176,12 +176,12 @@ class Superelements:
         return self._rows(ends.twists(), _seen_from_first(ends))
 
     def _rows(self, twists: Array, log: Logarithm) -> Array:
-        e, size, inner = len(self.node), 6 * self.node.shape[1], 6 * (self.own - 1)
+        e, size, inner = len(self.node), 6 * self.node.shape[1], 6 * (self.count - 1)
         B = np.zeros((e, size - 6, size), like=twists)
         B[:, range(inner, size - 6), range(inner + 6, size)] = 1.0
         B[:, :inner, :6] = (-log.before @ twists[:, :1]).reshape(e, inner, 6)
-        for i, own in enumerate(np.moveaxis(log.after @ twists[:, 1:], 1, 0)):
-            B[:, 6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = own
+        for i, block in enumerate(np.moveaxis(log.after @ twists[:, 1:], 1, 0)):
+            B[:, 6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = block
         return B
 
     def material(self, frames: Frames) -> Array:
@@ -193,8 +193,8 @@ class Superelements:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
         ends = self._ends(frames)
         e, k = self.node.shape
-        twists = ends.twists(np.repeat(ends.axes[:, :1], self.own, axis=1))
-        seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.own, 1, 1))], axis=1)
+        twists = ends.twists(np.repeat(ends.axes[:, :1], self.count, axis=1))
+        seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.count, 1, 1))], axis=1)
         M = np.swapaxes(seen, -1, -2)[:, :, None] @ np.swapaxes(self.mass.reshape(e, k, 6, k, 6), 2, 3) @ seen[:, None]
         return np.swapaxes(M, 2, 3).reshape(e, 6 * k, 6 * k)
 
@@ -208,9 +208,9 @@ class Superelements:
         if rates.damping:
             n = n + rates.damping * (hessian @ (B @ velocity.reshape(len(B), -1, 1)))[..., 0]
         held = (n[:, None] @ B)[:, 0]
-        first = np.eye(self.own)[0]
-        own, kinetic = accelerating(self.mass, ends.axes[:, 0], ends.arm, first, velocity, acceleration)
-        return Kinetics(held + own, float(energy.sum()), kinetic)
+        first = np.eye(self.count)[0]
+        inertial, kinetic = accelerating(self.mass, ends.axes[:, 0], ends.arm, first, velocity, acceleration)
+        return Kinetics(held + inertial, float(energy.sum()), kinetic)
 
 
 def _seen_from_first(ends: Ends) -> Logarithm:
@@ -236,11 +236,11 @@ class Sagging:
         nodes, weights = [np.empty((0, 2), dtype=np.intp)], [np.empty((0, 6, 3))]
         for group in groups:
             e, k = group.node.shape
-            amplitudes = group.node[:, group.own :]
+            amplitudes = group.node[:, group.count :]
             M = group.masses(rest).reshape(e, k, 6, k, 6)
-            first = group.node[:, :1].repeat(k - group.own, axis=1)
+            first = group.node[:, :1].repeat(k - group.count, axis=1)
             nodes.append(np.stack([first, amplitudes], axis=-1).reshape(-1, 2))
-            weights.append(M[:, group.own :, :, : group.own, :3].sum(axis=3).reshape(-1, 6, 3))
+            weights.append(M[:, group.count :, :, : group.count, :3].sum(axis=3).reshape(-1, 6, 3))
         return Sagging(np.concatenate(nodes), np.concatenate(weights))
 
     def response(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:

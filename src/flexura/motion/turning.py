@@ -39,54 +39,54 @@ SOFTEST = 1e-10
 ATTEMPTS = 6
 
 
-def expanded(own: Substructure, order: int) -> Polynomial:
+def expanded(substructure: Substructure, order: int) -> Polynomial:
     """The energy with forces of so high an order, 1 to 3, in the deformations.
 
     Third and fourth derivatives are central differences of exact condensed stiffnesses, in directions of equal energy
     and symmetrised (theory eq. G28). Raises SolverError when there is no equilibrium inside near rest.
     """
-    n = 6 * (own.k - 1)
-    at_rest = own.condensed(np.zeros((1, n))).tangent[0]
-    if not np.isfinite(at_rest).all():
-        raise SolverError(f"{own.name} has no equilibrium inside, undeformed already")
+    n = 6 * (substructure.k - 1)
+    undeformed = substructure.condensed(np.zeros((1, n))).tangent[0]
+    if not np.isfinite(undeformed).all():
+        raise SolverError(f"{substructure.name} has no equilibrium inside, undeformed already")
     if order < 2 or n > MOST_DEFORMATIONS[2]:
-        return Polynomial.linear(at_rest[None])
-    unit = np.tile([own.size] * 3 + [1.0] * 3, own.k - 1)
-    values, vectors = np.linalg.eigh(unit[:, None] * at_rest * unit)
+        return Polynomial.linear(undeformed[None])
+    unit = np.tile([substructure.size] * 3 + [1.0] * 3, substructure.k - 1)
+    values, vectors = np.linalg.eigh(unit[:, None] * undeformed * unit)
     root = np.sqrt(np.maximum(values, SOFTEST * values[-1]))
     V, back = unit[:, None] * vectors / root, (vectors * root).T / unit
-    none = V.T @ at_rest @ V
-    size, sides = _amplitude(own, V, unit, none)
+    none = V.T @ undeformed @ V
+    size, sides = _amplitude(substructure, V, unit, none)
     cubic = (sides[0] - sides[1]) / (2 * size)
     c = _symmetric(np.moveaxis(cubic, 0, -1))
     for axis in range(3):
         c = np.moveaxis(np.tensordot(c, back, axes=(axis, 0)), -1, axis)
     if order < 3 or n > MOST_DEFORMATIONS[3]:
-        return Polynomial(at_rest[None], c[None], np.empty((0,) * 5))
-    q = _quartic(own, V, size, sides, none)
+        return Polynomial(undeformed[None], c[None], np.empty((0,) * 5))
+    q = _quartic(substructure, V, size, sides, none)
     for axis in range(4):
         q = np.moveaxis(np.tensordot(q, back, axes=(axis, 0)), -1, axis)
-    return Polynomial(at_rest[None], c[None], q[None])
+    return Polynomial(undeformed[None], c[None], q[None])
 
 
-def _amplitude(own: Substructure, V: Array, unit: Array, none: Array) -> tuple[float, Array]:
+def _amplitude(substructure: Substructure, V: Array, unit: Array, none: Array) -> tuple[float, Array]:
     """How far to go along the columns of V, and stiffnesses (2, d, d, d) that far to both sides."""
     size = LARGEST_TURN / float(np.abs(V / unit[:, None]).max())
     for _ in range(ATTEMPTS):
-        sides = _stiffness(own, np.concatenate([size * V.T, -size * V.T]), V).reshape(2, *(len(V),) * 3)
+        sides = _stiffness(substructure, np.concatenate([size * V.T, -size * V.T]), V).reshape(2, *(len(V),) * 3)
         change = float(np.abs(sides - none).max())
         if change < 2 * STIFFNESS_CHANGE:
             return size, sides
         size *= 0.1 if not np.isfinite(change) else max(STIFFNESS_CHANGE / change, 0.1)
-    raise SolverError(f"{own.name} changes its stiffness at once as it deforms")
+    raise SolverError(f"{substructure.name} changes its stiffness at once as it deforms")
 
 
-def _stiffness(own: Substructure, d: Array, V: Array) -> Array:
+def _stiffness(substructure: Substructure, d: Array, V: Array) -> Array:
     """Stiffnesses at deformations (m, d) by the columns of V."""
-    return V.T @ own.condensed(d).tangent @ V
+    return V.T @ substructure.condensed(d).tangent @ V
 
 
-def _quartic(own: Substructure, V: Array, size: float, sides: Array, none: Array) -> Array:
+def _quartic(substructure: Substructure, V: Array, size: float, sides: Array, none: Array) -> Array:
     """Fourth derivatives (d, d, d, d) by the columns of V.
 
     Indices fall into three classes, so that of any four two are of one class: stiffnesses along the sums of such pairs
@@ -95,7 +95,7 @@ def _quartic(own: Substructure, V: Array, size: float, sides: Array, none: Array
     n = len(V)
     pairs = [(i, j) for i, j in combinations(range(n), 2) if i % 3 == j % 3]
     both = np.array([V[:, i] + V[:, j] for i, j in pairs]).reshape(-1, n)
-    mixed = _stiffness(own, size * np.concatenate([both, -both]), V).reshape(2, -1, n, n)
+    mixed = _stiffness(substructure, size * np.concatenate([both, -both]), V).reshape(2, -1, n, n)
     q, known = np.zeros((n,) * 4), np.zeros((n, n))
     second = sides.sum(axis=0) - 2 * none
     for i in range(n):
@@ -110,8 +110,8 @@ def _quartic(own: Substructure, V: Array, size: float, sides: Array, none: Array
 def _symmetric(tensor: Array) -> Array:
     """The mean over all orders of the indices."""
     orders: Iterable[tuple[int, ...]] = permutations(range(tensor.ndim))
-    found = [np.transpose(tensor, own) for own in orders]
-    return np.asarray(sum(found) / len(found))
+    transposed = [np.transpose(tensor, order) for order in orders]
+    return np.asarray(sum(transposed) / len(transposed))
 
 
 SAME_FREQUENCY = 1.001
@@ -169,9 +169,9 @@ class TurningModel:
         """With the middle frame of all substructures of some kinds kept; None where none of them has any."""
         kept, names = self.kept.copy(), dict.fromkeys(self.made_finer)
         for kind in kinds:
-            names |= dict.fromkeys(own.name for own in self.kinds[kind])
-            for own in self.kinds[kind]:
-                kept[middle(own, kept)] = True
+            names |= dict.fromkeys(substructure.name for substructure in self.kinds[kind])
+            for substructure in self.kinds[kind]:
+                kept[middle(substructure, kept)] = True
         if kept.sum() == self.kept.sum():
             return None
         return replace(TurningModel.of(self.full, kept, up_to=self.up_to), made_finer=tuple(names))
@@ -186,12 +186,12 @@ class TurningModel:
         return replace(TurningModel.of(self.full, self.kept, up_to=up_to), made_finer=self.made_finer)
 
 
-def _hanging(own: Substructure) -> Array:
+def _hanging(substructure: Substructure) -> Array:
     """Inertia (6, 6) of what hangs at one frame, in the axes of the frame at rest."""
     T = np.zeros((6, 6))
-    T[:3, :3] = T[3:, 3:] = own.turn.T
-    T[:3, 3:] = -own.turn.T @ skew(own.arm[0])
-    return T.T @ own.with_modes(0) @ T
+    T[:3, :3] = T[3:, 3:] = substructure.turn.T
+    T[:3, 3:] = -substructure.turn.T @ skew(substructure.arm[0])
+    return T.T @ substructure.with_modes(0) @ T
 
 
 def _group(
@@ -208,9 +208,12 @@ def _group(
         places += [(kind, copy) for copy in range(len(equal))]
         every += equal
     rest = np.zeros((len(every), k - 1, 6))
-    rest[..., :3] = [own.rest[1:k] for own in every]
-    node = np.array([own.frames[: k + frames] for own in every])
-    axes, arm = np.array([own.turn for own in every]), np.array([own.arm for own in every])
+    rest[..., :3] = [substructure.rest[1:k] for substructure in every]
+    node = np.array([substructure.frames[: k + frames] for substructure in every])
+    axes, arm = (
+        np.array([substructure.turn for substructure in every]),
+        np.array([substructure.arm for substructure in every]),
+    )
     group = Superelements(node, k, axes, arm, rest, Polynomial.joined(energies), np.concatenate(masses))
     return group, tuple(places)
 
@@ -228,7 +231,9 @@ def _low(
     names: list[tuple[str, ...]] = []
     numbers: dict[int, int] = {}
     for g, group in enumerate(full.elements):
-        gone = np.concatenate([np.empty(0, dtype=np.intp), *(own.rows[g] for equal in kinds for own in equal)])
+        gone = np.concatenate(
+            [np.empty(0, dtype=np.intp), *(substructure.rows[g] for equal in kinds for substructure in equal)]
+        )
         left = np.setdiff1d(np.arange(len(group.node)), gone)
         if len(left):
             numbers[g] = len(elements)
@@ -239,8 +244,8 @@ def _low(
         names.append(tuple(kinds[kind][copy].name for kind, copy in places))
     dof, placed = np.where(inside[:, None], -1, full.dof), full.rest.placed.copy()
     for equal, count in zip(kinds, modes, strict=True):
-        for own in equal:
-            amplitudes = own.frames[own.k : own.k + sixes(count)]
+        for substructure in equal:
+            amplitudes = substructure.frames[substructure.k : substructure.k + sixes(count)]
             dof[amplitudes] = np.where(np.arange(6 * len(amplitudes)).reshape(-1, 6) < count, 0, -1)
             placed[amplitudes] = False
     rest = full.rest._replace(placed=placed)
@@ -309,7 +314,7 @@ def _compared(
     """The share (s,) of equal substructures, elements `at` of a group, in the error of states, and how far their
     stiffness is off; adds to the forces that are missing for equilibrium of the full order, and puts the frames inside
     where they are."""
-    n = 6 * (group.own - 1)
+    n = 6 * (group.count - 1)
     d = np.array([group.deformation(state.frames) for state in states])
     responses = [group.energy.response(own) for own in d]
     force = np.array([own[1][at, :n] for own in responses])
@@ -334,10 +339,10 @@ def _inverse_root(k: Array) -> Array:
     return vectors * root / size[:, None]
 
 
-def _rigid(own: Substructure, count: int) -> Condensed:
+def _rigid(substructure: Substructure, count: int) -> Condensed:
     """What hangs at a single frame goes along with it."""
     none = np.empty((count, 0))
-    x = np.tile(own.rest, (count, 1))
+    x = np.tile(substructure.rest, (count, 1))
     return Condensed(none, none, Frames.at_rest(x, np.ones(len(x), dtype=bool)))
 
 
@@ -347,11 +352,11 @@ def _place(equal: Sequence[Substructure], frames: list[Frames], exact: Condensed
     x = exact.frames.x.reshape(len(frames), len(equal), count, 3)[:, :, k:]
     R = exact.frames.R.reshape(len(frames), len(equal), count, 3, 3)[:, :, k:]
     for s, state in enumerate(frames):
-        for i, own in enumerate(equal):
-            first, inside = own.frames[0], own.frames[k:]
-            axes = state.R[first] @ own.turn
-            state.x[inside] = state.x[first] + state.R[first] @ own.arm[0] + x[s, i] @ axes.T
-            state.R[inside] = axes @ R[s, i] @ own.turn.T
+        for i, substructure in enumerate(equal):
+            first, inside = substructure.frames[0], substructure.frames[k:]
+            axes = state.R[first] @ substructure.turn
+            state.x[inside] = state.x[first] + state.R[first] @ substructure.arm[0] + x[s, i] @ axes.T
+            state.R[inside] = axes @ R[s, i] @ substructure.turn.T
 
 
 def _error(equations: Equations, state: Equilibrium, missing: Array) -> float:

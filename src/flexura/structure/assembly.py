@@ -11,9 +11,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexura.arrays import Array, Index
-from flexura.beam import MASS_BASIS, STIFFNESS_BASIS, rigid_arm
+from flexura.beam import rigid_arm
 from flexura.duals import zeros
-from flexura.errors import OptionError
 from flexura.records import Latest
 from flexura.sizes import within
 from flexura.structure.design import Design
@@ -44,45 +43,14 @@ class Scatter:
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
         self._dense_targets: dict[int, Index] = {}
 
-    def sparse(self, matrices: Sequence[Array], start: Array | None = None) -> sp.csc_matrix:
-        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so.
-
-        With `start`, the values that `linear` yields for the first entries of `dofs`, only the others are given.
-        """
+    def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
+        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so."""
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
-        place = self._target[self._length - len(data) :]
-        if start is None:
-            summed = np.bincount(place, weights=data, minlength=len(self._unique) + 1)[:-1]
-        else:
-            summed = start.copy()
-            kept = place < len(summed)
-            np.add.at(summed, place[kept], data[kept])
+        summed = np.bincount(self._target, weights=data, minlength=len(self._unique) + 1)[:-1]
         if self.symmetric:
             summed = (summed + summed[self._mirror]) / 2
         # arrays of its own: whoever holds the matrix may change its pattern
         return sp.csc_matrix((summed, self._indices.copy(), self._indptr.copy()), shape=(self.n, self.n))
-
-    def linear(self, bases: Sequence[Array]) -> sp.csr_matrix:
-        """The map from element coefficients to the stored values of `sparse`, for the first entries of `dofs`.
-
-        `bases` holds (copies, elements, coefficients, m, m) per entry: what a unit of each coefficient adds.
-        The coefficients (elements of all entries * coefficients) are shared by the copies.
-        """
-        rows, columns, values = [], [], []
-        at, first, place = 0, 0, self._target
-        for basis in bases:
-            copies, elements, k, m, _ = basis.shape
-            entries = copies * elements * m * m
-            row = place[at : at + entries].reshape(copies, elements, 1, m, m)
-            column = first + np.arange(elements * k).reshape(1, elements, k, 1, 1)
-            size = np.abs(basis).max(axis=(0, 1, 3, 4), keepdims=True, initial=0.0)
-            keep = (np.abs(basis) > 1e-15 * size) & (row < len(self._unique))
-            rows.append(np.broadcast_to(row, basis.shape)[keep])
-            columns.append(np.broadcast_to(column, basis.shape)[keep])
-            values.append(basis[keep])
-            at, first = at + entries, first + elements * k
-        where = (np.concatenate(rows), np.concatenate(columns))
-        return sp.csr_matrix((np.concatenate(values), where), shape=(len(self._unique), first))
 
     @cached_property
     def _target(self) -> Index:
@@ -169,11 +137,7 @@ class Triplets:
 
 
 class FullOrderAssembler:
-    """Assembles K and M of a plan (theory eq. 38); the index work is done once.
-
-    For one geometry, K and M are linear in a few numbers per element (EA/L, EI/L^3, rho A L, ...). `prepare` works out
-    that linear map, after which designs that share the geometry are assembled by one sparse product each.
-    """
+    """Assembles K and M of a plan (theory eq. 38); the index work is done once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -195,7 +159,6 @@ class FullOrderAssembler:
         self._mass = self._stiffness if same else Scatter([*members, *massive], n)
         self._discrete_stiffness, self._discrete_mass = Scatter(stiff, n), Scatter(massive, n)
         self._transformed: Latest[dict[str, Array]] = Latest()
-        self._prepared: tuple[Design, sp.csr_matrix, sp.csr_matrix] | None = None
 
     def _node_dofs(self, name: str) -> Index:
         """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
@@ -205,8 +168,6 @@ class FullOrderAssembler:
 
     def elastic(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design without any load."""
-        if self._prepared is not None and self._prepared[0].geometry is design.geometry:
-            return self.from_coefficients(*design.element_coefficients(), design.discrete_elements())
         transforms, matrices = self._transforms(design), design.matrices
         discrete_K, discrete_M = self._discrete(
             {name: part.discrete_elements for name, part in matrices.items()}, transforms
@@ -238,11 +199,13 @@ class FullOrderAssembler:
         discrete_elements: list[Array] = []
         places: list[Index] = []
         for name, G in self._transforms(design).items():
-            part, own = self.plan.parts[name], matrices[name]
+            part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
-            T = own.T @ block_diagonal(G[:, part.connectivity])
-            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * own.elements.K) @ T)
-            for discrete, loss in zip(own.discrete_elements, part.discrete_losses(values, default), strict=True):
+            T = part_matrices.T @ block_diagonal(G[:, part.connectivity])
+            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * part_matrices.elements.K) @ T)
+            for discrete, loss in zip(
+                part_matrices.discrete_elements, part.discrete_losses(values, default), strict=True
+            ):
                 if discrete.K is not None:
                     T = block_diagonal(G[:, discrete.nodes])
                     discrete_elements.append(np.swapaxes(T, -1, -2) @ (loss * discrete.K) @ T)
@@ -260,48 +223,23 @@ class FullOrderAssembler:
 
         This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
         """
-        topology, found = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
+        topology, forces = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
         for name, G in self._transforms(design).items():
-            part, own = self.plan.parts[name], design.matrices[name]
+            part, part_matrices = self.plan.parts[name], design.matrices[name]
             number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
             rigid[~topology.has_position[number]] = 0.0
-            groups = [(part.connectivity, own.T, own.elements.M)]
+            groups = [(part.connectivity, part_matrices.T, part_matrices.elements.M)]
             groups += [
-                (np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M) for u in own.discrete_elements if u.M is not None
+                (np.array([u.nodes]), np.eye(6 * len(u.nodes)), u.M)
+                for u in part_matrices.discrete_elements
+                if u.M is not None
             ]
             for nodes, turn, M in groups:
                 T = turn @ block_diagonal(G[:, nodes])
                 force = np.swapaxes(T, -1, -2) @ (M @ (T @ rigid[:, nodes].reshape(*T.shape[:-1], 6)))
-                np.add.at(found, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
-        return found[:-1]
-
-    def prepare(self, design: Design) -> None:
-        """Work out the linear map from element coefficients to K and M for designs with the geometry of this one.
-
-        Needs memory for some 25 matrices of 12 x 12 per placed element while it works.
-        """
-        bases_K, bases_M = [], []
-        for name, G in self._transforms(design).items():
-            T = design.geometry.T[name] @ block_diagonal(G[:, self.plan.parts[name].connectivity])
-            T = T[:, :, None]
-            Tt = np.swapaxes(T, -1, -2)
-            bases_K.append(Tt @ STIFFNESS_BASIS.reshape(-1, 12, 12) @ T)
-            bases_M.append(Tt @ MASS_BASIS.reshape(-1, 12, 12) @ T)
-        self._prepared = (design, self._stiffness.linear(bases_K), self._mass.linear(bases_M))
-
-    def from_coefficients(
-        self, of_K: Array, of_M: Array, discrete_elements: dict[str, list[DiscreteElement]]
-    ) -> tuple[sp.csc_matrix, sp.csc_matrix]:
-        """K and M for the prepared geometry from `Design.element_coefficients` and `Design.discrete_elements`.
-
-        Raises OptionError when nothing has been prepared.
-        """
-        if self._prepared is None:
-            raise OptionError("prepare the assembler with a geometry first")
-        design, map_K, map_M = self._prepared
-        discrete_K, discrete_M = self._discrete(discrete_elements, self._transforms(design))
-        return self._stiffness.sparse(discrete_K, map_K @ of_K), self._mass.sparse(discrete_M, map_M @ of_M)
+                np.add.at(forces, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
+        return forces[:-1]
 
     def _transforms(self, design: Design) -> dict[str, Array]:
         """Transforms of the nodes by prototype, kept while the geometry stays the same."""
@@ -321,9 +259,9 @@ class FullOrderAssembler:
         for name, own_elements in discrete_elements.items():
             for discrete in own_elements:
                 T = block_diagonal(transforms[name][:, discrete.nodes])
-                for out, own in ((K, discrete.K), (M, discrete.M)):
-                    if own is not None:
-                        out.append(np.swapaxes(T, -1, -2) @ own @ T)
+                for out, matrix in ((K, discrete.K), (M, discrete.M)):
+                    if matrix is not None:
+                        out.append(np.swapaxes(T, -1, -2) @ matrix @ T)
         return K, M
 
 

@@ -37,10 +37,12 @@ class Factors(NamedTuple):
     bend_z: Array
     twist: Array
 
-    def applied(self, own: SectionProperties, at: Index | slice, stations: bool = False) -> SectionProperties:
+    def applied(self, sections: SectionProperties, at: Index | slice, stations: bool = False) -> SectionProperties:
         """Effective section of the elements `at`, whose sections are (..., e') or (..., e', stations)."""
         a, y, z, t = (f[..., at, None] if stations else f[..., at] for f in self)
-        return SectionProperties(own.A * a, own.Iy * y, own.Iz * z, own.J * t, own.ky / a, own.kz / a)
+        return SectionProperties(
+            sections.A * a, sections.Iy * y, sections.Iz * z, sections.J * t, sections.ky / a, sections.kz / a
+        )
 
 
 class Torsion(NamedTuple):
@@ -56,9 +58,9 @@ class Torsion(NamedTuple):
     polar: Array
     wagner: Array
 
-    def taken(self, own: slice) -> Torsion:
+    def taken(self, elements: slice) -> Torsion:
         """Those of some elements."""
-        return Torsion(self.moments[..., own, :], self.polar[..., own], self.wagner[..., own])
+        return Torsion(self.moments[..., elements, :], self.polar[..., elements], self.wagner[..., elements])
 
 
 class MemberCorrections:
@@ -108,9 +110,9 @@ class MemberCorrections:
                 continue
             L, own_nu = length[..., group.index, None], nu[..., group.index, None]
             b, t = group.sizes(values, L[..., 0], np.array([0.5]))
-            own = _compliance_moments(b, t, own_nu, L, n, self.clamped[group.index])
+            by_degree = _compliance_moments(b, t, own_nu, L, n, self.clamped[group.index])
             at = first[group.index][:, None] + np.arange(n)
-            moments[..., at, :] = np.where(warping[:, None, None], own[..., 1:] / own[..., :1], 0.0)
+            moments[..., at, :] = np.where(warping[:, None, None], by_degree[..., 1:] / by_degree[..., :1], 0.0)
         return moments
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
@@ -128,11 +130,11 @@ class MemberCorrections:
             clamped = self.clamped[group.index]
             if group.kind in (("leaf",), ("rectangle",)):
                 b, t = group.sizes(values, L, np.array([0.5]))
-                own = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
+                of_group = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
             else:
-                own = _notch(group, values, own_nu, L, n, is_tapered, active, clamped)
+                of_group = _notch(group, values, own_nu, L, n, is_tapered, active, clamped)
             at = first[group.index][:, None] + np.arange(n)
-            for target, value in zip(factors, own, strict=True):
+            for target, value in zip(factors, of_group, strict=True):
                 target[..., at] = value
         return factors
 
@@ -153,7 +155,7 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
             secondary = secondary_constant(nu, J, b, t, place[0])
             case[2] = warping_compliance(nu, J, constant, secondary, *place)
         every.append([share * (1 - c) for c in case])
-    bend_y, bend_z, twist = (1 / (1 - sum(own)) for own in zip(*every, strict=True))
+    bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
     return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
 
 
@@ -201,19 +203,19 @@ class _Slices(NamedTuple):
 def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Bools) -> _Slices:
     """Cut notches into `count` slices; `notch` (m, 1) tells which follow wedge theory."""
     sizes = group.sizes(values, L, np.arange(count + 1) / count)
-    dx, found = common(L, 1) / count, []
+    dx, profiles = common(L, 1) / count, []
     for extent in (common(sizes[0], 2), common(sizes[-1], 2)):
-        if found and with_slopes_of(extent, found[0][-1]) is None and np.array_equal(extent, found[0][-1]):
-            found.append(found[0])
+        if profiles and with_slopes_of(extent, profiles[0][-1]) is None and np.array_equal(extent, profiles[0][-1]):
+            profiles.append(profiles[0])
             continue
         lead = np.broadcast_shapes(extent.shape[:-2], dx.shape[:-1])
         h = np.broadcast_to(extent, (*lead, len(group.index), count + 1))
-        own = beam = beam_flexibility(dx, h)
+        flexibility = beam = beam_flexibility(dx, h)
         if notch.any():
             steep = notch_flexibility(dx, h, beam)
-            own = np.where(notch, steep[0], beam[0]), np.where(notch, steep[1], beam[1])
-        found.append((own, beam, (h[..., 1:] + h[..., :-1]) / 2, h))
-    (y, beam_y, width, _), (z, beam_z, thickness, _) = found
+            flexibility = np.where(notch, steep[0], beam[0]), np.where(notch, steep[1], beam[1])
+        profiles.append((flexibility, beam, (h[..., 1:] + h[..., :-1]) / 2, h))
+    (y, beam_y, width, _), (z, beam_z, thickness, _) = profiles
     return _Slices(dx[..., None], y, z, beam_y, beam_z, width, thickness)
 
 
@@ -227,18 +229,18 @@ def _notch(
     nu = nu[..., None]
 
     pairs = ((1, 1), (1, 0), (0, 1))  # rotation or stretch of the profiles along y and z: EA, EIy, EIz
-    beam, own = [], []
+    beam, corrected = [], []
     for y, z in pairs:
         plain = cut.beam_y[y] * cut.beam_z[z] / cut.dx
         excess = _together(cut.y[y] / cut.beam_y[y] - 1, cut.z[z] / cut.beam_z[z] - 1)
-        for out, slices in ((beam, plain), (own, plain * (1 + excess))):
+        for out, slices in ((beam, plain), (corrected, plain * (1 + excess))):
             out.append(slices.reshape(*slices.shape[:-1], n, per).sum(axis=-1))
     if not is_tapered:
         sizes = group.sizes(values, L, (np.arange(n) + 0.5) / n)
         b, t, dx = sizes[0], sizes[-1], per * cut.dx
         stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
-        beam = [np.where(active[:, 3:4], s, o) for s, o in zip(stepped, own, strict=True)]
-    axial, bend_y, bend_z = (base / o for base, o in zip(beam, own, strict=True))
+        beam = [np.where(active[:, 3:4], s, o) for s, o in zip(stepped, corrected, strict=True)]
+    axial, bend_y, bend_z = (base / o for base, o in zip(beam, corrected, strict=True))
     twist = np.ones_like(axial)
     plate, warping = active[:, :1], active[:, 1:2]
     if plate.any() or warping.any():
@@ -264,8 +266,8 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
     weight = web**3 / 12 * rotation
     area, first, second = ((weight * x**k).sum(axis=-1, keepdims=True) for k in (0, 1, 2))
     J = rectangle(cut.width, cut.thickness, nu).J
-    own = rectangle(b, web, nu).J
-    length = (own * dx / J).sum(axis=-1, keepdims=True)
+    J_web = rectangle(b, web, nu).J
+    length = (J_web * dx / J).sum(axis=-1, keepdims=True)
     warping = warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
     bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
@@ -274,7 +276,7 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
         bend = bend + share * (1 - anticlastic_compliance(nu, b, span, -span / 2, 0.0))
         pole = poles[start]
         inertia = second - 2 * pole * first + pole * pole * area
-        decay, kappa = warping_decay(nu, own, warping, secondary_constant(nu, own, b, web, span))
+        decay, kappa = warping_decay(nu, J_web, warping, secondary_constant(nu, J_web, b, web, span))
         z = decay * np.sqrt(3 * inertia / length)
         turn = turn + share * kappa * np.tanh(z) / z
     return 1 / (1 - bend), 1 / (1 - turn)

@@ -120,7 +120,7 @@ class Design(Record):
         moved = {name: Dual(np.array(values[name]), row) for name, row in rows.items()}
         if order == 2:
             still = np.zeros((len(names), len(names)))
-            moved = {name: Dual(own, Dual(rows[name], still)) for name, own in moved.items()}
+            moved = {name: Dual(value, Dual(rows[name], still)) for name, value in moved.items()}
         return Design.of(plan, {**parameters, **moved})
 
     @staticmethod
@@ -133,8 +133,8 @@ class Design(Record):
         """The same design without slopes."""
         if not isinstance(self.values, Dual):
             return self
-        own = {name: plain(value) for name, value in self.parameters.items()}
-        return Design(self.plan, own, plain(self.values), self.geometry.still(self.plan.parts))
+        parameters = {name: plain(value) for name, value in self.parameters.items()}
+        return Design(self.plan, parameters, plain(self.values), self.geometry.still(self.plan.parts))
 
     def stacked(self) -> Design:
         """A stack of this one design."""
@@ -167,15 +167,15 @@ class Design(Record):
     def matrices(self) -> dict[str, PartMatrices]:
         """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
         elements, discrete_elements = self.elements, self.discrete_elements()
-        found, start = {}, 0
+        matrices, start = {}, 0
         for name, part in self.plan.parts.items():
             stop = start + len(part.connectivity)
             if part.has_matrices:
-                found[name] = PartMatrices(
+                matrices[name] = PartMatrices(
                     ElementSlice(elements, start, stop), self.geometry.T[name], discrete_elements[name]
                 )
             start = stop
-        return found
+        return matrices
 
     def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
         """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
@@ -185,11 +185,6 @@ class Design(Record):
             for name, part in parts
             if part.has_matrices
         }
-
-    def element_coefficients(self) -> tuple[Array, Array]:
-        """Coefficients (elements * 10,) and (elements * 14,) of all prototypes' elements in the bases of K and M."""
-        K, M = self.elements.coefficients()
-        return K.ravel(), M.ravel()
 
     @cached_property
     def elements(self) -> Elements:
@@ -245,9 +240,9 @@ class Design(Record):
     def dense_rows(self, numbers: Index) -> Array:
         """As `node_rows`, a full array (6k, n), with slopes where the design has them."""
         D, dof = self.node_arms(numbers)
-        found = zeros((len(numbers), 6, self.plan.topology.n_dof + 1), D)
-        found[np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], dof[:, None, :]] = D + 0.0
-        return found[..., :-1].reshape(6 * len(numbers), -1)
+        rows = zeros((len(numbers), 6, self.plan.topology.n_dof + 1), D)
+        rows[np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], dof[:, None, :]] = D + 0.0
+        return rows[..., :-1].reshape(6 * len(numbers), -1)
 
 
 class OfDesign:

@@ -26,7 +26,6 @@ from flexura.beam import (
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
-from flexura.errors import OptionError
 from flexura.structure.corrections import Factors, Torsion
 
 Stations = list[tuple[Index, SectionProperties]]
@@ -91,13 +90,13 @@ class Elements:
     @cached_property
     def _tapered(self) -> list[tuple[Index, Array, Array]]:
         """Flexibility and mass of the tapered elements."""
-        found = []
+        elements = []
         for at, sections in self._stations:
             moduli = (self._E[..., at], self._G[..., at], self._rho[..., at])
             flags = (self._shear[at], self._rotary[at])
             stiff = self._effective(sections, at)
-            found.append((at, *tapered(*moduli, stiff, self.length[..., at], *flags, STATIONS, WEIGHTS, sections)))
-        return found
+            elements.append((at, *tapered(*moduli, stiff, self.length[..., at], *flags, STATIONS, WEIGHTS, sections)))
+        return elements
 
     def _effective(self, sections: SectionProperties, at: Index) -> SectionProperties:
         """Effective sections (..., e', stations) of tapered elements."""
@@ -141,15 +140,15 @@ class Elements:
         """What elastic roots change of the mass of `rooted` elements (..., r, 72), in `PLANE_BASIS`;
         `mass_coefficients` lack it."""
         assert self._roots is not None
-        at, ends, own = self._roots
+        at, ends, flexibility = self._roots
         rooted = self.rooted
         C, M = (table[..., rooted, :] for table in (self.flexibility_coefficients, self.mass_coefficients))
         lead = np.broadcast_shapes(C.shape[:-1], M.shape[:-1])
         springs = []
         for end in (0, 1):
-            mine = np.flatnonzero(ends == end)
-            root = zeros((*own.shape[:-2], len(rooted), C.shape[-1]), own)
-            root[..., np.searchsorted(rooted, at[mine]), :] = root_coefficients(own[..., mine, :], 0.0, end)
+            here = np.flatnonzero(ends == end)
+            root = zeros((*flexibility.shape[:-2], len(rooted), C.shape[-1]), flexibility)
+            root[..., np.searchsorted(rooted, at[here]), :] = root_coefficients(flexibility[..., here, :], 0.0, end)
             springs.append(_in_planes(np.broadcast_to(root, (*lead, root.shape[-1])), self.flexibility_basis))
         C, M = (
             _in_planes(np.broadcast_to(table, (*lead, table.shape[-1])), basis)
@@ -162,8 +161,8 @@ class Elements:
     def _own_mass(self) -> Array:
         """Mass (..., e, 12, 12) without what elastic roots change of it."""
         M = element.mass(self._rho, self._sections, self.length, *self._phi, self._rotary)
-        for at, _, own in self._tapered:
-            M[..., at, :, :] = own
+        for at, _, mass in self._tapered:
+            M[..., at, :, :] = mass
         return M
 
     @cached_property
@@ -181,43 +180,33 @@ class Elements:
     @cached_property
     def geometric(self) -> Array:
         """Geometric stiffness (..., e, 2, 12, 12) per axial force at both ends, linear between them."""
-        found = geometric_basis(self.uniform)
+        K_g = geometric_basis(self.uniform)
         for at, sections in self._stations:
             stiff, moduli = self._effective(sections, at), (self._E[..., at], self._G[..., at])
-            own = (stiff, sections, self.length[..., at], self._shear[at])
-            found[..., at, :, :, :] = tapered_geometric_basis(*moduli, *own, STATIONS, WEIGHTS)
-        return found
+            arguments = (stiff, sections, self.length[..., at], self._shear[at])
+            K_g[..., at, :, :, :] = tapered_geometric_basis(*moduli, *arguments, STATIONS, WEIGHTS)
+        return K_g
 
     @cached_property
     def torsion(self) -> Torsion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._torsion()
 
-    def coefficients(self) -> tuple[Array, Array]:
-        """Coefficients (..., e, 10) of K in `STIFFNESS_BASIS` and (..., e, 14) of M in `MASS_BASIS`.
-
-        Raises OptionError when there are tapered elements, whose matrices are no such combination.
-        """
-        if self._stations or self._roots is not None:
-            raise OptionError("elements with integration: tapered or with elastic roots have no coefficients")
-        K = element.stiffness_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
-        return K, self.mass_coefficients
-
     @cached_property
     def flexibility_coefficients(self) -> Array:
         """Coefficients (..., e, k) of C in `flexibility_basis`."""
-        found = element.flexibility_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
+        of_members = element.flexibility_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
         for at, C, _ in self._tapered:
-            found[..., at, :] = _picked(C, element.END_FLEXIBILITY_BASIS)
+            of_members[..., at, :] = _picked(C, element.END_FLEXIBILITY_BASIS)
         if self._roots is None:
-            return found
-        lead = np.broadcast_shapes(found.shape[:-2], self._roots[2].shape[:-2])
-        whole = zeros((*lead, found.shape[-2], len(self.flexibility_basis)), found, self._roots[2])
-        whole[..., : found.shape[-1]] = found
-        at, ends, own = self._roots
+            return of_members
+        lead = np.broadcast_shapes(of_members.shape[:-2], self._roots[2].shape[:-2])
+        whole = zeros((*lead, of_members.shape[-2], len(self.flexibility_basis)), of_members, self._roots[2])
+        whole[..., : of_members.shape[-1]] = of_members
+        at, ends, root = self._roots
         for end in (0, 1):  # one element may have both
-            mine = np.flatnonzero(ends == end)
-            whole[..., at[mine], :] += root_coefficients(own[..., mine, :], self.length[..., at[mine]], end)
+            here = np.flatnonzero(ends == end)
+            whole[..., at[here], :] += root_coefficients(root[..., here, :], self.length[..., at[here]], end)
         return whole
 
     @property
@@ -243,39 +232,39 @@ class Elements:
         moduli, flags = (self._E, self._G, self._rho), (self._shear, self._rotary)
         return _uniform(moduli, self._stiff, self._sections, self.length, flags)
 
-    def cut(self, own: slice, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
+    def cut(self, run: slice, pieces: int, tapered_pieces: int = TAPERED_PIECES) -> Cut:
         """A run of elements cut into uniform pieces of equal length.
 
         A tapered element is first cut into at most `tapered_pieces` steps, as many as its change of section asks for,
         with the section at the middle of each; then every element or step is cut into `pieces`, so that all numbers of
         pieces stand for one and the same structure. One design.
         """
-        kinds: list[Index] = [np.full(pieces, k) for k in range(own.stop - own.start)]
-        beams = [self.uniform.take(own).cut(pieces)]
+        kinds: list[Index] = [np.full(pieces, k) for k in range(run.stop - run.start)]
+        beams = [self.uniform.take(run).cut(pieces)]
         first = len(kinds)
         for group, steps in enumerate(self._steps(tapered_pieces)):
             at = self._stations[group][0]
-            mine = (at >= own.start) & (at < own.stop)
-            for count in np.unique(steps[mine]):
-                chosen = np.flatnonzero(mine & (steps == count))
+            in_run = (at >= run.start) & (at < run.stop)
+            for count in np.unique(steps[in_run]):
+                chosen = np.flatnonzero(in_run & (steps == count))
                 beam = self._stepped(group, chosen, (np.arange(count) + 0.5) / count)
                 beams.append(UniformBeam(*(f.ravel() for f in beam)).cut(count * pieces))
                 for element_number in at[chosen]:
-                    kinds[element_number - own.start] = np.repeat(first + np.arange(count), pieces)
+                    kinds[element_number - run.start] = np.repeat(first + np.arange(count), pieces)
                     first += count
         beam = UniformBeam(*(np.concatenate(fields) for fields in zip(*beams, strict=True)))
         counts = np.array([len(k) for k in kinds], dtype=np.intp)
-        return Cut(beam, np.concatenate(kinds), counts, *self._roots_of(own))
+        return Cut(beam, np.concatenate(kinds), counts, *self._roots_of(run))
 
-    def _roots_of(self, own: slice) -> tuple[Index, Array]:
+    def _roots_of(self, run: slice) -> tuple[Index, Array]:
         """Elastic roots of a run of elements, as of `Cut`; one design."""
-        which = np.full((own.stop - own.start, 2), -1, dtype=np.intp)
+        which = np.full((run.stop - run.start, 2), -1, dtype=np.intp)
         if self._roots is None:
             return which, np.empty((0, 6, 6))
         at, ends, flexibility = self._roots
-        mine = np.flatnonzero((at >= own.start) & (at < own.stop))
-        which[at[mine] - own.start, ends[mine]] = np.arange(len(mine))
-        turned = [root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in mine]
+        in_run = np.flatnonzero((at >= run.start) & (at < run.stop))
+        which[at[in_run] - run.start, ends[in_run]] = np.arange(len(in_run))
+        turned = [root_coefficients(flexibility[k], 0.0, int(ends[k])) for k in in_run]
         C = np.reshape(turned, (-1, len(COUPLED_FLEXIBILITY_BASIS)))
         return which, combine(C, COUPLED_FLEXIBILITY_BASIS, 6)
 
@@ -287,19 +276,19 @@ class Elements:
         int f (m^2)' is what m^2 is at a clamped end, some 4 times its mean, a frequency is off by half the mean of
         d^2/24 + d b/3: STEP_CHANGE bounds the first term, STEP_ERROR the second.
         """
-        found = []
-        count = max(most, TAPERED_PIECES)
+        counts = []
+        intervals = max(most, TAPERED_PIECES)
         for group in range(len(self._stations)):
-            beam = self._stepped(group, slice(None), np.linspace(0.0, 1.0, count + 1))
+            beam = self._stepped(group, slice(None), np.linspace(0.0, 1.0, intervals + 1))
             sizes = np.stack([beam.EA, beam.GJ, beam.EIy, beam.EIz, beam.mass])
             with np.errstate(divide="ignore", invalid="ignore"):  # without mass nothing of it changes
                 change = np.nan_to_num(np.abs(np.diff(np.log(sizes), axis=-1))).max(axis=(0, -1))
-            whole = count * change
+            whole = intervals * change
             wanted = np.maximum(
                 whole / STEP_CHANGE, np.sqrt(whole * self._share[self._stations[group][0]] / (6 * STEP_ERROR))
             )
-            found.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
-        return found
+            counts.append(np.clip(np.ceil(wanted - 1e-6), 1, most).astype(np.intp))
+        return counts
 
     def _stepped(self, group: int, chosen: Index | slice, points: Array) -> UniformBeam:
         """Sections at `points` (stations,) of chosen tapered elements of a group as beams (e', stations) of their full
@@ -308,8 +297,8 @@ class Elements:
         e = at[chosen]
         moduli = tuple(m[e][:, None] for m in (self._E, self._G, self._rho))
         flags = (self._shear[e][:, None], self._rotary[e][:, None])
-        own = SectionProperties(*(f[chosen] for f in sections))
-        return _uniform(moduli, self._effective(own, e), own, self.length[e][:, None], flags)
+        section = SectionProperties(*(f[chosen] for f in sections))
+        return _uniform(moduli, self._effective(section, e), section, self.length[e][:, None], flags)
 
     @cached_property
     def C(self) -> Array:
@@ -322,17 +311,17 @@ class Elements:
     def member_C(self) -> Array:
         """Flexibility (..., e, 6, 6) without elastic roots."""
         C = element.flexibility(self._E, self._G, self._stiff, self.length, self._shear)
-        for at, own, _ in self._tapered:
-            C[..., at, :, :] = own
+        for at, tapered_C, _ in self._tapered:
+            C[..., at, :, :] = tapered_C
         return C
 
 
 def _in_planes(coefficients: Array, basis: Array) -> Array:
     """Matrices `in_planes` of coefficients (..., k) of a basis (k, rows * columns)."""
     n = round(basis.shape[1] ** 0.5)
-    own = in_planes(basis.reshape(-1, n, n))
-    found = own.reshape(-1, len(basis)) @ np.swapaxes(coefficients.reshape(-1, len(basis)), 0, 1)
-    return found.reshape(*own.shape[:-1], -1)
+    planes = in_planes(basis.reshape(-1, n, n))
+    flat = planes.reshape(-1, len(basis)) @ np.swapaxes(coefficients.reshape(-1, len(basis)), 0, 1)
+    return flat.reshape(*planes.shape[:-1], -1)
 
 
 class ElementSlice:

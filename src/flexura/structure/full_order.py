@@ -138,29 +138,33 @@ def refuse_unrepresentable(design: Design) -> None:
     """
     with np.errstate(all="ignore"):  # what is not finite is refused by name
         matrices = design.matrices
-        found = [problem for name, own in matrices.items() for problem in _problems(design.plan, name, own)]
-    if found:
-        raise ModelError(found)
+        wrong = [
+            problem
+            for name, part_matrices in matrices.items()
+            for problem in _problems(design.plan, name, part_matrices)
+        ]
+    if wrong:
+        raise ModelError(wrong)
 
 
-def _problems(plan: Plan, name: str, own: PartMatrices) -> Iterator[Problem]:
+def _problems(plan: Plan, name: str, matrices: PartMatrices) -> Iterator[Problem]:
     prototype = plan.layout.prototypes[name]
     above: Path = () if name == TOP else ("substructures", origin_of(name))
-    for key in _lost(plan, name, own, lambda A: A):
+    for key in _lost(plan, name, matrices, lambda A: A):
         kind = next(kind for kind in KINDS if key in getattr(prototype, kind))
         yield Problem((*above, kind, key), "", RULE, "check its sizes and their units")
 
 
-def _lost(plan: Plan, name: str, own: PartMatrices, read: Callable[[Any], Any]) -> Iterator[str]:
+def _lost(plan: Plan, name: str, matrices: PartMatrices, read: Callable[[Any], Any]) -> Iterator[str]:
     """Members and discrete elements of a prototype with matrices of which `read` finds what is not finite."""
     part = plan.parts[name]
     if len(part.connectivity):
-        bad = ~np.isfinite(read(own.elements.K + own.elements.M)) | ~np.isfinite(read(own.T))
+        bad = ~np.isfinite(read(matrices.elements.K + matrices.elements.M)) | ~np.isfinite(read(matrices.T))
         lost = np.unique(np.nonzero(bad)[0])
         for k, member in enumerate(part.members):
             if ((lost >= part.first[k]) & (lost < part.first[k + 1])).any():
                 yield member
-    for discrete in own.discrete_elements:
+    for discrete in matrices.discrete_elements:
         if not all(A is None or np.isfinite(read(A)).all() for A in (discrete.K, discrete.M)):
             yield discrete.name
 
@@ -176,22 +180,24 @@ def kinks(design: Design, number: int) -> list[str]:
 
     with np.errstate(all="ignore"):
         return [
-            _said(name, key) for name, own in design.matrices.items() for key in _lost(design.plan, name, own, read)
+            _said(name, key)
+            for name, matrices in design.matrices.items()
+            for key in _lost(design.plan, name, matrices, read)
         ]
 
 
 def tables_left(design: Design, number: int) -> list[str]:
     """Notches by a table, as described, whose last position does not move with the end of the member by the parameter
     with a number: they fit at this design alone, which is one made `with_slopes`."""
-    found = []
+    names = []
     for name, part in design.plan.parts.items():
         for group, _, _ in part.table.groups:
             for last in group.table_ends(design.values):
                 length = design.geometry.parts[name].length[group.index]
                 one, other = (slope_of(x)[number] if isinstance(x, Dual) else 0 * x for x in (last, length))
                 away = np.abs(one - other) > SAME_SLOPE * np.maximum(np.abs(one), np.abs(other))
-                found += [_said(name, list(part.members)[k]) for k in group.index[away]]
-    return found
+                names += [_said(name, list(part.members)[k]) for k in group.index[away]]
+    return names
 
 
 def _said(prototype: str, key: str) -> str:

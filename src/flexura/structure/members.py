@@ -87,8 +87,8 @@ class Members:
 
     def loss_factors(self, values: Array, default: Any = 0.0) -> Array:
         """Structural loss factors of the elements (..., e); `default` for members and materials without any."""
-        own = values[..., self._loss]
-        return np.where(np.isnan(own), default, own)[..., self.element_member]
+        loss = values[..., self._loss]
+        return np.where(np.isnan(loss), default, loss)[..., self.element_member]
 
     def yield_stress(self, values: Array) -> Array:
         """Yield stress of the members (..., m), Pa; NaN where the material has none."""
@@ -126,13 +126,13 @@ class Members:
         """Width and thickness (..., m, 2), m, at both ends of the members; of rods those of a square of equal bending
         stiffness, and 1 m where a section has no sizes."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        found = np.ones((2, *lead, len(self.counts), 2), like=values)
+        table = np.ones((2, *lead, len(self.counts), 2), like=values)
         for group, _, _ in self.groups:
             if group.family in ("rectangle", "circle"):
                 sizes = group.sizes(values, length[..., group.index], np.array([0.0, 1.0]))
-                for out, own in zip(found, (sizes[0], sizes[-1]), strict=True):
-                    out[..., group.index, :] = own * (SQUARE if group.family == "circle" else 1.0)
-        return found[0], found[1]
+                for out, size in zip(table, (sizes[0], sizes[-1]), strict=True):
+                    out[..., group.index, :] = size * (SQUARE if group.family == "circle" else 1.0)
+        return table[0], table[1]
 
     def elements(
         self,
@@ -169,15 +169,15 @@ class Members:
     ) -> Factors:
         """Factors of elements with those of the sections in fillets, which are thicker; mass stays as it is."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        found = np.ones((4, *lead, self.first[-1]), like=values)
+        table = np.ones((4, *lead, self.first[-1]), like=values)
         _, t = self.end_sizes(values, length)
         for k, (member, end) in enumerate(zip(fillets[0].tolist(), fillets[1].tolist(), strict=True)):
-            own = np.arange(int(self.first[member]), int(self.first[member + 1]))[:: -1 if end else 1]
+            elements = np.arange(int(self.first[member]), int(self.first[member + 1]))[:: -1 if end else 1]
             step = length[..., member] / self.counts[member] / t[..., member, end]
-            thin, thick = fillet_shares(fillets[2][..., k, :], step, len(own))
-            for row, share in zip(found, (thin, thick, thin, thick), strict=True):
-                row[..., own] = row[..., own] / share
-        return Factors(*found) if factors is None else Factors(*(a * b for a, b in zip(factors, found, strict=True)))
+            thin, thick = fillet_shares(fillets[2][..., k, :], step, len(elements))
+            for row, share in zip(table, (thin, thick, thin, thick), strict=True):
+                row[..., elements] = row[..., elements] / share
+        return Factors(*table) if factors is None else Factors(*(a * b for a, b in zip(factors, table, strict=True)))
 
     def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:
         """How elements (..., e) with sections of Young's modulus E (..., e) twist.
@@ -198,8 +198,8 @@ class Members:
         ends, least, thickness = np.empty((len(self.counts), 2)), np.empty(len(self.counts)), np.empty(len(self.counts))
         for group, _, _ in self.groups:
             at = group.index
-            own = group.properties(values, nu[at], length[at], np.linspace(0, 1, 41))
-            J, depth = (np.broadcast_to(f, (len(at), 41)) for f in (own.J, np.sqrt(12 * own.Iy / own.A)))
+            section = group.properties(values, nu[at], length[at], np.linspace(0, 1, 41))
+            J, depth = (np.broadcast_to(f, (len(at), 41)) for f in (section.J, np.sqrt(12 * section.Iy / section.A)))
             ends[at], least[at] = J[:, [0, -1]], J.min(axis=1)
-            thickness[at] = np.minimum(depth, np.sqrt(12 * own.Iz / own.A)).min(axis=1)
+            thickness[at] = np.minimum(depth, np.sqrt(12 * section.Iz / section.A)).min(axis=1)
         return ends, least, thickness

@@ -55,10 +55,10 @@ class FullOrderModel(OfDesign, Result):
         return self.plan.topology.dof_names()
 
     def _view(self) -> Iterator[Facts | Table]:
-        own = self.plan
-        members = sum(len(part.members) * len(own.topology.copies[name].paths) for name, part in own.parts.items())
-        counts = {"order": self.order, "nodes": own.topology.n_nodes, "members": members}
-        yield Facts({**counts, "rigid bodies": len(own.body_names) or ""})
+        plan = self.plan
+        members = sum(len(part.members) * len(plan.topology.copies[name].paths) for name, part in plan.parts.items())
+        counts = {"order": self.order, "nodes": plan.topology.n_nodes, "members": members}
+        yield Facts({**counts, "rigid bodies": len(plan.body_names) or ""})
 
     @property
     def matrices(self) -> dict[str, PartMatrices]:
@@ -120,11 +120,13 @@ class FullOrderModel(OfDesign, Result):
                 nodes, K, _ = copies.part.superelements[key]
                 u = self.node_displacements(vectors)[copies.offset[copy] + np.array(nodes)]
                 Q = self.geometry.Q[copies.number[copy]].T
-                own = len(nodes) - sum(n >= copies.part.n_positioned for n in nodes)
-                u[:own, :3] = Q @ u[:own, :3]
-                u[:own, 3:] = np.linalg.det(Q).round() * Q @ u[:own, 3:]
-                amplitudes = len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * own
-                return u.reshape(len(K), -1)[: 6 * own + amplitudes]
+                positioned = len(nodes) - sum(n >= copies.part.n_positioned for n in nodes)
+                u[:positioned, :3] = Q @ u[:positioned, :3]
+                u[:positioned, 3:] = np.linalg.det(Q).round() * Q @ u[:positioned, 3:]
+                amplitudes = (
+                    len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * positioned
+                )
+                return u.reshape(len(K), -1)[: 6 * positioned + amplitudes]
         raise OptionError(f"there is no superelement {name!r}; it is written NAME or INSTANCE.NAME")
 
 
@@ -206,10 +208,10 @@ def geometric_forces(model: FullOrderModel, u: Any, X: Array) -> Any:
     loads, values = model.plan.loads, model.values
     state = _State(model, np.concatenate([u, np.zeros(1)]), loads.gravity(values), Drive())
     padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-    found = zeros(padded.shape, u, values)
+    forces = zeros(padded.shape, u, values)
     for dof, matrices in _geometric(state, loads.wrenches(values), {}):
-        np.add.at(found, dof, (matrices + np.swapaxes(matrices, -1, -2)) / 2 @ padded[dof])
-    return found[:-1]
+        np.add.at(forces, dof, (matrices + np.swapaxes(matrices, -1, -2)) / 2 @ padded[dof])
+    return forces[:-1]
 
 
 def _geometric(
@@ -220,9 +222,9 @@ def _geometric(
     K: list[tuple[Index, Array]] = []
     pushes = [*state.drive.pushes, *_loads_on_arms(state.model, wrenches)]
     for name in state.model.matrices:
-        own = _PartState(state, name)
-        own.refuse_superelements()
-        for part in (own.members(forces), own.springs(), own.stacks(), own.weights()):
+        part_state = _PartState(state, name)
+        part_state.refuse_superelements()
+        for part in (part_state.members(forces), part_state.springs(), part_state.stacks(), part_state.weights()):
             for entry in part:
                 (pushes if isinstance(entry, Pushes) else K).append(entry)  # type: ignore[arg-type]
     for dof, force, arm in pushes:
@@ -280,7 +282,7 @@ class _PartState:
         plan, geometry = state.model.plan, state.model.geometry
         topology = plan.topology
         self.part: Part = plan.parts[name]
-        self.own: PartMatrices = state.model.matrices[name]
+        self.matrices: PartMatrices = state.model.matrices[name]
         self.copies: Copies = topology.copies[name]
         self.local_positions = geometry.parts[name].positions
         self.Q = geometry.Q[self.copies.number]
@@ -312,7 +314,7 @@ class _PartState:
 
     def members(self, forces: dict[str, tuple[float, float]]) -> Iterator[tuple[Index, Array] | Pushes]:
         """Geometric stiffness of the members, and what their ends' arms exert; notes their axial forces."""
-        nodes, elements, T = self.part.connectivity, self.own.elements, self.own.T
+        nodes, elements, T = self.part.connectivity, self.matrices.elements, self.matrices.T
         if not len(nodes):
             return
         ends = T @ self.v[:, nodes].reshape(len(self.v), len(nodes), 12, 1)
@@ -371,7 +373,7 @@ class _PartState:
 
     def weights(self) -> Iterator[Pushes]:
         """Weights of bodies, point masses, sensors and superelements of one node, where their centres are."""
-        for discrete in self.own.discrete_elements:
+        for discrete in self.matrices.discrete_elements:
             placed = [node for node in discrete.nodes if node < self.part.n_positioned]
             if len(placed) > 1 or discrete.M is None or not discrete.M[0, 0] > 0:
                 continue

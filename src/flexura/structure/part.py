@@ -165,17 +165,17 @@ class Part:
         these."""
         self.amplitude_names: dict[int, list[str]] = {}
         self.amplitude_at: list[int] = []
-        for key, (own, K, M) in self.superelements.items():
-            count = len(K) - 6 * len(own)
+        for key, (connected, K, M) in self.superelements.items():
+            count = len(K) - 6 * len(connected)
             names = [f"{key} amplitude {k + 1}" for k in range(count)]
             extra = []
             for first in range(0, count, 6):
                 node = nodes.get(f"{key} amplitudes {first + 1} to {min(first + 6, count)}")
                 self.amplitude_names[node] = names[first : first + 6]
-                self.amplitude_at.append(own[0])
+                self.amplitude_at.append(connected[0])
                 extra.append(node)
             spare = np.eye(-count % 6)
-            self.superelements[key] = ([*own, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
+            self.superelements[key] = ([*connected, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
         self.unused: NDArray[np.bool_] = np.zeros((len(nodes.names), 6), dtype=bool)
         """Which freedoms (n, 6) of the nodes for amplitudes stand for nothing."""
         for node, names in self.amplitude_names.items():
@@ -255,8 +255,8 @@ class Part:
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
         """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3); remembered while it is the same
         in all designs. What does not vary along the design axis lacks it."""
-        own, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
-        given = own, offsets, picked(values, self._reference_entries), foreign
+        positions, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
+        given = positions, offsets, picked(values, self._reference_entries), foreign
         varies = any(numbers.ndim > n for numbers, n in zip(given, GIVEN_AXES, strict=True))
         if varies or with_slopes_of(*given) is not None:
             return self._geometry(*given)
@@ -306,12 +306,12 @@ class Part:
         tapered_fields = self.table.stations(values, nu, geometry.length)
         every = np.arange(len(self.connectivity))
         uniform = np.setdiff1d(every, np.concatenate([at for at, _ in tapered_fields]) if tapered_fields else [])
-        own = SectionProperties(*(field[uniform] for field in sections))
-        pieces = [self._prism(uniform, 0.5, 1.0, own, rho, geometry)]
+        section = SectionProperties(*(field[uniform] for field in sections))
+        pieces = [self._prism(uniform, 0.5, 1.0, section, rho, geometry)]
         for at, stations in tapered_fields:
             for g, (x, w) in enumerate(zip(STATIONS, WEIGHTS, strict=True)):
-                own = SectionProperties(*(field[:, g] for field in stations))
-                pieces.append(self._prism(at, x, w, own, rho, geometry))
+                section = SectionProperties(*(field[:, g] for field in stations))
+                pieces.append(self._prism(at, x, w, section, rho, geometry))
         return pieces
 
     def _prism(
@@ -376,8 +376,8 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
             at.setdefault(node, []).append((member, end))
     for node, meeting in at.items():
         if node in shared:
-            for own in meeting:
-                clamped[own] = 1.0
+            for place in meeting:
+                clamped[place] = 1.0
             continue
         members, ends = np.array(meeting).T
         sine = np.linalg.norm(np.cross(axis[members][:, None], axis[members]), axis=-1)

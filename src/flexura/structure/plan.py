@@ -47,6 +47,7 @@ class _ChildPlacement:
     """Entries of one child's placing steps; `entries` are all of them."""
 
     def __init__(self, child: Child, table: ValueTable) -> None:
+        self.prototype: str = child.prototype
         self._steps: list[tuple[type, list[Index], bool]] = []
         self._fixed = Kept()
         self._latest: Latest[Affine] = Latest()
@@ -151,7 +152,7 @@ class Plan(Record, Displayed):
         members = [m for part in self.parts.values() for m in part.members.values()]
         self.members: Members = Members(members, self.layout.mechanism, self.value_table)
         self._children = {
-            name: [_ChildPlacement(child, self.value_table) for child in children]
+            name: {child.name: _ChildPlacement(child, self.value_table) for child in children}
             for name, children in self.layout.children.items()
         }
         self.loads: DeadLoads = DeadLoads(self.layout, self.value_table)
@@ -167,7 +168,7 @@ class Plan(Record, Displayed):
         self._turned: Latest[Array] = Latest()
         self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
-        placements = [child.entries for children in self._children.values() for child in children]
+        placements = [child.entries for children in self._children.values() for child in children.values()]
         self._geometry_entries: Index = np.intersect1d(
             np.concatenate([*placements, *(part.geometry_entries for part in self.parts.values())]),
             self.value_table.varying(),
@@ -253,34 +254,28 @@ class Plan(Record, Displayed):
         for table, (ends, rooted) in zip(tables, [(clamped, has_root), *split], strict=True):
             table.corrections.settle(ends, rooted)
 
-    def _group_by_level(self) -> list[tuple[str, int, Index, Index]]:
-        """Instances grouped as (parent prototype, child position, instances, their parents), parents first."""
-        topology = self.topology
-        prototype_of: dict[int, str] = {n: p.part.name for p in topology.copies.values() for n in p.number}
-        groups: dict[tuple[int, str, int], list[int]] = {}
-        depth = [0] * len(topology.parent)
-        for instance, parent in enumerate(topology.parent):
-            if parent >= 0:
-                depth[instance] = depth[parent] + 1
-                key = (depth[instance], prototype_of[parent], topology.child[instance])
-                groups.setdefault(key, []).append(instance)
-        ordered = sorted(groups.items(), key=lambda item: item[0][0])
+    def _group_by_level(self) -> list[tuple[str, str, Index, Index]]:
+        """Instances grouped as (parent prototype, child, instances, their parents), parents first."""
+        prototypes = dict(self.layout.instances())
+        groups: dict[tuple[int, str, str], list[int]] = {}
+        for instance, path in enumerate(prototypes):
+            if path:
+                groups.setdefault((len(path), prototypes[path[:-1]], path[-1]), []).append(instance)
+        parent = np.array(self.topology.parent)
         return [
-            (name, child, np.array(instances), np.array([topology.parent[i] for i in instances]))
-            for (_, name, child), instances in ordered
+            (name, child, np.array(instances), parent[instances])
+            for (_, name, child), instances in sorted(groups.items(), key=lambda item: item[0][0])
         ]
 
-    def _foreign_sources(self, name: str) -> list[tuple[list[int], str, str]]:
-        """For each foreign node of a prototype: the chain of child positions, and the prototype and node it ends in."""
+    def _foreign_sources(self, name: str) -> list[tuple[list[str], str, str]]:
+        """For each foreign node of a prototype: the children that lead to it, and its prototype and name there."""
         sources = []
         for reference in self.parts[name].foreign:
             *steps, node = reference.split(".")
-            chain, at = [], name
+            source = name
             for step in steps:
-                position = next(k for k, c in enumerate(self.layout.children[at]) if c.name == step)
-                chain.append(position)
-                at = self.layout.children[at][position].prototype
-            sources.append((chain, at, node))
+                source = self._children[source][step].prototype
+            sources.append((steps, source, node))
         return sources
 
     def values(self, parameters: Mapping[str, ArrayLike] | None = None) -> Array:
@@ -344,40 +339,40 @@ class Plan(Record, Displayed):
         return self._latest.get(key, lambda: self._compute_geometry(values))
 
     def _compute_geometry(self, values: Array) -> Geometry:
-        affines = {name: [c.affine(values) for c in children] for name, children in self._children.items()}
+        affines = {
+            name: {key: child.affine(values) for key, child in children.items()}
+            for name, children in self._children.items()
+        }
         parts: dict[str, PartGeometry] = {}
         for name, part in self.parts.items():
             foreign = [np.empty((0, 3), like=values)]
-            for chain, source, node in self._foreign[name]:
+            for steps, source, node in self._foreign[name]:
                 at = self.parts[source].node_number[node]
-                foreign.append(self._outward(name, chain, affines, parts[source].positions[..., at : at + 1, :]))
+                foreign.append(self._outward(name, steps, affines, parts[source].positions[..., at : at + 1, :]))
             parts[name] = part.geometry(values, common(joined_along(foreign, -2), 2))
         Q, t = self._placed(values, affines)
         return Geometry(parts, Transforms(self.parts, parts), Q, t, self.topology)
 
-    def _placed(self, values: Array, affines: dict[str, list[Affine]]) -> tuple[Array, Array]:
+    def _placed(self, values: Array, affines: dict[str, dict[str, Affine]]) -> tuple[Array, Array]:
         """Q (..., i, 3, 3) and t (..., i, 3) of all instances; Q has slopes where it turns."""
         count, used = len(self.topology.parent), [affines[name][child] for name, child, _, _ in self._levels]
-        if not any(moves(own.Q) for own in used):
-            used = [own._replace(Q=plain(own.Q)) for own in used]
-        turned = np.broadcast_shapes((), *(own.Q.shape[:-2] for own in used))
-        moved = np.broadcast_shapes(turned, *(own.t.shape[:-1] for own in used))
-        Q, t = zeros((*turned, count, 3, 3), *(own.Q for own in used)), np.empty((*moved, count, 3), like=values)
+        if not any(moves(step.Q) for step in used):
+            used = [step._replace(Q=plain(step.Q)) for step in used]
+        turned = np.broadcast_shapes((), *(step.Q.shape[:-2] for step in used))
+        moved = np.broadcast_shapes(turned, *(step.t.shape[:-1] for step in used))
+        Q, t = zeros((*turned, count, 3, 3), *(step.Q for step in used)), np.empty((*moved, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
-        for own, (_, _, instances, parents) in zip(used, self._levels, strict=True):
-            Q[..., instances, :, :] = Q[..., parents, :, :] @ own.Q[..., None, :, :]
-            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], own.t)
+        for step, (_, _, instances, parents) in zip(used, self._levels, strict=True):
+            Q[..., instances, :, :] = Q[..., parents, :, :] @ step.Q[..., None, :, :]
+            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], step.t)
             t[..., instances, :] = arm + t[..., parents, :]
         if not turned and with_slopes_of(Q) is None:
             Q = self._turned.get(Q.tobytes(), lambda: Q)  # one object while nothing turns
         return Q, t
 
-    def _outward(self, name: str, chain: list[int], affines: dict[str, list[Affine]], x: Array) -> Array:
+    def _outward(self, name: str, steps: list[str], affines: dict[str, dict[str, Affine]], x: Array) -> Array:
         """Carry points out of a nested instance into the prototype `name`."""
-        steps = []
-        for position in chain:
-            steps.append(affines[name][position])
-            name = self.layout.children[name][position].prototype
-        for step in reversed(steps):
-            x = step.points(x)
-        return x
+        if not steps:
+            return x
+        first, *others = steps
+        return affines[name][first].points(self._outward(self._children[name][first].prototype, others, affines, x))

@@ -316,9 +316,9 @@ class Roots:
     ) -> tuple[Array, Array, Array]:
         """Where ends of members are (..., k, 3), global frame, their axes (..., k, 3, 3) and lengths (..., k)."""
         parts = geometry.parts.values()
-        R = joined_along([own.R for own in parts], -3)[..., member, :, :]
+        R = joined_along([part.R for part in parts], -3)[..., member, :, :]
         length = geometry.lengths[..., member]
-        offset = joined_along([own.offsets for own in parts], -3)[..., member, end, :]
+        offset = joined_along([part.offsets for part in parts], -3)[..., member, end, :]
         Q = geometry.Q[..., instance, :, :]
         arm = (Q @ offset[..., None])[..., 0]
         return geometry.at(node) + arm, R @ np.swapaxes(Q, -1, -2), length
@@ -376,9 +376,9 @@ class Roots:
         off[is_round, 1] = np.abs(radius - half[..., 1])[is_round]
         off[slopes[..., 0] < FACING] = np.inf
         nearest = np.take_along_axis(slopes, off.argmin(axis=-1)[..., None, None], axis=-2)[..., 0, :]
-        found = nearest[..., 1:] / np.maximum(nearest[..., :1], FACING)
+        slopes_at = nearest[..., 1:] / np.maximum(nearest[..., :1], FACING)
         is_at = (self._host >= 0) & ~self._unknown[:, None] & (off.min(axis=-1) < sizes.t[self._row, None] / 2)
-        np.maximum.at(slants, self._row, np.where(is_at[..., None], found, 0.0).max(axis=1))
+        np.maximum.at(slants, self._row, np.where(is_at[..., None], slopes_at, 0.0).max(axis=1))
         return slants
 
     def of(self, values: Array, geometry: Geometry) -> tuple[Index, Index, Array] | None:
@@ -446,9 +446,11 @@ class Roots:
         nu = self._table.moduli(values)[2][self._member]
         larger, smaller = np.maximum(up, down), np.minimum(up, down)
         side = np.where(side < -b / 2, 0.0, np.minimum(side, FAR * b))
-        found = np.stack([nu, b / t, *(np.minimum(own / t, FAR) for own in (larger, smaller)), side / t], axis=-1)
+        ratios = np.stack(
+            [nu, b / t, *(np.minimum(beyond / t, FAR) for beyond in (larger, smaller)), side / t], axis=-1
+        )
         has = (larger > SAME_BLOCK * t) & (behind > 0)
-        return self._row[has], found[has]
+        return self._row[has], ratios[has]
 
 
 def _exit(place: Array, towards: Array, half: Array, is_round: Bools, t: Array) -> tuple[Array, Array]:

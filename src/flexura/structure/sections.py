@@ -66,6 +66,10 @@ class SectionGroup:
             self.kind[0], self.kind[0]
         )
 
+    def _filled(self, values: Array) -> Sizes:
+        """Sizes by field name."""
+        return {name: values[..., entries] for name, entries in self._entry_arrays.items()}
+
     def sizes(self, values: Array, length: Array, fractions: Array) -> tuple[Array, ...]:
         """Arguments of the family's section formula, each (..., members, stations) or broadcastable to that.
 
@@ -73,49 +77,47 @@ class SectionGroup:
         `length` (..., members) belongs to this group's members, and `fractions`, (stations,) or (members, stations),
         of it are the stations.
         """
-        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
+        sizes = self._filled(values)
         match self.kind:
             case ("rectangle" | "leaf",):
-                return own["width"], own["thickness"]
+                return sizes["width"], sizes["thickness"]
             case ("circle",):
-                return (own["diameter"],)
+                return (sizes["diameter"],)
             case ("tube",):
-                return own["outer_diameter"], own["inner_diameter"]
+                return sizes["outer_diameter"], sizes["inner_diameter"]
             case ("constants",):
-                return tuple(own[name] for name in SectionProperties._fields)
+                return tuple(sizes[name] for name in SectionProperties._fields)
         L = length[..., None]
         x = (fractions - 0.5) * L
         match self.kind:
             case ("notch", shape):
-                return own["width"], _CONTOURS[shape](x, L / 2, own)
+                return sizes["width"], _CONTOURS[shape](x, L / 2, sizes)
             case ("round", shape):
-                return (_CONTOURS[shape](x, L / 2, own),)
+                return (_CONTOURS[shape](x, L / 2, sizes),)
         _, y_shape, z_shape = self.kind
-        half = (L - np.abs(own["shift"])) / 2
-        y_sizes = {name[2:]: size for name, size in own.items() if name.startswith("y_")}
-        z_sizes = {name[2:]: size for name, size in own.items() if name.startswith("z_")}
-        y, z = (np.minimum(np.maximum(x + sign * own["shift"] / 2, -half), half) for sign in (1, -1))
+        half = (L - np.abs(sizes["shift"])) / 2
+        y_sizes, z_sizes = _of_axis(sizes, "y_"), _of_axis(sizes, "z_")
+        y, z = (np.minimum(np.maximum(x + sign * sizes["shift"] / 2, -half), half) for sign in (1, -1))
         return _CONTOURS[y_shape](y, half, y_sizes), _CONTOURS[z_shape](z, half, z_sizes)
 
     def notch_ratios(self, values: Array, length: Array, fractions: Array) -> tuple[Array, Array]:
         """Half the web over the radius of the root, (..., members, stations) or broadcastable to that, of the notches
         in the faces across y and across z; zero where there is none. Arguments as in `sizes`."""
-        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
+        sizes = self._filled(values)
         L, none = length[..., None], np.zeros(1)
         match self.kind:
             case ("notch", shape):
-                return none, _notch_ratio(shape, L / 2, own)
+                return none, _notch_ratio(shape, L / 2, sizes)
             case ("round", shape):
-                ratio = _notch_ratio(shape, L / 2, own)
+                ratio = _notch_ratio(shape, L / 2, sizes)
                 return ratio, ratio
             case ("two_axis", *shapes):
-                half, x = (L - np.abs(own["shift"])) / 2, (fractions - 0.5) * L
-                found = []
+                half, x = (L - np.abs(sizes["shift"])) / 2, (fractions - 0.5) * L
+                ratios = []
                 for shape, prefix, sign in zip(shapes, ("y_", "z_"), (1, -1), strict=True):
-                    sizes = {name[2:]: size for name, size in own.items() if name.startswith(prefix)}
-                    inside = np.abs(x + sign * own["shift"] / 2) <= half * (1 + 1e-9)
-                    found.append(np.where(inside, _notch_ratio(shape, half, sizes), 0.0))
-                return found[0], found[1]
+                    inside = np.abs(x + sign * sizes["shift"] / 2) <= half * (1 + 1e-9)
+                    ratios.append(np.where(inside, _notch_ratio(shape, half, _of_axis(sizes, prefix)), 0.0))
+                return ratios[0], ratios[1]
         return none, none
 
     def corners(self, values: Array, length: Array) -> Array:
@@ -126,30 +128,34 @@ class SectionGroup:
 
     def table_ends(self, values: Array) -> list[Array]:
         """The last positions (..., members) of tables, m; none of what has none."""
-        tables = [own for name, own in self._entry_arrays.items() if name.endswith("positions")]
+        tables = [entries for name, entries in self._entry_arrays.items() if name.endswith("positions")]
         return [values[..., entries[:, 0, -1]] for entries in tables]
 
     def fits(self, values: Array, length: Array) -> Array:
         """Whether contours fit their members (..., members), as it is checked of a description, for `values` of all
         entries and `length` (..., members) of this group's members."""
-        own = {name: values[..., entries] for name, entries in self._entry_arrays.items()}
+        sizes = self._filled(values)
         L = length[..., None]
         match self.kind:
             case ("notch" | "round", shape):
-                found = _fits(shape, L / 2, own)
+                fit = _fits(shape, L / 2, sizes)
             case ("two_axis", *shapes):
-                half = (L - np.abs(own["shift"])) / 2
-                found = half > 0
+                half = (L - np.abs(sizes["shift"])) / 2
+                fit = half > 0
                 for shape, prefix in zip(shapes, ("y_", "z_"), strict=True):
-                    sizes = {name[2:]: size for name, size in own.items() if name[:2] == prefix}
-                    found = found & _fits(shape, half, sizes)
+                    fit = fit & _fits(shape, half, _of_axis(sizes, prefix))
             case _:
-                found = np.ones(1, dtype=bool)
-        return np.broadcast_to(found, (*np.broadcast_shapes(found.shape[:-1], L.shape[:-1]), 1))[..., 0]
+                fit = np.ones(1, dtype=bool)
+        return np.broadcast_to(fit, (*np.broadcast_shapes(fit.shape[:-1], L.shape[:-1]), 1))[..., 0]
 
     def properties(self, values: Array, nu: Array, length: Array, fractions: Array) -> SectionProperties:
         """Section properties (..., members, stations); arguments as in `sizes`, `nu` (..., members)."""
         return family_properties(self.family, self.sizes(values, length, fractions), nu[..., None])
+
+
+def _of_axis(sizes: Sizes, prefix: str) -> Sizes:
+    """Sizes of one contour of a notch in two axes."""
+    return {name[2:]: size for name, size in sizes.items() if name.startswith(prefix)}
 
 
 def _fits(shape: str, half: Array, sizes: Sizes) -> Any:

@@ -85,14 +85,14 @@ def segments(
         if not len(part.connectivity):
             continue
         assert isinstance(matrices.elements, ElementSlice)
-        own = matrices.elements.cut(pieces, tapered_pieces)
-        counts = own.counts
-        beams.append(own.beam)
+        cut = matrices.elements.cut(pieces, tapered_pieces)
+        counts = cut.counts
+        beams.append(cut.beam)
         start = np.concatenate([[0], np.cumsum(counts)])
         e = np.repeat(np.arange(len(counts)), counts)
         at_start, at_end = np.zeros(len(e), bool), np.zeros(len(e), bool)
         at_start[start[:-1]], at_end[start[1:] - 1] = True, True
-        is_root = _springy(own, matrices.elements) if roots else np.zeros(own.root.shape, dtype=bool)
+        is_root = _springy(cut, matrices.elements) if roots else np.zeros(cut.root.shape, dtype=bool)
         G = model.design.node_transforms(name, np.arange(part.n_nodes))
         T = matrices.T
         for copy, (path, offset) in enumerate(zip(placed.paths, placed.offset, strict=True)):
@@ -109,11 +109,11 @@ def segments(
                 for k in np.flatnonzero(here & is_root[e, end]):
                     inside = n + np.arange(6)
                     springs.append(
-                        (np.concatenate([dof[k, end], inside]), X[k, end].copy(), own.roots[own.root[e[k], end]])
+                        (np.concatenate([dof[k, end], inside]), X[k, end].copy(), cut.roots[cut.root[e[k], end]])
                     )
                     dof[k, end], X[k, end] = inside, np.eye(6)
                     n += 6
-            kinds.append(first_kind + own.kind)
+            kinds.append(first_kind + cut.kind)
             dofs.append(dof)
             ends.append(X)
             for k, member in enumerate(part.members):
@@ -121,7 +121,7 @@ def segments(
                 is_flexure = member in plan.layout.prototypes[name].flexures
                 members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
             first_segment += len(e)
-        first_kind += len(own.beam.length)
+        first_kind += len(cut.beam.length)
     K, M = (_enlarged(A, n) for A in full_order(plan).discrete_matrices(model.design))
     K = _with_springs(K, springs)
     if not beams:
@@ -132,13 +132,13 @@ def segments(
     return Segments(model, beam, kind, dof, X, tuple(members), n, K, M)
 
 
-def _springy(own: Cut, elements: ElementSlice) -> NDArray[np.bool_]:
+def _springy(cut: Cut, elements: ElementSlice) -> NDArray[np.bool_]:
     """Which ends (e, 2) of elements have roots that give."""
     least = FADED * elements.member_C.diagonal(axis1=1, axis2=2)
     gives = (
-        [(own.roots[k].diagonal(axis1=1, axis2=2) > least).any(axis=1) for k in own.root.T] if len(own.roots) else []
+        [(cut.roots[k].diagonal(axis1=1, axis2=2) > least).any(axis=1) for k in cut.root.T] if len(cut.roots) else []
     )
-    return np.asarray((own.root >= 0) & (np.stack(gives, axis=1) if gives else False), dtype=bool)
+    return np.asarray((cut.root >= 0) & (np.stack(gives, axis=1) if gives else False), dtype=bool)
 
 
 def _with_springs(K: sp.csc_matrix, springs: list[tuple[Index, Array, Array]]) -> sp.csc_matrix:
@@ -147,8 +147,10 @@ def _with_springs(K: sp.csc_matrix, springs: list[tuple[Index, Array, Array]]) -
     if not springs:
         return K
     T = [np.hstack([-X, np.eye(6)]) for _, X, _ in springs]
-    own = [t.T @ np.linalg.solve(C, t) for t, (_, _, C) in zip(T, springs, strict=True)]
-    return sp.csc_matrix(K + Scatter([np.stack([dof for dof, _, _ in springs])], K.shape[0]).sparse([np.stack(own)]))
+    stiffness = [t.T @ np.linalg.solve(C, t) for t, (_, _, C) in zip(T, springs, strict=True)]
+    return sp.csc_matrix(
+        K + Scatter([np.stack([dof for dof, _, _ in springs])], K.shape[0]).sparse([np.stack(stiffness)])
+    )
 
 
 def _enlarged(A: sp.csc_matrix, n: int) -> sp.csc_matrix:

@@ -88,12 +88,12 @@ class Loft:
             outline = np.array([[[-1, -1], [-1, 1], [1, -1], [1, 1]]], dtype=float)
         else:
             outline = ring(float(self.inner[row])) if self.inner[row] > 0 else disc()
-        found = np.empty((len(x) - 1, len(outline), 8, 3))
-        for end, own in ((0, slice(None, -1)), (1, slice(1, None))):
-            sizes = np.stack([y[own], z[own]], axis=-1)
-            found[:, :, 4 * end : 4 * end + 4, 0] = x[own, None, None]
-            found[:, :, 4 * end : 4 * end + 4, 1:] = outline * sizes[:, None, None]
-        return found.reshape(-1, 8, 3)
+        corners = np.empty((len(x) - 1, len(outline), 8, 3))
+        for end, ends in ((0, slice(None, -1)), (1, slice(1, None))):
+            sizes = np.stack([y[ends], z[ends]], axis=-1)
+            corners[:, :, 4 * end : 4 * end + 4, 0] = x[ends, None, None]
+            corners[:, :, 4 * end : 4 * end + 4, 1:] = outline * sizes[:, None, None]
+        return corners.reshape(-1, 8, 3)
 
 
 def disc() -> Array:

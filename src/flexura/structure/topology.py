@@ -51,7 +51,6 @@ class Topology:
         self.layout = layout
         self.copies: dict[str, Copies] = {name: Copies(part) for name, part in parts.items()}
         self.parent: list[int] = []
-        self.child: list[int] = []
         self._where: dict[tuple[str, ...], tuple[str, int]] = {}
         self.n_nodes: int = 0
         self._places = Kept(PLACES)
@@ -69,9 +68,6 @@ class Topology:
 
     def _enumerate(self, layout: Layout, parts: dict[str, Part]) -> None:
         index: dict[tuple[str, ...], int] = {}
-        child_index = {
-            name: {child.name: k for k, child in enumerate(children)} for name, children in layout.children.items()
-        }
         for number, (path, name) in enumerate(layout.instances()):
             copies = self.copies[name]
             copies.paths.append(path)
@@ -81,8 +77,6 @@ class Topology:
             self.n_nodes += parts[name].n_nodes
             index[path] = number
             self.parent.append(index[path[:-1]] if path else -1)
-            parent_prototype = self._where[path[:-1]][0] if path else TOP
-            self.child.append(child_index[parent_prototype][path[-1]] if path else -1)
 
     def node(self, path: tuple[str, ...], reference: str) -> int:
         """Global number of a node written as `INSTANCE.NODE` or `NODE` inside the instance at `path`."""
@@ -103,15 +97,15 @@ class Topology:
         each."""
 
         def found() -> list[tuple[str, Index, Index, Index]]:
-            own = []
+            places = []
             for name, copies in self.copies.items():
                 offset = np.array(copies.offset, dtype=np.intp)
                 copy = np.searchsorted(offset, numbers, side="right") - 1
                 node = numbers - (offset[copy] if len(offset) else 0)
                 at = np.flatnonzero((copy >= 0) & (node < copies.part.n_nodes))
                 if len(at):
-                    own.append((name, at, np.array(copies.number, dtype=np.intp)[copy[at]], node[at]))
-            return own
+                    places.append((name, at, np.array(copies.number, dtype=np.intp)[copy[at]], node[at]))
+            return places
 
         return self._places.once(numbers.tobytes(), found)
 
@@ -152,17 +146,17 @@ class Topology:
         """Held DOFs by node, at most one node in a cluster; a clamped one outdoes others."""
         ground = self.layout.mechanism.ground
         exposed = self.layout.exposed(TOP)
-        found: dict[int, tuple[int, tuple[bool, ...]]] = {}
+        held: dict[int, tuple[int, tuple[bool, ...]]] = {}
         for text, support in ground.items():
             for name in matching(text, exposed):
                 node = self.node((), name)
                 self.is_clamped[node] |= all(support.held)
-                before = found.get(cluster[node])
+                before = held.get(cluster[node])
                 if before is None or all(support.held):
-                    found[cluster[node]] = (node, support.held)
+                    held[cluster[node]] = (node, support.held)
                 elif not all(before[1]):
                     raise ModelError([_two_supports(text)])
-        return dict(found.values())
+        return dict(held.values())
 
     def _number_dofs(self) -> None:
         free = ~(self.held | self.unused)
@@ -186,14 +180,14 @@ class Topology:
         """Names of the free DOFs in order, e.g. `platform.rz`, or `branch1.ring amplitude 2` of a superelement."""
         names = self.node_names
         nodes, components = np.nonzero(self.dof >= 0)
-        found = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
+        dof_names = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
         for copies in self.copies.values():
             for path, offset in zip(copies.paths, copies.offset, strict=True):
                 prefix = ".".join(path) + "." if path else ""
-                for node, own in copies.part.amplitude_names.items():
-                    for c, name in enumerate(own):
-                        found[self.dof[offset + node, c]] = prefix + name
-        return found
+                for node, amplitudes in copies.part.amplitude_names.items():
+                    for c, name in enumerate(amplitudes):
+                        dof_names[self.dof[offset + node, c]] = prefix + name
+        return dof_names
 
 
 def _two_supports(text: str) -> Problem:
@@ -232,19 +226,19 @@ class Geometry(Record):
     @cached_property
     def positions(self) -> Array:
         """Positions (..., n, 3), m, of all global nodes."""
-        lead = np.broadcast_shapes(self.t.shape[:-2], *(own.positions.shape[:-2] for own in self.parts.values()))
-        found = np.empty((*lead, self.topology.n_nodes, 3), like=self.t)
+        lead = np.broadcast_shapes(self.t.shape[:-2], *(part.positions.shape[:-2] for part in self.parts.values()))
+        positions = np.empty((*lead, self.topology.n_nodes, 3), like=self.t)
         for name, copies in self.topology.copies.items():
             x = self.parts[name].positions[..., None, :, :] @ np.swapaxes(self.Q[..., copies.number, :, :], -1, -2)
             x = x + self.t[..., copies.number, None, :]
             numbers = np.array(copies.offset, dtype=np.intp)[:, None] + np.arange(copies.part.n_nodes)
-            found[..., numbers, :] = x
-        return found
+            positions[..., numbers, :] = x
+        return positions
 
     @cached_property
     def lengths(self) -> Array:
         """Lengths (..., m), m, of the members of all prototypes."""
-        return joined_along([own.length for own in self.parts.values()], -1)
+        return joined_along([part.length for part in self.parts.values()], -1)
 
     @cached_property
     def turning(self) -> Array:
@@ -261,17 +255,17 @@ class Geometry(Record):
         """The geometry of the parts without slopes."""
         if not isinstance(self.t, Dual):
             return self
-        own = {name: PartGeometry(*map(plain, found)) for name, found in self.parts.items()}
-        return Geometry(own, Transforms(parts, own), plain(self.Q), plain(self.t), self.topology)
+        still = {name: PartGeometry(*map(plain, part)) for name, part in self.parts.items()}
+        return Geometry(still, Transforms(parts, still), plain(self.Q), plain(self.t), self.topology)
 
     def at(self, numbers: Index) -> Array:
         """Positions (..., k, 3), m, of some global nodes (k,)."""
-        found, order = [np.empty((0, 3))], [np.empty(0, dtype=np.intp)]
+        points, order = [np.empty((0, 3))], [np.empty(0, dtype=np.intp)]
         for name, at, instance, node in self.topology.places(numbers):
             x = np.einsum("...nij,...nj->...ni", self.Q[..., instance, :, :], self.parts[name].positions[..., node, :])
-            found.append(x + self.t[..., instance, :])
+            points.append(x + self.t[..., instance, :])
             order.append(at)
-        return joined_along(found, -2)[..., np.argsort(np.concatenate(order)), :]
+        return joined_along(points, -2)[..., np.argsort(np.concatenate(order)), :]
 
 
 class Transforms(dict[str, Array]):
@@ -282,8 +276,8 @@ class Transforms(dict[str, Array]):
         self._parts, self._geometry = parts, geometry
 
     def __missing__(self, name: str) -> Array:
-        found = self[name] = self._parts[name].element_transforms(self._geometry[name])
-        return found
+        T = self[name] = self._parts[name].element_transforms(self._geometry[name])
+        return T
 
     def __reduce__(self) -> tuple[type[Transforms], tuple[object, ...]]:
         return Transforms, (self._parts, self._geometry)

@@ -98,20 +98,23 @@ def picked(values: Array, entries: Index) -> Array:
     return common(values[..., entries], entries.ndim)
 
 
-def common(own: Array, axes: int) -> Array:
+def common(array: Array, axes: int) -> Array:
     """An array of so many axes and that of designs before them; without the latter where all designs are the same, and
     without slopes that are zero."""
-    own = own if moves(own) else plain(own)
-    return own[0] if own.ndim > axes and (own == own[:1]).all() else own
+    array = array if moves(array) else plain(array)
+    return array[0] if array.ndim > axes and (array == array[:1]).all() else array
 
 
 def joined_along(arrays: Sequence[Array], axis: int) -> Array:
     """Arrays one behind the other along an axis, counted from the last; some may lack the design axis before it."""
-    leads = {own.shape[:axis] for own in arrays}
+    leads = {array.shape[:axis] for array in arrays}
     if len(leads) > 1:
         lead = np.broadcast_shapes(*leads)
-        some = [own for own in arrays if own.shape[axis]] or arrays[:1]
-        arrays = [own if own.shape[:axis] == lead else np.broadcast_to(own, (*lead, *own.shape[axis:])) for own in some]
+        some = [array for array in arrays if array.shape[axis]] or arrays[:1]
+        arrays = [
+            array if array.shape[:axis] == lead else np.broadcast_to(array, (*lead, *array.shape[axis:]))
+            for array in some
+        ]
     return np.concatenate(arrays, axis=axis)
 
 
@@ -136,7 +139,7 @@ class DeadLoads:
 
     def act(self, values: Array) -> bool:
         """Whether anything is loaded at values (..., s), in one design at least."""
-        return bool(values[..., [*self._gravity, *(k for own in self._wrenches.values() for k in own)]].any())
+        return bool(values[..., [*self._gravity, *(k for entries in self._wrenches.values() for k in entries)]].any())
 
     def wrenches(self, values: Array) -> dict[str, Array]:
         """Forces and moments (..., 6) by node, N and N m, global axes, at values (..., s)."""
