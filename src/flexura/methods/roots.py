@@ -55,6 +55,8 @@ def natural_frequencies(
         end = k + 1 + int(np.argmax(np.diff(guess[k : end + 1]))) if end < len(guess) and end > k + 1 else end
         high = (guess[end - 1] + guess[end]) / 2 if end < len(guess) else 1.1 * guess[end - 1]
         inside = poles(high) - poles(low)
-        found += real_eigenvalues(watched, float(low), float(high), guess[k:end], inside, is_real).tolist()
+        found += real_eigenvalues(
+            watched, float(low), float(high), guess[k:end], poles=inside, is_real=is_real
+        ).tolist()
         low, k = high, end
     return np.array(found[:count]) / (2 * np.pi)

@@ -241,6 +241,7 @@ class _Batch:
         count: int,
         tolerance: float,
         parameters: Mapping[str, ArrayLike],
+        *,
         samples: int = SAMPLED_DESIGNS,
     ) -> None:
         self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters

@@ -230,7 +230,8 @@ class ChainAssembler:
     def _transforms(self, design: Design, name: str, nodes: Index) -> Array:
         placed = self._placed[name]
         flat = np.ravel(nodes)
-        return part_transforms(design, name, placed.copies, flat, placed.base, placed.of(self._rows(name, flat))[1])
+        _, meets = placed.of(self._rows(name, flat))
+        return part_transforms(design, name, placed.copies, flat, base=placed.base, meets=meets)
 
     def _interface(self, design: Design, kinds: list[int]) -> Array:
         """T (..., q, r, i, c) of a block."""
@@ -277,7 +278,7 @@ class ChainAssembler:
             A = stacked(element, designs)
             placed.append(T.mT @ A @ T)
             spreads.append(placing_error(A, abs(T)))
-        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
+        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
         elements = design.discrete_elements()
@@ -301,6 +302,7 @@ class ChainAssembler:
         T: list[Array],
         slowness: Array,
         loss: Array,
+        *,
         slow: Mapping[ChainKind, float] | None = None,
     ) -> Arrow:
         """Blocks and core of matrices (r, designs, p, n, n) and spreads (r, designs, p, n) at their places."""

@@ -167,11 +167,11 @@ class ResponseTarget:
             state.at,
             state.pairs,
             state.moved,
-            G,
-            own,
-            self.hz,
-            len(self.outputs),
-            ratios,
+            static=G,
+            changes=own,
+            hz=self.hz,
+            outputs=len(self.outputs),
+            damping=ratios,
         )
         order = np.array([DERIVATIVE.get(c.quantity, 0) for c in self.outputs])
         factor = ((2j * np.pi * self.hz[:, None]) ** order)[:, :, None]
