@@ -164,7 +164,7 @@ class ShiftInvert:
 
 
 def next_to(
-    K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None, shapes: bool = True
+    K: Matrix, M: Matrix, count: int, shift: float, factor: Factor | None = None, *, shapes: bool = True
 ) -> Eigenpairs:
     """The `count` pairs of K and M (n, n) next to a shift below all of them, none of them missing.
 

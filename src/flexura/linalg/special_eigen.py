@@ -70,7 +70,7 @@ BUCKLING_ROUNDING = 1e-8
 
 
 def real_eigenvalues(
-    problem: MatrixFunction, low: float, high: float, guesses: Array, poles: int = 0, is_real: bool = True
+    problem: MatrixFunction, low: float, high: float, guesses: Array, *, poles: int = 0, is_real: bool = True
 ) -> Array:
     """All eigenvalues of T(z) x = 0 in [low, high], ascending, repeated ones repeated.
 
@@ -79,139 +79,134 @@ def real_eigenvalues(
     met, or the search goes on with more points. `is_real` says that T is real for real z, which halves the work. Raises
     SolverError when the number is not met.
     """
-    centre, radius = (low + high) / 2, (high - low) / 2
-    problem = _balanced(problem, centre + 0.3j * radius)
+    search = _ContourSearch(problem, low, high, is_real)
     probes = len(guesses) + 8
     seeds = np.asarray(guesses, dtype=float)
     for nodes in (CONTOUR_NODES, 2 * CONTOUR_NODES, 4 * CONTOUR_NODES):
-        values, count = _moments(problem, centre, radius, probes, nodes, is_real)
+        values, count = search.moments(probes, nodes)
         while values is None:
             probes *= 2
-            values, count = _moments(problem, centre, radius, probes, nodes, is_real)
-        inside = values[(np.abs(values.real - centre) < radius) & (np.abs(values.imag) < 1e-2 * radius)].real
+            values, count = search.moments(probes, nodes)
+        radius = search.radius
+        inside = values[(np.abs(values.real - search.centre) < radius) & (np.abs(values.imag) < 1e-2 * radius)].real
         if count + poles == len(guesses):
             # two counts that know nothing of each other agree: no need to try starting values beyond that number
-            refined = _refined(problem, np.sort(np.concatenate([inside, seeds])), low, high, len(guesses), is_real)
+            refined = search.refined(np.sort(np.concatenate([inside, seeds])), len(guesses))
             if len(refined) == count + poles:
                 return refined
-        start = [inside, *(_nearby(problem, float(z), is_real) for z in [*inside, *seeds])]
-        refined = _refined(problem, np.sort(np.concatenate(start)), low, high, None, is_real)
+        starts = [inside, *(search.nearby(float(z)) for z in [*inside, *seeds])]
+        refined = search.refined(np.sort(np.concatenate(starts)))
         if len(refined) == count + poles:
             return refined
         seeds = np.concatenate([guesses, np.linspace(low, high, nodes // 4)])
     raise SolverError(f"the contour between {low:.6g} and {high:.6g} did not separate its {count} eigenvalues")
 
 
-def _balanced(problem: MatrixFunction, reference: complex) -> MatrixFunction:
-    """The problem with rows and columns scaled so that the largest entry of each is about one at z (Ruiz 2001)."""
-    A = np.abs(problem(reference))
-    row, column = np.ones(len(A)), np.ones(len(A))
-    for _ in range(12):
-        scaled = A * row[:, None] * column
-        row /= np.sqrt(np.maximum(scaled.max(axis=1), 1e-300))
-        column /= np.sqrt(np.maximum(scaled.max(axis=0), 1e-300))
-    return lambda z: problem(z) * row[:, None] * column
+class _ContourSearch:
+    """T(z), balanced, on an ellipse around [low, high]."""
 
+    def __init__(self, problem: MatrixFunction, low: float, high: float, is_real: bool) -> None:
+        self.low, self.high, self.is_real = low, high, is_real
+        self.centre, self.radius = (low + high) / 2, (high - low) / 2
+        # rows and columns are scaled so that the largest entry of each is about one at one point (Ruiz 2001)
+        A = np.abs(problem(self.centre + 0.3j * self.radius))
+        row, column = np.ones(len(A)), np.ones(len(A))
+        for _ in range(12):
+            scaled = A * row[:, None] * column
+            row /= np.sqrt(np.maximum(scaled.max(axis=1), 1e-300))
+            column /= np.sqrt(np.maximum(scaled.max(axis=0), 1e-300))
+        self.T: MatrixFunction = lambda z: problem(z) * row[:, None] * column
 
-def _moments(
-    problem: MatrixFunction, centre: float, radius: float, probes: int, nodes: int, is_real: bool
-) -> tuple[Complex | None, int]:
-    """Eigenvalues inside the ellipse from the first two moments, None when there are as many as probes; and their
-    number from the winding of det T."""
-    phases, A0, A1 = [], None, None
-    for k in range(nodes // 2 if is_real else nodes):
-        angle = 2 * np.pi * (k + 0.5) / nodes
-        z = centre + radius * (np.cos(angle) + 1j * CONTOUR_FLATNESS * np.sin(angle))
-        weight = radius * (CONTOUR_FLATNESS * np.cos(angle) + 1j * np.sin(angle)) / nodes
-        T = problem(z)
-        phases.append(np.angle(np.linalg.slogdet(T)[0]))
-        if A0 is None:
-            probe = np.random.default_rng(5).normal(size=(len(T), min(probes, len(T))))
-            A0, A1 = np.zeros_like(probe), np.zeros_like(probe)
-        y = weight * np.linalg.solve(T, probe)
-        x = (z - centre) / radius * y
-        # the other half of the ellipse is the complex conjugate
-        A0, A1 = (A0 + 2 * y.real, A1 + 2 * x.real) if is_real else (A0 + y, A1 + x)
-    assert A0 is not None
-    count = _winding(problem, centre, radius, phases, is_real)
-    U, s, Vt = la.svd(A0, full_matrices=False)
-    rank = int((s > MOMENT_RANK * s[0]).sum()) if s[0] > 0 else 0
-    if rank == A0.shape[1] and rank < len(A0):
-        return None, count
-    small = U[:, :rank].conj().T @ A1 @ Vt[:rank].conj().T / s[:rank]
-    return np.asarray(centre + radius * la.eigvals(small), dtype=complex), count
+    def moments(self, probes: int, nodes: int) -> tuple[Complex | None, int]:
+        """Eigenvalues inside the ellipse from the first two moments, None when there are as many as probes; and their
+        number from the winding of det T."""
+        phases, A0, A1 = [], None, None
+        for k in range(nodes // 2 if self.is_real else nodes):
+            angle = 2 * np.pi * (k + 0.5) / nodes
+            z = self.centre + self.radius * (np.cos(angle) + 1j * CONTOUR_FLATNESS * np.sin(angle))
+            weight = self.radius * (CONTOUR_FLATNESS * np.cos(angle) + 1j * np.sin(angle)) / nodes
+            T = self.T(z)
+            phases.append(np.angle(np.linalg.slogdet(T)[0]))
+            if A0 is None:
+                probe = np.random.default_rng(5).normal(size=(len(T), min(probes, len(T))))
+                A0, A1 = np.zeros_like(probe), np.zeros_like(probe)
+            y = weight * np.linalg.solve(T, probe)
+            x = (z - self.centre) / self.radius * y
+            # the other half of the ellipse is the complex conjugate
+            A0, A1 = (A0 + 2 * y.real, A1 + 2 * x.real) if self.is_real else (A0 + y, A1 + x)
+        assert A0 is not None
+        count = self._winding(phases)
+        U, s, Vt = la.svd(A0, full_matrices=False)
+        rank = int((s > MOMENT_RANK * s[0]).sum()) if s[0] > 0 else 0
+        if rank == A0.shape[1] and rank < len(A0):
+            return None, count
+        small = U[:, :rank].conj().T @ A1 @ Vt[:rank].conj().T / s[:rank]
+        return np.asarray(self.centre + self.radius * la.eigvals(small), dtype=complex), count
 
+    def _winding(self, phases: list[float]) -> int:
+        """Times that det T goes round zero along the ellipse, from its phases along it, or along its upper half."""
+        if self.is_real:
+            ends = (self.T(self.centre + side * self.radius) for side in (1, -1))
+            first, last = (float(np.angle(np.linalg.slogdet(T)[0])) for T in ends)
+            phases = [first, *phases, last]
+        turns = np.diff(phases if self.is_real else [*phases, phases[0]])
+        return round(float(np.angle(np.exp(1j * turns)).sum() / (np.pi if self.is_real else 2 * np.pi)))
 
-def _winding(problem: MatrixFunction, centre: float, radius: float, phases: list[float], is_real: bool) -> int:
-    """Times that det T goes round zero along the ellipse, from its phases along it, or along its upper half."""
-    if is_real:
-        ends = [float(np.angle(np.linalg.slogdet(problem(centre + side * radius))[0])) for side in (1, -1)]
-        phases = [ends[0], *phases, ends[1]]
-    turns = np.diff(phases if is_real else [*phases, phases[0]])
-    return round(float(np.angle(np.exp(1j * turns)).sum() / (np.pi if is_real else 2 * np.pi)))
+    def refined(self, starts: Array, enough: int | None = None) -> Array:
+        """Eigenvalues inside [low, high] refined from starting values, copies of each together; stray ones drop out.
+        The search ends with `enough` of them."""
+        eigenvalues = np.empty(0)
+        for value in starts:
+            if len(eigenvalues) == enough:
+                break
+            if (np.abs(eigenvalues - value) <= COPIES_WITHIN * value).any():
+                continue
+            copies = self._newton(float(value))
+            if copies is None or not self.low <= copies[0] <= self.high:
+                continue
+            if not (np.abs(eigenvalues - copies[0]) <= COPIES_WITHIN * value).any():
+                eigenvalues = np.sort(np.concatenate([eigenvalues, copies]))
+        return eigenvalues
 
+    def nearby(self, z: float) -> Array:
+        """Eigenvalues next to z by the linearised problem T(z) x = mu T'(z) x."""
+        mu = self._steps(z)
+        mu = mu[np.abs(mu) <= STRAY * abs(z)]
+        return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + COPIES_WITHIN * abs(z)].real
 
-def _refined(
-    problem: MatrixFunction, start: Array, low: float, high: float, enough: int | None, is_real: bool
-) -> Array:
-    """Eigenvalues inside [low, high] refined from starting values, copies of each together; stray ones drop out. The
-    search ends with `enough` of them."""
-    eigenvalues = np.empty(0)
-    for value in start:
-        if len(eigenvalues) == enough:
-            break
-        if (np.abs(eigenvalues - value) <= COPIES_WITHIN * value).any():
-            continue
-        copies = _newton(problem, float(value), is_real)
-        if copies is None or not low <= copies[0] <= high:
-            continue
-        if not (np.abs(eigenvalues - copies[0]) <= COPIES_WITHIN * value).any():
-            eigenvalues = np.sort(np.concatenate([eigenvalues, copies]))
-    return eigenvalues
+    def _newton(self, z: float) -> Array | None:
+        """The eigenvalue next to z, as often as it is repeated; None when none is near."""
+        start = z
+        for _ in range(30):
+            mu = self._steps(z)
+            if not len(mu) or abs(mu[0]) > STRAY * z or abs(z - start) > STRAY * start:
+                return None
+            close = COPIES_WITHIN * abs(z)
+            copies = mu[np.abs(mu) <= max(close, 3 * abs(mu[0]))] if abs(mu[0]) <= close else mu[:1]
+            if np.abs(copies).max() <= close and abs(copies.mean()) <= NEWTON_SETTLED * abs(z):
+                return np.sort(z - copies.real)
+            z = float(z - copies.real.mean())
+        return None
 
+    def _steps(self, z: float) -> Complex:
+        """Finite eigenvalues of T(z) x = mu T'(z) x, smallest first."""
+        T, slope = self._linearised(z)
+        try:
+            inverse = np.linalg.solve(T, slope)
+        except np.linalg.LinAlgError:  # z is an eigenvalue to the last digit
+            inverse = np.linalg.solve(self._linearised(z * (1 + LAST_DIGIT))[0], slope)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            mu = 1 / la.eigvals(inverse)
+        mu = mu[np.isfinite(mu)]
+        return np.asarray(mu[np.argsort(np.abs(mu))], dtype=complex)
 
-def _nearby(problem: MatrixFunction, z: float, is_real: bool) -> Array:
-    """Eigenvalues next to z by the linearised problem T(z) x = mu T'(z) x."""
-    mu = _steps(problem, z, is_real)
-    mu = mu[np.abs(mu) <= STRAY * abs(z)]
-    return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + COPIES_WITHIN * abs(z)].real
-
-
-def _steps(problem: MatrixFunction, z: float, is_real: bool) -> Complex:
-    """Finite eigenvalues of T(z) x = mu T'(z) x, smallest first."""
-    T, slope = _linearised(problem, z, is_real)
-    try:
-        inverse = np.linalg.solve(T, slope)
-    except np.linalg.LinAlgError:  # z is an eigenvalue to the last digit
-        inverse = np.linalg.solve(_linearised(problem, z * (1 + LAST_DIGIT), is_real)[0], slope)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mu = 1 / la.eigvals(inverse)
-    mu = mu[np.isfinite(mu)]
-    return np.asarray(mu[np.argsort(np.abs(mu))], dtype=complex)
-
-
-def _linearised(problem: MatrixFunction, z: float, is_real: bool) -> tuple[Any, Any]:
-    """T and dT/dz at real z: from one point a little off the real line where T is real there (Squire and Trapp 1998),
-    else by a difference quotient."""
-    if is_real:
-        T = problem(complex(z, IMAGINARY_STEP * z))
-        return T.real, T.imag / (IMAGINARY_STEP * z)
-    return problem(z), (problem(z * (1 + SLOPE_STEP)) - problem(z * (1 - SLOPE_STEP))) / (2 * SLOPE_STEP * z)
-
-
-def _newton(problem: MatrixFunction, z: float, is_real: bool) -> Array | None:
-    """The eigenvalue next to z, as often as it is repeated; None when none is near."""
-    start = z
-    for _ in range(30):
-        mu = _steps(problem, z, is_real)
-        if not len(mu) or abs(mu[0]) > STRAY * z or abs(z - start) > STRAY * start:
-            return None
-        close = COPIES_WITHIN * abs(z)
-        copies = mu[np.abs(mu) <= max(close, 3 * abs(mu[0]))] if abs(mu[0]) <= close else mu[:1]
-        if np.abs(copies).max() <= close and abs(copies.mean()) <= NEWTON_SETTLED * abs(z):
-            return np.sort(z - copies.real)
-        z = float(z - copies.real.mean())
-    return None
+    def _linearised(self, z: float) -> tuple[Any, Any]:
+        """T and dT/dz at real z: from one point a little off the real line where T is real there (Squire and Trapp
+        1998), else by a difference quotient."""
+        if self.is_real:
+            T = self.T(complex(z, IMAGINARY_STEP * z))
+            return T.real, T.imag / (IMAGINARY_STEP * z)
+        return self.T(z), (self.T(z * (1 + SLOPE_STEP)) - self.T(z * (1 - SLOPE_STEP))) / (2 * SLOPE_STEP * z)
 
 
 def critical_factors(K: Matrix, K_g: Matrix, n: int) -> Array:

@@ -199,7 +199,7 @@ def _each(K: Array, M: Array, count: int) -> Eigenpairs:
 
 
 def lowest_groups(
-    K: Any, M: Any, count: int, guard: int, gap: float, forces: Callable[[Array], Array]
+    K: Any, M: Any, count: int, *, guard: int, gap: float, forces: Callable[[Array], Array]
 ) -> Eigenpairs | None:
     """The `count` lowest eigenpairs of sparse symmetric K and M (n, n), and up to `guard - 1` more that follow without
     a relative gap wider than `gap`; an inertia count proves that there are no others below.

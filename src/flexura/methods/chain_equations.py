@@ -170,8 +170,8 @@ class ChainEquations(ABC):
             end = k + 1 + int(np.argmax(np.diff(guess[k : end + 1]))) if end < len(guess) and end > k + 1 else end
             high = (guess[end - 1] + guess[end]) / 2 if end < len(guess) else 1.1 * guess[end - 1]
             poles = self.poles(high) - self.poles(low)
-            inside = real_eigenvalues(watched, float(low), float(high), guess[k:end], poles, self.is_real)
-            frequencies += inside.tolist()
+            span = float(low), float(high), guess[k:end]
+            frequencies += real_eigenvalues(watched, *span, poles=poles, is_real=self.is_real).tolist()
             low, k = high, end
         return np.array(frequencies[:count]) / (2 * np.pi)
 

@@ -241,6 +241,7 @@ class _Batch:
         count: int,
         tolerance: float,
         parameters: Mapping[str, ArrayLike],
+        *,
         samples: int = SAMPLED_DESIGNS,
     ) -> None:
         self.plan, self.count, self.tolerance, self.parameters = plan, count, tolerance, parameters
@@ -272,7 +273,7 @@ class _Batch:
         """Keep more modes of the slowest chains until the intervals of a design, the default one or that of a number,
         are well within the tolerance."""
         for _ in range(CHOOSING_ROUNDS):
-            arrow, top = self._order(design, number or 0), np.inf
+            arrow, top = self._assembled(design, number or 0), np.inf
             if number is not None:
                 self._recent = self.chains, number, arrow
             if self._is_searchable:
@@ -303,22 +304,22 @@ class _Batch:
             kept[name or "mechanism"] += forces.shape[0] * forces.shape[-1]
         return kept
 
-    def _order(self, design: Design, first: int) -> Arrow:
+    def _assembled(self, design: Design, first: int) -> Arrow:
         try:
             return self.chains(design)
         except ImpossibleDesignError as error:
             raise named(error, first, self.parameters) from None
 
-    def _bounds(self, order: Arrow, tolerance: float) -> ChainBounds:
+    def _bounds(self, arrow: Arrow, tolerance: float) -> ChainBounds:
         """Bounds on the squared frequencies of a stack: branch by branch where these alone are much stiffer, and
         in one matrix for designs for which that does not prove enough."""
         if not self.chains.is_arrow(self.count):
-            return chain_bounds(order.dense, self.count, self.chains.start(self.count), tolerance)
+            return chain_bounds(arrow.dense, self.count, self.chains.start(self.count), tolerance)
         rigid = int((self.chains.start(self.count).values <= 0).sum())
-        bounds = arrow_bounds(order, self.count, rigid, tolerance)
+        bounds = arrow_bounds(arrow, self.count, rigid, tolerance)
         missed = np.flatnonzero(~_is_proven(*_hertz(bounds), tolerance))
         if len(missed):
-            dense = chain_bounds(order.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
+            dense = chain_bounds(arrow.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
             bounds.lower[missed], bounds.upper[missed], bounds.zero[missed] = dense.lower, dense.upper, dense.zero
         return bounds
 
@@ -327,16 +328,16 @@ class _Batch:
         if self.is_stacked:
             recent = self._recent
             if recent is not None and recent[:2] == (self.chains, designs.start) and designs.stop - designs.start == 1:
-                order = recent[2]
+                arrow = recent[2]
             else:
-                order = self._order(self._designs(values, designs), designs.start)
-            answer = _hertz(self._bounds(order, self.tolerance))
-            for d in np.flatnonzero(~np.isfinite(answer[1:]).all(axis=(0, 2))):
+                arrow = self._assembled(self._designs(values, designs), designs.start)
+            bounds = _hertz(self._bounds(arrow, self.tolerance))
+            for d in np.flatnonzero(~np.isfinite(bounds[1:]).all(axis=(0, 2))):
                 with suppress(SolverError):  # stays without an upper bound, and unproven
                     alone = _alone(self.plan, one_of(self.parameters, designs.start + int(d)), self.count)
-                    for bound, value in zip(answer, alone, strict=True):
+                    for bound, value in zip(bounds, alone, strict=True):
                         bound[d] = value
-            return answer
+            return bounds
         solved = [_alone(self.plan, one_of(self.parameters, d), self.count) for d in range(designs.start, designs.stop)]
         f, low, up = (np.array(column) for column in zip(*solved, strict=True))
         return f, low, up

@@ -167,7 +167,7 @@ def _numbered(
 
 
 def part_transforms(
-    design: Design, name: str, which: list[int], nodes: Index, base: list[int], meets: NDArray[np.bool_]
+    design: Design, name: str, which: list[int], nodes: Index, *, base: list[int], meets: NDArray[np.bool_]
 ) -> Array:
     """G (..., k, nodes, 6, 6): displacements of nodes of the copies `which` (k,) of a prototype, in its frame, from
     those of their roots in the axes of the instances `base` (k,); nodes that meet the core (k, nodes) stand for

@@ -196,7 +196,12 @@ def proof(full: ChainedModel, pairs: Eigenpairs, n: int, up_to: float | None = N
             if complete < n:
                 lower[:p], upper[:p] = part.lower, part.upper
     quotients = np.where((values[:n] == 0) & (lower <= 0), 0.0, np.clip(quotients, lower, upper))
-    return _in_hertz(quotients, (lower, upper, indexed), whole), whole
+    if whole.most < n:
+        raise SolverError("the inertia count contradicts the Ritz values: the stiffness has lost all its digits")
+    lower, upper = (np.where(np.isfinite(b), np.sqrt(np.maximum(b, 0)), b) / HERTZ for b in (lower, upper))
+    hz, below = np.sqrt(np.maximum(quotients, 0)) / HERTZ, float(np.sqrt(whole.rho)) / HERTZ
+    bounds = np.maximum(lower, 0.0), upper, indexed
+    return Certificate(hz, *bounds, below, whole.most, n, whole.is_counted), whole
 
 
 def _enclosures(pencil: Pencil, values: Array, vectors: Array, up_to: float | None = None) -> Enclosures:
@@ -223,15 +228,6 @@ def _prefixes(values: Array, with_end: bool) -> list[int]:
             prefixes.append(k)
             top = float(values[k - 1])
     return prefixes
-
-
-def _in_hertz(values: Array, bounds: tuple[Array, Array, NDArray[np.bool_]], whole: Enclosures) -> Certificate:
-    if whole.most < len(values):
-        raise SolverError("the inertia count contradicts the Ritz values: the stiffness has lost all its digits")
-    lower, upper = (np.where(np.isfinite(b), np.sqrt(np.maximum(b, 0)), b) / HERTZ for b in bounds[:2])
-    hz = np.sqrt(np.maximum(values, 0)) / HERTZ
-    below = float(np.sqrt(whole.rho)) / HERTZ
-    return Certificate(hz, np.maximum(lower, 0.0), upper, bounds[2], below, whole.most, len(values), whole.is_counted)
 
 
 def shift_beyond(values: Array, n: int, up_to: float | None = None, reach: float = SHIFT_RATIOS[0]) -> float:

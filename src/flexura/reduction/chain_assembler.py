@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,18 +54,21 @@ class _Placed:
     place: Index
     meets: NDArray[np.bool_]
 
-    def of(self, rows: Index) -> tuple[Index, NDArray[np.bool_]]:
-        """Coordinates (k, n, 6) and flags (k, n) of some of the nodes."""
-        return self.place[:, rows], self.meets[:, rows]
+
+class _ChainMap(NamedTuple):
+    """The frame of a set of chains, the maps L (..., p, n, n) to their coordinates from those where they are placed,
+    and the `size` |L| before digits cancel."""
+
+    frame: PoleFrame
+    L: Array
+    size: Array
 
 
 @dataclass(frozen=True)
 class _Maps:
-    """What depends on geometry alone: for each set of chains its frame, the maps L (..., p, n, n) to the chains'
-    coordinates from those where they are placed, and |L| before digits cancel; maps of the discrete elements; T of
-    every block."""
+    """What depends on geometry alone: maps of sets of chains and of the discrete elements, and T of every block."""
 
-    chains: list[tuple[PoleFrame, Array, Array]]
+    chains: list[_ChainMap]
     discrete_elements: list[Array]
     T: list[Array]
 
@@ -164,13 +168,13 @@ class ChainAssembler:
         for kinds in self._sets.values():
             for kind in kinds:
                 name, g = kind
-                ends, _ = self._placed[name].of(self._rows(name, self.reducers[name].chains[g].nodes[:, [0, -1]]))
-                ends = ends.reshape(len(ends), -1, 12)
+                place = self._placed[name].place[:, self._rows(name, self.reducers[name].chains[g].nodes[:, [0, -1]])]
+                ends = place.reshape(len(place), -1, 12)
                 modal = np.stack([self._modal[kind, k] for k in self._placed[name].copies])
                 self._add(rows, entries, name, np.concatenate([ends, modal], axis=-1))
         for name, reducer in self.reducers.items():
             for nodes, _, _ in reducer.part.discrete_nodes():
-                place, _ = self._placed[name].of(self._rows(name, nodes))
+                place = self._placed[name].place[:, self._rows(name, nodes)]
                 self._add(rows, entries, name, place.reshape(len(place), 1, -1))
         self._row_target, self._entry_target = (
             np.concatenate(targets) if targets else np.empty(0, int) for targets in (rows, entries)
@@ -219,7 +223,7 @@ class ChainAssembler:
                     L.append(copies_in_a_row(B[..., None, :, :, :] @ T))
                     size.append(copies_in_a_row(abs(B)[..., None, :, :, :] @ abs(T)))
                 whole = [bordered(joined_along(maps, -3), kept) for maps in (L, size)]
-                chains.append((frame, whole[0], whole[1]))
+                chains.append(_ChainMap(frame, *whole))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
                     discrete_elements.append(block_diagonal(self._transforms(design, name, np.array(nodes))))
@@ -230,7 +234,8 @@ class ChainAssembler:
     def _transforms(self, design: Design, name: str, nodes: Index) -> Array:
         placed = self._placed[name]
         flat = np.ravel(nodes)
-        return part_transforms(design, name, placed.copies, flat, placed.base, placed.of(self._rows(name, flat))[1])
+        meets = placed.meets[:, self._rows(name, flat)]
+        return part_transforms(design, name, placed.copies, flat, base=placed.base, meets=meets)
 
     def _interface(self, design: Design, kinds: list[int]) -> Array:
         """T (..., q, r, i, c) of a block."""
@@ -277,7 +282,7 @@ class ChainAssembler:
             A = stacked(element, designs)
             placed.append(T.mT @ A @ T)
             spreads.append(placing_error(A, abs(T)))
-        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow)
+        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
         elements = design.discrete_elements()
@@ -301,6 +306,7 @@ class ChainAssembler:
         T: list[Array],
         slowness: Array,
         loss: Array,
+        *,
         slow: Mapping[ChainKind, float] | None = None,
     ) -> Arrow:
         """Blocks and core of matrices (r, designs, p, n, n) and spreads (r, designs, p, n) at their places."""

@@ -84,30 +84,28 @@ def find_chains(part: Part, kept: Index | None = None) -> list[ChainGroup]:
         at_node[i].append(e)
         at_node[j].append(e)
     used = np.zeros(len(part.connectivity), dtype=bool)
+
+    def walk(node: int, element: int) -> tuple[list[int], list[bool], list[int]]:
+        elements, reverse, nodes = [], [], [node]
+        while True:
+            used[element] = True
+            i, j = part.connectivity[element]
+            elements.append(element)
+            reverse.append(bool(j == node and i != node))
+            node = int(i if reverse[-1] else j)
+            nodes.append(node)
+            onward = [e for e in at_node[node] if not used[e]] if passable[node] else []
+            if not onward:
+                return elements, reverse, nodes
+            element = onward[0]
+
     by_length: dict[int, list[tuple[list[int], list[bool], list[int]]]] = {}
     for node in np.flatnonzero(~passable):
         for first in at_node[node]:
             if not used[first]:
-                chain = _chain_from(part, at_node, passable, used, int(node), first)
+                chain = walk(int(node), first)
                 by_length.setdefault(len(chain[0]), []).append(chain)
     return [ChainGroup(*(np.array(column) for column in zip(*chains, strict=True))) for chains in by_length.values()]
-
-
-def _chain_from(
-    part: Part, at_node: list[list[int]], passable: NDArray[np.bool_], used: NDArray[np.bool_], node: int, element: int
-) -> tuple[list[int], list[bool], list[int]]:
-    elements, reverse, nodes = [], [], [node]
-    while True:
-        used[element] = True
-        i, j = part.connectivity[element]
-        elements.append(element)
-        reverse.append(bool(j == node and i != node))
-        node = int(i if reverse[-1] else j)
-        nodes.append(node)
-        onward = [e for e in at_node[node] if not used[e]] if passable[node] else []
-        if not onward:
-            return elements, reverse, nodes
-        element = onward[0]
 
 
 def kinematics(part: Part, group: ChainGroup, geometry: PartGeometry) -> ChainKinematics:

@@ -176,8 +176,8 @@ def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
             slopes += _elements(matrices, part.connectivity, u, force, pairs)
         for discrete in matrices.discrete_elements:
             placed = [k for k, node in enumerate(discrete.nodes) if node < part.n_positioned]
-            positions = design.geometry.parts[name].positions
-            slopes += _discrete(discrete, placed, positions, u, force, pairs)
+            B = _relative(discrete.nodes, placed, design.geometry.parts[name].positions)
+            slopes += _discrete(discrete, B, u, force, pairs)
         if isinstance(G, Dual):
             slopes += _with(G, np.einsum("cniq,cnjq->cnijq", force, x[..., pairs.second]))
     return slopes
@@ -215,10 +215,20 @@ def _elements(matrices: PartMatrices, nodes: Index, u: Array, force: Array, pair
     return slopes
 
 
-def _discrete(
-    discrete: DiscreteElement, placed: list[int], positions: Any, u: Array, force: Array, pairs: Pairs
-) -> Any:
-    """The same of a discrete element, with the arms between its nodes in place of lengths."""
+def _relative(nodes: Sequence[int], placed: list[int], positions: Any) -> Any:
+    """B (6k, 6k): displacements of k nodes less what the rigid motion of the first one `placed` makes of them."""
+    B: Any = np.eye(6 * len(nodes))
+    if len(placed) > 1:
+        at = [nodes[k] for k in placed]
+        arms = rigid_arm(positions[at] - positions[at[0]])
+        B = zeros(B.shape, arms) + B
+        for k, arm in zip(placed, arms, strict=True):
+            B[6 * k : 6 * k + 6, 6 * placed[0] : 6 * placed[0] + 6] -= arm
+    return B
+
+
+def _discrete(discrete: DiscreteElement, B: Any, u: Array, force: Array, pairs: Pairs) -> Any:
+    """The same of a discrete element, with the relative displacements B of its nodes in place of lengths."""
     a, b, value = pairs
     v = u[:, discrete.nodes]
     shape, slopes = v.shape, 0.0
@@ -228,13 +238,6 @@ def _discrete(
         slopes = slopes - _with(discrete.M, np.einsum("ciq,cjq->ijq", flat[..., a], flat[..., b]) * value)
         back -= value * (plain(discrete.M) @ flat)[..., a]
     if discrete.K is not None:
-        B: Any = np.eye(flat.shape[1])
-        if len(placed) > 1:
-            at = [discrete.nodes[k] for k in placed]
-            arms = rigid_arm(positions[at] - positions[at[0]])
-            B = zeros(B.shape, arms) + B
-            for k, arm in zip(placed, arms, strict=True):
-                B[6 * k : 6 * k + 6, 6 * placed[0] : 6 * placed[0] + 6] -= arm
         strain = plain(B) @ flat
         pull = (plain(discrete.K) @ strain)[..., a]
         slopes = slopes + _with(discrete.K, np.einsum("ciq,cjq->ijq", strain[..., a], strain[..., b]))
@@ -293,7 +296,9 @@ def frequency_slopes(design: Design, n: int) -> FrequencySlopes:
 def _pairs(design: Design, n: int) -> Eigenpairs:
     """The `n` lowest pairs of a design without slopes, and further copies of the last."""
     (K, M), family = stiffness_and_mass(design), FullOrderFamily(design.plan)
-    pairs = lowest_groups(K, M, n, SPARE_EIGENVALUES, REPEATED_EIGENVALUES, lambda X: family.products_of(design, X)[0])
+    pairs = lowest_groups(
+        K, M, n, guard=SPARE_EIGENVALUES, gap=REPEATED_EIGENVALUES, forces=lambda X: family.products_of(design, X)[0]
+    )
     return pairs or whole_clusters(K, M, n)
 
 

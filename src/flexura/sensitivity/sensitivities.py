@@ -298,7 +298,8 @@ def response_sensitivities(
     X = np.hstack([pairs.vectors, G])
     changes = family.changes(at, chosen, X)
     moved = moved_clusters(solved.K, solved.M, pairs, [first_columns(c, len(pairs.values)) for c in changes])
-    H, dH = modal_response(family, at, pairs, moved, G, changes, hz, len(outputs), damping)
+    count = len(outputs)
+    H, dH = modal_response(family, at, pairs, moved, static=G, changes=changes, hz=hz, outputs=count, damping=damping)
     dH[[not c.is_smooth for c in changes]] = np.nan
     return ResponseSensitivities(chosen, np.array(list(values.values())), hz, H, dH)
 
@@ -341,17 +342,19 @@ def modal_response(
     at: Mapping[str, float],
     pairs: Eigenpairs,
     moved: Sequence[Cluster],
-    G: Array,
+    *,
+    static: Array,
     changes: Sequence[Change],
     hz: Array,
-    p: int,
+    outputs: int,
     damping: float | Array,
 ) -> tuple[Complex, Complex]:
     """H (f, p, m) and dH (P, f, p, m); the family reads p outputs, then m inputs (theory eqs. K10-K12).
 
-    `changes` are those of the vectors and then of G, whose columns may be none: then there is no static correction.
+    `changes` are those of the vectors and then of `static` ones, of which there may be none: then there is no static
+    correction.
     """
-    w, k = 2 * np.pi * hz, len(pairs.values)
+    w, k, p, G = 2 * np.pi * hz, len(pairs.values), outputs, static
     Y, S = np.split(family.readings(at, np.hstack([pairs.vectors, G])), [k], axis=1)
     zeta = np.broadcast_to(np.asarray(damping, dtype=float), (k,))
     lam = pairs.values

@@ -103,7 +103,11 @@ def system(
     rows = all_rows if recover is None else np.asarray(all_rows @ recover)
     residual = np.zeros((len(outs), len(ins)))
     if static_correction and recover is not None and residual.size:
-        residual = _lacking(full, all_rows, loads, model, rows, B)
+        flexible = flexibility(full)
+        whole = all_rows @ flexible(loads)
+        lacking = whole - rows @ stored_flexibility(model.K, model.M, flexible.shift)(B)
+        scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
+        residual = np.where(np.abs(lacking) > CORRECTION_ROUNDING * scale, lacking, 0.0)
     return System(
         model,
         model.M,
@@ -229,12 +233,3 @@ def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:
     projected = recover.T @ (A @ recover)
     dense = projected.toarray() if hasattr(projected, "toarray") else np.asarray(projected)
     return (dense + dense.T) / 2 if isinstance(K, np.ndarray) else sp.csc_matrix(projected)
-
-
-def _lacking(full: FullOrderModel, all_rows: Array, loads: Array, low: Any, rows: Array, B: Array) -> Array:
-    """Static gain (p, m) of the full-order model less that of the coordinates; zero where it is round-off."""
-    flexible = flexibility(full)
-    whole = all_rows @ flexible(loads)
-    lost = whole - rows @ stored_flexibility(low.K, low.M, flexible.shift)(B)
-    scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
-    return np.where(np.abs(lost) > CORRECTION_ROUNDING * scale, lost, 0.0)

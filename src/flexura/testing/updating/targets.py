@@ -332,9 +332,17 @@ class ResponseTarget:
             ratios = self.damping + self.decay / np.sqrt(np.maximum(state.pairs.values, 1e-300))
         reader, n = _Cut(state.family, rows), len(state.pairs.values)
         keep = np.r_[:n, n + np.arange(rows.start, rows.stop)]
-        changes = [Change(c.K[:, keep], c.M[:, keep], c.Y[rows][:, keep]) for c in state.changes]
-        modes = (state.pairs, state.moved, state.G[:, rows], changes)
-        H, dH = modal_response(reader, state.at, *modes, self.hz, len(self.outputs), ratios)
+        H, dH = modal_response(
+            reader,
+            state.at,
+            state.pairs,
+            state.moved,
+            static=state.G[:, rows],
+            changes=[Change(c.K[:, keep], c.M[:, keep], c.Y[rows][:, keep]) for c in state.changes],
+            hz=self.hz,
+            outputs=len(self.outputs),
+            damping=ratios,
+        )
         order = np.array([DERIVATIVE.get(c.quantity, 0) for c in self.outputs])
         factor = ((2j * np.pi * self.hz[:, None]) ** order)[:, :, None]
         return H * factor, dH * factor
