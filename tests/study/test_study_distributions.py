@@ -8,8 +8,7 @@ import scipy.stats as st
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.study.tolerances.distributions import Measured, Normal, Triangular, Uniform
-from flexura.study.tolerances.spreads import distribution_of
+from flexura.study.tolerances.distributions import Measured, Normal, Triangular, Uniform, distribution_of
 from helpers.shell import GUIDE
 
 SHARES = np.array([1e-9, 1e-4, 0.025, 0.3, 0.5, 0.77, 0.999, 1 - 1e-9])

@@ -10,8 +10,8 @@ import pytest
 from flexura.errors import OptionError
 from flexura.study.space import Variable
 from flexura.study.tolerances.distributions import Normal, Uniform
-from flexura.study.tolerances.linear import extreme, linear_deviation, variance_shares
-from flexura.study.tolerances.sampling import ScrambledNets
+from flexura.study.tolerances.nets import ScrambledNets
+from flexura.study.tolerances.worst_case import extreme, linear_deviation, variance_shares
 
 
 def sizes(*names: str) -> list[Variable]:

@@ -15,8 +15,8 @@ import pytest
 
 from flexura.errors import OptionError, SolverError
 from flexura.study.engine import open_study, run
-from flexura.study.engine.cluster import on_cluster
 from flexura.study.engine.work import Work
+from flexura.study.engine.workers import on_cluster
 from helpers.cheap_studies import ROOT, asked, files, space
 
 distributed = pytest.importorskip("distributed")
@@ -141,7 +141,7 @@ def test_all_workers_lost_keeps_what_is_done(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("answer", [b"", b"SSH-2.0-OpenSSH_9.2"], ids=["silent", "other"])
 def test_a_port_that_is_not_of_dask_is_said(monkeypatch, answer):
-    monkeypatch.setattr(sys.modules["flexura.study.engine.cluster"], "ANSWERS", 0.2)
+    monkeypatch.setattr(sys.modules["flexura.study.engine.workers"], "ANSWERS", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as server:
         held = []
 

@@ -16,13 +16,10 @@ from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import FlexuraError, OptionError
 from flexura.extras import need
 from flexura.sizes import within
-from flexura.study.engine.cluster import connected, on_cluster
-from flexura.study.engine.identity import Identity
-from flexura.study.engine.pool import cpu_count, on_processes
-from flexura.study.engine.shards import Folder
-from flexura.study.engine.summary import Summary
-from flexura.study.engine.table import StudyTable, described
+from flexura.study.engine.shards import Folder, Identity
+from flexura.study.engine.table import StudyTable, Summary, described
 from flexura.study.engine.work import PROVEN, REASON, Columns, Work
+from flexura.study.engine.workers import connected, cpu_count, on_cluster, on_processes
 from flexura.study.questions import Questions
 from flexura.study.space import Designs
 

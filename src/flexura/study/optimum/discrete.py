@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.deadline import Listener, Progress, unheard
-from flexura.study.optimum.box import Box
-from flexura.study.optimum.climb import FEASIBLE, Method, is_better
-from flexura.study.optimum.landscape import FailedDesign, Landscape, Sample
+from flexura.study.optimum.climb import FEASIBLE, Method, Solved, best_of, is_better
+from flexura.study.optimum.landscape import Box, FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
-from flexura.study.optimum.solve import Solved, best_of
 
 Levels = tuple[int, ...]
 

@@ -14,9 +14,8 @@ from flexura.deadline import Listener, Progress, unheard
 from flexura.extras import need
 from flexura.study.optimum.climb import FEASIBLE, Method, climb
 from flexura.study.optimum.discrete import Mixed
-from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.landscape import Landscape, stationarity
 from flexura.study.optimum.rows import Row
-from flexura.study.optimum.stationarity import stationarity
 
 GENERATIONS = 60
 """Generations of the search for a front; each has twice as many designs as are asked for."""

@@ -17,12 +17,11 @@ from flexura.errors import OptionError, SolverError
 from flexura.expressions import Expression
 from flexura.mechanism import Mechanism, OptimumStudy, Range, bounds
 from flexura.structure import Plan, one_design, plan_of
-from flexura.study.optimum.climb import Method
+from flexura.study.optimum.climb import Method, best_of
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front
 from flexura.study.optimum.outcome import optimum_of, pareto_of
 from flexura.study.optimum.results import Optimum, Pareto
-from flexura.study.optimum.solve import best_of
 from flexura.study.optimum.task import task_of
 from flexura.study.space import Variable, Varied
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.structure import Plan, plan_of
-from flexura.study.optimum.box import Box
+from flexura.study.optimum.landscape import Box
 from flexura.study.optimum.results import Optimum, OptimumVariable
 from flexura.study.questions import Formula, Quantity, Questions, Relation, formula, relation
 from flexura.tables import counted

@@ -13,11 +13,9 @@ from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import bounds
 from flexura.structure import Plan
-from flexura.study.optimum.asked import AskedDesigns, Combined, Difference, Wording, wording
-from flexura.study.optimum.box import Box
 from flexura.study.optimum.discrete import Mixed
-from flexura.study.optimum.landscape import Judged, Landscape
-from flexura.study.optimum.rows import Row
+from flexura.study.optimum.landscape import Box, Judged, Landscape
+from flexura.study.optimum.rows import AskedDesigns, Combined, Difference, Row, Wording, wording
 from flexura.study.questions import Formula, Relation, formula, relation
 from flexura.study.space import Space, Variable, Varied, variables
 

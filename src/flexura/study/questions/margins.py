@@ -12,12 +12,11 @@ from flexura.analysis import ModelError, interval_text, model_errors_of_modes
 from flexura.arrays import Array
 from flexura.records import Record
 from flexura.structure import Plan
-from flexura.study.questions.catalogue import FREQUENCY, Quantity
-from flexura.study.questions.designs import FAILURES, reason_of
+from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
 from flexura.study.questions.formulas import Formula
+from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import AtPose
-from flexura.study.questions.statics import STATIC, ends_of
 
 Interval = tuple[float, float]
 Pose = tuple[tuple[str, float], ...]

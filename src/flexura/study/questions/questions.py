@@ -19,16 +19,23 @@ from flexura.records import Record
 from flexura.reduction import independent_frequencies, independent_motions
 from flexura.sensitivity import free_names
 from flexura.structure import Design, Plan, one_design, plan_of
-from flexura.study.questions.answers import TOLERANCE, Answers, are_proven
-from flexura.study.questions.catalogue import FREQUENCY, Quantity, askable
-from flexura.study.questions.designs import FAILURES, Block, reason_of
-from flexura.study.questions.followed import MODES, clear_mode
-from flexura.study.questions.grammar import separate
-from flexura.study.questions.masses import body_mass, total_mass
+from flexura.study.questions.blocks import (
+    FAILURES,
+    STATIC,
+    TOLERANCE,
+    Answers,
+    Block,
+    Statics,
+    are_proven,
+    body_mass,
+    reason_of,
+    total_mass,
+)
+from flexura.study.questions.grammar import FREQUENCY, Quantity, askable, separate
 from flexura.study.questions.reading import Freedom, Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
-from flexura.study.questions.statics import STATIC, Statics
+from flexura.study.questions.states import MODES, clear_mode
 
 
 class Frequencies:

@@ -13,9 +13,8 @@ from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError
 from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
-from flexura.study.tolerances.indices import SobolIndices
-from flexura.study.tolerances.intervals import Estimate, share_interval
-from flexura.study.tolerances.linear import Extreme
+from flexura.study.tolerances.nets import Estimate, SobolIndices, share_interval
+from flexura.study.tolerances.worst_case import Extreme
 from flexura.tables import Facts, Table, percent, quantity
 
 

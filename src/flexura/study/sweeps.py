@@ -1,7 +1,4 @@
-"""The verb that asks the same of many designs.
-
-Sweeps that a model file describes, as what the verb is called with.
-"""
+"""The same questions of many designs: a row for each, and what a model file describes of such a sweep."""
 
 from __future__ import annotations
 
