@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from difflib import get_close_matches
@@ -12,48 +11,11 @@ from typing import Any
 from flexura.arguments import verb
 from flexura.deadline import Listener
 from flexura.errors import OptionError
-from flexura.mechanism import Mechanism, Parameter, Range, SweepStudy, evaluated, parameter_values
+from flexura.mechanism import Mechanism, SweepStudy, parameter_values
 from flexura.structure import Plan, one_design, plan_of
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, questions
 from flexura.study.space import Sampling, Space, Variable, Varied, variables
-
-
-def described_sweep(mechanism: Mechanism, name: str, parameters: Mapping[str, float]) -> dict[str, Any]:
-    """The arguments `vary`, `ask`, `sampling`, `samples` and `seed` of a study of the description, by its name.
-
-    Raises OptionError where there is no such study, or one of another kind.
-    """
-    known = mechanism.studies
-    if name not in known:
-        close = get_close_matches(str(name), known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"studies: {', '.join(known) or 'none'}"
-        raise OptionError(f"{name!r} is not a study of the description; {hint}")
-    own = known[name].own
-    if not isinstance(own, SweepStudy):
-        raise OptionError(f"the study {name!r} is no sweep; {known[name].words}")
-    vary = [variable_of(mechanism, key, varied, parameters) for key, varied in own.vary.items()]
-    return {"vary": vary, "ask": own.ask, "sampling": own.sampling, "samples": own.samples, "seed": own.seed}
-
-
-def variable_of(mechanism: Mechanism, name: str, varied: Any, parameters: Mapping[str, float]) -> Variable:
-    """The variable that a study of the description names, at values of the other parameters; an end that is left out is
-    the bound of the parameter."""
-    values = {key: float(own) for key, own in parameter_values(mechanism, parameters).items()}
-    parameter: Parameter = evaluated(mechanism.parameters[name], values)
-    if not isinstance(varied, Range):
-        return Variable.of(name, [_number(own, values) for own in varied], parameter.unit)
-    own = evaluated(varied, values)
-    low = _number(parameter.minimum if own.from_ is None else own.from_, values)
-    high = _number(parameter.maximum if own.to is None else own.to, values)
-    if own.integer:
-        low, high = float(math.ceil(low)), float(math.floor(high))
-    kind = "integer" if own.integer else "continuous"
-    return Variable(name, low, high, kind, own.steps, own.scale, unit=parameter.unit)
-
-
-def _number(value: Any, values: Mapping[str, float]) -> float:
-    return float(value.evaluate(values)) if hasattr(value, "evaluate") else float(value)
 
 
 @verb
@@ -87,19 +49,37 @@ def sweep(
     plan = plan_of(model, parameters)
     fixed = one_design(parameters)
     plan.values(fixed)
-    known = [name for name, own in plan.mechanism.studies.items() if isinstance(own.own, SweepStudy)]
+    known = [name for name, described in plan.mechanism.studies.items() if isinstance(described.own, SweepStudy)]
     if study is None and vary is None and len(known) == 1:
         study = known[0]
-    told = described_sweep(plan.mechanism, study, fixed) if study is not None else {}
+    options = {} if study is None else described_sweep(plan.mechanism, study, fixed)
     given = {"vary": vary, "ask": ask, "sampling": sampling, "samples": samples, "seed": seed}
-    told |= {name: value for name, value in given.items() if value is not None}
+    options |= {name: value for name, value in given.items() if value is not None}
     for name, example in (("vary", "vary='thickness=0.2mm:0.6mm:50'"), ("ask", "ask='f1, mass'")):
-        if name not in told:
-            described = f", or a study of the description: {', '.join(known)}" if known else ""
-            raise OptionError(f"what to {name} is missing, e.g. {example}{described}")
-    own = variables(plan.mechanism, told["vary"], fixed)
-    space = Space(own, told.get("sampling", "grid"), told.get("samples"), told.get("seed", 0))
-    asked = questions(plan, told["ask"])
+        if name not in options:
+            listed = f", or a study of the description: {', '.join(known)}" if known else ""
+            raise OptionError(f"what to {name} is missing, e.g. {example}{listed}")
+    varied = variables(plan.mechanism, options["vary"], fixed)
+    space = Space(varied, options.get("sampling", "grid"), options.get("samples"), options.get("seed", 0))
+    asked = questions(plan, options["ask"])
     table = run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
     margins = Margins(plan, fixed, asked.quantities)
     return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins)
+
+
+def described_sweep(mechanism: Mechanism, name: str, parameters: Mapping[str, float]) -> dict[str, Any]:
+    """The arguments `vary`, `ask`, `sampling`, `samples` and `seed` of a study of the description, by its name.
+
+    Raises OptionError where there is no such study, or one of another kind.
+    """
+    known = mechanism.studies
+    if name not in known:
+        close = get_close_matches(str(name), known, n=1)
+        hint = f"did you mean {close[0]!r}?" if close else f"studies: {', '.join(known) or 'none'}"
+        raise OptionError(f"{name!r} is not a study of the description; {hint}")
+    study = known[name].own
+    if not isinstance(study, SweepStudy):
+        raise OptionError(f"the study {name!r} is no sweep; {known[name].words}")
+    values = {key: float(value) for key, value in parameter_values(mechanism, parameters).items()}
+    vary = [Variable.described(mechanism, key, variation, values) for key, variation in study.vary.items()]
+    return {"vary": vary, "ask": study.ask, "sampling": study.sampling, "samples": study.samples, "seed": study.seed}

@@ -121,6 +121,7 @@ def test_a_scheduler_that_is_lost_at_any_exchange_is_said(answered):
         status="running",
         scheduler=SimpleNamespace(address="tcp://127.0.0.1:8786"),
         submit=lambda *_, **__: exchange(Future()),
+        get_executor=lambda **_: SimpleNamespace(submit=lambda *_: exchange(Future()), shutdown=exchange),
         nthreads=lambda: exchange({"worker": 1}),
         cancel=exchange,
     )
@@ -130,7 +131,7 @@ def test_a_scheduler_that_is_lost_at_any_exchange_is_said(answered):
 
 @pytest.mark.slow
 def test_all_workers_lost_keeps_what_is_done(tmp_path, monkeypatch):
-    monkeypatch.setattr("flexura.study.engine.cluster.LOST", 2.0)
+    monkeypatch.setattr("flexura.study.engine.workers.LOST", 2.0)
     with cluster(1, tmp_path) as (address, _, workers):
         lost = after(tmp_path / "study", 6, workers[0].kill)
         with pytest.raises(SolverError, match=r"all workers of .* are lost\n *\d+ of 1000 designs are kept"):

@@ -22,13 +22,13 @@ from flexura.modelfile import dumps
 from flexura.records import Record
 from flexura.study.engine.work import PROVEN, REASON, Columns, Work
 
-FORMAT = 1
+STUDY_FORMAT = 1
 """Of the manifest and the shards."""
 
 UNRELATED = {"description", "studies", "test"}
 """Keys of a mechanism that no result of a study depends on."""
 
-DIGITS = 16
+HASH_DIGITS = 16
 """Of a hash in the name of a file."""
 
 
@@ -48,10 +48,10 @@ class Identity(Record):
         left_out = UNRELATED & set(type(mechanism).model_fields)
         plain = json.loads(mechanism.model_dump_json(exclude=left_out, fallback=_plain))
         shared = {
-            "format": FORMAT,
+            "format": STUDY_FORMAT,
             "flexura": __version__,
             "parameters": dict(sorted(work.fixed.items())),
-            "questions": [own.text for own in work.questions.quantities],
+            "questions": [quantity.text for quantity in work.questions.quantities],
             "space": work.space.describe(),
             "designs": work.space.size,
             "designs of a shard": work.size,
@@ -76,7 +76,7 @@ class Identity(Record):
 
 def shard_hash(key: str, number: int) -> str:
     """What names the shard of a block of the study with a key."""
-    return _hashed([key, number])[:DIGITS]
+    return _hashed([key, number])[:HASH_DIGITS]
 
 
 def _plain(value: Any) -> str:
@@ -108,10 +108,12 @@ class Folder:
         if not file.is_file():
             raise OptionError(f"{self.path}: there is no study here (no {MANIFEST})")
         try:
-            found = json.loads(read_text(file))
-            if found["format"] != FORMAT:
-                raise OptionError(f"{file}: format {found['format']!r:.20} is not known; this version reads {FORMAT}")
-            return {**found, "key": str(found["key"]), "columns": list(found["columns"])}
+            manifest = json.loads(read_text(file))
+            if manifest["format"] != STUDY_FORMAT:
+                raise OptionError(
+                    f"{file}: format {manifest['format']!r:.20} is not known; this version reads {STUDY_FORMAT}"
+                )
+            return {**manifest, "key": str(manifest["key"]), "columns": list(manifest["columns"])}
         except (ValueError, LookupError, TypeError) as error:
             raise OptionError(f"{file}: not the manifest of a study, or damaged: {error}") from None
 
@@ -122,7 +124,7 @@ class Folder:
     def numbers(self, key: str) -> list[int]:
         """Blocks of a study that have a file, in order."""
         names = (_NAMED.fullmatch(file.name) for file in self.path.iterdir()) if self.path.is_dir() else ()
-        return sorted(int(own[1]) for own in names if own and own[2] == shard_hash(key, int(own[1])))
+        return sorted(int(name[1]) for name in names if name and name[2] == shard_hash(key, int(name[1])))
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -184,7 +186,7 @@ class Folder:
     def write(self, key: str, number: int, columns: Columns) -> None:
         """Write a shard in one step. Raises OptionError when it cannot be written."""
         data, form = arrow_table(columns, {_KEY: _stamp(key, number)}), need("pyarrow.parquet", "study")
-        repeated = [name for name, own in columns.items() if own.dtype == object]
+        repeated = [name for name, column in columns.items() if column.dtype == object]
         write_file(
             self.file(key, number),
             lambda file: form.write_table(
@@ -201,12 +203,12 @@ class Folder:
         """What is wrong with a shard, by its size and footer; nothing with one that is whole."""
         form, lib = need("pyarrow.parquet", "study"), need("pyarrow", "study")
         try:
-            found = form.read_metadata(self.file(key, number))
+            footer = form.read_metadata(self.file(key, number))
         except (OSError, lib.ArrowException) as error:
             return " ".join(str(error).split())[:100]
-        if (found.metadata or {}).get(_KEY) != _stamp(key, number):
+        if (footer.metadata or {}).get(_KEY) != _stamp(key, number):
             return "it is of something else"
-        return "" if found.num_rows == designs else f"{found.num_rows} designs in place of {designs}"
+        return "" if footer.num_rows == designs else f"{footer.num_rows} designs in place of {designs}"
 
     def read(self, key: str, number: int, columns: list[str] | None = None) -> Columns:
         """The columns of a shard, or some of them. Raises OptionError for one that is damaged."""
@@ -240,7 +242,7 @@ def arrow_table(columns: Columns, metadata: dict[bytes, bytes] | None = None) ->
     """An Arrow table of columns."""
     lib = need("pyarrow", "study")
     kinds = {REASON: lib.string(), PROVEN: lib.bool_()}
-    arrays = {name: lib.array(own, type=kinds.get(name)) for name, own in columns.items()}
+    arrays = {name: lib.array(column, type=kinds.get(name)) for name, column in columns.items()}
     return lib.table(arrays, metadata=metadata)
 
 
@@ -253,5 +255,5 @@ def _changed(before: dict[str, Any], identity: Identity) -> str:
         "space": "what varies",
         "flexura": "the version of flexura",
     }
-    found = [words for name, words in names.items() if before.get(name) != identity.manifest.get(name)]
-    return f"{', '.join(found) or 'its description'} differ{'' if len(found) > 1 else 's'}"
+    changed = [words for name, words in names.items() if before.get(name) != identity.manifest.get(name)]
+    return f"{', '.join(changed) or 'its description'} differ{'' if len(changed) > 1 else 's'}"

@@ -1,10 +1,14 @@
-"""Who works blocks of designs out: processes of this machine, or the workers of a dask cluster."""
+"""Who works blocks of designs out: processes of this machine, or the workers of a dask cluster.
+
+Processes are programs of their own, not copies of this one, so that a script needs no guard around what it does, and
+their linear algebra has one thread each. They read pickles from their standard input, the work first, and answer each
+number of a block on their standard output. A cluster is sent the work once, and blocks in bundles.
+"""
 
 from __future__ import annotations
 
 import os
 import pickle
-import queue
 import re
 import signal
 import socket
@@ -15,10 +19,11 @@ import threading
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from flexura._version import __version__
 from flexura.errors import FlexuraError, OptionError, SolverError
@@ -26,14 +31,15 @@ from flexura.extras import need
 from flexura.sizes import ENVIRONMENT, LIMITS, size_limit
 from flexura.study.engine.work import Columns, Work
 
-LOOKED = 0.5
-"""Seconds between two looks at whether the process that asks is still there."""
+LARGEST_BUNDLE = 64
+BUNDLE_SECONDS = 2.0
+"""Seconds of work that blocks are bundled to, which makes what a task costs by itself small."""
 
 
 class Answer(NamedTuple):
     """The columns of a block; or why there are none, in words, with the `trace` of what was not foreseen."""
 
-    columns: dict[str, Any] | None
+    columns: Columns | None
     words: str = ""
     trace: str = ""
 
@@ -46,7 +52,14 @@ class Answer(NamedTuple):
         return error
 
 
-def answered(work: Any, number: int) -> Answer:
+class Bundle(NamedTuple):
+    """Answers to blocks, and the seconds that they took."""
+
+    answers: list[Answer]
+    seconds: float
+
+
+def answered(work: Work, number: int) -> Answer:
     """What a block comes to, errors as words: they are raised by another process."""
     try:
         return Answer(work(number))
@@ -56,33 +69,74 @@ def answered(work: Any, number: int) -> Answer:
         return Answer(None, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-def serve() -> None:
-    """Answer until the input ends, or the process that asks is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interruption of the terminal is for the process that asks
-    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    asked, told = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what libraries print
-    with suppress(EOFError, BrokenPipeError):
-        work = pickle.load(asked)
+class Workers(Protocol):
+    """Who is asked for bundles of blocks, `in_flight` at a time, each of `largest_bundle` blocks at most; bundles that
+    workers die of raise what is `deadly`."""
+
+    largest_bundle: int
+    deadly: tuple[type[Exception], ...]
+
+    @property
+    def in_flight(self) -> int:
+        """Bundles that are asked for at a time."""
+        ...
+
+    def submit(self, numbers: list[int]) -> Future[Bundle]:
+        """Ask for blocks of these numbers."""
+        ...
+
+    def check(self) -> None:
+        """See who is there. Raises SolverError when nobody is."""
+        ...
+
+    def end(self) -> None:
+        """Let nobody work on what is still on its way."""
+        ...
+
+
+def blocks_by(workers: Workers, work: Work, numbers: Iterable[int]) -> Iterator[tuple[int, Columns]]:
+    """Blocks of these numbers, in the order in which they are done. Raises SolverError for what a block raises, and
+    when workers are lost."""
+    left, size, numbers = work.blocks, 1, iter(numbers)
+    pending: dict[Future[Bundle], list[int]] = {}
+    try:
         while True:
-            pickle.dump(answered(work, pickle.load(asked)), told, protocol=pickle.HIGHEST_PROTOCOL)
-            told.flush()
+            most = workers.in_flight
+            while len(pending) < most and (bundle := list(islice(numbers, min(size, -(-left // most))))):
+                left -= len(bundle)
+                pending[workers.submit(bundle)] = bundle
+            if not pending:
+                return
+            done, _ = wait(pending, timeout=1, return_when=FIRST_COMPLETED)
+            workers.check()
+            while done:
+                future = done.pop()
+                bundle = pending.pop(future)
+                try:
+                    answers = future.result()
+                except workers.deadly:
+                    text = f"workers die at {work.designs(*bundle)}; is there too little memory?"
+                    raise SolverError(text) from None
+                seconds = max(answers.seconds / len(bundle), 1e-6)
+                size = min(max(int(BUNDLE_SECONDS / seconds), 1), workers.largest_bundle)
+                for number, answer in zip(bundle, answers.answers, strict=True):
+                    if answer.columns is None:
+                        raise answer.error(work.designs(number))
+                    yield number, answer.columns
+    finally:
+        workers.end()
 
 
-def _end_with(parent: int) -> None:
-    """End in the middle of a block when the process that asked for it is gone."""
-    while os.getppid() == parent:
-        time.sleep(LOOKED)
-    os._exit(1)
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
-
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-WAITING = 2
-"""Blocks for each process that may wait for being written."""
+WAITING_BLOCKS = 2
+"""Blocks for each process that may wait for it, or for being written."""
 
 LAST_WORDS = 2000
-"""Bytes of what a process that died has said."""
+"""Bytes of what a process that died has written."""
+
+PARENT_CHECK_SECONDS = 0.5
+"""Seconds between two looks at whether the process that asks is still there."""
 
 
 def cpu_count() -> int:
@@ -95,162 +149,133 @@ def cpu_count() -> int:
 def on_processes(
     work: Work, numbers: Iterable[int], workers: int, say: Callable[[str], None]
 ) -> Iterator[tuple[int, Columns]]:
-    """Blocks of these numbers by so many processes, in the order in which they are done.
+    """Blocks of these numbers by so many processes, as `blocks_by`.
 
-    A process that dies is named to `say`, and its block asked once more. Raises SolverError when that dies too, and for
-    what a block raises. Processes end with the iterator.
+    A process that dies is named to `say`, and its block asked once more. Raises SolverError when that dies too.
+    Processes end with the iterator.
     """
-    pool = _Pool(work, numbers, workers, say)
-    try:
-        yield from pool.results()
-    finally:
-        pool.close()
+    yield from blocks_by(_Processes(work, workers, say), work, numbers)
 
 
-class _Done(NamedTuple):
-    """A block that is done, or an error that ends the study; nothing when a process has nothing left to do."""
+class _Processes:
+    """A thread for each process, which asks it for one block after another."""
 
-    number: int = -1
-    columns: Columns | None = None
-    error: Exception | None = None
+    largest_bundle = 1
+    deadly = ()
 
+    def __init__(self, work: Work, workers: int, say: Callable[[str], None]) -> None:
+        self.in_flight: int = (1 + WAITING_BLOCKS) * workers
+        self._work, self._say = work, say
+        self._payload = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL)
+        self._threads, self._own = ThreadPoolExecutor(workers), threading.local()
+        self._lock, self._closed, self._started = threading.Lock(), False, list[_Process]()
 
-class _Pool:
-    """Threads that each look after one process."""
+    def submit(self, numbers: list[int]) -> Future[Bundle]:
+        return self._threads.submit(lambda: Bundle([self._answer(number) for number in numbers], 0.0))
 
-    def __init__(self, work: Work, numbers: Iterable[int], workers: int, say: Callable[[str], None]) -> None:
-        self.work, self.say = work, say
-        self.payload, self.environment = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL), _environment()
-        self._numbers, self._lock, self._closed = iter(numbers), threading.Lock(), False
-        self._processes: list[_Process] = []
-        self._done: queue.Queue[_Done] = queue.Queue(maxsize=WAITING * workers)
-        self._threads = [threading.Thread(target=self._look_after, daemon=True) for _ in range(workers)]
-        for thread in self._threads:
-            thread.start()
+    def check(self) -> None:
+        """Threads see by themselves."""
 
-    def results(self) -> Iterator[tuple[int, Columns]]:
-        """Blocks as they are done."""
-        left = len(self._threads)
-        while left:
-            done = self._done.get()
-            if done.error is not None:
-                raise done.error
-            if done.columns is None:
-                left -= 1
-            else:
-                yield done.number, done.columns
-
-    def close(self) -> None:
+    def end(self) -> None:
         """End all processes, whatever they are at."""
-        self._closed = True
         with self._lock:
-            processes = list(self._processes)
-        for process in processes:
+            self._closed = True
+        for process in self._started:
             process.popen.kill()
-        while any(thread.is_alive() for thread in self._threads):  # one may wait for its result to be taken
-            with suppress(queue.Empty):
-                self._done.get(timeout=0.05)
-        for process in self._processes:
+        self._threads.shutdown(cancel_futures=True)
+        for process in self._started:
             process.end()
 
-    def _next(self) -> int | None:
-        with self._lock:
-            return None if self._closed else next(self._numbers, None)
-
-    def _look_after(self) -> None:
-        """Have one process work until no block is left."""
-        process = None
-        try:
-            while (number := self._next()) is not None:
-                if process is None:
-                    process = self._started()
-                process, answer = self._asked(process, number)
-                error = answer.error(self._designs(number)) if answer.columns is None else None
-                self._done.put(_Done(number, answer.columns, error))
-            self._done.put(_Done())
-        except Exception as error:
-            self._done.put(_Done(error=error))
-
-    def _asked(self, process: _Process, number: int) -> tuple[_Process, Answer]:
-        """The answer to a number, of a new process where the first one dies, and the process that gave it."""
-        answer = process.ask(number)
+    def _answer(self, number: int) -> Answer:
+        """The answer to a number, of a new process where the one of this thread dies."""
+        if not hasattr(self._own, "process"):
+            self._start()
+        answer = self._own.process.ask(number)
         if answer is None and not self._closed:
-            words = f"worker {process.said()} at {self._designs(number)}"
-            self.say(f"{words}, which another worker worked out again")
-            process.end()
-            process = self._started()
-            answer = process.ask(number)
+            words = f"worker {self._own.process.last_words()} at {self._work.designs(number)}"
+            self._say(f"{words}, which another worker worked out again")
+            self._own.process.end()
+            self._start()
+            answer = self._own.process.ask(number)
             if answer is None:
-                raise SolverError(f"{words}, and so did another: {process.said()}; is there too little memory?")
-        return process, answer or Answer(None, "stopped")
+                also = self._own.process.last_words()
+                raise SolverError(f"{words}, and so did another: {also}; is there too little memory?")
+        return answer or Answer(None, "stopped")
 
-    def _designs(self, number: int) -> str:
-        start, stop = self.work.span(number)
-        return f"designs {start} to {stop - 1}"
-
-    def _started(self) -> _Process:
-        process = _Process(self.payload, self.environment)
+    def _start(self) -> None:
+        process = self._own.process = _Process(self._payload)
         with self._lock:
-            self._processes.append(process)
-            closed = self._closed
-        if closed:
-            process.popen.kill()
-        return process
-
-
-def _environment() -> dict[str, str]:
-    """Variables of a worker: packages from where they come from here, the same limits of size, one thread."""
-    limits = ",".join(f"{name}={size_limit(name)}" for name in LIMITS)
-    where = os.pathsep.join(folder for folder in sys.path if folder)
-    return {**os.environ, **dict.fromkeys(_THREADS, "1"), ENVIRONMENT: limits, "PYTHONPATH": where}
+            self._started.append(process)
+            if self._closed:
+                process.popen.kill()
 
 
 class _Process:
-    """A worker, which has been sent the work."""
+    """A worker, which has been sent the work: packages from where they come from here, the same limits of size, one
+    thread."""
 
-    def __init__(self, payload: bytes, environment: Mapping[str, str]) -> None:
+    def __init__(self, payload: bytes) -> None:
         command = [sys.executable, "-P", "-c", "from flexura.study.engine.workers import serve; serve()"]
-        self._words = tempfile.TemporaryFile()  # noqa: SIM115  closed with the process
+        limits = ",".join(f"{name}={size_limit(name)}" for name in LIMITS)
+        path = os.pathsep.join(folder for folder in sys.path if folder)
+        environment = {**os.environ, **dict.fromkeys(THREADS, "1"), ENVIRONMENT: limits, "PYTHONPATH": path}
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115  closed with the process
+        pipe = subprocess.PIPE
         try:
-            self.popen = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._words, env=environment
-            )
+            self.popen = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=self._errors, env=environment)
         except OSError as error:
-            self._words.close()
+            self._errors.close()
             raise SolverError(f"no process to work in: {error}") from None
+        self._in: Any = self.popen.stdin
+        self._out: Any = self.popen.stdout
         with suppress(OSError):
             self._in.write(payload)
-
-    @property
-    def _in(self) -> Any:
-        return self.popen.stdin
 
     def ask(self, number: int) -> Answer | None:
         """The answer to a number; None of a process that has died."""
         try:
             self._in.write(pickle.dumps(number))
             self._in.flush()
-            return pickle.load(self.popen.stdout)  # pyright: ignore[reportArgumentType]
+            return pickle.load(self._out)
         except (OSError, EOFError, pickle.UnpicklingError):
             return None
 
-    def said(self) -> str:
-        """How a process has died, and its last words."""
+    def last_words(self) -> str:
+        """How a process has died, and the last line that it wrote."""
         status = self.popen.wait()
-        how = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
-        self._words.seek(max(self._words.seek(0, os.SEEK_END) - LAST_WORDS, 0))
-        last = self._words.read().decode("utf-8", "replace").strip().rpartition("\n")[2]
-        return f"{self.popen.pid} {how}" + (f" ({last})" if last else "")
+        end = f"was killed by signal {-status}" if status < 0 else f"ended with status {status}"
+        self._errors.seek(max(self._errors.seek(0, os.SEEK_END) - LAST_WORDS, 0))
+        line = self._errors.read().decode("utf-8", "replace").strip().rpartition("\n")[2]
+        return f"{self.popen.pid} {end}" + (f" ({line})" if line else "")
 
     def end(self) -> None:
         """Let it go."""
         self.popen.kill()
         with suppress(OSError):
             self._in.close()
-        if self.popen.stdout is not None:
-            self.popen.stdout.close()
+        self._out.close()
         self.popen.wait()
-        self._words.close()
+        self._errors.close()
+
+
+def serve() -> None:
+    """Answer, as a process, until the input ends, or the process that asks is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interruption of the terminal is for the process that asks
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    numbers, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print
+    with suppress(EOFError, BrokenPipeError):
+        work = pickle.load(numbers)
+        while True:
+            pickle.dump(answered(work, pickle.load(numbers)), answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+
+
+def _end_with(parent: int) -> None:
+    """End in the middle of a block when the process that asked for it is gone."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_CHECK_SECONDS)
+    os._exit(1)
 
 
 ANSWERS = 10.0
@@ -259,11 +284,7 @@ ANSWERS = 10.0
 LOST = 30.0
 """Seconds without any worker, or without a scheduler, after which a study ends."""
 
-BUNDLE = 2.0
-"""Seconds of work that blocks are bundled to, which makes what a task costs by itself small."""
-
-MOST_OF_A_BUNDLE = 64
-IN_FLIGHT = 2
+BUNDLES_PER_WORKER = 2
 """Bundles for each worker that are asked for at a time."""
 
 LONGEST_GREETING = 1_000_000
@@ -271,15 +292,8 @@ LONGEST_GREETING = 1_000_000
 
 _ADDRESS = re.compile(r"(?:tcp|tls|ws|wss)://\[?([\w.:%-]+?)\]?:(\d{1,5})")
 
-_ONE = threading.Lock()
+_ONE_BLOCK = threading.Lock()
 """One block at a time in each process: a plan remembers what it has worked out last."""
-
-
-class _Bundle(NamedTuple):
-    """Answers to blocks by their numbers, and the seconds that they took."""
-
-    answers: list[tuple[int, Answer]]
-    seconds: float
 
 
 def unpacked(payload: bytes) -> Work:
@@ -287,11 +301,11 @@ def unpacked(payload: bytes) -> Work:
     return pickle.loads(payload)
 
 
-def bundle(work: Work, numbers: list[int]) -> _Bundle:
+def bundle_of(work: Work, numbers: list[int]) -> Bundle:
     """Answers to blocks of these numbers, on a worker."""
-    with _ONE:
+    with _ONE_BLOCK:
         begun = time.monotonic()
-        return _Bundle([(number, answered(work, number)) for number in numbers], time.monotonic() - begun)
+        return Bundle([answered(work, number) for number in numbers], time.monotonic() - begun)
 
 
 def version() -> str:
@@ -306,19 +320,26 @@ def connected(address: str) -> Iterator[Any]:
     Raises OptionError when it does not answer, has no workers, or other versions there.
     """
     distributed = need("distributed", "cluster")
-    found = _ADDRESS.fullmatch(address)
-    if found is None:
+    parts = _ADDRESS.fullmatch(address)
+    if parts is None:
         raise OptionError(f"{address!r} is no address of a scheduler, such as tcp://192.168.0.7:8786")
     with ExitStack() as stack:
         try:
-            with socket.create_connection((found[1], int(found[2])), timeout=ANSWERS) as own:
-                if address.startswith("tcp:"):
-                    _greeted(own)
+            with socket.create_connection((parts[1], int(parts[2])), timeout=ANSWERS) as connection:
+                if address.startswith("tcp:"):  # what dask says begins with a length
+                    length = connection.recv(8, socket.MSG_WAITALL)
+                    if len(length) < 8 or int.from_bytes(length, "little") > LONGEST_GREETING:
+                        raise ConnectionError
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
-            stack.callback(_closed, client)
-            _check_workers(client, address)
+            stack.callback(_close, client)
+            if not client.nthreads():
+                raise OptionError(f"the scheduler at {address} has no workers; start some with `dask worker {address}`")
+            for worker, answer in client.run(version, on_error="return").items():
+                if answer != __version__:
+                    what = f"flexura {answer}" if isinstance(answer, str) else f"no flexura ({answer})"
+                    raise OptionError(f"worker {worker} of {address} has {what}; this is flexura {__version__}")
         except OSError as error:
             hint = "start one with `dask scheduler`, and `dask worker` on every machine"
             why = error.strerror or "it is no dask"
@@ -326,123 +347,65 @@ def connected(address: str) -> Iterator[Any]:
         yield client
 
 
-def _closed(client: Any) -> None:
+def _close(client: Any) -> None:
     with suppress(Exception):
         client.close(timeout=1)
-
-
-def _greeted(own: socket.socket) -> None:
-    """Raise OSError where what accepts a connection does not begin with a length, as dask does."""
-    begun = own.recv(8, socket.MSG_WAITALL)
-    if len(begun) < 8 or int.from_bytes(begun, "little") > LONGEST_GREETING:
-        raise ConnectionError
-
-
-def _check_workers(client: Any, address: str) -> None:
-    """Raise OptionError where there is no worker, or one without the same flexura."""
-    if not client.nthreads():
-        raise OptionError(f"the scheduler at {address} has no workers; start some with `dask worker {address}`")
-    for worker, found in client.run(version, on_error="return").items():
-        if found != __version__:
-            what = f"flexura {found}" if isinstance(found, str) else f"no flexura ({found})"
-            raise OptionError(f"worker {worker} of {address} has {what}; this is flexura {__version__}")
 
 
 def on_cluster(
     client: Any, work: Work, numbers: Iterable[int], say: Callable[[str], None]
 ) -> Generator[tuple[int, Columns]]:
-    """Blocks of these numbers by the workers of a cluster, in the order in which they are done.
+    """Blocks of these numbers by the workers of a cluster, as `blocks_by`.
 
-    Workers that are lost are said. Raises SolverError for what a block raises, and when the scheduler or all workers
-    are lost.
+    Workers that are lost are named to `say`. Raises SolverError when the scheduler or all workers are.
     """
     distributed = need("distributed", "cluster")
     try:
-        tasks = _Tasks(client, work, numbers, say)
-        try:
-            yield from tasks.results()
-        finally:
-            tasks.cancel()
-    except (distributed.CancelledError, OSError):  # of whatever is asked, and of what it answers
+        yield from blocks_by(_Cluster(client, work, say), work, numbers)
+    except (CancelledError, distributed.CancelledError, OSError):  # of whatever is asked, and of what it answers
         raise SolverError(f"the scheduler {client.scheduler.address} is lost") from None
 
 
-class _Tasks:
-    """Bundles on their way."""
+class _Cluster:
+    """The workers of a dask cluster, as an executor."""
 
-    def __init__(self, client: Any, work: Work, numbers: Iterable[int], say: Callable[[str], None]) -> None:
-        self.client, self.work, self.say = client, work, say
-        self.numbers, self.size, self.left = iter(numbers), 1, work.blocks
-        self.distributed = need("distributed", "cluster")
-        # as a task, which is done again when the worker that has it is lost
-        self.shared = self._submit(unpacked, pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL))
-        self.pending: dict[Any, list[int]] = {}
-        self.ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self.workers = set(client.nthreads())
-        self.seen = time.monotonic()
+    largest_bundle = LARGEST_BUNDLE
 
-    def _submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
+    def __init__(self, client: Any, work: Work, say: Callable[[str], None]) -> None:
+        self.deadly: tuple[type[Exception], ...] = (need("distributed", "cluster").KilledWorker,)
+        self._client, self._say = client, say
+        self._executor: Executor = client.get_executor(pure=False)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of a large plan
-            return self.client.submit(function, *arguments, pure=False)
+            # as a task, which is done again when the worker that has it is lost
+            payload = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL)
+            self._work = client.submit(unpacked, payload, pure=False)
+        self._workers = set(client.nthreads())
+        self._seen = time.monotonic()
 
-    def results(self) -> Iterator[tuple[int, Columns]]:
-        """Blocks as they are done."""
-        while self._fill():
-            for future in self._done():
-                numbers = self.pending.pop(future)
-                found = self._result(future, numbers)
-                future.release()
-                seconds = max(found.seconds / len(found.answers), 1e-6)
-                self.size = min(max(int(BUNDLE / seconds), 1), MOST_OF_A_BUNDLE)
-                for number, answer in found.answers:
-                    if answer.columns is None:
-                        start, stop = self.work.span(number)
-                        raise answer.error(f"designs {start} to {stop - 1}")
-                    yield number, answer.columns
+    @property
+    def in_flight(self) -> int:
+        return BUNDLES_PER_WORKER * max(len(self._workers), 1)
 
-    def _fill(self) -> bool:
-        """Ask for as many bundles as may be on their way; whether there are any."""
-        most = IN_FLIGHT * max(len(self.workers), 1)
-        while len(self.pending) < most and (own := list(islice(self.numbers, min(self.size, -(-self.left // most))))):
-            self.left -= len(own)
-            future = self._submit(bundle, self.shared, own)
-            self.pending[future] = own
-            future.add_done_callback(self.ended.put)
-        return bool(self.pending)
+    def submit(self, numbers: list[int]) -> Future[Bundle]:
+        return self._executor.submit(bundle_of, self._work, numbers)
 
-    def _done(self) -> list[Any]:
-        """Bundles that have ended, after a second at most."""
-        found = []
-        with suppress(queue.Empty):
-            found.append(self.ended.get(timeout=1))
-            while True:
-                found.append(self.ended.get_nowait())
-        self._look()
-        return found
-
-    def _look(self) -> None:
+    def check(self) -> None:
         """See who is there. Raises SolverError when nobody is for too long."""
-        now = time.monotonic()
-        if self.client.status != "running":
-            raise SolverError(f"the scheduler {self.client.scheduler.address} is lost")
-        found = set(self.client.nthreads())
-        for lost in sorted(self.workers - found):
-            self.say(f"worker {lost} was lost, and others work its blocks out again")
-        self.workers = found
-        if found:
-            self.seen = now
-        elif now - self.seen > LOST:
-            raise SolverError(f"all workers of {self.client.scheduler.address} are lost")
+        now, address = time.monotonic(), self._client.scheduler.address
+        if self._client.status != "running":
+            raise SolverError(f"the scheduler {address} is lost")
+        workers = set(self._client.nthreads())
+        for lost in sorted(self._workers - workers):
+            self._say(f"worker {lost} was lost, and others work its blocks out again")
+        self._workers = workers
+        if workers:
+            self._seen = now
+        elif now - self._seen > LOST:
+            raise SolverError(f"all workers of {address} are lost")
 
-    def _result(self, future: Any, numbers: list[int]) -> _Bundle:
-        first, last = self.work.span(numbers[0])[0], self.work.span(numbers[-1])[1] - 1
-        try:
-            return future.result(timeout=ANSWERS)
-        except self.distributed.KilledWorker:
-            raise SolverError(f"workers die at designs {first} to {last}; is there too little memory?") from None
-
-    def cancel(self) -> None:
+    def end(self) -> None:
         """Let nobody work on what is still on its way."""
         with suppress(Exception):
-            self.client.cancel([*self.pending, self.shared])
+            self._executor.shutdown(wait=False)
+            self._client.cancel([self._work])

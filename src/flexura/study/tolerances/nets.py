@@ -8,22 +8,21 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import beta, binom
 from scipy.stats import t as student
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Bools, Index
 from flexura.errors import OptionError
 from flexura.records import Record
 from flexura.study.space import Sobol, Variable
 
-LEAST = 12
-"""Scramblings at least; below 24 unless the nets would exceed `LARGEST`."""
+FEWEST_SCRAMBLINGS = 12
+"""Below 24 unless the nets would exceed `LARGEST_NET`."""
 
-LARGEST = 4096
+LARGEST_NET = 4096
 """Points of a scrambling at most: more samples are more scramblings, and memory stays flat."""
 
-FEWEST_SAMPLES = 2 * LEAST
+FEWEST_SAMPLES = 2 * FEWEST_SCRAMBLINGS
 PART_FOR_INDICES = 4
 """One point in so many of a scrambling is also one of the base samples of Sobol indices."""
 
@@ -52,22 +51,22 @@ class ScrambledNets(Record):
 
     @classmethod
     def of(
-        cls, variables: Sequence[Variable], groups: Sequence[Sequence[int]], samples: int, seed: int, indices: bool
+        cls, variables: Sequence[Variable], groups: Sequence[Sequence[int]], samples: int, *, seed: int, indices: bool
     ) -> ScrambledNets:
         """Nets with at least so many samples, more by a twelfth at most. Raises OptionError for too few of them."""
         if not isinstance(samples, int | np.integer) or samples < FEWEST_SAMPLES:
             raise OptionError(f"samples is a whole number from {FEWEST_SAMPLES}, not {samples!r}")
         if not isinstance(seed, int | np.integer) or seed < 0:
             raise OptionError(f"a seed is a whole number from 0, not {seed!r}")
-        points = min(2 ** ((int(samples) // LEAST).bit_length() - 1), LARGEST)
-        extra = max(points // PART_FOR_INDICES, FEWEST_FOR_INDICES) if indices else 0
-        own = tuple(tuple(g) for g in groups)
-        return cls(tuple(variables), own, -(-int(samples) // points), points, min(extra, points), int(seed))
+        points = min(2 ** ((int(samples) // FEWEST_SCRAMBLINGS).bit_length() - 1), LARGEST_NET)
+        base = max(points // PART_FOR_INDICES, FEWEST_FOR_INDICES) if indices else 0
+        places = tuple(tuple(group) for group in groups)
+        return cls(tuple(variables), places, -(-int(samples) // points), points, min(base, points), int(seed))
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters that vary."""
-        return tuple(own.name for own in self.variables)
+        return tuple(variable.name for variable in self.variables)
 
     @property
     def samples(self) -> int:
@@ -83,11 +82,12 @@ class ScrambledNets(Record):
         """Values, SI, of the designs start ... stop - 1, (stop - start,) for every variable by name."""
         if not 0 <= start <= stop <= self.size:
             raise OptionError(f"designs {start} to {stop} are asked for; there are {self.size}, counted from 0")
-        parts = [self._points(*part) for part in self._parts(start, stop)]
-        points = np.concatenate(parts) if parts else np.empty((0, len(self.variables)))
-        return {own.name: own.at(points[:, axis]) for axis, own in enumerate(self.variables)}
+        points = np.concatenate(
+            [np.empty((0, len(self.variables))), *(self._points(*run) for run in self._runs(start, stop))]
+        )
+        return {variable.name: variable.at(points[:, axis]) for axis, variable in enumerate(self.variables)}
 
-    def _parts(self, start: int, stop: int) -> Iterator[tuple[int, int, int, int]]:
+    def _runs(self, start: int, stop: int) -> Iterator[tuple[int, int, int, int]]:
         """Runs of designs: scrambling, matrix (-2 is A, -1 is B, others AB with that group of B), first and last + 1
         point."""
         at = start
@@ -128,10 +128,10 @@ class ScrambledNets(Record):
             "scramblings": self.scramblings,
             "points": self.points,
             "index_points": self.index_points,
-            "groups": [list(own) for own in self.groups],
+            "groups": [list(group) for group in self.groups],
             "seed": self.seed,
             "first": _net(self.points, len(self.variables), self.seed << 32)(0, 1)[0].tolist(),
-            "variables": [own.describe() for own in self.variables],
+            "variables": [variable.describe() for variable in self.variables],
         }
 
 
@@ -143,7 +143,7 @@ def _net(points: int, axes: int, seed: int) -> Sobol:
 
 Method = Literal["scramblings", "Clopper-Pearson", "order statistics"]
 
-FEWEST = 5
+FEWEST_BEYOND = 5
 """Points of a scrambling that must lie on either side of a limit, on average, for Student's interval."""
 
 
@@ -162,13 +162,13 @@ def mean_interval(values: Array, confidence: float) -> Estimate:
 
     Values that are NaN are left out.
     """
-    own = _row_means(values)
-    value = float(np.nanmean(values))
-    half = _student(own, confidence)
+    is_known = np.isfinite(values)
+    counts, sums = is_known.sum(axis=1), np.where(is_known, values, 0.0).sum(axis=1)
+    value, half = float(np.nanmean(values)), _student(sums[counts > 0] / counts[counts > 0], confidence)
     return Estimate(value, value - half, value + half, "scramblings")
 
 
-def share_interval(passes: NDArray[np.bool_], confidence: float) -> Estimate:
+def share_interval(passes: Bools, confidence: float) -> Estimate:
     """The share of True among (R, n), with its interval.
 
     Student's t of the shares of the scramblings, no narrower than what these leave open when they agree (theory eqs.
@@ -178,14 +178,14 @@ def share_interval(passes: NDArray[np.bool_], confidence: float) -> Estimate:
     R, n = passes.shape
     count, N = int(np.sum(passes)), passes.size
     value = count / N
-    if min(count, N - count) < FEWEST * R or n == 1:
+    if min(count, N - count) < FEWEST_BEYOND * R or n == 1:
         low, high = clopper_pearson(count, N, confidence)
         return Estimate(value, low, high, "Clopper-Pearson")
     half = share_half_width(passes, confidence)
     return Estimate(value, max(value - half, 0.0), min(value + half, 1.0), "scramblings")
 
 
-def share_half_width(passes: NDArray[np.bool_], confidence: float) -> float:
+def share_half_width(passes: Bools, confidence: float) -> float:
     """Half the width of Student's interval of a share of (R, n) (theory eqs. U3, U4)."""
     R, n = passes.shape
     open_ = (1 - (0.5 * (1 - confidence)) ** (1 / R)) / n
@@ -216,7 +216,7 @@ def percentile_interval(values: Array, share: float, confidence: float) -> Estim
         return Estimate(np.nan, np.nan, np.nan, "order statistics")
     value = float(np.quantile(ordered, share, method="hazen"))
     n = values.shape[1]
-    if min(share, 1 - share) * n < FEWEST or n == 1:
+    if min(share, 1 - share) * n < FEWEST_BEYOND or n == 1:
         low, high = order_statistics(N, share, confidence)
         return Estimate(value, _at(ordered, low), _at(ordered, high), "order statistics")
     half = share_half_width(values <= value, confidence)
@@ -239,22 +239,15 @@ def _at(ordered: Array, rank: int) -> float:
     return np.inf if rank > len(ordered) else float(ordered[rank - 1])
 
 
-def _row_means(values: Array) -> Array:
-    there = np.isfinite(values)
-    counts = there.sum(axis=1)
-    sums = np.where(there, values, 0.0).sum(axis=1)
-    return sums[counts > 0] / counts[counts > 0]
-
-
-def _student(own: Array, confidence: float) -> float:
+def _student(means: Array, confidence: float) -> float:
     """Half the width of the t interval of a mean of independent numbers."""
-    if len(own) < 2:
+    if len(means) < 2:
         return np.inf
-    quantile = float(student.ppf(0.5 + 0.5 * confidence, len(own) - 1))
-    return quantile * float(np.std(own, ddof=1)) / np.sqrt(len(own))
+    quantile = float(student.ppf(0.5 + 0.5 * confidence, len(means) - 1))
+    return quantile * float(np.std(means, ddof=1)) / np.sqrt(len(means))
 
 
-ROUND_OFF = 1e-12
+SPREAD_ROUND_OFF = 1e-12
 """Spread, relative to the value, that is none."""
 
 
@@ -269,7 +262,7 @@ class SobolIndices:
     first_half: Array
     total: Array
     total_half: Array
-    used: NDArray[np.intp]
+    used: Index
 
 
 def indices_of(A: Array, B: Array, AB: Array, confidence: float) -> SobolIndices:
@@ -281,15 +274,15 @@ def indices_of(A: Array, B: Array, AB: Array, confidence: float) -> SobolIndices
     sample of which a design failed is left out.
     """
     g, _, _, q = AB.shape
-    found = np.full((4, g, q), np.nan)
+    estimates = np.full((4, g, q), np.nan)
     used = np.zeros(q, dtype=np.intp)
     for k in range(q):
-        whole = np.isfinite(A[..., k]) & np.isfinite(B[..., k]) & np.isfinite(AB[..., k]).all(axis=0)
-        rows = [(A[r, w, k], B[r, w, k], AB[:, r, w, k]) for r, w in enumerate(whole) if w.any()]
-        used[k] = int(whole.sum())
+        is_known = np.isfinite(A[..., k]) & np.isfinite(B[..., k]) & np.isfinite(AB[..., k]).all(axis=0)
+        rows = [(A[r, w, k], B[r, w, k], AB[:, r, w, k]) for r, w in enumerate(is_known) if w.any()]
+        used[k] = int(is_known.sum())
         if len(rows) > 1:
-            found[:, :, k] = _with_intervals(rows, confidence)
-    first, first_half, total, total_half = found
+            estimates[:, :, k] = _with_intervals(rows, confidence)
+    first, first_half, total, total_half = estimates
     return SobolIndices(first, first_half, total, total_half, used)
 
 
@@ -308,8 +301,8 @@ def _estimate(rows: list[tuple[Array, Array, Array]]) -> Array:
     A, B, AB = (np.concatenate([row[m] for row in rows], axis=-1) for m in range(3))
     both = np.concatenate([A, B])
     scale = float(np.ptp(both))
-    if scale <= ROUND_OFF * float(np.max(np.abs(both))):
+    if scale <= SPREAD_ROUND_OFF * float(np.max(np.abs(both))):
         return np.full((2, len(AB)), np.nan)
-    A, B, AB = ((own - both.mean()) / scale for own in (A, B, AB))
+    A, B, AB = ((values - both.mean()) / scale for values in (A, B, AB))
     variance = 0.5 * float(np.mean((A - B) ** 2))
     return np.stack([np.mean(B * (AB - A), axis=-1), 0.5 * np.mean((A - AB) ** 2, axis=-1)]) / variance
