@@ -1,4 +1,5 @@
-"""A goal and its limits over the unit cube of the variables, and the conditions of an optimum there."""
+"""A goal and its limits over the unit cube of the variables, and the conditions of an optimum there: each design worked
+out once, failures kept in words."""
 
 from __future__ import annotations
 
@@ -8,16 +9,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Bools, Index
 from flexura.deadline import checkpoint
 from flexura.errors import FlexuraError
 from flexura.study.optimum.rows import Designs, Point, Row
 
 DECADE = 10.0
 """A range whose ends are of one sign and so many times apart is scaled by its logarithm."""
+
+MOST_KEPT = 256
+"""Designs with slopes that are kept."""
 
 
 @dataclass(frozen=True)
@@ -29,29 +32,31 @@ class Box:
     high: Array
 
     @property
-    def by_logarithm(self) -> NDArray[np.bool_]:
+    def by_logarithm(self) -> Bools:
         """Which variables are scaled by their logarithm (P,)."""
         return (self.low > 0) & (self.high >= DECADE * self.low)
+
+    @property
+    def _ratio(self) -> Array:
+        """High over low, of those that are scaled by their logarithm; e of the others (P,)."""
+        return np.where(self.by_logarithm, self.high, np.e) / np.where(self.by_logarithm, self.low, 1.0)
 
     def values(self, z: Array) -> Array:
         """SI values (..., P) at positions; those at a bound are the bound itself."""
         z = np.clip(z, 0.0, 1.0)
-        low, high = np.where(self.by_logarithm, self.low, 1.0), np.where(self.by_logarithm, self.high, 1.0)
-        x = np.where(self.by_logarithm, low * (high / low) ** z, self.low + z * (self.high - self.low))
+        x = np.where(self.by_logarithm, self.low * self._ratio**z, self.low + z * (self.high - self.low))
         return np.where(z == 0, self.low, np.where(z == 1, self.high, np.clip(x, self.low, self.high)))
 
     def positions(self, x: Array) -> Array:
         """Positions (..., P) of SI values, those outside at the bound that they are beyond."""
         x = np.clip(x, self.low, self.high)
-        own = self.by_logarithm
-        low, high, at = np.where(own, self.low, 1.0), np.where(own, self.high, np.e), np.where(own, x, 1.0)
-        return np.where(own, np.log(at / low) / np.log(high / low), (x - self.low) / (self.high - self.low))
+        over = np.where(self.by_logarithm, x, 1.0) / np.where(self.by_logarithm, self.low, 1.0)
+        linear = (x - self.low) / (self.high - self.low)
+        return np.where(self.by_logarithm, np.log(over) / np.log(self._ratio), linear)
 
     def rates(self, z: Array) -> Array:
         """dx/dz (P,) at a position."""
-        own = self.by_logarithm
-        ratio = np.where(own, self.high, 1.0) / np.where(own, self.low, 1.0)
-        return np.where(own, self.values(z) * np.log(ratio), self.high - self.low)
+        return np.where(self.by_logarithm, self.values(z) * np.log(self._ratio), self.high - self.low)
 
 
 Judged = tuple[Array, Array]
@@ -77,7 +82,7 @@ class Sample:
     goal_slopes: Array
     margins: Array
     margin_slopes: Array
-    limit: NDArray[np.intp]
+    limit: Index
 
     @cached_property
     def goal(self) -> float:
@@ -110,7 +115,7 @@ class Landscape:
         key = z.tobytes()
         if key not in self._latest:
             checkpoint()
-            if len(self._latest) > KEPT:
+            if len(self._latest) > MOST_KEPT:
                 self._latest.clear()
             self._latest[key] = self._sample(z)
         return self._latest[key]
@@ -125,32 +130,22 @@ class Landscape:
         if not (np.isfinite(point.value).all() and np.isfinite(point.slope).all()):
             self.failures["a quantity, or its derivative, is not finite"] += 1
             raise FailedDesign(z)
+        rate = self.box.rates(z)
         with np.errstate(all="ignore"):
-            found = self._formulas(z, point)
-        numbers = (found.goals, found.goal_slopes, found.margins, found.margin_slopes)
-        if not all(np.isfinite(own).all() for own in numbers):
+            goals, goal_slopes, _ = self._versions([self.goal], point, rate)
+            margins, margin_slopes, limit = self._versions(self.limits, point, rate)
+        if not all(np.isfinite(numbers).all() for numbers in (goals, goal_slopes, margins, margin_slopes)):
             self.failures["the goal or a limit, or its derivative, is not finite"] += 1
             raise FailedDesign(z)
-        return found
+        return Sample(z, point, goals, goal_slopes, margins, margin_slopes, limit)
 
-    def _formulas(self, z: Array, point: Point) -> Sample:
-        """What follows from the quantities of a design."""
-        rate = self.box.rates(z)
-        of_goal = self.goal.versions(point.value)
-        of_limits = [(k, own.row, own.places) for k, row in enumerate(self.limits) for own in row.versions(point.value)]
-        goals = np.array([float(row.values(point.value[places])) for row, places in of_goal])
-        margins = np.array([float(row.values(point.value[places])) for _, row, places in of_limits])
-        goal_slopes = np.array([row.gradient(point, places) * rate for row, places in of_goal])
-        margin_slopes = np.array([row.gradient(point, places) * rate for _, row, places in of_limits])
-        return Sample(
-            z,
-            point,
-            goals,
-            goal_slopes,
-            margins,
-            margin_slopes.reshape(len(of_limits), len(z)),
-            np.array([k for k, _, _ in of_limits], dtype=np.intp),
-        )
+    def _versions(self, rows: Sequence[Row], point: Point, rate: Array) -> tuple[Array, Array, Index]:
+        """Values (v,) and gradients (v, P) of all versions of rows, and the number (v,) of the row of each."""
+        versions = [(k, version) for k, row in enumerate(rows) for version in row.versions(point.value)]
+        values = [float(row.values(point.value[places])) for _, (row, places) in versions]
+        slopes = [row.gradient(point, places) * rate for _, (row, places) in versions]
+        numbers = np.array([k for k, _ in versions], dtype=np.intp)
+        return np.array(values), np.array(slopes).reshape(len(versions), len(rate)), numbers
 
     def many(self, x: Array) -> Judged:
         """Goals (N,) and violations (N,) of designs (N, P), SI, NaN where one failed."""
@@ -167,21 +162,23 @@ class Landscape:
         return goals, np.maximum(-np.min(margins, axis=0), 0.0)
 
 
-KEPT = 256
-"""Designs with slopes that are kept."""
-
-
 ACTIVE = 1e-4
 """Margin of a limit, over its scale, and distance from a bound, of its range, up to which they may hold a design."""
 
 FLAT = 1e-2
 """Gradient of a goal, over its scale, from which on its residual is taken relative to it."""
 
-SETTLED = 1e-7
+SETTLED_RESIDUAL = 1e-7
 """Residual up to which a search from a design finds nothing better."""
 
-GAP = 1e-10
+SETTLED_GAP = 1e-10
 """What a goal may gain, over its scale, where a search ends."""
+
+NO_WEIGHT = 1e-6
+"""Weight of a gradient, over the goal's, up to which it has no part in the conditions of an optimum."""
+
+SUM_OF_WEIGHTS = 1e3
+"""Weight of the condition that the weights of the goal's versions add up to 1."""
 
 BETWEEN = -1
 """In place of the number of a version: of a direction between frequencies that coincide."""
@@ -220,7 +217,7 @@ class Stationarity:
     @property
     def is_settled(self) -> bool:
         """Whether the conditions hold to so many digits that a search has no more to find."""
-        return self.is_smooth and self.residual <= SETTLED and self.gap <= GAP
+        return self.is_smooth and self.residual <= SETTLED_RESIDUAL and self.gap <= SETTLED_GAP
 
 
 def stationarity(land: Landscape, sample: Sample) -> Stationarity:
@@ -231,126 +228,111 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     """
     from scipy.optimize import nnls
 
-    P = len(sample.z)
-    leading, goals = _slopes(land, sample, land.goal, sample.goals - sample.goal, sample.goal_slopes)
-    owners: list[int] = []
-    versions: list[int] = []
-    rows: list[Array] = []
+    z, P = sample.z, len(sample.z)
+    leading, goals = _gradients(land, sample, land.goal, sample.goals - sample.goal, sample.goal_slopes)
+    owners, versions, rows = list[int](), list[int](), list[Array]()
     for k, limit in enumerate(land.limits):
-        own = np.flatnonzero(sample.limit == k)
-        near, found = _slopes(land, sample, limit, sample.margins[own], sample.margin_slopes[own])
-        versions += [*own[near], *[BETWEEN] * (len(found) - len(near))]
-        rows += found
-        owners += [k] * len(found)
-    at_low, at_high = np.flatnonzero(sample.z <= ACTIVE), np.flatnonzero(sample.z >= 1 - ACTIVE)
-    eye = np.eye(P)
+        of_limit = np.flatnonzero(sample.limit == k)
+        near, gradients = _gradients(land, sample, limit, sample.margins[of_limit], sample.margin_slopes[of_limit])
+        versions += [*of_limit[near], *[BETWEEN] * (len(gradients) - len(near))]
+        owners += [k] * len(gradients)
+        rows += gradients
+    at_low, at_high = np.flatnonzero(z <= ACTIVE), np.flatnonzero(z >= 1 - ACTIVE)
+    eye, count = np.eye(P), len(goals)
     columns = np.array([*goals, *rows, *eye[at_low], *-eye[at_high]]).T
     size = max(max((float(np.abs(g).max(initial=0.0)) for g in goals), default=0.0), 1e-300)
     lengths = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    lengths[: len(goals)] = size
-    heavy = 1e3
-    A = np.vstack([columns / lengths, heavy * (np.arange(columns.shape[1]) < len(goals))])
-    weights, _ = nnls(A, np.append(np.zeros(P), heavy), maxiter=100 * A.shape[1])
-    weights = weights / max(weights[: len(goals)].sum(), 1e-300) * size / lengths
+    lengths[:count] = size
+    A = np.vstack([columns / lengths, SUM_OF_WEIGHTS * (np.arange(columns.shape[1]) < count)])
+    weights, _ = nnls(A, np.append(np.zeros(P), SUM_OF_WEIGHTS), maxiter=100 * A.shape[1])
+    weights = weights / max(weights[:count].sum(), 1e-300) * size / lengths
     residual = float(np.linalg.norm(columns @ weights)) / max(FLAT, *(float(np.linalg.norm(g)) for g in goals))
-    ends = np.cumsum([len(goals), len(rows), len(at_low)])
+    of_goals, of_rows, of_low, of_high = np.split(weights, np.cumsum([count, len(rows), len(at_low)]))
     limits, low, high = np.zeros(len(land.limits)), np.zeros(P), np.zeros(P)
-    of_rows = weights[ends[0] : ends[1]]
     np.add.at(limits, owners, of_rows)
-    of_versions, known = np.zeros(len(sample.margins)), np.array(versions, dtype=np.intp) != BETWEEN
-    of_versions[np.array(versions, dtype=np.intp)[known]] = of_rows[known]
-    low[at_low], high[at_high] = weights[ends[1] : ends[2]], weights[ends[2] :]
-    strong = weights * lengths > 1e-6 * size
-    held = columns[:, strong & (np.arange(len(weights)) >= ends[0])].T
-    pulling = [g for g, w in zip(goals, strong[: len(goals)], strict=True) if w]
-    if len(pulling) > 1:
+    low[at_low], high[at_high] = of_low, of_high
+    version = np.array(versions, dtype=np.intp)
+    is_between = version == BETWEEN
+    of_versions = np.zeros(len(sample.margins))
+    of_versions[version[~is_between]] = of_rows[~is_between]
+    has_weight = weights * lengths > NO_WEIGHT * size
+    held = columns[:, has_weight & (np.arange(len(weights)) >= count)].T
+    pulling = [g for g, pulls in zip(goals, has_weight[:count], strict=True) if pulls]
+    coalesced, top = len(pulling) > 1, int(np.argmax(of_goals))
+    if coalesced:
         held = np.vstack([held, [g - pulling[0] for g in pulling[1:]]])
-    active = tuple(dict.fromkeys(owners))
-    top = int(np.argmax(weights[: len(goals)]))
-    coalesced = len(pulling) > 1
-    is_smooth = not (coalesced or top >= len(leading) or strong[ends[0] : ends[1]][~known].any())
-    gap = float(np.abs(of_versions @ sample.margins) + low @ sample.z + high @ (1 - sample.z))
+    is_mixed = has_weight[count : count + len(rows)][is_between].any()
     return Stationarity(
-        limits,
-        low,
-        high,
-        active,
-        residual,
-        coalesced,
-        held,
-        int(leading[min(top, len(leading) - 1)]),
-        of_versions,
-        is_smooth,
-        gap,
+        limits=limits,
+        low=low,
+        high=high,
+        active=tuple(dict.fromkeys(owners)),
+        residual=residual,
+        coalesced=coalesced,
+        held=held,
+        goal=int(leading[min(top, len(leading) - 1)]),
+        weights=of_versions,
+        is_smooth=not (coalesced or top >= len(leading) or is_mixed),
+        gap=float(np.abs(of_versions @ sample.margins) + low @ z + high @ (1 - z)),
     )
 
 
-def _slopes(
-    land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Array
-) -> tuple[NDArray[np.intp], list[Array]]:
-    """The versions of a row that are within reach of their bound, their gradients, and those of what lies between those
-    whose frequencies coincide."""
+def _gradients(land: Landscape, sample: Sample, row: Row, gaps: Array, slopes: Array) -> tuple[Index, list[Array]]:
+    """The versions of a row that are near their bound, their gradients, and those of what lies between those whose
+    frequencies coincide."""
     near = np.flatnonzero(gaps <= ACTIVE)
-    found = [slopes[i] for i in near]
-    if not (len(near) and sample.point.repeated):
-        return near, found
-    versions = row.versions(sample.point.value)
-    for part in row.parts or (row,):
-        if any(versions[i].row is part for i in near):
-            found += [own * land.box.rates(sample.z) for own in _between(part, sample.point)]
-    return near, found
+    gradients = [slopes[k] for k in near]
+    if len(near) and sample.point.repeated:
+        versions = row.versions(sample.point.value)
+        for part in row.parts or (row,):
+            if any(versions[k].row is part for k in near):
+                gradients += [slope * land.box.rates(sample.z) for slope in _between(part, sample.point)]
+    return near, gradients
 
 
 def _between(row: Row, point: Point) -> Iterator[Array]:
     """Gradients (P,) of a row for directions of the spaces of frequencies that coincide."""
     partial = row.function.slope(point.value) / row.scale
     for group, matrices in zip(point.repeated, point.directional, strict=True):
-        for own in row.frequencies:
-            if own.beside(0) in group:
-                rest = partial.copy()
-                rest[own.beside(0)] = 0.0
-                base = rest @ point.slope
+        for frequency in row.frequencies:
+            if (place := frequency.beside(0)) in group:
+                others = partial.copy()
+                others[place] = 0.0
+                rest = others @ point.slope
                 for v in _directions(len(group)):
-                    yield base + partial[own.beside(0)] * np.einsum("i,ijp,j->p", v, matrices, v)
+                    yield rest + partial[place] * np.einsum("i,ijp,j->p", v, matrices, v)
 
 
 def _directions(m: int) -> list[Array]:
     """Unit vectors of a space of m dimensions: axes, and in every plane of two of them directions between."""
-    found = list(np.eye(m))
-    for i in range(m):
-        for j in range(i):
-            for angle in np.pi * np.arange(1, ANGLES) / ANGLES:
-                v = np.zeros(m)
-                v[i], v[j] = np.cos(angle), np.sin(angle)
-                found.append(v)
-    return found
+    axes = np.eye(m)
+    angles = np.pi * np.arange(1, ANGLES) / ANGLES
+    return [*axes, *(np.cos(a) * axes[i] + np.sin(a) * axes[j] for i in range(m) for j in range(i) for a in angles)]
 
 
-def upward(land: Landscape, sample: Sample, found: Stationarity) -> tuple[float, Array | None]:
+def upward(land: Landscape, sample: Sample, conditions: Stationarity) -> tuple[float, Array | None]:
     """The greatest curvature of the Lagrangian along what the active limits leave free, and its direction (P,).
 
     At a maximum it is not positive (Fletcher 1987, "Practical methods of optimization", section 9.3); gradients are
     differenced. None where nothing is left free, where the goal is not smooth, or where a design nearby failed.
     """
-    P = len(sample.z)
-    free = null_space(found.held, rcond=1e-8) if len(found.held) else np.eye(P)
-    if not free.shape[1] or not found.is_smooth:
+    held = conditions.held
+    free = null_space(held, rcond=1e-8) if len(held) else np.eye(len(sample.z))
+    if not free.shape[1] or not conditions.is_smooth:
         return 0.0, None
+
+    def change(direction: Array) -> Array:
+        """Of the gradient of the Lagrangian, per unit of a direction."""
+        ahead, behind = (land.at(sample.z + side * CURVATURE_STEP * direction) for side in (1.0, -1.0))
+        gradients = [
+            own.goal_slopes[conditions.goal] + conditions.weights @ own.margin_slopes for own in (ahead, behind)
+        ]
+        step = ahead.z @ direction - behind.z @ direction
+        return (gradients[0] - gradients[1]) / step if step > 0 else np.zeros(len(sample.z))
+
     try:
-        gradients = [_lagrangian(land, sample, found, direction) for direction in free.T]
+        H = free.T @ np.array([change(direction) for direction in free.T]).T
     except FailedDesign:
         return 0.0, None
-    H = free.T @ np.array(gradients).T
     values, vectors = np.linalg.eigh((H + H.T) / 2)
     return float(values[-1]), free @ vectors[:, -1]
-
-
-def _lagrangian(land: Landscape, sample: Sample, found: Stationarity, direction: Array) -> Array:
-    """Change of the gradient of the Lagrangian along a direction, per unit of it."""
-    gradients, steps = [], []
-    for side in (1.0, -1.0):
-        own = land.at(sample.z + side * CURVATURE_STEP * direction)
-        steps.append(own.z @ direction)
-        gradients.append(own.goal_slopes[found.goal] + found.weights @ own.margin_slopes)
-    gap = steps[0] - steps[1]
-    return (gradients[0] - gradients[1]) / gap if gap > 0 else np.zeros(len(sample.z))
