@@ -103,7 +103,7 @@ def drawn(figure: Any) -> list[dict[str, Any]]:
 
 def record_file(folder: Path, file: Path) -> str:
     """Record what all verbs say of a file."""
-    from matplotlib.figure import Figure
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from typer.testing import CliRunner
 
     from flexura.cli.app import app
@@ -113,7 +113,7 @@ def record_file(folder: Path, file: Path) -> str:
     out = folder / name
     out.mkdir(parents=True, exist_ok=True)
     figures: list[Any] = []
-    Figure.savefig = lambda self, *_, **__: figures.append(drawn(self))  # type: ignore[method-assign]
+    FigureCanvasAgg.print_png = lambda self, *_, **__: figures.append(drawn(self.figure))  # type: ignore[method-assign]
 
     def said(arguments: list[str]) -> tuple[int, str]:
         done = CliRunner().invoke(app, [arguments[0], str(file), *arguments[1:]])

@@ -9,9 +9,9 @@ import pytest
 import scipy.stats as st
 from scipy.stats import qmc
 
-from flexura.study.tolerances.indices import indices_of
-from flexura.study.tolerances.intervals import (
+from flexura.study.tolerances.nets import (
     clopper_pearson,
+    indices_of,
     mean_interval,
     order_statistics,
     percentile_interval,

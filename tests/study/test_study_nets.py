@@ -9,17 +9,17 @@ import pytest
 
 from flexura.errors import OptionError
 from flexura.study.space import Variable
-from flexura.study.tolerances.distributions import Normal, Uniform
-from flexura.study.tolerances.linear import extreme, linear_deviation, variance_shares
-from flexura.study.tolerances.sampling import ScrambledNets
+from flexura.study.tolerances.distributions import normal, uniform
+from flexura.study.tolerances.nets import ScrambledNets
+from flexura.study.tolerances.worst_case import extreme, linear_deviation, variance_shares
 
 
 def sizes(*names: str) -> list[Variable]:
-    return [Variable(name, 0.0, 1.0, distribution=Uniform(0.0, 1.0)) for name in names]
+    return [Variable(name, 0.0, 1.0, distribution=uniform(0.0, 1.0)) for name in names]
 
 
 def nets(samples: int = 200, indices: bool = True, seed: int = 0) -> ScrambledNets:
-    return ScrambledNets.of(sizes("a", "b", "c"), [[0, 2], [1]], samples, seed, indices)
+    return ScrambledNets.of(sizes("a", "b", "c"), [[0, 2], [1]], samples, seed=seed, indices=indices)
 
 
 def whole(space: ScrambledNets) -> np.ndarray:
@@ -80,8 +80,8 @@ def test_what_is_no_sample_is_refused() -> None:
 
 
 def test_descriptions_tell_designs_apart() -> None:
-    one = ScrambledNets.of([Variable("a", 0, 1, distribution=Normal(0.0, 1.0))], [[0]], 100, 0, True)
-    other = ScrambledNets.of([Variable("a", 0, 1, distribution=Normal(0.0, 1.5))], [[0]], 100, 0, True)
+    one = ScrambledNets.of([Variable("a", 0, 1, distribution=normal(0.0, 1.0))], [[0]], 100, seed=0, indices=True)
+    other = ScrambledNets.of([Variable("a", 0, 1, distribution=normal(0.0, 1.5))], [[0]], 100, seed=0, indices=True)
     assert one.describe() != other.describe()
     assert nets(seed=1).describe() != nets().describe()
     assert nets(indices=False).describe() != nets().describe()

@@ -7,7 +7,7 @@ import pytest
 
 import flexura as fx
 from flexura.study.optimum import slice_of
-from flexura.study.optimum.slices import Fit, Way
+from flexura.study.optimum.slices import Axis, Fit
 from helpers.shell import GUIDE
 
 SAID = re.compile(r"(.*) is interpolated between \d+ designs, ([\d.e-]+) % off")
@@ -61,14 +61,14 @@ def test_of_many_variables_those_two_are_shown_that_matter_most():
     np.testing.assert_allclose(own.goal[:, 4], values, rtol=1e-5)
 
 
-WAYS = [Way.of(1.0, 16.0), Way.of(-1.0, 1.0)]
+AXES = [Axis.of(1.0, 16.0), Axis.of(-1.0, 1.0)]
 
 
 def fit(function, counts):
     """A fit of a function (x, y) to values at nodes."""
     parts = [0.5 - 0.5 * np.cos(np.pi * np.arange(n) / (n - 1)) for n in counts]
-    nodes = [way.values(part) for way, part in zip(WAYS, parts, strict=True)]
-    return Fit(WAYS, nodes, function(*np.meshgrid(*nodes, indexing="ij")))
+    nodes = [axis.values(part) for axis, part in zip(AXES, parts, strict=True)]
+    return Fit(AXES, nodes, function(*np.meshgrid(*nodes, indexing="ij")))
 
 
 def test_powers_and_exponentials_are_fitted_by_few_nodes():

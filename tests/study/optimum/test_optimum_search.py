@@ -10,14 +10,11 @@ import pytest
 from scipy.optimize import nnls
 
 from flexura.errors import SolverError
-from flexura.study.optimum.box import Box
-from flexura.study.optimum.climb import Method, climb
+from flexura.study.optimum.climb import Method, best_of, climb
 from flexura.study.optimum.discrete import Mixed, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front, not_dominated
-from flexura.study.optimum.landscape import Landscape
+from flexura.study.optimum.landscape import Box, Landscape, stationarity
 from flexura.study.optimum.rows import Frequency, Point, Row
-from flexura.study.optimum.solve import best_of
-from flexura.study.optimum.stationarity import stationarity
 
 METHODS: tuple[Method, ...] = ("slsqp", "trust-constr")
 

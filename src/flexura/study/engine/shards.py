@@ -1,8 +1,4 @@
-"""The folder of a study: a manifest, and a Parquet file for each block that is done, whole or not there.
-
-Files are named NUMBER-HASH.parquet, so that they sort by the numbers of designs; those of another study that was in the
-folder before lie in `earlier`, by its key.
-"""
+"""The folder of a study: a manifest of what makes it itself, and a Parquet file for each block that is done."""
 
 from __future__ import annotations
 
@@ -11,14 +7,88 @@ import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from flexura.errors import OptionError
+from flexura._version import __version__
+from flexura.errors import ModelError, OptionError
 from flexura.extras import need
 from flexura.files import read_text, write_file
-from flexura.study.engine.identity import FORMAT, Identity, shard_hash
-from flexura.study.engine.work import PROVEN, REASON, Columns
+from flexura.modelfile import dumps
+from flexura.records import Record
+from flexura.study.engine.work import PROVEN, REASON, Columns, Work
+
+STUDY_FORMAT = 1
+"""Of the manifest and the shards."""
+
+UNRELATED = {"description", "studies", "test"}
+"""Keys of a mechanism that no result of a study depends on."""
+
+HASH_DIGITS = 16
+"""Of a hash in the name of a file."""
+
+
+@dataclass(frozen=True, repr=False)
+class Identity(Record):
+    """Plain data that describe a study: `manifest` is written beside its shards, `essence` is what is hashed."""
+
+    _shown = ("key",)
+
+    manifest: dict[str, Any]
+    essence: dict[str, Any]
+
+    @classmethod
+    def of(cls, work: Work) -> Identity:
+        """The identity of a study: mechanism, fixed parameters, questions, space, version and size of blocks."""
+        mechanism = work.questions.plan.mechanism
+        left_out = UNRELATED & set(type(mechanism).model_fields)
+        plain = json.loads(mechanism.model_dump_json(exclude=left_out, fallback=_plain))
+        shared = {
+            "format": STUDY_FORMAT,
+            "flexura": __version__,
+            "parameters": dict(sorted(work.fixed.items())),
+            "questions": [quantity.text for quantity in work.questions.quantities],
+            "space": work.space.describe(),
+            "designs": work.space.size,
+            "designs of a shard": work.size,
+        }
+        try:
+            text = dumps(mechanism)
+        except ModelError:  # of parameters whose unit nobody has told
+            text = None
+        columns = [{"name": name, "holds": what} for name, what in work.headings()]
+        manifest = {**shared, "name": mechanism.name, "columns": columns, "mechanism": text}
+        return cls(manifest, {**shared, "mechanism": plain})
+
+    @cached_property
+    def key(self) -> str:
+        """The hash of everything that the results depend on."""
+        return _hashed(self.essence)
+
+    def text(self) -> str:
+        """The manifest as a file."""
+        return json.dumps({**self.manifest, "key": self.key}, indent=1, ensure_ascii=False, allow_nan=True) + "\n"
+
+
+def shard_hash(key: str, number: int) -> str:
+    """What names the shard of a block of the study with a key."""
+    return _hashed([key, number])[:HASH_DIGITS]
+
+
+def _plain(value: Any) -> str:
+    """An exponent of a unit, which releases of pydantic before 2.13 do not know, as those after it write it."""
+    if isinstance(value, Fraction):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} is not plain data")
+
+
+def _hashed(data: Any) -> str:
+    return sha256(json.dumps(data, sort_keys=False, separators=(",", ":")).encode()).hexdigest()
+
 
 MANIFEST = "study.json"
 EARLIER = "earlier"
@@ -38,10 +108,12 @@ class Folder:
         if not file.is_file():
             raise OptionError(f"{self.path}: there is no study here (no {MANIFEST})")
         try:
-            found = json.loads(read_text(file))
-            if found["format"] != FORMAT:
-                raise OptionError(f"{file}: format {found['format']!r:.20} is not known; this version reads {FORMAT}")
-            return {**found, "key": str(found["key"]), "columns": list(found["columns"])}
+            manifest = json.loads(read_text(file))
+            if manifest["format"] != STUDY_FORMAT:
+                raise OptionError(
+                    f"{file}: format {manifest['format']!r:.20} is not known; this version reads {STUDY_FORMAT}"
+                )
+            return {**manifest, "key": str(manifest["key"]), "columns": list(manifest["columns"])}
         except (ValueError, LookupError, TypeError) as error:
             raise OptionError(f"{file}: not the manifest of a study, or damaged: {error}") from None
 
@@ -52,7 +124,7 @@ class Folder:
     def numbers(self, key: str) -> list[int]:
         """Blocks of a study that have a file, in order."""
         names = (_NAMED.fullmatch(file.name) for file in self.path.iterdir()) if self.path.is_dir() else ()
-        return sorted(int(own[1]) for own in names if own and own[2] == shard_hash(key, int(own[1])))
+        return sorted(int(name[1]) for name in names if name and name[2] == shard_hash(key, int(name[1])))
 
     @contextmanager
     def locked(self) -> Iterator[None]:
@@ -114,7 +186,7 @@ class Folder:
     def write(self, key: str, number: int, columns: Columns) -> None:
         """Write a shard in one step. Raises OptionError when it cannot be written."""
         data, form = arrow_table(columns, {_KEY: _stamp(key, number)}), need("pyarrow.parquet", "study")
-        repeated = [name for name, own in columns.items() if own.dtype == object]
+        repeated = [name for name, column in columns.items() if column.dtype == object]
         write_file(
             self.file(key, number),
             lambda file: form.write_table(
@@ -131,12 +203,12 @@ class Folder:
         """What is wrong with a shard, by its size and footer; nothing with one that is whole."""
         form, lib = need("pyarrow.parquet", "study"), need("pyarrow", "study")
         try:
-            found = form.read_metadata(self.file(key, number))
+            footer = form.read_metadata(self.file(key, number))
         except (OSError, lib.ArrowException) as error:
             return " ".join(str(error).split())[:100]
-        if (found.metadata or {}).get(_KEY) != _stamp(key, number):
+        if (footer.metadata or {}).get(_KEY) != _stamp(key, number):
             return "it is of something else"
-        return "" if found.num_rows == designs else f"{found.num_rows} designs in place of {designs}"
+        return "" if footer.num_rows == designs else f"{footer.num_rows} designs in place of {designs}"
 
     def read(self, key: str, number: int, columns: list[str] | None = None) -> Columns:
         """The columns of a shard, or some of them. Raises OptionError for one that is damaged."""
@@ -170,7 +242,7 @@ def arrow_table(columns: Columns, metadata: dict[bytes, bytes] | None = None) ->
     """An Arrow table of columns."""
     lib = need("pyarrow", "study")
     kinds = {REASON: lib.string(), PROVEN: lib.bool_()}
-    arrays = {name: lib.array(own, type=kinds.get(name)) for name, own in columns.items()}
+    arrays = {name: lib.array(column, type=kinds.get(name)) for name, column in columns.items()}
     return lib.table(arrays, metadata=metadata)
 
 
@@ -183,5 +255,5 @@ def _changed(before: dict[str, Any], identity: Identity) -> str:
         "space": "what varies",
         "flexura": "the version of flexura",
     }
-    found = [words for name, words in names.items() if before.get(name) != identity.manifest.get(name)]
-    return f"{', '.join(found) or 'its description'} differ{'' if len(found) > 1 else 's'}"
+    changed = [words for name, words in names.items() if before.get(name) != identity.manifest.get(name)]
+    return f"{', '.join(changed) or 'its description'} differ{'' if len(changed) > 1 else 's'}"

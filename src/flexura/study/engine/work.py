@@ -1,10 +1,8 @@
 """What a study works out: blocks of its designs, each a function of its number alone.
 
-Where a frequency that is followed by what moves goes over to another mode between two designs.
-
-The frequencies of a design by number are continuous over a parameter, so that one that is followed can only leap where
-the number of its mode changes. There the designs are halved again and again: where modes cross, both sides meet, and
-where another mode takes over what moves, they stay apart.
+The frequencies of a design by number are continuous over a parameter, so that one that is followed by what moves can
+only leap to another mode where the number of its mode changes. There the designs are halved again and again: where
+modes cross, both sides meet, and where another mode takes over what moves, they stay apart.
 """
 
 from __future__ import annotations
@@ -16,19 +14,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Bools, Index
 from flexura.records import Record
 from flexura.reduction import STACK
 from flexura.study.questions import Answers, Questions
 from flexura.study.space import Designs, Space
 
-MOST = 2000
+MOST_IN_ROW = 2000
 """Designs over one parameter of which each is set beside the next."""
 
 HALVINGS = 8
 """Times that two designs are brought nearer."""
 
-APART = 1 / 16
+LEAP = 1 / 16
 """Part of the first difference from which on both sides stay apart: where they meet, some 1/256 is left of it."""
 
 CHANGES = 4
@@ -45,14 +43,14 @@ class _Side(NamedTuple):
 
 def are_followed(questions: Questions, space: Designs) -> list[int]:
     """Places of the frequencies that are followed over designs that stand in one row."""
-    if not isinstance(space, Space) or len(space.variables) != 1 or space.size > MOST:
+    if not isinstance(space, Space) or len(space.variables) != 1 or space.size > MOST_IN_ROW:
         return []
-    return [k for k, own in enumerate(questions.quantities) if own.is_followed]
+    return [k for k, quantity in enumerate(questions.quantities) if quantity.is_followed]
 
 
 def jumps(
     questions: Questions, space: Designs, fixed: Mapping[str, float], start: int, answers: Answers
-) -> dict[int, NDArray[np.bool_]]:
+) -> dict[int, Bools]:
     """For each frequency that is followed, by its place, whether it leaps between each design, number `start` the first
     of the `answers`, and the one with the next larger value of the parameter."""
     places = are_followed(questions, space)
@@ -73,15 +71,13 @@ class _Row:
         order = np.argsort(self.x, kind="stable")
         self.behind = dict(zip(order[:-1].tolist(), order[1:].tolist(), strict=True))
 
-    def torn(
-        self, q: int, known: dict[int, tuple[Array, NDArray[np.intp]]], start: int, stop: int
-    ) -> NDArray[np.bool_]:
+    def torn(self, q: int, known: dict[int, tuple[Array, Index]], start: int, stop: int) -> Bools:
         """Whether frequency q leaps behind each of the designs start ... stop - 1; answers of others are added to
         those that are `known`."""
         beyond = sorted({self.behind[k] for k in range(start, stop) if k in self.behind} - set(known))
         if beyond:
-            found = self.questions.values({**self.fixed, self.name: self.x[beyond]})
-            known |= {k: (found.value[i], found.mode[i]) for i, k in enumerate(beyond)}
+            answers = self.questions.values({**self.fixed, self.name: self.x[beyond]})
+            known |= {k: (answers.value[i], answers.mode[i]) for i, k in enumerate(beyond)}
         sides = {k: _Side(float(self.x[k]), float(value[q]), int(mode[q])) for k, (value, mode) in known.items()}
         pairs = [(k, self.behind[k]) for k in range(start, stop) if k in self.behind]
         leaps = {k for k, after in pairs if self._leaps(q, sides[k], sides[after])}
@@ -89,7 +85,7 @@ class _Row:
 
     def _leaps(self, q: int, low: _Side, high: _Side) -> bool:
         """Whether there is a leap between two designs that have an answer."""
-        least = APART * abs(high.hertz - low.hertz)
+        least = LEAP * abs(high.hertz - low.hertz)
         for _ in range(CHANGES):
             if min(low.mode, high.mode) < 0 or low.mode == high.mode:
                 return False
@@ -105,8 +101,8 @@ class _Row:
         return False
 
     def _at(self, q: int, x: float) -> _Side:
-        found = self.questions.values({**self.fixed, self.name: np.array([x])})
-        return _Side(x, float(found.value[0, q]), int(found.mode[0, q]))
+        answers = self.questions.values({**self.fixed, self.name: np.array([x])})
+        return _Side(x, float(answers.value[0, q]), int(answers.mode[0, q]))
 
 
 Columns = dict[str, NDArray[Any]]
@@ -137,11 +133,8 @@ def type_of(heading: str) -> np.dtype[Any]:
 
 def bounds_of(heading: str) -> tuple[str, str]:
     """Headings of the proven bounds of what is asked, e.g. `f1 lower [Hz]` and `f1 upper [Hz]`."""
-    text, bracket, unit = heading.rpartition(" [")
-    lower, upper = (
-        f"{text if bracket else heading} {side}{bracket}{unit if bracket else ''}" for side in ("lower", "upper")
-    )
-    return lower, upper
+    text, bracket, unit = heading.rpartition(" [") if " [" in heading else (heading, "", "")
+    return f"{text} lower{bracket}{unit}", f"{text} upper{bracket}{unit}"
 
 
 def jumps_of(heading: str) -> str:
@@ -180,25 +173,29 @@ class Work(Record):
         """The first design of a block, and the first behind it."""
         return number * self.size, min((number + 1) * self.size, self.space.size)
 
+    def designs(self, *numbers: int) -> str:
+        """Those of blocks that follow each other, in words."""
+        return f"designs {self.span(numbers[0])[0]} to {self.span(numbers[-1])[1] - 1}"
+
     def __call__(self, number: int) -> Columns:
         """The columns of a block."""
         start, stop = self.span(number)
         pieces = [self._piece(k, min(k + PIECE, stop)) for k in range(start, stop, PIECE)]
-        return {name: np.concatenate([own[name] for own in pieces]) for name in pieces[0]}
+        return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
     def _piece(self, start: int, stop: int) -> Columns:
         designs = self.space.designs(start, stop)
         answers = self.questions.values({**self.fixed, **designs})
         leaps = jumps(self.questions, self.space, self.fixed, start, answers)
-        found: Columns = {DESIGN: np.arange(start, stop, dtype=np.int64)}
-        found |= {self.varied[name]: values for name, values in designs.items()}
+        columns: Columns = {DESIGN: np.arange(start, stop, dtype=np.int64)}
+        columns |= {self.varied[name]: values for name, values in designs.items()}
         for q, (quantity, heading) in enumerate(zip(self.questions.quantities, self.asked, strict=True)):
-            found[heading] = answers.value[:, q]
+            columns[heading] = answers.value[:, q]
             if quantity.is_bounded:
-                found |= zip(self.bounds[heading], (answers.lower[:, q], answers.upper[:, q]), strict=True)
+                columns |= zip(self.bounds[heading], (answers.lower[:, q], answers.upper[:, q]), strict=True)
             if q in leaps:
-                found[jumps_of(heading)] = leaps[q]
-        return {**found, PROVEN: answers.is_proven, REASON: answers.reason}
+                columns[jumps_of(heading)] = leaps[q]
+        return {**columns, PROVEN: answers.is_proven, REASON: answers.reason}
 
     @property
     def asked(self) -> tuple[str, ...]:
@@ -208,7 +205,9 @@ class Work(Record):
     @property
     def bounds(self) -> dict[str, tuple[str, str]]:
         """Headings of the proven bounds of what is asked, where there are some."""
-        return {own.column: bounds_of(own.column) for own in self.questions.quantities if own.is_bounded}
+        return {
+            quantity.column: bounds_of(quantity.column) for quantity in self.questions.quantities if quantity.is_bounded
+        }
 
     @property
     def followed(self) -> list[str]:
@@ -218,13 +217,13 @@ class Work(Record):
     @property
     def varied(self) -> dict[str, str]:
         """Headings of the parameters that vary, by name; such as are asked too are told from that."""
-        taken = {DESIGN, PROVEN, REASON, *self.asked, *(name for own in self.bounds.values() for name in own)}
+        taken = {DESIGN, PROVEN, REASON, *self.asked, *(name for bounds in self.bounds.values() for name in bounds)}
         taken |= set(map(jumps_of, self.followed))
-        found = {}
-        for own in self.space.variables:
-            unit = "" if own.unit == "1" else f" [{own.unit or 'SI'}]"
-            found[own.name] = f"{own.name}{unit}" if f"{own.name}{unit}" not in taken else f"parameter {own.name}{unit}"
-        return found
+        headings = {}
+        for variable in self.space.variables:
+            heading = variable.name if variable.unit == "1" else f"{variable.name} [{variable.unit or 'SI'}]"
+            headings[variable.name] = f"parameter {heading}" if heading in taken else heading
+        return headings
 
     def headings(self) -> Iterator[tuple[str, str]]:
         """All columns in order, each with what it holds: design, parameter, asked, bound, jump, proven or

@@ -1,7 +1,4 @@
-"""The best design under limits.
-
-Optima that a model file describes under `studies`.
-"""
+"""The verb that finds the best design under limits, and what a model file describes of optima under `studies`."""
 
 from __future__ import annotations
 
@@ -14,63 +11,15 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, unheard
 from flexura.errors import OptionError, SolverError
-from flexura.expressions import Expression
-from flexura.mechanism import Mechanism, OptimumStudy, Range, bounds
+from flexura.mechanism import Mechanism, OptimumStudy
 from flexura.structure import Plan, one_design, plan_of
-from flexura.study.optimum.climb import Method
+from flexura.study.optimum.climb import Method, best_of
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front
 from flexura.study.optimum.outcome import optimum_of, pareto_of
 from flexura.study.optimum.results import Optimum, Pareto
-from flexura.study.optimum.solve import best_of
 from flexura.study.optimum.task import task_of
 from flexura.study.space import Variable, Varied
-
-
-def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[str, Any]:
-    """What the study of a name, or the only one that is an optimum, says: arguments of the verb by their names; none
-    where there is no such study and none is named. Raises OptionError for unknown names, and several without one."""
-    studies = plan.mechanism.studies
-    known = [key for key, own in studies.items() if isinstance(own.own, OptimumStudy)]
-    if name is None:
-        if len(known) > 1:
-            raise OptionError(f"the file describes {len(known)} optima; name a study: {', '.join(known)}")
-        if not known:
-            return {}
-        name = known[0]
-    if name not in known:
-        kind = f"{name!r} is a {studies[name].kind}" if name in studies else f"there is no study {name!r}"
-        raise OptionError(f"{kind}; optima: {', '.join(known) or 'none'}")
-    own = studies[name].own
-    assert isinstance(own, OptimumStudy)
-    goals = own.goals or ()
-    values = {key: float(value) for key, value in plan.parameter_values(dict(fixed)).items()}
-    return {
-        "vary": [_variable(plan, key, variation, values) for key, variation in own.vary.items()],
-        "maximise": [text for text in (own.maximise, *(goal.maximise for goal in goals)) if text],
-        "minimise": [text for text in (own.minimise, *(goal.minimise for goal in goals)) if text],
-        "subject_to": list(own.subject_to),
-        "starts": own.starts,
-        "seed": own.seed,
-    }
-
-
-def _variable(plan: Plan, name: str, variation: Any, values: Mapping[str, float]) -> Variable:
-    parameter = plan.mechanism.parameters[name]
-
-    def number(value: Any) -> float:
-        return float(value.evaluate(values)) if isinstance(value, Expression) else float(value)
-
-    if not isinstance(variation, Range):
-        return Variable.of(name, [number(own) for own in variation], parameter.unit)
-    low, high = (float(end) for end in bounds(name, parameter, values))
-    low = low if variation.from_ is None else number(variation.from_)
-    high = high if variation.to is None else number(variation.to)
-    if not np.isfinite(low + high):
-        raise OptionError(f"{name} has no minimum and maximum in the file; give its range both ends")
-    kind = "integer" if variation.integer else "continuous"
-    return Variable(name, low, high, kind, scale=variation.scale, unit=parameter.unit)
-
 
 STARTS = 8
 """Designs that searches may start from, the first the design as it is."""
@@ -115,35 +64,63 @@ def optimize(
     points = _count("points", points, 2)
     fixed = one_design(parameters)
     plan = plan_of(model, fixed)
+    given = {"vary": vary, "maximise": maximise, "minimise": minimise, "subject_to": subject_to}
+    given |= {"starts": starts, "seed": seed}
     has_goal = maximise is not None or minimise is not None
-    of_file = described(plan, study, fixed) if study is not None or vary is None or not has_goal else {}
-    starts = _count("starts", of_file.get("starts", STARTS) if starts is None else starts, 1)
-    seed = _count("seed", of_file.get("seed", 0) if seed is None else seed, 0)
-    if not has_goal:
-        maximise, minimise = of_file.get("maximise"), of_file.get("minimise")
-    vary = of_file.get("vary") if vary is None else vary
-    subject_to = of_file.get("subject_to") if subject_to is None else subject_to
-    task = task_of(plan, fixed, vary, maximise, minimise, subject_to)
+    options = dict.fromkeys(given) | {"starts": STARTS, "seed": 0}
+    if study is not None or vary is None or not has_goal:
+        options |= described(plan, study, fixed)
+    if has_goal:
+        options |= {"maximise": None, "minimise": None}
+    options |= {name: value for name, value in given.items() if value is not None}
+    starts, seed = _count("starts", options["starts"], 1), _count("seed", options["seed"], 0)
+    task = task_of(plan, fixed, options)
     plan.verify(fixed)
-    from_where = task.starts(starts, seed)
-    mixed, goals, judged = task.mixed(from_where)
-    told = progress or unheard
+    first_designs = task.starts(starts, seed)
+    mixed, goals, judged = task.mixed(first_designs)
+    report = progress or unheard
     if len(goals) > 1:
-        found = front(mixed, goals, points, seed, method, told)
-        return pareto_of(task, mixed, found, seed)
-    if not len(mixed.at):
-        solved = best_of(mixed.land, list(task.box.positions(from_where)), method, told, judged)
-        chosen = None
-        if solved is not None:
-            chosen = Chosen(task.box.values(solved.best.z), solved, mixed.land, "", False)
-    elif not len(mixed.others):
-        chosen = chosen_alone(mixed, from_where, told)
-    else:
-        chosen = chosen_with_others(mixed, from_where, method, told)
+        return pareto_of(task, mixed, front(mixed, goals, points, seed, method, report=report), seed)
+    chosen = None
+    if not len(mixed.others):
+        chosen = chosen_alone(mixed, first_designs, report)
+    elif len(mixed.at):
+        chosen = chosen_with_others(mixed, first_designs, method, report)
+    elif solved := best_of(mixed.land, list(task.box.positions(first_designs)), method, report, judged):
+        chosen = Chosen(task.box.values(solved.best.z), solved, mixed.land, "", False)
     if chosen is None:
-        raise SolverError(f"no design could be worked out: {_most(mixed.land.failures)}")
-    told(Progress("proof"))
+        failures = mixed.land.failures
+        why = max(failures, key=lambda reason: failures[reason], default="no reason is known")
+        raise SolverError(f"no design could be worked out: {why}")
+    report(Progress("proof"))
     return optimum_of(task, mixed, chosen, method, seed)
+
+
+def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[str, Any]:
+    """What the study of a name, or the only one that is an optimum, says: arguments of the verb by their names; none
+    where there is no such study and none is named. Raises OptionError for unknown names, and several without one."""
+    studies = plan.mechanism.studies
+    known = {key: own for key, described in studies.items() if isinstance(own := described.own, OptimumStudy)}
+    if name is None:
+        if len(known) > 1:
+            raise OptionError(f"the file describes {len(known)} optima; name a study: {', '.join(known)}")
+        if not known:
+            return {}
+        [name] = known
+    if name not in known:
+        kind = f"{name!r} is a {studies[name].kind}" if name in studies else f"there is no study {name!r}"
+        raise OptionError(f"{kind}; optima: {', '.join(known) or 'none'}")
+    study = known[name]
+    goals = (study, *(study.goals or ()))
+    values = {key: float(value) for key, value in plan.parameter_values(dict(fixed)).items()}
+    return {
+        "vary": [Variable.described(plan.mechanism, key, own, values) for key, own in study.vary.items()],
+        "maximise": [goal.maximise for goal in goals if goal.maximise],
+        "minimise": [goal.minimise for goal in goals if goal.minimise],
+        "subject_to": list(study.subject_to),
+        "starts": study.starts,
+        "seed": study.seed,
+    }
 
 
 def _count(name: str, value: Any, least: int) -> int:
@@ -151,8 +128,3 @@ def _count(name: str, value: Any, least: int) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise OptionError(f"{name} is a whole number from {least}, not {value!r}")
     return int(value)
-
-
-def _most(failures: Mapping[str, int]) -> str:
-    """The most frequent reason why designs failed."""
-    return max(failures, key=lambda own: failures[own], default="no reason is known")

@@ -1,152 +1,162 @@
-"""From what a search found to results in the user's words.
-
-Goals that ask for nothing that could be reached.
-"""
+"""From what a search found to results in the user's words, each quantity worked out anew."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from flexura.analysis import Modes, Stroke, modes, stroke
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
-from flexura.study.optimum.climb import FEASIBLE, Climb, Method
+from flexura.mechanism import Mechanism
+from flexura.structure import Plan, plan_of
+from flexura.study.optimum.climb import FEASIBLE, RISING_CURVATURE, STATIONARY, Method, Solved
 from flexura.study.optimum.discrete import Chosen, Mixed
 from flexura.study.optimum.front import Front
-from flexura.study.optimum.landscape import Landscape
-from flexura.study.optimum.proof import proof
+from flexura.study.optimum.landscape import ACTIVE, Landscape
 from flexura.study.optimum.results import (
     ActiveLimit,
     Optimum,
     OptimumStart,
     OptimumVariable,
     Pareto,
+    Proof,
     Violation,
 )
-from flexura.study.optimum.solve import RISE, STATIONARY, Solved
-from flexura.study.optimum.stationarity import ACTIVE
+from flexura.study.optimum.rows import numbered
 from flexura.study.optimum.task import Task
-from flexura.study.questions import Margins, Relation
+from flexura.study.questions import Margins, Quantity, Relation, questions
 from flexura.tables import counted, quantity
 
-DESIGNS = 4
+FEWEST_DESIGNS = 4
 """Designs at which a goal is looked at, at least."""
 
-SAME = 1e-12
+CONSTANT_GOAL = 1e-12
 """Relative difference of goals that are the same."""
 
-
-def goal_doubts(task: Task, known: Array) -> Iterator[Diagnostic]:
-    """Goals that contradict each other, and such as are the same whatever varies; quantities (N, q) of some designs are
-    `known`."""
-    for k, aim in enumerate(task.aims):
-        if any(own.formula.text == aim.formula.text and own.sign != aim.sign for own in task.aims[:k]):
-            text = (
-                f"{aim.formula.text} is to be both large and small: of these goals every design is as good as another"
-            )
-            yield Diagnostic("goal", aim.formula.text, float("nan"), 0.0, "1", text)
-    quantities = known if len(known) >= DESIGNS else task.designs.values(task.starts(DESIGNS, seed=0))[0]
-    for aim in task.aims:
-        values = np.asarray(task.wording.combined(aim.formula).value(quantities))
-        known = values[np.isfinite(values)]
-        if len(known) > 1 and np.ptp(known) <= SAME * np.abs(known).max():
-            varied = ", ".join(task.names)
-            text = f"{aim.text}: the same in all {len(known)} designs looked at, whatever {varied} may be"
-            yield Diagnostic("goal", aim.text, float(np.ptp(known)), SAME, "1", text)
-
+MISSED = 10 * FEASIBLE
+"""Violation, over the scale of a limit, from which on it is reported as missed."""
 
 DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""
 
+PROOF_TOLERANCE = 1e-3
+"""Relative difference between the search and what is worked out anew from which on it is a warning."""
+
 NOWHERE = "none of this proves that no design meets the limits"
 LOCAL = "each search leads to an optimum nearby; none of this proves that no better one is elsewhere"
+FRONT = (
+    "NSGA-II found the front, and each design was made the best in one goal without loss in the others;"
+    " none of this proves that no better one is elsewhere"
+)
 
 
 def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: int) -> Optimum:
     """The best design that was found as a result, worked out anew at full order."""
-    aim, words = task.aims[0], task.wording
+    aim, wording, solved = task.aims[0], task.wording, chosen.solved
     x = _rounded(task, chosen.x)
     quantities = _quantities(task, chosen, x)
-    value = float(words.combined(aim.formula).value(quantities))
-    found = {own.text: float(quantities[words.place[own.text]]) for own in words.questions.quantities}
-    missed = tuple(_violations(task, mixed.land, quantities))
-    asked = [own for own in words.questions.quantities if own.text in _named(task)]
-    values = {**task.fixed, **dict(zip(task.names, map(float, x), strict=True))}
-    proofs, warnings = proof(task.plan.mechanism, values, asked, found)
-    active = tuple(_active(task, chosen, quantities)) if chosen.solved is not None and not missed else ()
-    solved = chosen.solved
-    warnings = [*goal_doubts(task, mixed.known), *_doubts(solved, missed), *warnings]
-    where = "nearest design" if missed else "optimum"
-    margins = Margins(task.plan, values, asked, where, [aim.formula], found)
+    numbers = {own.text: float(quantities[wording.places[own.text]]) for own in wording.questions.quantities}
+    violations = tuple(_violations(task, mixed.land, quantities))
+    named = {own.text for formula in task.formulas for own in formula.quantities}
+    asked = [own for own in wording.questions.quantities if own.text in named]  # without those beside them
+    design = {**task.fixed, **dict(zip(task.names, map(float, x), strict=True))}
+    proofs, warnings = proof(task.plan.mechanism, design, asked, numbers)
+    active = tuple(_active(task, chosen, solved, quantities)) if solved is not None and not violations else ()
+    margins = Margins(task.plan, design, asked, "nearest design" if violations else "optimum", [aim.formula], numbers)
     return Optimum(
-        task.plan.mechanism.name,
-        aim.text,
-        aim.formula.unit,
-        tuple(limit.text for limit in task.limits),
-        value,
-        tuple(_variables(task, x)),
-        active,
-        {own.text: own.multiplier for own in active},
-        proofs,
-        float("nan") if solved is None or missed else solved.stationarity.residual,
-        tuple(_starts(task, chosen)),
-        missed,
-        method,
-        seed,
-        mixed.land.evaluations,
-        mixed.land.tried,
-        dict(mixed.land.failures),
-        task.plan.mechanism,
-        task.fixed,
-        (*_notes(task, mixed, chosen, bool(missed)), *_straddled(task, margins, found)),
-        tuple(warnings),
-        margins,
+        name=task.plan.mechanism.name,
+        goal=aim.text,
+        unit=aim.formula.unit,
+        subject_to=tuple(limit.text for limit in task.limits),
+        value=float(task.value(aim.formula, quantities)),
+        variables=tuple(_variables(task, x)),
+        active=active,
+        multipliers={own.text: own.multiplier for own in active},
+        proof=proofs,
+        kkt_residual=float("nan") if solved is None or violations else solved.stationarity.residual,
+        starts=() if solved is None else tuple(_starts(task, chosen.land, solved)),
+        violations=violations,
+        method=method,
+        seed=seed,
+        evaluations=mixed.land.evaluations,
+        tried=mixed.land.tried,
+        failures=dict(mixed.land.failures),
+        mechanism=task.plan.mechanism,
+        parameters=task.fixed,
+        notes=(*_notes(task, mixed, chosen, bool(violations)), *_straddled(task, margins, numbers)),
+        warnings=(*_goal_warnings(task, mixed.known), *_search_warnings(solved, violations), *warnings),
+        margins=margins,
     )
 
 
-def _straddled(task: Task, margins: Margins, found: Mapping[str, float]) -> Iterator[str]:
-    """Limits that the design meets, and that the part may not for all that is known."""
-    for limit in task.limits:
-        ends = margins.span(limit.evaluate, limit.quantities, found)
-        if ends is not None and ends[0] < -10 * FEASIBLE < float(limit.evaluate(found)):
-            of = ", ".join(f"{own.text} {margins.texts[own.text]}" for own in limit.quantities)
-            yield f"{limit.text} is met by the description, and the part may miss it: model error of {of}"
+def pareto_of(task: Task, mixed: Mixed, front: Front, seed: int) -> Pareto:
+    """A front as a result."""
+    land, formulas = mixed.land, [aim.formula for aim in task.aims]
+    designs = np.array([_rounded(task, x) for x in front.designs]).reshape(-1, len(task.names))
+    quantities = [_worked_out(task, x) for x in designs]
+    values = np.array([[task.value(own, numbers) for own in formulas] for numbers in quantities], dtype=float)
+    warnings, margins = list(_goal_warnings(task, mixed.known)), None
+    if len(designs):
+        middle = len(designs) // 2
+        at = {**task.fixed, **dict(zip(task.names, designs[middle].tolist(), strict=True))}
+        texts = (own.text for own in task.wording.questions.quantities)
+        numbers = dict(zip(texts, quantities[middle].tolist(), strict=True))
+        margins = Margins(task.plan, at, (), f"design {middle}", formulas, numbers)
+    else:
+        text = "no design was found that meets the limits: there is no front"
+        warnings.append(Diagnostic("limit", "", float("nan"), 0.0, "1", text))
+    return Pareto(
+        name=task.plan.mechanism.name,
+        goals=tuple(aim.text for aim in task.aims),
+        units=tuple(formula.unit for formula in formulas),
+        names=task.names,
+        parameter_units=tuple(variable.unit for variable in task.variables),
+        designs=designs,
+        values=values.reshape(len(designs), len(formulas)),
+        residual=front.residual,
+        seed=seed,
+        evaluations=land.evaluations,
+        tried=land.tried,
+        failures=dict(land.failures),
+        mechanism=task.plan.mechanism,
+        parameters=task.fixed,
+        notes=(FRONT, *_failure_notes(land)),
+        warnings=tuple(warnings),
+        margins=margins,
+    )
+
+
+def _rounded(task: Task, x: Array) -> Array:
+    """Values with as many digits as are reported, within the bounds."""
+    rounded = np.array([float(f"{value:.{DIGITS}g}") for value in x])
+    return np.clip(rounded, task.box.low, task.box.high)
 
 
 def _quantities(task: Task, chosen: Chosen, x: Array) -> Array:
-    """Quantities of what was chosen, whose values are told as x (P,): by slopes, of which the last digits need no more,
-    or worked out where nothing has slopes."""
+    """Quantities of what was chosen, at values x (P,): by slopes, of which the last digits need no more, or worked out
+    where nothing has slopes."""
     if chosen.solved is None:
         return _worked_out(task, x)
     best, box = chosen.solved.best, chosen.land.box
     moved = x[[task.names.index(name) for name in box.names]] - box.values(best.z)
-    return (best.point.value + best.point.slope @ moved)[: len(task.wording.place)]
+    return (best.point.value + best.point.slope @ moved)[: len(task.wording.places)]
 
 
 def _worked_out(task: Task, x: Array) -> Array:
     """Quantities of a design, as the search has them with slopes, or without where some have none."""
     try:
-        return task.designs.point(x).value[: len(task.wording.place)]
+        return task.designs.point(x).value[: len(task.wording.places)]
     except FlexuraError:
         return task.designs.values(x[None])[0][0]
 
 
-def _named(task: Task) -> set[str]:
-    """Quantities that the goal and the limits name, without those beside them."""
-    formulas = [task.aims[0].formula, *(side for own in task.limits for side in (own.left, own.right))]
-    return {own.text for formula in formulas for own in formula.quantities}
-
-
-def _rounded(task: Task, x: Array) -> Array:
-    """Values with as many digits as are told, within the bounds."""
-    rounded = np.array([float(f"{own:.{DIGITS}g}") for own in x])
-    return np.clip(rounded, task.box.low, task.box.high)
-
-
 def _violations(task: Task, land: Landscape, quantities: Array) -> Iterator[Violation]:
     for limit, row in zip(task.limits, land.limits, strict=True):
-        if (by := -float(row.values(quantities))) > 10 * FEASIBLE:
+        if (by := -float(row.values(quantities))) > MISSED:
             yield Violation(limit.text, by * row.scale, limit.left.unit)
 
 
@@ -155,80 +165,116 @@ def _variables(task: Task, x: Array) -> Iterator[OptimumVariable]:
     for k, own in enumerate(task.variables):
         at = "" if own.kind != "continuous" else "low" if z[k] <= ACTIVE else "high" if z[k] >= 1 - ACTIVE else ""
         levels = tuple(np.unique(own.values).tolist()) if own.kind == "choice" else ()
-        ends = float(task.before[k]), float(x[k]), float(own.low), float(own.high)
-        yield OptimumVariable(own.name, own.unit, own.kind, *ends, at, levels)
+        numbers = float(task.before[k]), float(x[k]), float(own.low), float(own.high)
+        yield OptimumVariable(own.name, own.unit, own.kind, *numbers, at, levels)
 
 
-def _active(task: Task, chosen: Chosen, quantities: Array) -> Iterator[ActiveLimit]:
+def _active(task: Task, chosen: Chosen, solved: Solved, quantities: Array) -> Iterator[ActiveLimit]:
     """Limits and bounds that hold the design, with multipliers in the units of the user."""
-    assert chosen.solved is not None
-    aim, land, found = task.aims[0], chosen.land, chosen.solved.stationarity
-    goal = aim.formula.text, aim.formula.unit
-    for k in found.active:
-        limit, row = task.limits[k], land.limits[k]
-        multiplier = float(found.limits[k]) * land.goal.scale / row.scale
-        constant, upwards = _constant(task, limit, quantities)
-        left = float(task.wording.combined(limit.left).value(quantities))
-        gain = 0.01 * multiplier * abs(constant)
-        yield ActiveLimit(
-            limit.text, left, limit.left.unit, multiplier, gain, *goal, False, upwards, falls=aim.sign < 0
+    aim, land, conditions = task.aims[0], chosen.land, solved.stationarity
+
+    def active(
+        text: str, value: float, unit: str, multiplier: float, constant: float, *, is_bound: bool, upwards: bool
+    ) -> ActiveLimit:
+        return ActiveLimit(
+            text=text,
+            value=value,
+            unit=unit,
+            multiplier=multiplier,
+            per_percent=0.01 * multiplier * abs(constant),
+            goal=aim.formula.text,
+            goal_unit=aim.formula.unit,
+            is_bound=is_bound,
+            gives_way_upwards=upwards,
+            falls=aim.sign < 0,
         )
-    rates = land.box.rates(chosen.solved.best.z)
-    units = {own.name: own.unit for own in task.variables}
-    for k, name in enumerate(land.box.names):
-        for upwards, weight, end in ((False, found.low[k], land.box.low[k]), (True, found.high[k], land.box.high[k])):
+
+    for k in conditions.active:
+        limit, row = task.limits[k], land.limits[k]
+        multiplier = float(conditions.limits[k]) * land.goal.scale / row.scale
+        constant, upwards = _constant(task, limit, quantities)
+        left = float(task.value(limit.left, quantities))
+        yield active(limit.text, left, limit.left.unit, multiplier, constant, is_bound=False, upwards=upwards)
+    rates, box = land.box.rates(solved.best.z), land.box
+    units = {variable.name: variable.unit for variable in task.variables}
+    for k, name in enumerate(box.names):
+        for upwards, weight, end in ((False, conditions.low[k], box.low[k]), (True, conditions.high[k], box.high[k])):
             if weight > 0:
+                bound, unit = float(end), units[name]
                 multiplier = float(weight * land.goal.scale / rates[k])
-                text = f"{name} {'<=' if upwards else '>='} {quantity(float(end), units[name])}"
-                gain = 0.01 * multiplier * abs(float(end))
-                yield ActiveLimit(
-                    text, float(end), units[name], multiplier, gain, *goal, True, upwards, falls=aim.sign < 0
-                )
+                text = f"{name} {'<=' if upwards else '>='} {quantity(bound, unit)}"
+                yield active(text, bound, unit, multiplier, bound, is_bound=True, upwards=upwards)
 
 
 def _constant(task: Task, limit: Relation, quantities: Array) -> tuple[float, bool]:
     """The side of a limit that is a number, 0 where neither is, and whether the limit gives way as it grows."""
     for side, grows in ((limit.right, limit.sense > 0), (limit.left, limit.sense < 0)):
         if side.is_constant:
-            return float(task.wording.combined(side).value(quantities)), grows
+            return float(task.value(side, quantities)), grows
     return 0.0, limit.sense > 0
 
 
-def _starts(task: Task, chosen: Chosen) -> Iterator[OptimumStart]:
-    solved, land = chosen.solved, chosen.land
-    for number, own in enumerate(() if solved is None else solved.climbs):
-        assert solved is not None
-        box = land.box
-        end = own.best
-        value = task.aims[0].sign * end.goal * land.goal.scale if end is not None else float("nan")
+def _starts(task: Task, land: Landscape, solved: Solved) -> Iterator[OptimumStart]:
+    box = land.box
+    for number, climb in enumerate(solved.climbs):
+        end = climb.best
         yield OptimumStart(
-            number,
-            dict(zip(box.names, box.values(own.start).tolist(), strict=True)),
-            {} if end is None else dict(zip(box.names, box.values(end.z).tolist(), strict=True)),
-            value,
-            float("nan") if end is None else end.violation,
-            own.evaluations,
-            solved.agrees(own) and solved.is_here(own),
-            own.said,
+            number=number,
+            start=dict(zip(box.names, box.values(climb.start).tolist(), strict=True)),
+            end={} if end is None else dict(zip(box.names, box.values(end.z).tolist(), strict=True)),
+            value=float("nan") if end is None else task.aims[0].sign * end.goal * land.goal.scale,
+            violation=float("nan") if end is None else end.violation,
+            evaluations=climb.evaluations,
+            agrees=solved.agrees(climb) and solved.is_here(climb),
+            said=climb.said,
         )
 
 
-def _doubts(solved: Solved | None, missed: tuple[Violation, ...]) -> Iterator[Diagnostic]:
-    if missed:
-        text = f"no design was found that meets the limits; in the nearest one {'; '.join(map(str, missed))}"
-        yield Diagnostic("limit", missed[0].text, missed[0].by, 0.0, missed[0].unit, text)
+def _goal_warnings(task: Task, known: Array) -> Iterator[Diagnostic]:
+    """Goals that contradict each other, and such as are the same whatever varies; quantities (N, q) of some designs are
+    `known`."""
+    for k, aim in enumerate(task.aims):
+        text = aim.formula.text
+        if any(other.formula.text == text and other.sign != aim.sign for other in task.aims[:k]):
+            words = f"{text} is to be both large and small: of these goals every design is as good as another"
+            yield Diagnostic("goal", text, float("nan"), 0.0, "1", words)
+    quantities = known
+    if len(known) < FEWEST_DESIGNS:
+        quantities, _ = task.designs.values(task.starts(FEWEST_DESIGNS, seed=0))
+    for aim in task.aims:
+        values = task.value(aim.formula, quantities)
+        values = values[np.isfinite(values)]
+        if len(values) > 1 and np.ptp(values) <= CONSTANT_GOAL * np.abs(values).max():
+            varied = ", ".join(task.names)
+            text = f"{aim.text}: the same in all {len(values)} designs looked at, whatever {varied} may be"
+            yield Diagnostic("goal", aim.text, float(np.ptp(values)), CONSTANT_GOAL, "1", text)
+
+
+def _search_warnings(solved: Solved | None, violations: Sequence[Violation]) -> Iterator[Diagnostic]:
+    if violations:
+        first = violations[0]
+        text = f"no design was found that meets the limits; in the nearest one {'; '.join(map(str, violations))}"
+        yield Diagnostic("limit", first.text, first.by, 0.0, first.unit, text)
         return
     if solved is None:
         return
     residual = solved.stationarity.residual
     if residual > STATIONARY:
         text = f"the conditions of an optimum are missed by {residual:.2g} of the gradient: the search stopped short"
-        beside = [own for own in solved.climbs if own.best is solved.best and own.said.startswith("designs")]
-        text += f"; {beside[0].said}" if beside else ""
-        yield Diagnostic("convergence", "", residual, STATIONARY, "1", text)
-    if solved.curvature > RISE:
+        ended = [own.said for own in solved.climbs if own.best is solved.best and own.said.startswith("designs")]
+        yield Diagnostic("convergence", "", residual, STATIONARY, "1", "; ".join([text, *ended[:1]]))
+    if solved.curvature > RISING_CURVATURE:
         text = "the design is stationary, but the goal curves upwards along what limits leave free: it is no optimum"
-        yield Diagnostic("convergence", "", solved.curvature, RISE, "1", text)
+        yield Diagnostic("convergence", "", solved.curvature, RISING_CURVATURE, "1", text)
+
+
+def _straddled(task: Task, margins: Margins, numbers: Mapping[str, float]) -> Iterator[str]:
+    """Limits that the design meets, and that the part may not for all that is known."""
+    for limit in task.limits:
+        ends = margins.span(limit.evaluate, limit.quantities, numbers)
+        if ends is not None and ends[0] < -MISSED < float(limit.evaluate(numbers)):
+            of = ", ".join(f"{own.text} {margins.texts[own.text]}" for own in limit.quantities)
+            yield f"{limit.text} is met by the description, and the part may miss it: model error of {of}"
 
 
 def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterator[str]:
@@ -236,7 +282,7 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
     if chosen.said:
         yield chosen.said if chosen.is_every else f"{chosen.said}; one that is further away may be better"
     if solved is not None:
-        yield _agreement(task, chosen, solved, is_missed)
+        yield _agreement(task, chosen.land, solved, is_missed)
         if solved.passed:
             others = f"{counted(solved.passed, 'start')} of {solved.passed + len(solved.climbs)}"
             yield f"{others} had a better design beside them, and were not searched from"
@@ -247,86 +293,115 @@ def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterato
         if solved.stationarity.coalesced:
             alike = "parts of the goal" if land.goal.parts or land.goal.worsts else "frequencies"
             yield f"{alike} coincide at the optimum: they are bounded together, and multipliers are of that bound"
-    formulas = [*(aim.formula for aim in task.aims), *(side for own in task.limits for side in (own.left, own.right))]
-    yield from dict.fromkeys(note for own in formulas for note in own.questions.notes)
+    yield from dict.fromkeys(note for formula in task.formulas for note in formula.questions.notes)
     outside = (task.before < task.box.low) | (task.before > task.box.high)
     if outside.any():
-        names = ", ".join(name for name, own in zip(task.names, outside, strict=True) if own)
+        names = ", ".join(name for name, is_outside in zip(task.names, outside, strict=True) if is_outside)
         yield f"before, {names} lay outside the range: the first start is at its end"
-    if land.failures:
-        reason, count = land.failures.most_common(1)[0]
+    yield from _failure_notes(land)
+
+
+def _failure_notes(land: Landscape) -> Iterator[str]:
+    for reason, count in land.failures.most_common(1):
         yield f"{counted(land.failures.total(), 'design')} had no answer, {count} of them because: {reason}"
 
 
-def _agreement(task: Task, chosen: Chosen, solved: Solved, is_missed: bool) -> str:
+def _agreement(task: Task, land: Landscape, solved: Solved, is_missed: bool) -> str:
     """Which starts led to the optimum, and what the others found."""
-    climbs = solved.climbs
+    climbs, aim = solved.climbs, task.aims[0]
     searches = "1 search" if len(climbs) == 1 else f"{len(climbs)} searches"
     if is_missed:
         return f"none of {searches} led to a design that meets the limits"
-    here = [own for own in climbs if solved.agrees(own) and solved.is_here(own)]
-    text = f"{len(here)} of {searches} led to this design"
-    equal = [own for own in climbs if solved.agrees(own) and not solved.is_here(own)]
-    if equal:
-        text += f", {len(equal)} to other designs that are as good"
-    worse = [own for own in climbs if own.is_feasible and not solved.agrees(own)]
-    if worse:
-        scale = task.aims[0].sign * chosen.land.goal.scale
-        text += f", {len(worse)} to worse ones, the best of them {_best(worse, scale, task.aims[0].formula.unit)}"
-    if lost := len(climbs) - len(here) - len(equal) - len(worse):
+    agreeing = [climb for climb in climbs if solved.agrees(climb)]
+    here = sum(map(solved.is_here, agreeing))
+    text = f"{here} of {searches} led to this design"
+    if equal := len(agreeing) - here:
+        text += f", {equal} to other designs that are as good"
+    ends = [climb.best for climb in climbs if climb.is_feasible and not solved.agrees(climb)]
+    if ends:
+        best = aim.sign * land.goal.scale * max(end.goal for end in ends if end is not None)
+        shown = quantity(best, aim.formula.unit) or f"{best:.5g}"
+        text += f", {len(ends)} to worse ones, the best of them {shown}"
+    if lost := len(climbs) - len(agreeing) - len(ends):
         text += f"; {lost} met no limits or had no answer"
     return text
 
 
-def _best(climbs: list[Climb], scale: float, unit: str) -> str:
-    goals = [own.best.goal for own in climbs if own.best is not None]
-    return quantity(scale * max(goals), unit) or f"{scale * max(goals):.5g}"
+@dataclass
+class _Anew:
+    """A mechanism whose parameters are those of a design, and what the verbs say of it; `warnings` are theirs."""
+
+    mechanism: Mechanism
+    quantities: Sequence[Quantity]
+    warnings: list[Diagnostic] = field(default_factory=list)
+    _strokes: dict[tuple[tuple[str, float], ...], Stroke] = field(default_factory=dict)
+
+    @cached_property
+    def plan(self) -> Plan:
+        """Its plan, in which the ends that corrections hold clamped are those of this design."""
+        return plan_of(self.mechanism)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Its modes, as many as are asked for, with proven intervals."""
+        found = modes(self.plan, n=max(numbered(own) or 1 for own in self.quantities))
+        self.warnings += found.warnings
+        return found
+
+    def stroke(self, pose: tuple[tuple[str, float], ...]) -> Stroke:
+        """A pose that quantities are asked at, reached from rest."""
+        if pose not in self._strokes:
+            most = max(numbered(own) or 1 for own in self.quantities if own.pose == pose)
+            self._strokes[pose] = stroke(self.plan, move=dict(pose), steps=2, n=most)
+            self.warnings += self._strokes[pose].warnings
+        return self._strokes[pose]
+
+    def checked(self, own: Quantity, value: float) -> Proof:
+        """A quantity worked out anew by the verb that has it, or else by the mechanism with these values."""
+        number = numbered(own)
+        if number is not None and not own.pose:
+            mode = self.modes.modes[number - 1]
+            low, high = mode.interval_hz
+            hz = mode.frequency_hz if mode.full_frequency_hz is None else mode.full_frequency_hz
+            interval = (low, high) if mode.is_indexed and low is not None and high is not None else None
+            return Proof(own.text, own.unit, value, float(hz), "modes", interval)
+        if number is not None:
+            pose = self.stroke(own.pose).poses[-1]
+            interval = pose.frequency_interval_hz[number - 1] if pose.proven else None
+            return Proof(own.text, own.unit, value, pose.frequency_hz[number - 1], "stroke", interval)
+        if own.pose and own.kind == "stress":
+            found = self.stroke(own.pose)
+            members = found.stresses(len(found.poses) - 1).members
+            chosen = getattr(own.arguments[0], "members", ()) if own.arguments else [m.name for m in members]
+            stresses = [m.von_mises for m in members if m.von_mises is not None and m.name in chosen]
+            if stresses:
+                return Proof(own.text, own.unit, value, max(stresses), "stroke")
+        answer = questions(self.plan, own.text).values({})
+        return Proof(own.text, own.unit, value, float(answer.value[0, 0]), "a plan of its own")
 
 
-def pareto_of(task: Task, mixed: Mixed, found: Front, seed: int) -> Pareto:
-    """A front as a result."""
-    land = mixed.land
-    formulas = [aim.formula for aim in task.aims]
-    designs = np.array([_rounded(task, own) for own in found.designs]).reshape(-1, len(task.names))
-    quantities = np.array([_worked_out(task, own) for own in designs]).reshape(len(designs), -1)
-    values = np.empty((len(designs), len(formulas)))
-    for k, own in enumerate(formulas if len(designs) else ()):
-        values[:, k] = task.wording.combined(own).value(quantities)
-    warnings = list(goal_doubts(task, mixed.known))
-    if not len(designs):
-        text = "no design was found that meets the limits: there is no front"
-        warnings.append(Diagnostic("limit", "", float("nan"), 0.0, "1", text))
-    margins = None
-    if len(designs):
-        k = len(designs) // 2
-        at = {**task.fixed, **dict(zip(task.names, designs[k].tolist(), strict=True))}
-        found_there = dict(
-            zip((own.text for own in task.wording.questions.quantities), quantities[k].tolist(), strict=True)
-        )
-        margins = Margins(task.plan, at, (), f"design {k}", formulas, found_there)
-    notes = [
-        "NSGA-II found the front, and each design was made the best in one goal without loss in the others;"
-        " none of this proves that no better one is elsewhere"
-    ]
-    if land.failures:
-        reason, count = land.failures.most_common(1)[0]
-        notes.append(f"{counted(land.failures.total(), 'design')} had no answer, {count} of them because: {reason}")
-    return Pareto(
-        task.plan.mechanism.name,
-        tuple(aim.text for aim in task.aims),
-        tuple(own.unit for own in formulas),
-        task.names,
-        tuple(own.unit for own in task.variables),
-        designs,
-        values,
-        found.residual,
-        seed,
-        land.evaluations,
-        land.tried,
-        dict(land.failures),
-        task.plan.mechanism,
-        task.fixed,
-        tuple(notes),
-        tuple(warnings),
-        margins,
-    )
+def proof(
+    mechanism: Mechanism, design: Mapping[str, float], quantities: Sequence[Quantity], numbers: Mapping[str, float]
+) -> tuple[tuple[Proof, ...], list[Diagnostic]]:
+    """Every quantity of a design anew beside its number in the search, and warnings: those of the verbs, what differs
+    by more than `PROOF_TOLERANCE` and is not within its interval, and what could not be worked out."""
+    parameters = dict(mechanism.parameters)
+    for name, value in design.items():
+        parameters[name] = parameters[name].model_copy(update={"value": value})
+    anew = _Anew(mechanism.model_copy(update={"parameters": parameters}), quantities)
+    proofs, warnings = list[Proof](), list[Diagnostic]()
+
+    def warn(text: str, difference: float, words: str) -> None:
+        warnings.append(Diagnostic("proof", text, difference, PROOF_TOLERANCE, "1", words))
+
+    for own in quantities:
+        try:
+            proofs.append(anew.checked(own, numbers[own.text]))
+        except FlexuraError as error:
+            warn(own.text, float("nan"), f"{own.text} could not be worked out anew at the optimum: {error}")
+    for own in proofs:
+        low, high = own.interval or (own.checked, own.checked)
+        if own.difference > PROOF_TOLERANCE and not low <= own.value <= high:
+            words = f"{own.text} is {own.checked:.6g} {own.unit} by {own.by} and was {own.value:.6g} in the search:"
+            warn(own.text, own.difference, f"{words} the optimum is that of the search, which differs")
+    return tuple(proofs), [*warnings, *anew.warnings]

@@ -1,7 +1,4 @@
-"""Optima and Pareto fronts as results.
-
-A design as a model file on top of the one that was varied.
-"""
+"""Optima and Pareto fronts as results, and their designs as model files on top of the one that was varied."""
 
 from __future__ import annotations
 
@@ -25,23 +22,6 @@ from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
 from flexura.tables import Facts, Table, counted, percent, quantity, scale_for
 from flexura.units import format_quantity
-
-
-def save_design(
-    mechanism: Mechanism, design: Mapping[str, float], fixed: Mapping[str, float], said: str, path: Path, base: Path
-) -> Path:
-    """Write a model file `path` that extends `base` with SI values of parameters, those of a `design` and `fixed` ones;
-    the source of each says where it comes from, what was `said` of the design, the value in `base`, and its source."""
-    dimensions = parameter_dimensions(mechanism.parameters)
-    changed = {}
-    for name, value in {**fixed, **design}.items():
-        own = mechanism.parameters[name]
-        exponents = dimensions[name] or NUMBER
-        was = str(own.value) if isinstance(own.value, Expression) else format_quantity(own.value, exponents)
-        known = f" ({own.source})" if own.source else ""
-        changed[name] = Changed(value, f"{said if name in design else 'given'}; was {was}{known}")
-    text = variant_text(mechanism, f"{mechanism.name}, optimised", base, path, changed)
-    return write_file(path, lambda file: file.write_text(text, encoding="utf-8", newline="\n"))
 
 
 @dataclass(frozen=True, repr=False)
@@ -92,10 +72,10 @@ class ActiveLimit(Record):
         less = "less of " if self.falls else "of "
         size, unit = scale_for([self.value], self.unit)
         per = f"{quantity(size * self.multiplier, self.goal_unit, 4)} per {unit or 'unit'}"
-        way = "more" if self.gives_way_upwards else "less"
+        change = "more" if self.gives_way_upwards else "less"
         if not self.per_percent:
             return f"{name}: room in it buys {per} {less}{self.goal}"
-        return f"{name}: 1 % {way} buys {quantity(self.per_percent, self.goal_unit, 3)} {less}{self.goal} ({per})"
+        return f"{name}: 1 % {change} buys {quantity(self.per_percent, self.goal_unit, 3)} {less}{self.goal} ({per})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -147,8 +127,38 @@ class Violation(Record):
         return f"{self.text} is missed by {quantity(self.by, self.unit, 4)}"
 
 
-@dataclass(frozen=True, repr=False)
-class Optimum(OfThePart, Tabular):
+@dataclass(frozen=True, repr=False, kw_only=True)
+class _Outcome(OfThePart, Tabular):
+    """What a search has found for the `mechanism`, with some `parameters` fixed, SI: designs `tried`, `evaluations` of
+    designs with slopes, and `failures`, why designs had no answer."""
+
+    name: str
+    seed: int
+    evaluations: int
+    tried: int
+    failures: Mapping[str, int]
+    mechanism: Mechanism
+    parameters: Mapping[str, float]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[Diagnostic, ...] = ()
+    margins: Margins | None = field(default=None, repr=False, compare=False)
+
+    def _saved(self, design: Mapping[str, float], source: str, path: str | Path, base: str | Path) -> Path:
+        """Write a model file that extends `base` with SI values of parameters, those of a design and fixed ones; the
+        source of each says where it comes from, the value in `base`, and its source."""
+        dimensions, changed = parameter_dimensions(self.mechanism.parameters), dict[str, Changed]()
+        for name, value in {**self.parameters, **design}.items():
+            parameter = self.mechanism.parameters[name]
+            was, dimension = parameter.value, dimensions[name] or NUMBER
+            was = str(was) if isinstance(was, Expression) else format_quantity(was, dimension)
+            known = f" ({parameter.source})" if parameter.source else ""
+            changed[name] = Changed(value, f"{source if name in design else 'given'}; was {was}{known}")
+        text = variant_text(self.mechanism, f"{self.mechanism.name}, optimised", Path(base), Path(path), changed)
+        return write_file(Path(path), lambda file: file.write_text(text, encoding="utf-8", newline="\n"))
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Optimum(_Outcome):
     """The best design that was found.
 
     `value` is the `goal` there in `unit`, `subject_to` are the limits as asked; `active` are those of them, and the
@@ -165,7 +175,6 @@ class Optimum(OfThePart, Tabular):
         *("model_error", "model_error_reason"),
     )
 
-    name: str
     goal: str
     unit: str
     subject_to: tuple[str, ...]
@@ -178,15 +187,6 @@ class Optimum(OfThePart, Tabular):
     starts: tuple[OptimumStart, ...]
     violations: tuple[Violation, ...]
     method: str
-    seed: int
-    evaluations: int
-    tried: int
-    failures: Mapping[str, int]
-    mechanism: Mechanism
-    parameters: Mapping[str, float]
-    notes: tuple[str, ...] = ()
-    warnings: tuple[Diagnostic, ...] = ()
-    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     @property
     def is_feasible(self) -> bool:
@@ -196,7 +196,7 @@ class Optimum(OfThePart, Tabular):
     @cached_property
     def design(self) -> dict[str, float]:
         """The values of the variables, SI: of the optimum, or of the least violated design."""
-        return {own.name: own.value for own in self.variables}
+        return {variable.name: variable.value for variable in self.variables}
 
     @property
     def optimum(self) -> dict[str, float]:
@@ -215,34 +215,33 @@ class Optimum(OfThePart, Tabular):
         written."""
         if not self.is_feasible:
             raise OptionError(f"no design meets the limits: {self.violations[0]}; there is no optimum to write")
-        said = f"optimised: {self.goal}"
-        return save_design(self.mechanism, self.design, self.parameters, said, Path(path), Path(base))
+        return self._saved(self.design, f"optimised: {self.goal}", path, base)
 
     def _title(self) -> str:
         return self.goal if self.is_feasible else f"{self.goal}: no design meets the limits"
 
     def _view(self) -> Iterator[Facts | Table]:
-        sought = f"{self.goal}" if self.is_feasible else f"{self.goal}, least violated"
-        yield Facts({sought: quantity(self.value, self.unit), "residual of the conditions": f"{self.kkt_residual:.1g}"})
-        rows = self.variables
+        goal = self.goal if self.is_feasible else f"{self.goal}, least violated"
+        yield Facts({goal: quantity(self.value, self.unit), "residual of the conditions": f"{self.kkt_residual:.1g}"})
+        best = "optimum" if self.is_feasible else "nearest"
         yield Table(
             {
-                "parameter": [own.name for own in rows],
-                "before": [quantity(own.start, own.unit) for own in rows],
-                "optimum" if self.is_feasible else "nearest": [quantity(own.value, own.unit) for own in rows],
-                "bound": [own.at_bound for own in rows],
+                "parameter": [variable.name for variable in self.variables],
+                "before": [quantity(variable.start, variable.unit) for variable in self.variables],
+                best: [quantity(variable.value, variable.unit) for variable in self.variables],
+                "bound": [variable.at_bound for variable in self.variables],
             },
             "parameters",
         )
         if self.active:
-            yield Table({"what holds it": [str(own) for own in self.active]}, "limits")
+            yield Table({"what holds it": [str(limit) for limit in self.active]}, "limits")
         yield Table(
             {
-                "quantity": [own.text for own in self.proof],
-                "found": [quantity(own.value, own.unit) for own in self.proof],
-                "anew": [quantity(own.checked, own.unit) for own in self.proof],
-                "difference": [percent(own.difference, 2) for own in self.proof],
-                "by": [own.by for own in self.proof],
+                "quantity": [proof.text for proof in self.proof],
+                "found": [quantity(proof.value, proof.unit) for proof in self.proof],
+                "anew": [quantity(proof.checked, proof.unit) for proof in self.proof],
+                "difference": [percent(proof.difference, 2) for proof in self.proof],
+                "by": [proof.by for proof in self.proof],
                 **({} if self.margins is None else {"model error": [self.margins.texts[p.text] for p in self.proof]}),
             },
             "quantities",
@@ -250,21 +249,21 @@ class Optimum(OfThePart, Tabular):
 
     def _columns(self) -> dict[str, Any]:
         """A row for each variable."""
-        rows = self.variables
+        names, variables = [variable.name for variable in self.variables], self.variables
         return {
-            "parameter": [own.name for own in rows],
-            "unit": [own.unit for own in rows],
-            "start [SI]": [own.start for own in rows],
-            "optimum [SI]": [own.value if self.is_feasible else np.nan for own in rows],
-            "nearest [SI]": [np.nan if self.is_feasible else own.value for own in rows],
-            "low [SI]": [own.low for own in rows],
-            "high [SI]": [own.high for own in rows],
-            "at bound": [own.at_bound for own in rows],
+            "parameter": names,
+            "unit": [variable.unit for variable in variables],
+            "start [SI]": [variable.start for variable in variables],
+            "optimum [SI]": [self.optimum.get(name, np.nan) for name in names],
+            "nearest [SI]": [self.nearest.get(name, np.nan) for name in names],
+            "low [SI]": [variable.low for variable in variables],
+            "high [SI]": [variable.high for variable in variables],
+            "at bound": [variable.at_bound for variable in variables],
         }
 
 
-@dataclass(frozen=True, repr=False)
-class Pareto(OfThePart, Tabular):
+@dataclass(frozen=True, repr=False, kw_only=True)
+class Pareto(_Outcome):
     """Designs of which none is better than another in all goals.
 
     `designs` (N, P) are SI values of the variables `names`, `values` (N, g) the `goals`, in their `units`, ordered by
@@ -279,7 +278,6 @@ class Pareto(OfThePart, Tabular):
         *("failures", "model_error", "model_error_reason"),
     )
 
-    name: str
     goals: tuple[str, ...]
     units: tuple[str, ...]
     names: tuple[str, ...]
@@ -287,15 +285,6 @@ class Pareto(OfThePart, Tabular):
     designs: Array
     values: Array
     residual: Array
-    seed: int
-    evaluations: int
-    tried: int
-    failures: Mapping[str, int]
-    mechanism: Mechanism
-    parameters: Mapping[str, float]
-    notes: tuple[str, ...] = ()
-    warnings: tuple[Diagnostic, ...] = ()
-    margins: Margins | None = field(default=None, repr=False, compare=False)
 
     def __len__(self) -> int:
         return len(self.designs)
@@ -310,18 +299,14 @@ class Pareto(OfThePart, Tabular):
     def save(self, path: str | Path, *, base: str | Path, row: int) -> Path:
         """Write a model file that extends `base`, the file that was optimised, with the values of one design of the
         front. Raises OptionError where there is no such row, and when it cannot be written."""
-        said = f"optimised: design {row} of a front of {', '.join(self.goals)}"
-        return save_design(self.mechanism, self.pick(row), self.parameters, said, Path(path), Path(base))
+        source = f"optimised: design {row} of a front of {', '.join(self.goals)}"
+        return self._saved(self.pick(row), source, path, base)
 
     def _title(self) -> str:
         return f"{counted(len(self), 'design')} of {', '.join(self.goals)}"
 
     def _columns(self) -> dict[str, Any]:
         """A row for each design."""
-        sought, own = zip(self.goals, self.units, strict=True), zip(self.names, self.parameter_units, strict=True)
-        goals = {_headed(text, unit): self.values[:, k] for k, (text, unit) in enumerate(sought)}
-        return goals | {_headed(text, unit): self.designs[:, k] for k, (text, unit) in enumerate(own)}
-
-
-def _headed(text: str, unit: str) -> str:
-    return text if unit in ("", "1") else f"{text} [{unit}]"
+        texts = zip((*self.goals, *self.names), (*self.units, *self.parameter_units), strict=True)
+        headings = [text if unit in ("", "1") else f"{text} [{unit}]" for text, unit in texts]
+        return dict(zip(headings, (*self.values.T, *self.designs.T), strict=True))

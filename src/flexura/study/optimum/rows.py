@@ -1,24 +1,28 @@
-"""Goals and limits as functions of quantities of a design, and what becomes of them where frequencies coincide."""
+"""Goals and limits as functions of what is asked of designs, and what becomes of them where frequencies coincide."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple, Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexura.arrays import Array
-
-Places = NDArray[np.intp]
+from flexura.arrays import Array, Index
+from flexura.duals import Dual
+from flexura.errors import SolverError
+from flexura.structure import Plan
+from flexura.study.questions import Formula, Quantity, Questions, by_members, questions
 
 NEIGHBOURS = 2
 """Frequencies beside one that is asked for which may coincide with it."""
 
-VERSIONS = 512
+MOST_VERSIONS = 512
 """Versions of a row at most; what would make more of them stands for itself."""
+
+MOST_PARTS = 32
+"""Parts of a row at most; what would have more of them stands for itself."""
 
 
 class Point(NamedTuple):
@@ -57,15 +61,15 @@ class Function(Protocol):
 
 
 class Frequency(NamedTuple):
-    """A natural frequency that a row depends on: its place in the ascending frequencies of its state, the `ladder`, as
+    """A natural frequency that a row depends on: which it is of the `ascending` frequencies of its state, by their
     places among the quantities."""
 
-    ladder: tuple[int, ...]
-    rung: int
+    ascending: tuple[int, ...]
+    number: int
 
     def beside(self, steps: int) -> int:
-        """The place of the frequency so many rungs above, or below, as far as the ladder goes."""
-        return self.ladder[min(max(self.rung + steps, 0), len(self.ladder) - 1)]
+        """The place of the frequency so many numbers higher, or lower, as far as there are some."""
+        return self.ascending[min(max(self.number + steps, 0), len(self.ascending) - 1)]
 
 
 class Worst(NamedTuple):
@@ -77,50 +81,35 @@ class Worst(NamedTuple):
     sign: float
 
 
-@dataclass(frozen=True)
-class Above:
-    """A function less a `level`."""
-
-    function: Function
-    level: float
-
-    def value(self, quantities: Array) -> Array:
-        """Values (...) at quantities (..., q)."""
-        return np.asarray(self.function.value(quantities)) - self.level
-
-    def slope(self, quantities: Array) -> Array:
-        """Partial derivatives (q,) at quantities (q,)."""
-        return self.function.slope(quantities)
-
-
 class Version(NamedTuple):
     """A row that has to hold with quantities from `places` (q,) in the place of its own."""
 
     row: Row
-    places: Places
+    places: Index
 
 
 @dataclass(frozen=True)
 class Row:
-    """A function over `scale`, at least 0 where it is a limit, made as large as can be where it is a goal; where it is
-    the least of several, these are its `parts`."""
+    """A function less a `level`, over `scale`, at least 0 where it is a limit, made as large as can be where it is a
+    goal; where it is the least of several, these are its `parts`."""
 
     function: Function
     scale: float = 1.0
     frequencies: tuple[Frequency, ...] = ()
     worsts: tuple[Worst, ...] = ()
     parts: tuple[Row, ...] = ()
+    level: float = 0.0
 
     def above(self, level: float) -> Self:
         """The row less a level, over its scale."""
-        function = Above(self.function, level * self.scale)
-        return replace(self, function=function, parts=tuple(own.above(level) for own in self.parts))
+        parts = tuple(part.above(level) for part in self.parts)
+        return replace(self, level=self.level + level * self.scale, parts=parts)
 
     def versions(self, quantities: Array) -> list[Version]:
         """Each version of the row that has to hold: those of its parts, or of itself, the row as it is first."""
-        return [Version(own, places) for own in self.parts or (self,) for places in own._places(quantities)]
+        return [Version(part, places) for part in self.parts or (self,) for places in part._places(quantities)]
 
-    def _places(self, quantities: Array) -> list[Places]:
+    def _places(self, quantities: Array) -> list[Index]:
         """Places (q,) of the quantities in each version.
 
         A frequency f_k that should be higher is the least of f_k, f_(k+1) ..., one that should be lower the greatest of
@@ -128,29 +117,186 @@ class Row:
         structural optimization via bound formulation and mathematical programming"). So it is with the largest of
         several stresses: all of them are to be small.
         """
+        same = np.arange(len(quantities), dtype=np.intp)
         if not (self.frequencies or self.worsts):
-            return [np.arange(len(quantities), dtype=np.intp)]
+            return [same]
         slope = self.function.slope(quantities)
-        rungs = [own.beside(0) for own in self.frequencies]
-        steps = range(NEIGHBOURS + 1)
+        moved = [*(frequency.beside(0) for frequency in self.frequencies), *(worst.place for worst in self.worsts)]
         choices = [
-            tuple(own.beside(step if slope[rung] > 0 else -step) for step in steps)
-            for own, rung in zip(self.frequencies, rungs, strict=True)
+            tuple(frequency.beside(k if slope[frequency.beside(0)] > 0 else -k) for k in range(NEIGHBOURS + 1))
+            for frequency in self.frequencies
         ]
         choices += [
-            own.parts if slope[own.place] * own.sign < 0 else (own.place,) * len(own.parts) for own in self.worsts
+            worst.parts if slope[worst.place] * worst.sign < 0 else (worst.place,) * len(worst.parts)
+            for worst in self.worsts
         ]
-        found = []
+        versions = []
         for chosen in product(*choices):
-            places = np.arange(len(quantities), dtype=np.intp)
-            places[[*rungs, *(own.place for own in self.worsts)]] = chosen
-            found.append(places)
-        return found
+            versions.append(same.copy())
+            versions[-1][moved] = chosen
+        return versions
 
     def values(self, quantities: Array) -> Array:
         """The row (...), over its scale, at quantities (..., q)."""
-        return np.asarray(self.function.value(quantities)) / self.scale
+        return (np.asarray(self.function.value(quantities)) - self.level) / self.scale
 
-    def gradient(self, point: Point, places: Places) -> Array:
+    def gradient(self, point: Point, places: Index) -> Array:
         """Derivatives (P,) of a version, with quantities from these places, by the variables."""
         return self.function.slope(point.value[places]) @ point.slope[places] / self.scale
+
+
+@dataclass(frozen=True)
+class FormulaSum:
+    """A sum of formulas, each times a sign, as a function of all quantities, whose `places` are known by their text."""
+
+    terms: tuple[tuple[float, Formula], ...]
+    places: Mapping[str, int]
+
+    def parts(self) -> list[FormulaSum]:
+        """Functions of which this is the least."""
+        parts = [[(sign, f) for f in formula.parts("min" if sign > 0 else "max")] for sign, formula in self.terms]
+        return [replace(self, terms=terms) for terms in product(*parts)]
+
+    @property
+    def used(self) -> set[int]:
+        """Places of the quantities that it depends on."""
+        return {self.places[quantity.text] for _, formula in self.terms for quantity in formula.quantities}
+
+    def value(self, quantities: Array) -> Array:
+        """Values (...), SI, at quantities (..., q)."""
+        values = np.zeros(quantities.shape[:-1])
+        for sign, formula in self.terms:
+            known = {own.text: quantities[..., self.places[own.text]] for own in formula.quantities}
+            values = values + sign * np.asarray(formula.evaluate(known))
+        return values
+
+    def slope(self, quantities: Array) -> Array:
+        """Partial derivatives (q,) at quantities (q,)."""
+        slope, eye = np.zeros(len(quantities)), np.eye(len(quantities))
+        for sign, formula in self.terms:
+            places = {own.text: self.places[own.text] for own in formula.quantities}
+            value = formula.evaluate({text: Dual(quantities[k], eye[k]) for text, k in places.items()})
+            slope = slope + sign * value.slope if isinstance(value, Dual) else slope
+        return slope
+
+
+@dataclass(frozen=True)
+class Wording:
+    """What is asked of designs for formulas, and where each quantity stands; `ascending` are frequencies of one state
+    each, as places; `parts` of `worsts` stand behind the questions."""
+
+    questions: Questions
+    places: Mapping[str, int]
+    ascending: tuple[tuple[int, ...], ...]
+    parts: tuple[Quantity, ...] = ()
+    worsts: tuple[Worst, ...] = ()
+
+    def function(self, *terms: tuple[float, Formula]) -> FormulaSum:
+        """A sum of formulas, each times a sign, as a function of all quantities."""
+        return FormulaSum(terms, self.places)
+
+    def row(self, function: FormulaSum, scale: float = 1.0) -> Row:
+        """A row of the function, with the parts that it is the least of, or the frequencies and the worst of several
+        that it depends on."""
+        parts = function.parts()
+        if 1 < len(parts) <= MOST_PARTS:
+            most = MOST_VERSIONS // len(parts)
+            return Row(function, scale, parts=tuple(self._smooth(part, scale, most) for part in parts))
+        return self._smooth(function, scale, MOST_VERSIONS)
+
+    def _smooth(self, function: FormulaSum, scale: float, most: int) -> Row:
+        """A row of one function with so many versions at most."""
+        used = function.used
+        frequencies = [Frequency(places, k) for places in self.ascending for k, p in enumerate(places) if p in used]
+        room, worsts = most // (NEIGHBOURS + 1) ** len(frequencies), list[Worst]()
+        for worst in self.worsts:
+            if worst.place in used and len(worst.parts) <= room:
+                worsts.append(worst)
+                room //= len(worst.parts)
+        return Row(function, scale, tuple(frequencies), tuple(worsts))
+
+
+def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
+    """The questions that formulas need, with the frequencies beside those that they ask for by number, and the members
+    that a stress is the largest of."""
+    asked = {quantity.text: quantity for formula in formulas for quantity in formula.quantities}
+    highest: dict[str, int] = {}
+    for text, quantity in asked.items():
+        if (number := numbered(quantity)) is not None:
+            pose = text.partition(" ")[2]
+            highest[pose] = max(highest.get(pose, 0), number)
+    texts, ascending = list(asked), []
+    for pose, top in highest.items():
+        names = [f"f{k} {pose}".strip() for k in range(1, min(top + NEIGHBOURS, plan.topology.n_dof) + 1)]
+        texts += [name for name in names if name not in texts]
+        ascending.append(tuple(texts.index(name) for name in names))
+    own = questions(plan, texts)
+    places, parts, worsts = {text: k for k, text in enumerate(texts)}, list[Quantity](), list[Worst]()
+    for quantity in own.quantities:
+        if len(members := by_members(plan, quantity)) > 1:
+            first = len(texts) + len(parts)
+            sign = 1 if quantity.kind == "stress" else -1
+            worsts.append(Worst(places[quantity.text], tuple(range(first, first + len(members))), sign))
+            parts += members
+    return Wording(own, places, tuple(ascending), tuple(parts), tuple(worsts))
+
+
+def numbered(quantity: Quantity) -> int | None:
+    """The number of a natural frequency that is asked for by it; None of anything else."""
+    first = quantity.arguments[0] if quantity.arguments else None
+    return first if quantity.kind == "f" and isinstance(first, int) else None
+
+
+@dataclass(frozen=True)
+class AskedDesigns:
+    """Answers to what is asked where parameters `names` vary and those of `fixed` have values; of a point also of the
+    parts of which some are the worst."""
+
+    wording: Wording
+    names: tuple[str, ...]
+    fixed: Mapping[str, float]
+
+    def values(self, x: Array) -> tuple[Array, Sequence[str]]:
+        """Quantities (N, q) of designs (N, P), and why each has none, empty where it has."""
+        designs = {name: x[:, k] for k, name in enumerate(self.names)}
+        answers = self.wording.questions.values({**self.fixed, **designs})
+        failed = ~np.isfinite(answers.value).all(axis=1)
+        reasons = np.where(failed & (answers.reason == ""), "a quantity is not finite", answers.reason)
+        return answers.value, list(np.where(failed, reasons, ""))
+
+    def point(self, x: Array) -> Point:
+        """Quantities and slopes of one design (P,). Raises FlexuraError when it fails."""
+        asked = self.wording.questions
+        whole = Questions(asked.plan, (*asked.quantities, *self.wording.parts))
+        slopes = whole.slopes({**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}, self.names)
+        value, slope = slopes.value.copy(), slopes.slope.copy()
+        for worst in self.wording.worsts:
+            _stand_in(worst, value, slope)
+        groups = [
+            (group, matrices)
+            for group, matrices in zip(slopes.repeated, slopes.directional, strict=True)
+            if len(group) == len(matrices)
+        ]
+        for group, matrices in groups:  # the slopes along one parameter each are of other shapes for each
+            slope[list(group)] = np.einsum("iip->ip", matrices)
+        lost = dict[str, list[str]]()
+        for k in np.flatnonzero(~(np.isfinite(value) & np.isfinite(slope).all(axis=1))):
+            text = whole.quantities[k].text
+            lost.setdefault(slopes.reason[k].removeprefix(f"{text}: ") or "it is not finite", []).append(text)
+        if lost:
+            raise SolverError("; ".join(f"{', '.join(texts)}: {why}" for why, texts in lost.items()))
+        differenced = np.flatnonzero(~slopes.is_exact[: len(asked.quantities)])
+        repeated, directional = tuple(group for group, _ in groups), tuple(matrices for _, matrices in groups)
+        return Point(value, slope, repeated, directional, tuple(differenced.tolist()))
+
+
+def _stand_in(worst: Worst, value: Array, slope: Array) -> None:
+    """Parts that are nothing, as where no force goes, are as the worst; where that has no slope, since parts are alike,
+    it has the slope of one of them."""
+    parts = np.array(worst.parts)
+    known = np.isfinite(value[parts]) & np.isfinite(slope[parts]).all(axis=1)
+    if known.any():
+        first = parts[known][np.argmax(worst.sign * value[parts[known]])]
+        missing = np.isnan(slope[worst.place])
+        slope[worst.place, missing] = slope[first, missing]
+    value[parts[~known]], slope[parts[~known]] = value[worst.place], slope[worst.place]

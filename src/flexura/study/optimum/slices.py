@@ -1,6 +1,7 @@
 """Goals and limits of the designs around an optimum, over one or two of its variables.
 
-Values between designs that are worked out.
+What takes each design by itself is interpolated between some: along every variable, by its logarithm where it is
+positive.
 """
 
 from __future__ import annotations
@@ -12,79 +13,10 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.structure import Plan, plan_of
-from flexura.study.optimum.box import Box
+from flexura.study.optimum.landscape import Box
 from flexura.study.optimum.results import Optimum, OptimumVariable
 from flexura.study.questions import Formula, Quantity, Questions, Relation, formula, relation
 from flexura.tables import counted
-
-
-@dataclass(frozen=True)
-class Way:
-    """The way along which a variable is interpolated: by its logarithm where that is known."""
-
-    low: float
-    high: float
-    by_logarithm: bool
-
-    @staticmethod
-    def of(low: float, high: float) -> Way:
-        """The way between two values, by the logarithm where both are positive."""
-        return Way(float(low), float(high), low > 0)
-
-    def at(self, x: Array) -> Array:
-        """How far (n,) values lie along it."""
-        return np.log(x) if self.by_logarithm else x
-
-    def values(self, part: Array) -> Array:
-        """Values (n,) at parts of it."""
-        own = self.low + (self.high - self.low) * part
-        if self.by_logarithm:
-            own = self.low * (self.high / self.low) ** part
-        return np.clip(own, self.low, self.high)
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Values between `nodes` along each way: by a polynomial, of logarithms where they are positive, or straight."""
-
-    ways: Sequence[Way]
-    nodes: Sequence[Array]
-    values: Array
-
-    def at(self, x: Sequence[Array], is_smooth: bool = True) -> Array:
-        """Values over a grid; straight, none beside nodes without an answer."""
-        is_smooth &= bool(np.isfinite(self.values).all())
-        by_logarithm = is_smooth and bool((self.values > 0).all())
-        own = np.log(self.values) if by_logarithm else self.values
-        for axis, (way, nodes, values) in enumerate(zip(self.ways, self.nodes, x, strict=True)):
-            along, at = way.at(nodes), way.at(values)
-            own = _polynomial(along, own, axis, at) if is_smooth else _straight(along, own, axis, at)
-        return np.exp(own) if by_logarithm else own
-
-    def off(self, probes: Sequence[Array], known: Array) -> float:
-        """The largest difference from answers at probes (n,) along each way, relative to the answers; infinite where
-        there is none."""
-        grid = self.at(probes)
-        found = grid[(np.arange(len(known)),) * len(probes)]
-        size = np.abs(known) if (known > 0).all() else np.abs(known).max()
-        with np.errstate(invalid="ignore"):
-            worst = float(np.max(np.abs(found - known) / np.maximum(size, 1e-300)))
-        return worst if np.isfinite(worst) and np.isfinite(self.values).all() else np.inf
-
-
-def _polynomial(nodes: Array, values: Array, axis: int, at: Array) -> Array:
-    """Values along an axis by Lagrange's polynomials."""
-    apart = nodes[:, None] - nodes + np.eye(len(nodes))
-    off = np.broadcast_to((at[:, None] - nodes)[:, None], (len(at), *apart.shape))
-    share = np.prod(np.where(np.eye(len(nodes), dtype=bool), 1.0, off / apart), axis=-1)
-    return np.moveaxis(np.moveaxis(values, axis, -1) @ share.T, -1, axis)
-
-
-def _straight(nodes: Array, values: Array, axis: int, at: Array) -> Array:
-    k = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
-    part, lines = (at - nodes[k]) / (nodes[k + 1] - nodes[k]), np.moveaxis(values, axis, -1)
-    return np.moveaxis((1 - part) * lines[..., k] + part * lines[..., k + 1], -1, axis)
-
 
 ALONG = {1: 81, 2: 24}
 """Values of a variable, of one and of two of them."""
@@ -96,24 +28,25 @@ PROBES = np.array([[0.27, 0.71], [0.78, 0.33], [0.45, 0.12]])
 """Parts of the ranges at which interpolated values are held against answers."""
 
 QUICK_PROBES = np.random.default_rng(7).random((32, 2))
-"""The same of frequencies of many designs at once, which are asked of all where they are not `EXACT` between some."""
+"""The same of frequencies of many designs at once, which are asked of all where they are not `INVISIBLE` between
+some."""
 
-EXACT = 1e-3
+INVISIBLE = 1e-3
 """Difference from answers that nobody sees in a picture."""
 
-LEVELS = 60
+MOST_LEVELS = 60
 """Values of a list, or whole numbers, that are shown."""
 
 LARGE = 3000
 """Free DOFs of a mechanism of which nothing is asked everywhere."""
 
-NEAR = 0.01
+NEAR_ENOUGH = 0.01
 """Difference from the answers up to which interpolated values are taken for them."""
 
-SMOOTH = 0.1
+NOT_SMOOTH = 0.1
 """Difference from which on nothing is taken to be smooth."""
 
-STEP = 0.1
+SIGNIFICANCE_STEP = 0.1
 """Part of its range that each variable is moved by to see which matter most."""
 
 
@@ -138,34 +71,44 @@ def slice_of(result: Optimum) -> DesignSlice:
     """The slice through an optimum along the two continuous variables that matter most to the goal and to the limits
     that hold it, along one where there is one, else along one of integers or of a list."""
     asked = _Asked.of(result)
-    ranged = [own for own in result.variables if own.kind == "continuous"]
+    ranged = [variable for variable in result.variables if variable.kind == "continuous"]
     count = min(len(ranged), 2) or 1
-    chosen = asked.foremost(ranged or list(result.variables), count)
-    box = _box(chosen)
-    x = [_values(own, box, k, ALONG[count]) for k, own in enumerate(chosen)]
-    found = asked.over(box, x, count if ranged else 0)
+    along = asked.foremost(ranged or list(result.variables), count)
+    box = _box(along)
+    x = [_values(variable, box, k, ALONG[count]) for k, variable in enumerate(along)]
+    answers = asked.over(box, x, count if ranged else 0)
     shape = tuple(map(len, x))
-    goal, *rows = (np.asarray(own.evaluate(found), dtype=float) for own in (asked.goal, *asked.limits))
-    margins = {own.text: np.broadcast_to(row, shape) for own, row in zip(asked.limits, rows, strict=True)}
-    held = tuple(own for own in result.variables if own not in chosen)
-    wide, notes = tuple(map(bool, box.by_logarithm)), tuple(asked.notes)
-    return DesignSlice(chosen, tuple(x), np.broadcast_to(goal, shape), margins, held, not ranged, wide, notes)
+    goal, *margins = (
+        np.broadcast_to(np.asarray(function.evaluate(answers), dtype=float), shape)
+        for function in (asked.goal, *asked.limits)
+    )
+    return DesignSlice(
+        along=along,
+        x=tuple(x),
+        goal=goal,
+        margins={limit.text: margin for limit, margin in zip(asked.limits, margins, strict=True)},
+        held=tuple(variable for variable in result.variables if variable not in along),
+        is_discrete=not ranged,
+        by_logarithm=tuple(map(bool, box.by_logarithm)),
+        notes=tuple(asked.notes),
+    )
 
 
 def _box(variables: Sequence[OptimumVariable]) -> Box:
-    low, high = np.array([(own.low, own.high) for own in variables]).T
-    return Box(tuple(own.name for own in variables), low, high)
+    low, high = np.array([(variable.low, variable.high) for variable in variables]).T
+    return Box(tuple(variable.name for variable in variables), low, high)
 
 
-def _values(own: OptimumVariable, box: Box, k: int, count: int) -> Array:
+def _values(variable: OptimumVariable, box: Box, k: int, count: int) -> Array:
     """Values of a variable of a box, with the optimum's among them."""
-    if own.kind != "continuous":
-        whole = np.round(np.linspace(own.low, own.high, int(min(own.high - own.low + 1, LEVELS))))
-        levels = np.array(own.levels or whole)
-        return np.union1d(levels[:: -(-len(levels) // LEVELS)], own.value)
-    found = box.values(np.repeat(np.linspace(0, 1, count)[:, None], len(box.names), axis=1))[:, k]
-    found[1 + np.abs(found[1:-1] - own.value).argmin()] = own.value
-    return np.unique(found)
+    low, high, best = variable.low, variable.high, variable.value
+    if variable.kind != "continuous":
+        whole = np.round(np.linspace(low, high, int(min(high - low + 1, MOST_LEVELS))))
+        levels = np.array(variable.levels or whole)
+        return np.union1d(levels[:: -(-len(levels) // MOST_LEVELS)], best)
+    values = box.values(np.repeat(np.linspace(0, 1, count)[:, None], len(box.names), axis=1))[:, k]
+    values[1 + np.abs(values[1:-1] - best).argmin()] = best
+    return np.unique(values)
 
 
 @dataclass(frozen=True)
@@ -183,83 +126,147 @@ class _Asked:
     def of(result: Optimum) -> _Asked:
         plan = plan_of(result.mechanism, result.parameters)
         limits = [relation(plan, text) for text in result.subject_to]
-        active = {own.text for own in result.active}
+        active = {limit.text for limit in result.active}
         goal = formula(plan, result.goal.partition(" ")[2])
-        holding = [own for own in limits if own.text in active]
+        holding = [limit for limit in limits if limit.text in active]
         return _Asked(plan, {**result.parameters, **result.design}, goal, limits, holding)
 
     @property
     def quantities(self) -> list[Quantity]:
         """All of it, each once."""
-        return [*dict.fromkeys(q for own in (self.goal, *self.limits) for q in own.quantities)]
+        return [*dict.fromkeys(own for asked in (self.goal, *self.limits) for own in asked.quantities)]
 
     def values(self, quantities: Sequence[Quantity], x: Mapping[str, Array]) -> dict[str, Array]:
         """What is asked by its text, of designs whose variables are moved."""
-        found = Questions(self.plan, tuple(quantities)).values({**self.at, **x}).value
-        return {own.text: found[:, k] for k, own in enumerate(quantities)}
+        answers = Questions(self.plan, tuple(quantities)).values({**self.at, **x}).value
+        return {quantity.text: answers[:, k] for k, quantity in enumerate(quantities)}
 
     def foremost(self, variables: Sequence[OptimumVariable], count: int) -> tuple[OptimumVariable, ...]:
         """So many variables, those first that change the goal, or a limit that holds it, by most of their size."""
         if len(variables) <= count:
             return tuple(variables)
         box = _box(variables)
-        here = box.positions(np.array([own.value for own in variables]))
-        moved = np.concatenate([here[None], *(here + way * STEP * np.eye(len(here)) for way in (1, -1))])
-        x = box.values(moved)
-        found = self.values(self.quantities, {own.name: x[:, k] for k, own in enumerate(variables)})
-        goal = np.broadcast_to(np.asarray(self.goal.evaluate(found), dtype=float), len(x))
-        rows = [goal / (abs(goal[0]) or 1.0), *(own.evaluate(found) for own in self.active)]
-        change = np.nan_to_num(np.max([np.abs(own[1:] - own[0]) for own in rows], axis=0), posinf=0.0)
+        here = box.positions(np.array([variable.value for variable in variables]))
+        step = SIGNIFICANCE_STEP * np.eye(len(here))
+        x = box.values(np.concatenate([here[None], here + step, here - step]))
+        answers = self.values(self.quantities, {variable.name: x[:, k] for k, variable in enumerate(variables)})
+        goal = np.broadcast_to(np.asarray(self.goal.evaluate(answers), dtype=float), len(x))
+        rows = [goal / (abs(goal[0]) or 1.0), *(limit.evaluate(answers) for limit in self.active)]
+        change = np.nan_to_num(np.max([np.abs(row[1:] - row[0]) for row in rows], axis=0), posinf=0.0)
         order = np.argsort(-np.maximum(*np.split(change, 2)), kind="stable")[:count]
         return tuple(variables[k] for k in sorted(order))
 
     def over(self, box: Box, x: Sequence[Array], smooth: int) -> dict[str, Array]:
         """What is asked over a grid of values; of `smooth` variables that are continuous, what takes each design by
         itself is interpolated between some, and over two of them frequencies where nobody would see it."""
-        quick, some = [], []
-        for own in self.quantities:
-            at_once = Questions(self.plan, (own,)).is_stacked and self.plan.topology.n_dof <= LARGE
-            (quick if at_once or not smooth else some).append(own)
-        found, near = dict[str, Array](), dict[str, Fit]()
-        if smooth == len(NODES) and (many := [own for own in quick if own.kind == "f"]):
-            fits, off = self._fitted(many, box, NODES[smooth][1:], QUICK_PROBES)
-            near = {text: own for text, own in fits.items() if off[text] <= EXACT}
-            found = self._told(near, off, x)
-        everywhere = [own for own in quick if own.text not in near]
-        if everywhere:
-            found |= self._grid(everywhere, box.names, x)
-        if some:
-            found |= self._told(*self._fitted(some, box, NODES[smooth], PROBES), x)
-        return found
+        quick, slow = list[Quantity](), list[Quantity]()
+        for quantity in self.quantities:
+            is_quick = Questions(self.plan, (quantity,)).is_stacked and self.plan.topology.n_dof <= LARGE
+            (quick if is_quick or not smooth else slow).append(quantity)
+        answers = dict[str, Array]()
+        if smooth == len(NODES) and (frequencies := [quantity for quantity in quick if quantity.kind == "f"]):
+            fits, off = self._fitted(frequencies, box, NODES[smooth][1:], QUICK_PROBES)
+            answers = self._read({text: fit for text, fit in fits.items() if off[text] <= INVISIBLE}, off, x)
+        if everywhere := [quantity for quantity in quick if quantity.text not in answers]:
+            answers |= self._grid(everywhere, box.names, x)
+        if slow:
+            answers |= self._read(*self._fitted(slow, box, NODES[smooth], PROBES), x)
+        return answers
 
     def _grid(self, quantities: Sequence[Quantity], names: Sequence[str], x: Sequence[Array]) -> dict[str, Array]:
         mesh = np.meshgrid(*x, indexing="ij")
-        found = self.values(quantities, {name: own.ravel() for name, own in zip(names, mesh, strict=True)})
-        return {text: own.reshape(mesh[0].shape) for text, own in found.items()}
+        answers = self.values(quantities, {name: values.ravel() for name, values in zip(names, mesh, strict=True)})
+        return {text: values.reshape(mesh[0].shape) for text, values in answers.items()}
 
     def _fitted(
         self, quantities: Sequence[Quantity], box: Box, counts: Sequence[int], parts: Array
     ) -> tuple[dict[str, Fit], dict[str, float]]:
-        """What is between some designs, of as few of the `counts` of them along each way as tell enough, and how far it
-        is off at `parts` of the ranges."""
-        ways = [Way.of(low, high) for low, high in zip(box.low, box.high, strict=True)]
-        probes = [way.values(own) for way, own in zip(ways, parts.T, strict=False)]
+        """What is between some designs, of as few of the `counts` of them along each axis as tell enough, and how far
+        it is off at `parts` of the ranges."""
+        axes = [Axis.of(low, high) for low, high in zip(box.low, box.high, strict=True)]
+        probes = [axis.values(part) for axis, part in zip(axes, parts.T, strict=False)]
         known = self.values(quantities, dict(zip(box.names, probes, strict=True)))
         fits, off, left = dict[str, Fit](), dict[str, float](), list(quantities)
         for count in counts:
-            nodes = [way.values(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))) for way in ways]
-            found = self._grid(left, box.names, nodes)
-            fits |= {text: Fit(ways, nodes, own) for text, own in found.items()}
-            off |= {text: fits[text].off(probes, known[text]) for text in found}
-            left = [own for own in left if off[own.text] > NEAR]
+            nodes = [axis.values(0.5 - 0.5 * np.cos(np.pi * np.arange(count) / (count - 1))) for axis in axes]
+            for text, values in self._grid(left, box.names, nodes).items():
+                fits[text] = Fit(axes, nodes, values)
+                off[text] = fits[text].off(probes, known[text])
+            left = [quantity for quantity in left if off[quantity.text] > NEAR_ENOUGH]
             if not left:
                 break
         return fits, off
 
-    def _told(self, fits: Mapping[str, Fit], off: Mapping[str, float], x: Sequence[Array]) -> dict[str, Array]:
+    def _read(self, fits: Mapping[str, Fit], off: Mapping[str, float], x: Sequence[Array]) -> dict[str, Array]:
         """Values over a grid between designs; `notes` say of how many, and how far they are off at others."""
-        for text, own in fits.items():
-            by = max(100 * off[text], 1e-4)
-            said = f"{by:.2g} % off at others" if np.isfinite(by) else "not all of which have an answer"
-            self.notes.append(f"{text} is interpolated between {counted(own.values.size, 'design')}, {said}")
-        return {text: fit.at(x, off[text] <= SMOOTH) for text, fit in fits.items()}
+        for text, fit in fits.items():
+            percent = max(100 * off[text], 1e-4)
+            error = f"{percent:.2g} % off at others" if np.isfinite(percent) else "not all of which have an answer"
+            self.notes.append(f"{text} is interpolated between {counted(fit.values.size, 'design')}, {error}")
+        return {text: fit.at(x, off[text] <= NOT_SMOOTH) for text, fit in fits.items()}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A variable along which values are interpolated: by its logarithm where that is known."""
+
+    low: float
+    high: float
+    by_logarithm: bool
+
+    @staticmethod
+    def of(low: float, high: float) -> Axis:
+        """The axis between two values, by the logarithm where both are positive."""
+        return Axis(float(low), float(high), low > 0)
+
+    def at(self, x: Array) -> Array:
+        """How far (n,) values lie along it."""
+        return np.log(x) if self.by_logarithm else x
+
+    def values(self, part: Array) -> Array:
+        """Values (n,) at parts of it."""
+        ratio = self.high / self.low if self.by_logarithm else 1.0
+        values = self.low * ratio**part if self.by_logarithm else self.low + (self.high - self.low) * part
+        return np.clip(values, self.low, self.high)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Values between `nodes` along each axis: by a polynomial, of logarithms where they are positive, or straight."""
+
+    axes: Sequence[Axis]
+    nodes: Sequence[Array]
+    values: Array
+
+    def at(self, x: Sequence[Array], is_smooth: bool = True) -> Array:
+        """Values over a grid; straight, none beside nodes without an answer."""
+        is_smooth &= bool(np.isfinite(self.values).all())
+        by_logarithm = is_smooth and bool((self.values > 0).all())
+        values = np.log(self.values) if by_logarithm else self.values
+        for k, (axis, nodes, points) in enumerate(zip(self.axes, self.nodes, x, strict=True)):
+            interpolated = _polynomial if is_smooth else _straight
+            values = np.moveaxis(interpolated(axis.at(nodes), np.moveaxis(values, k, -1), axis.at(points)), -1, k)
+        return np.exp(values) if by_logarithm else values
+
+    def off(self, probes: Sequence[Array], known: Array) -> float:
+        """The largest difference from answers at probes (n,) along each axis, relative to the answers; infinite where
+        there is none."""
+        interpolated = self.at(probes)[(np.arange(len(known)),) * len(probes)]
+        size = np.abs(known) if (known > 0).all() else np.abs(known).max()
+        with np.errstate(invalid="ignore"):
+            worst = float(np.max(np.abs(interpolated - known) / np.maximum(size, 1e-300)))
+        return worst if np.isfinite(worst) and np.isfinite(self.values).all() else np.inf
+
+
+def _polynomial(nodes: Array, values: Array, at: Array) -> Array:
+    """Values along the last axis by Lagrange's polynomials."""
+    apart = nodes[:, None] - nodes + np.eye(len(nodes))
+    off = np.broadcast_to((at[:, None] - nodes)[:, None], (len(at), *apart.shape))
+    weights = np.prod(np.where(np.eye(len(nodes), dtype=bool), 1.0, off / apart), axis=-1)
+    return values @ weights.T
+
+
+def _straight(nodes: Array, values: Array, at: Array) -> Array:
+    k = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
+    part = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
+    return (1 - part) * values[..., k] + part * values[..., k + 1]

@@ -13,11 +13,9 @@ from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.mechanism import bounds
 from flexura.structure import Plan
-from flexura.study.optimum.asked import AskedDesigns, Combined, Difference, Wording, wording
-from flexura.study.optimum.box import Box
 from flexura.study.optimum.discrete import Mixed
-from flexura.study.optimum.landscape import Judged, Landscape
-from flexura.study.optimum.rows import Row
+from flexura.study.optimum.landscape import Box, Judged, Landscape
+from flexura.study.optimum.rows import AskedDesigns, FormulaSum, Row, Wording, wording
 from flexura.study.questions import Formula, Relation, formula, relation
 from flexura.study.space import Space, Variable, Varied, variables
 
@@ -45,28 +43,32 @@ class Task:
     aims: tuple[Aim, ...]
     limits: tuple[Relation, ...]
 
+    @property
+    def formulas(self) -> list[Formula]:
+        """Those of the aims, and both sides of the limits."""
+        sides = [side for limit in self.limits for side in (limit.left, limit.right)]
+        return [*(aim.formula for aim in self.aims), *sides]
+
     @cached_property
     def wording(self) -> Wording:
         """What is asked of every design."""
-        own = [aim.formula for aim in self.aims]
-        return wording(self.plan, [*own, *(side for limit in self.limits for side in (limit.left, limit.right))])
+        return wording(self.plan, self.formulas)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters that vary."""
-        return tuple(own.name for own in self.variables)
+        return tuple(variable.name for variable in self.variables)
 
     @cached_property
     def box(self) -> Box:
         """The variables between their ends."""
-        low, high = (np.array([getattr(own, end) for own in self.variables]) for end in ("low", "high"))
+        low, high = np.array([(variable.low, variable.high) for variable in self.variables]).T
         return Box(self.names, low, high)
 
     @cached_property
     def designs(self) -> AskedDesigns:
         """Answers of designs."""
-        own = self.wording
-        return AskedDesigns(own.questions, own.parts, own.worsts, self.names, self.fixed)
+        return AskedDesigns(self.wording, self.names, self.fixed)
 
     @cached_property
     def before(self) -> Array:
@@ -74,10 +76,14 @@ class Task:
         known = self.plan.parameter_values(dict(self.fixed))
         return np.array([float(known[name]) for name in self.names])
 
-    def margin(self, limit: Relation) -> Combined | Difference:
+    def value(self, formula: Formula, quantities: Array) -> Array:
+        """Values (...), SI, of a formula at quantities (..., q)."""
+        return self.wording.function((1.0, formula)).value(quantities)
+
+    def margin(self, limit: Relation) -> FormulaSum:
         """By how much a limit is met, in its unit."""
-        left, right = self.wording.combined(limit.left), self.wording.combined(limit.right)
-        return Difference(right, left) if limit.sense > 0 else Difference(left, right)
+        larger, smaller = (limit.right, limit.left) if limit.sense > 0 else (limit.left, limit.right)
+        return self.wording.function((1.0, larger), (-1.0, smaller))
 
     def starts(self, count: int, seed: int) -> Array:
         """Where searches start (count, P): the design as it is, as far as it lies in the ranges, then Sobol points."""
@@ -86,92 +92,80 @@ class Task:
             return first
         scattered = Space(self.variables, "sobol", samples=count - 1, seed=seed).points(0, count - 1)
         x = self.box.values(scattered)
-        for k, own in enumerate(self.variables):
-            if own.kind != "continuous":
-                x[:, k] = own.at(scattered[:, k])
+        for k, variable in enumerate(self.variables):
+            if variable.kind != "continuous":
+                x[:, k] = variable.at(scattered[:, k])
         return np.concatenate([first, x])
 
     def mixed(self, starts: Array) -> tuple[Mixed, tuple[Row, ...], Judged]:
         """The landscape of the first goal, and rows of all goals, over scales that follow from designs, and how good
         these are."""
         quantities, reasons = self.designs.values(starts)
-        rows = [
-            self.wording.row(own, _scale([own.value(quantities)]))
-            for own in (self.wording.combined(aim.formula, aim.sign) for aim in self.aims)
-        ]
-        limits = []
+        goals, limits = list[Row](), list[Row]()
+        for aim in self.aims:
+            goal = self.wording.function((aim.sign, aim.formula))
+            goals.append(self.wording.row(goal, _scale([goal.value(quantities)])))
         for limit in self.limits:
-            sides = [self.wording.combined(side).value(quantities) for side in (limit.left, limit.right)]
-            margin = self.margin(limit)
-            constant = sides[1] if limit.right.is_constant else sides[0] if limit.left.is_constant else None
-            limits.append(self.wording.row(margin, _scale(sides if constant is None else [constant], sides)))
-        land = Landscape(self.designs, self.box, rows[0], limits)
+            sides = [self.value(side, quantities) for side in (limit.left, limit.right)]
+            constant = [sides[1]] if limit.right.is_constant else [sides[0]] if limit.left.is_constant else sides
+            limits.append(self.wording.row(self.margin(limit), _scale(constant, sides)))
+        land = Landscape(self.designs, self.box, goals[0], limits)
         judged = land.judged(quantities, reasons)
-        discrete = [k for k, own in enumerate(self.variables) if own.kind != "continuous"]
-        levels = tuple(_levels(self.variables[k]) for k in discrete)
-        return Mixed(land, np.array(discrete, dtype=np.intp), levels, quantities), tuple(rows), judged
+        discrete = [k for k, variable in enumerate(self.variables) if variable.kind != "continuous"]
+        levels = tuple(
+            np.unique(variable.values) if variable.kind == "choice" else np.arange(variable.low, variable.high + 1)
+            for variable in (self.variables[k] for k in discrete)
+        )
+        return Mixed(land, np.array(discrete, dtype=np.intp), levels, quantities), tuple(goals), judged
 
 
 def _scale(*choices: Sequence[Array]) -> float:
     """The size of the first numbers of which any is known and not zero, or 1."""
     for values in choices:
-        known = np.concatenate([np.abs(np.ravel(own)) for own in values])
+        known = np.abs(np.concatenate([np.ravel(numbers) for numbers in values]))
         known = known[np.isfinite(known) & (known > 0)]
         if len(known):
             return float(np.median(known))
     return 1.0
 
 
-def _levels(variable: Variable) -> Array:
-    """The values of a variable that takes some alone, ascending."""
-    if variable.kind == "choice":
-        return np.unique(variable.values)
-    return np.arange(variable.low, variable.high + 1)
-
-
-def task_of(
-    plan: Plan,
-    fixed: Mapping[str, float],
-    vary: Varied | Sequence[str] | None,
-    maximise: str | Sequence[str] | None,
-    minimise: str | Sequence[str] | None,
-    subject_to: str | Sequence[str] | None,
-) -> Task:
-    """What a verb is asked, read. Raises OptionError for what makes no sense, before any design is worked out."""
-    aims = [Aim(formula(plan, text), 1.0) for text in _texts(maximise)]
-    aims += [Aim(formula(plan, text), -1.0) for text in _texts(minimise)]
+def task_of(plan: Plan, fixed: Mapping[str, float], asked: Mapping[str, Any]) -> Task:
+    """What a verb is asked, `vary`, `maximise`, `minimise` and `subject_to`, read. Raises OptionError for what makes no
+    sense, before any design is worked out."""
+    texts = {
+        name: [text] if isinstance(text := asked[name], str) else list(text or ())
+        for name in ("maximise", "minimise", "subject_to")
+    }
+    aims = [Aim(formula(plan, text), 1.0) for text in texts["maximise"]]
+    aims += [Aim(formula(plan, text), -1.0) for text in texts["minimise"]]
     if not aims:
         raise OptionError("name a goal: maximise or minimise, e.g. maximise f1")
     for aim in aims:
         if aim.formula.is_constant:
             raise OptionError(f"{aim.text}: this is a number for every design; a goal asks for one, e.g. maximise f1")
-    if vary is None:
+    if asked["vary"] is None:
         raise OptionError("say what may vary, e.g. vary thickness=0.2mm:0.6mm")
-    own = variables(plan.mechanism, _with_bounds(plan, vary, fixed), fixed)
-    for variable in own:
+    varied = variables(plan.mechanism, _with_bounds(plan, asked["vary"], fixed), fixed)
+    for variable in varied:
         if variable.kind != "choice" and not variable.low < variable.high:
             raise OptionError(f"{variable.name}: the range from {variable.low:g} to {variable.high:g} is empty")
-    return Task(plan, fixed, own, tuple(aims), tuple(relation(plan, text) for text in _texts(subject_to)))
+    limits = tuple(relation(plan, text) for text in texts["subject_to"])
+    return Task(plan, fixed, varied, tuple(aims), limits)
 
 
-def _texts(given: str | Sequence[str] | None) -> list[str]:
-    return [given] if isinstance(given, str) else list(given or ())
-
-
-def _with_bounds(plan: Plan, vary: Any, fixed: Mapping[str, float]) -> Any:
+def _with_bounds(plan: Plan, vary: Any, fixed: Mapping[str, float]) -> Varied:
     """What varies, where a parameter that is only named goes from its minimum to its maximum."""
     entries = [vary] if isinstance(vary, str) else vary
     if isinstance(vary, Mapping) or not isinstance(entries, Sequence):
         return vary
-    return [_bounded(plan, own, fixed) if isinstance(own, str) and "=" not in own else own for own in entries]
+    parameters = plan.mechanism.parameters
 
+    def ranged(name: str) -> str | Variable:
+        if name not in parameters or parameters[name].is_held:
+            return f"{name}=0:1"  # whoever reads it says what is wrong with the name
+        low, high = (float(end) for end in bounds(name, parameters[name], plan.parameter_values(dict(fixed))))
+        if not np.isfinite(low + high):
+            raise OptionError(f"{name} has no minimum and maximum in the file; write {name}=LOW:HIGH")
+        return Variable(name, low, high, unit=parameters[name].unit)
 
-def _bounded(plan: Plan, name: str, fixed: Mapping[str, float]) -> Any:
-    name, mechanism = name.strip(), plan.mechanism
-    if name not in mechanism.parameters or mechanism.parameters[name].is_held:
-        return f"{name}=0:1"  # whoever reads it says what is wrong with the name
-    parameter = mechanism.parameters[name]
-    low, high = (float(end) for end in bounds(name, parameter, plan.parameter_values(dict(fixed))))
-    if not np.isfinite(low + high):
-        raise OptionError(f"{name} has no minimum and maximum in the file; write {name}=LOW:HIGH")
-    return Variable(name, low, high, unit=parameter.unit)
+    return [ranged(entry.strip()) if isinstance(entry, str) and "=" not in entry else entry for entry in entries]

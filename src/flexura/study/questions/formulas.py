@@ -24,8 +24,7 @@ from flexura.expressions import format_tree as text_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.structure import Plan, plan_of
-from flexura.study.questions.catalogue import Quantity, unit_of
-from flexura.study.questions.grammar import Place, names_in, trailing_pose
+from flexura.study.questions.grammar import Place, Quantity, names_in, trailing_pose, unit_of
 from flexura.study.questions.questions import Questions
 from flexura.study.questions.reading import Reader
 from flexura.units import format_quantity, parse_quantity

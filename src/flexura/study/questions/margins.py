@@ -12,12 +12,11 @@ from flexura.analysis import ModelError, interval_text, model_errors_of_modes
 from flexura.arrays import Array
 from flexura.records import Record
 from flexura.structure import Plan
-from flexura.study.questions.catalogue import FREQUENCY, Quantity
-from flexura.study.questions.designs import FAILURES, reason_of
+from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
 from flexura.study.questions.formulas import Formula
+from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.single import OneDesign
-from flexura.study.questions.states import AtPose
-from flexura.study.questions.statics import STATIC, ends_of
+from flexura.study.questions.states import PosedState
 
 Interval = tuple[float, float]
 Pose = tuple[tuple[str, float], ...]
@@ -190,8 +189,7 @@ class OfThePart:
 
 
 def _frequencies(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
-    state = single.state(asked[0])
-    model = (state.free if isinstance(state, AtPose) else state).model
+    model = single.state(asked[0]).free.model
     numbers = {own.text: single.mode(own)[0] for own in asked}
     errors, _ = model_errors_of_modes(model, min(max(FEWEST, 1 + max(numbers.values())), model.order))
     return {text: _moved(errors, k, -0.5) for text, k in numbers.items()}
@@ -199,7 +197,7 @@ def _frequencies(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Move
 
 def _statics(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     state, found = single.state(asked[0]), dict[str, Moved]()
-    if isinstance(state, AtPose):
+    if isinstance(state, PosedState):
         held = [own for own in asked if own.kind in ("compliance", "stiffness")]
         found = {own.text: Moved(0.0, "not worked out where a pose holds displacements") for own in held}
         asked, state = [own for own in asked if own not in held], state.free
@@ -214,7 +212,7 @@ def _statics(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
 
 def _stresses(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     state = single.state(asked[0])
-    ends = None if isinstance(state, AtPose) else state.stress_error
+    ends = None if isinstance(state, PosedState) else state.stress_error
     if ends is None:
         return {own.text: Moved(0.0, "no evidence for this stress") for own in asked}
     half = (ends[1] - ends[0]) / 2

@@ -14,8 +14,19 @@ from flexura.expressions import FREQUENCY as HERTZ
 from flexura.expressions import LENGTH, NUMBER, Dimension
 from flexura.mechanism import DOF_NAMES, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Design, Plan
-from flexura.study.questions.catalogue import FREQUENCY, KINDS, SIGNS, Argument, Kind, Quantity, unit_of, unknown_name
-from flexura.study.questions.grammar import STROKE, Asked, Place
+from flexura.study.questions.grammar import (
+    FREQUENCY,
+    KINDS,
+    SIGNS,
+    STROKE,
+    Argument,
+    Asked,
+    Kind,
+    Place,
+    Quantity,
+    unit_of,
+    unknown_name,
+)
 from flexura.systems import Channel, InputPort, OutputPort, Ports, actuator_names, unit_of_response
 from flexura.units import format_quantity, is_unit, parse_quantity, split_quantity
 

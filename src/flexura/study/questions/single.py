@@ -1,33 +1,301 @@
-"""What is asked of one design, quantity by quantity."""
+"""What is asked of one design, quantity by quantity: strokes until something yields, magnitudes of frequency responses,
+and what is read of the states that it is asked in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from math import sqrt
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
-from flexura.structure import Plan
-from flexura.study.questions.answers import Bounded
-from flexura.study.questions.catalogue import FREQUENCY, Quantity
-from flexura.study.questions.followed import MODES, leading_mode
-from flexura.study.questions.reach import reach
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from flexura.analysis import DisplacementPath, SlopedResponse, frequency_response, ratios_to_yield, settled
+from flexura.arrays import Array
+from flexura.duals import Dual, plain
+from flexura.errors import SolverError
+from flexura.motion import (
+    NO_LOADS,
+    Drive,
+    Equations,
+    Equilibrium,
+    MovingModel,
+    Path,
+    Point,
+    Stopped,
+    described_loads,
+    end_forces,
+)
+from flexura.structure import Design, Plan, at_rest
+from flexura.study.questions.blocks import CROSS_ROUND_OFF, Bounded
+from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.study.questions.responses import magnitude, peak
-from flexura.study.questions.states import AtPose, AtRest, State, largest_stress, least_margin
-from flexura.study.questions.statics import ROUNDING
+from flexura.study.questions.states import (
+    MODES,
+    PosedState,
+    ReferenceState,
+    State,
+    largest_stress,
+    leading_mode,
+    least_margin,
+)
+from flexura.tables import in_hz
+
+FIRST_STEP = 1e-4
+"""First step, over the size of the mechanism or in rad, from which the stroke to yield is estimated."""
+
+STEPS_TO_YIELD = 4
+"""Steps to the stroke at which it would yield if stress rose on as it does."""
+
+STEP_GROWTH = 30.0
+"""Of a step over the one before: under loads stress may fall, or stay, before it rises."""
+
+MOST_STEPS = 200
+"""Steps after which nothing is said to yield."""
+
+STROKE_TOLERANCE = 1e-10
+"""Relative error of a stroke to yield."""
+
+EQUAL_STROKES = 1e-7
+"""Relative difference of strokes to both sides, and of their slopes, that is none."""
+
+LARGEST_ROTATION = 3.1
+"""Largest rotation that is looked at, rad."""
+
+
+class _Displacement:
+    """One displacement of a design, prescribed from rest on."""
+
+    def __init__(self, plan: Plan, parameters: Mapping[str, float], freedom: Freedom) -> None:
+        self.full = at_rest(plan, parameters)
+        self.freedom = freedom
+        model = MovingModel.of(self.full.design)
+        number = int(self.full.plan.topology.numbers([freedom.node])[0])
+        drive = Drive(freedom.name, number, int(model.root[number]), freedom.component)
+        self.equations = Equations(model, [drive])
+        self.equations.independent()
+        self.loads = described_loads(self.full.design)
+        self.size = 1.0 if freedom.turns else self.equations.size
+        self.rest = self.state(self.equations.at_rest(), Point(np.zeros(1), NO_LOADS), 0.0)
+
+    def state(self, start: Equilibrium, at: Point, value: float) -> Equilibrium:
+        """The state at a value, from another one. Raises SolverError where there is none."""
+        state = next(iter(Path(self.equations, start, at).through([self.point(value)])))
+        if isinstance(state, Stopped):
+            raise SolverError(f"nothing yields before its way ends near {self.freedom.name} = {self.text(start)}")
+        return state
+
+    def point(self, value: float) -> Point:
+        """What is prescribed there."""
+        return Point(np.array([value]), self.loads)
+
+    def text(self, state: Equilibrium) -> str:
+        """The displacement of a state in words."""
+        return f"{self.equations.travelled(state.frames)[0]:.4g} {'rad' if self.freedom.turns else 'm'}"
+
+    def stress_ratio(self, state: Equilibrium) -> float:
+        """Largest stress over yield stress."""
+        forces = end_forces(self.equations.model, [state])
+        return float(ratios_to_yield(self.full, forces.__getitem__, 1).ratio.max())
+
+    def to_yield(self, side: float, most: float) -> float:
+        """The displacement, to one side, at which something yields first; infinite beyond `most`, m or rad."""
+        last, before, step = self.rest, 0.0, FIRST_STEP * self.size
+        ratio_before = self.stress_ratio(last)
+        if ratio_before >= 1:
+            return 0.0
+        for _ in range(MOST_STEPS):
+            value = min(before + step, LARGEST_ROTATION) if self.freedom.turns else before + step
+            if before >= most or value <= before:
+                return np.inf
+            state = self.state(last, self.point(side * before), side * value)
+            ratio = self.stress_ratio(state)
+            if ratio >= 1:
+                return self._yield_between(last, before, value, side)
+            rise = ratio - ratio_before
+            left = (1 - ratio) / rise * (value - before) if rise > 0 else np.inf
+            step = min(max(left / STEPS_TO_YIELD, step), STEP_GROWTH * step, self.size)
+            last, before, ratio_before = state, value, ratio
+        raise SolverError(f"nothing yields up to {self.freedom.name} = {self.text(last)}")
+
+    def _yield_between(self, last: Equilibrium, low: float, high: float, side: float) -> float:
+        """Where between two displacements the stress reaches yield; `last` is the state at the first one."""
+
+        def beyond(value: float) -> float:
+            state = last if value == low else self.state(last, self.point(side * low), side * value)
+            return self.stress_ratio(state) - 1
+
+        return float(brentq(beyond, low, high, xtol=STROKE_TOLERANCE * high, rtol=4 * STROKE_TOLERANCE))
+
+
+def strokes_to_yield(plan: Plan, parameters: Mapping[str, float], freedom: Freedom) -> dict[float, float]:
+    """Strokes, m or rad, to the sides 1 and -1 at which something yields first, described loads on; infinite where
+    nothing does on a side before the other does.
+
+    Raises SolverError where a path of equilibria ends before, and where nothing yields.
+    """
+    displacement = _Displacement(plan, parameters, freedom)
+    first = displacement.to_yield(1.0, np.inf)
+    strokes = {1.0: first, -1.0: displacement.to_yield(-1.0, first)}
+    if not np.isfinite(min(strokes.values())):
+        raise SolverError(f"nothing yields up to {freedom.name} = {LARGEST_ROTATION} rad")
+    return strokes
+
+
+def sloped_stroke_to_yield(plan: Plan, parameters: Mapping[str, float], names: Sequence[str], freedom: Freedom) -> Dual:
+    """The lesser of `strokes_to_yield` with its exact slopes by some parameters: where stress(stroke, p) is that of
+    yield, the stroke moves by minus the slope of the stress by p over that by the stroke (theory eq. V9).
+
+    A slope is NaN where both sides yield alike and part as a parameter moves. Raises as `strokes_to_yield`.
+    """
+    strokes = strokes_to_yield(plan, parameters, freedom)
+    least = min(strokes.values())
+    if least == 0:
+        return Dual(np.zeros(()), np.zeros(len(names)))
+    path = DisplacementPath(Design.with_slopes(plan.at_rest(), parameters, names), [freedom.name])
+
+    def slope(stroke: float) -> Array:
+        path.to(np.zeros(1))
+        moving = Dual(np.array(stroke), np.ones(path.count))
+        held, driven = (_sloped_stress_ratio(path.at([value])).slope for value in (stroke, moving))
+        return -held / (driven - held)[np.argmin(np.abs(held))]
+
+    slopes = [slope(side * stroke) * side for side, stroke in strokes.items() if stroke <= least * (1 + EQUAL_STROKES)]
+    size = np.max(np.abs(slopes), axis=0)
+    return Dual(np.array(least), np.where(np.ptp(slopes, axis=0) <= EQUAL_STROKES * size, slopes[0], np.nan))
+
+
+def _sloped_stress_ratio(state: Any) -> Any:
+    """Largest stress over yield stress at a pose."""
+
+    def largest(share: float) -> Any:
+        stresses = state.stresses_within(share) if share else state.stresses
+        known = ~np.isnan(plain(stresses.yield_stress))
+        return np.max(stresses.von_mises[known, 0] / stresses.yield_stress[known])
+
+    return settled(largest)
+
+
+BAND_POINTS = 200
+"""Frequencies of a band, beside those around its resonances."""
+
+PEAK_TOLERANCE = 1e-10
+"""Relative width of the interval in which a peak is known."""
+
+SLOPED_PEAK_TOLERANCE = 4 * np.finfo(float).eps
+"""The same of a peak at which slopes are wanted."""
+
+
+class Response(NamedTuple):
+    """The response of an output to an input, at a frequency `band[0]`, or over a band, Hz."""
+
+    plan: Plan
+    parameters: Mapping[str, float]
+    output: str
+    input: str
+    band: tuple[float, ...]
+
+    @staticmethod
+    def of(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) -> Response:
+        """The response that a quantity is of."""
+        output, command, *band = quantity.arguments
+        assert isinstance(output, Port)
+        assert isinstance(command, Port)
+        return Response(plan, parameters, output.known, command.known, tuple(map(float, band)))  # type: ignore[arg-type]
+
+    def sloped(self, names: Sequence[str] = ()) -> SlopedResponse:
+        """That of the full-order model, by some parameters."""
+        return SlopedResponse(self.plan, self.parameters, names, self.output, self.input, self.band[-1])
+
+    def magnitude(self) -> float:
+        """Magnitude at the frequency, or the largest in the band, in SI: of the full-order model, of the low-order one
+        where round-off would show in a direct solution. Raises SolverError at a resonance that nothing damps."""
+        if len(self.band) == 1:
+            full = self.sloped()
+            if full.is_known:
+                return abs(full.at(self.band[0]))
+            return float(abs(self._computed(frequency_hz=list(self.band)).response[0, 0, 0]))
+        peak, full = self._scanned(), self.sloped()
+        if full.is_known:
+            return abs(full.at(self._peak_frequency(full, peak, PEAK_TOLERANCE)))
+        modes = peak.modes
+        if modes is None:
+            return peak.size
+        refined = minimize_scalar(
+            lambda f: -abs(modes.response(np.array([f]))[0, 0, 0]),
+            bounds=(peak.low, peak.high),
+            method="bounded",
+            options={"xatol": 1e-9 * peak.low},
+        )
+        return float(max(peak.size, -refined.fun))
+
+    def sloped_magnitude(self, names: Sequence[str]) -> Dual | None:
+        """`magnitude` with its exact slopes, of a peak at the frequency where it is (the envelope theorem); None at
+        poses, and where round-off would show."""
+        if self.plan.is_posed:
+            return None
+        full = self.sloped(names)
+        if not full.is_known:
+            return None
+        if len(self.band) == 1:
+            return full.magnitude(self.band[0])
+        return full.magnitude(self._peak_frequency(full, self._scanned(), SLOPED_PEAK_TOLERANCE))
+
+    def _computed(self, **options: Any) -> Any:
+        return frequency_response(self.plan, self.parameters, inputs=[self.input], outputs=[self.output], **options)
+
+    def _scanned(self) -> _Peak:
+        # at a pose no two copies of a part are alike, and modes of the full order are found sooner
+        order: Literal["low", "full"] = "full" if self.plan.is_posed else "low"
+        scan = self._computed(band=self.band, points=BAND_POINTS, order=order)
+        undamped = next((f for f, z in zip(scan.resonances_hz, scan.ratios, strict=True) if not z > 0), None)
+        if undamped is not None:
+            raise SolverError(
+                f"nothing damps the resonance at {in_hz(undamped)}: its peak is infinite; describe `damping`"
+            )
+        size, hz = np.abs(scan.response[:, 0, 0]), scan.frequency_hz
+        top = int(np.argmax(size))
+        return _Peak(float(size[top]), float(hz[max(top - 1, 0)]), float(hz[min(top + 1, len(hz) - 1)]), scan.modes)
+
+    def _peak_frequency(self, full: SlopedResponse, peak: _Peak, tolerance: float) -> float:
+        """The frequency of the largest magnitude between two frequencies, or beyond them within the band: where low
+        orders place a sharp peak may be outside."""
+        low, high = peak.low, peak.high
+        rises, falls = full.by_frequency(low) > 0, full.by_frequency(high) < 0
+        while not (rises and falls):
+            if (not rises and low <= self.band[0]) or (not falls and high >= self.band[1]):
+                return max((low, high), key=lambda hz: abs(full.at(hz)))
+            width = high - low
+            if not rises:
+                low = max(low - width, self.band[0])
+                rises = full.by_frequency(low) > 0
+            if not falls:
+                high = min(high + width, self.band[1])
+                falls = full.by_frequency(high) < 0
+        rtol = max(tolerance, SLOPED_PEAK_TOLERANCE)
+        return float(brentq(full.by_frequency, low, high, xtol=tolerance * high, rtol=rtol))
+
+
+class _Peak(NamedTuple):
+    """The largest magnitude of the low-order model in a band, frequencies, Hz, on both sides of where it is, which is
+    at one of them where it is at an end, and the modes."""
+
+    size: float
+    low: float
+    high: float
+    modes: Any
+
 
 READINGS: dict[str, Callable[..., float]] = {
-    "stiffness": lambda state, of: state.stiffness(of),
+    "stiffness": lambda state, of: 1 / state.compliance(of, of),
     "compliance": lambda state, to, by=None: state.compliance(to, to if by is None else by),
-    "coupling": lambda state, actuator, to: state.coupling(actuator, to),
-    "amplification": lambda state, actuator, to: state.amplification(actuator, to),
-    "stress": lambda state, of=None: largest_stress(state, of),
-    "margin": lambda state, of=None: least_margin(state, of),
-    "force": lambda state, of: state.force(of),
+    "coupling": lambda state, actuator, to: state.free.coupling(actuator, to),
+    "amplification": lambda state, actuator, to: state.free.amplification(actuator, to),
+    "stress": largest_stress,
+    "margin": least_margin,
+    "force": lambda state, along: state.force(along),
     "buckling": lambda state: state.buckling,
-    "reach": lambda state, of: reach(state.plan, state.parameters, of),
-    "frf": lambda state, out, into, hz: magnitude(state.plan, state.parameters, out, into, hz),
-    "frf_peak": lambda state, out, into, low, high: peak(state.plan, state.parameters, out, into, low, high),
+    "reach": lambda state, of: min(strokes_to_yield(state.plan, state.parameters, of).values()),
 }
 """How a quantity of one design is read of the state that it is asked in."""
 
@@ -35,47 +303,51 @@ READINGS: dict[str, Callable[..., float]] = {
 class OneDesign:
     """A design in the states that it is asked in, each worked out once."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], asked: tuple[Quantity, ...]) -> None:
+    def __init__(self, plan: Plan, parameters: Mapping[str, float], quantities: tuple[Quantity, ...]) -> None:
         self.plan = plan
         self.parameters = parameters
-        self.asked = asked
+        self.quantities = quantities
         self._states: dict[Any, State] = {}
         self._frequencies: dict[Any, Bounded] = {}
 
-    def state(self, asked: Quantity) -> State:
+    def state(self, quantity: Quantity) -> State:
         """The state that something is asked in."""
-        key = asked.pose
-        if key not in self._states:
-            at_pose = AtPose(self.plan, self.parameters, key) if key else None
-            self._states[key] = at_pose or AtRest(self.plan, self.parameters)
-        return self._states[key]
+        pose = quantity.pose
+        if pose not in self._states:
+            posed = PosedState(self.plan, self.parameters, pose) if pose else None
+            self._states[pose] = posed or ReferenceState(self.plan, self.parameters)
+        return self._states[pose]
 
-    def read(self, asked: Quantity) -> float:
+    def read(self, quantity: Quantity) -> float:
         """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
-        return READINGS[asked.kind](self.state(asked), *asked.arguments)
+        state = self.state(quantity)
+        if quantity.kind in ("frf", "frf_peak"):
+            return Response.of(state.plan, state.parameters, quantity).magnitude()
+        return READINGS[quantity.kind](state, *quantity.arguments)
 
-    def round_off(self, asked: Quantity) -> float:
+    def round_off(self, quantity: Quantity) -> float:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
-        match self.state(asked), asked.kind, asked.arguments:
+        match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
-                return ROUNDING * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
+                return CROSS_ROUND_OFF * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
-                return ROUNDING * state.most(kind, actuator, to)
+                return CROSS_ROUND_OFF * state.free.largest_possible(kind, actuator, to)
         return 0.0
 
-    def mode(self, asked: Quantity) -> tuple[int, str]:
-        """The number of the mode whose frequency is asked for, from 0, and what is in doubt about that."""
-        of = asked.arguments[0]
+    def mode(self, quantity: Quantity) -> tuple[int, str]:
+        """The number of the mode whose frequency is asked for, from 0, and a warning where others move as much."""
+        of = quantity.arguments[0]
         if isinstance(of, int):
             return of - 1, ""
         assert isinstance(of, Freedom)
-        return leading_mode(*self.state(asked).moved(of, min(MODES, self.plan.topology.n_dof)), of.name)
+        count = min(MODES, self.plan.topology.n_dof)
+        return leading_mode(self.state(quantity).modal_motion(of, count), of.name)
 
-    def frequencies(self, asked: Quantity) -> Bounded:
+    def frequencies(self, quantity: Quantity) -> Bounded:
         """The lowest frequencies, as many as are asked for in the same state, with their bounds."""
-        if asked.pose not in self._frequencies:
-            same = [own.arguments[0] for own in self.asked if own.kind == FREQUENCY and own.pose == asked.pose]
-            count = max(own if isinstance(own, int) else MODES for own in same)
-            found = self.state(asked).frequencies(min(count, self.plan.topology.n_dof))
-            self._frequencies[asked.pose] = found
-        return self._frequencies[asked.pose]
+        pose = quantity.pose
+        if pose not in self._frequencies:
+            asked = [other.arguments[0] for other in self.quantities if other.kind == FREQUENCY and other.pose == pose]
+            count = max(of if isinstance(of, int) else MODES for of in asked)
+            self._frequencies[pose] = self.state(quantity).frequencies(min(count, self.plan.topology.n_dof))
+        return self._frequencies[pose]

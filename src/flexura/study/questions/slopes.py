@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexura.analysis import LinearState, displaced_state
-from flexura.arrays import Array
-from flexura.duals import Dual
+from flexura.analysis import LinearState, displaced_state, settled
+from flexura.arrays import Array, Bools
+from flexura.duals import Dual, plain
 from flexura.errors import SolverError
-from flexura.motion import Repeated
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
 from flexura.structure import Design, Plan, assemble, kinks, tables_left
-from flexura.study.questions.catalogue import FREQUENCY, Quantity
-from flexura.study.questions.designs import FAILURES, reason_of
-from flexura.study.questions.followed import MODES
-from flexura.study.questions.masses import body_mass, total_mass
-from flexura.study.questions.reach import sloped_reach
-from flexura.study.questions.reading import Freedom, Port, pose_text
-from flexura.study.questions.responses import sloped_magnitude
-from flexura.study.questions.single import OneDesign
-from flexura.study.questions.worst import parting, worst
+from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
+from flexura.study.questions.grammar import FREQUENCY, Quantity
+from flexura.study.questions.reading import Freedom, Members, Port, Reader, pose_text
+from flexura.study.questions.single import OneDesign, Response, sloped_stroke_to_yield
+from flexura.study.questions.states import MODES, UNKNOWN_STRESS
 
-LINEAR = ("stress", "margin", "buckling", "coupling", "amplification")
-"""What is read at rest of `flexura.analysis.LinearState`."""
-
-HELD = ("compliance", "stiffness", "coupling", "amplification")
-"""What a pose may hold: read without slopes first, where that is said."""
-
-STEP = 1e-3
+DIFFERENCE_STEP = 1e-3
 """Relative step of differences."""
+
+EQUAL_STRESSES = 1e-12
+"""Relative difference up to which members are stressed alike."""
+
+CROSS_MOTIONS = ("compliance", "coupling", "amplification")
+"""Kinds that may be of a motion by a force elsewhere."""
+
+MOST_NAMED = 4
+"""Members or parts that a reason names."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,7 +54,7 @@ class Slopes(Record):
     names: tuple[str, ...]
     value: Array
     slope: Array
-    is_exact: NDArray[np.bool_]
+    is_exact: Bools
     reason: list[str]
     repeated: tuple[tuple[int, ...], ...] = ()
     directional: tuple[Array, ...] = field(default=(), compare=False)
@@ -66,47 +63,73 @@ class Slopes(Record):
     @property
     def numbers(self) -> dict[str, Dual]:
         """Values with their slopes by the text of what was asked, as `Formula.evaluate` takes them."""
-        return {own.text: Dual(np.array(self.value[k]), self.slope[k].copy()) for k, own in enumerate(self.quantities)}
+        return {
+            quantity.text: Dual(np.array(self.value[k]), self.slope[k].copy())
+            for k, quantity in enumerate(self.quantities)
+        }
 
 
 class Exact:
     """What is asked of one design with exact derivatives; what has none is left NaN in `value` (q,)."""
 
     def __init__(
-        self, plan: Plan, parameters: Mapping[str, float], names: Sequence[str], asked: tuple[Quantity, ...]
+        self, plan: Plan, parameters: Mapping[str, float], names: Sequence[str], quantities: tuple[Quantity, ...]
     ) -> None:
         self.plan = plan
         self.parameters: dict[str, float] = dict(parameters)
         self.names: list[str] = list(names)
-        self.asked = asked
-        self.value: Array = np.full(len(asked), np.nan)
-        self.slope: Array = np.full((len(asked), len(names)), np.nan)
-        self.is_exact: NDArray[np.bool_] = np.zeros(len(asked), dtype=bool)
-        self.least: Array = np.zeros(len(asked))
-        self.reason: list[str] = [""] * len(asked)
+        self.quantities = quantities
+        self.value: Array = np.full(len(quantities), np.nan)
+        self.slope: Array = np.full((len(quantities), len(names)), np.nan)
+        self.is_exact: Bools = np.zeros(len(quantities), dtype=bool)
+        self.least: Array = np.zeros(len(quantities))
+        self.reason: list[str] = [""] * len(quantities)
         self.repeated: list[tuple[int, ...]] = []
         self.directional: list[Array] = []
-        for kinds, work in ((("mass", "parameter"), self._numbers), (("compliance", "stiffness"), self._compliances)):
-            self._try([k for k, own in enumerate(asked) if own.kind in kinds and not own.pose], work)
-        self._try([k for k, own in enumerate(asked) if own.kind == FREQUENCY and not own.pose], self._frequencies)
-        linear = [k for k, own in enumerate(asked) if own.kind in LINEAR and not own.pose]
-        self._try(linear, self._at_rest)
-        self._try([k for k, own in enumerate(asked) if own.kind == "reach"], self._reaches)
-        for k in (k for k, own in enumerate(asked) if own.kind in ("frf", "frf_peak") and not own.pose):
-            self._try([k], self._responses)
-        for pose in dict.fromkeys(own.pose for own in asked if own.pose):
-            self._try([k for k, own in enumerate(asked) if own.pose == pose and is_sloped(own)], self._at_pose)
+        self._single = OneDesign(plan, self.parameters, quantities)
+        if not plan.is_posed:
+            self._work(self._numbers, "mass", "parameter")
+            self._work(self._compliances, "compliance", "stiffness")
+            self._work(self._frequencies, FREQUENCY)
+            self._work(self._linear, "stress", "margin", "buckling", "coupling", "amplification")
+            self._work(self._strokes, "reach")
+            for k in self._places("frf", "frf_peak"):
+                self._try([k], self._response)
+        for pose in dict.fromkeys(quantity.pose for quantity in quantities if quantity.pose):
+            at_it = [k for k, quantity in enumerate(quantities) if quantity.pose == pose]
+            self._try([k for k in at_it if quantities[k].kind not in ("frf", "frf_peak", "reach")], self._posed)
+        if not plan.is_posed:
+            elsewhere = [k for k, quantity in enumerate(quantities) if quantity.kind in CROSS_MOTIONS]
+            self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
+            self._try([k for k in range(len(quantities)) if self.is_exact[k] and not self.reason[k]], self._explain)
 
-        elsewhere = [k for k, own in enumerate(asked) if own.kind in ("compliance", "coupling", "amplification")]
-        self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
-        self._try([k for k in range(len(asked)) if self.is_exact[k] and not self.reason[k]], self._explain)
+    def _places(self, *kinds: str) -> list[int]:
+        """Places of kinds that are asked at rest."""
+        return [k for k, own in enumerate(self.quantities) if own.kind in kinds and not own.pose]
+
+    def _work(self, work: Callable[[list[int]], None], *kinds: str) -> None:
+        self._try(self._places(*kinds), work)
+
+    def _try(self, places: list[int], work: Callable[[list[int]], None]) -> None:
+        if not places:
+            return
+        try:
+            with np.errstate(all="ignore"):
+                work(places)
+        except FAILURES as error:
+            for k in places:
+                self._fail(k, error)
+
+    def _fail(self, place: int, error: Exception) -> None:
+        self.reason[place] = f"{self.quantities[place].text}: {reason_of(error)}"
+        self.is_exact[place] = True
 
     def _clear(self, places: list[int]) -> None:
         """Make zero what is round-off of motions by forces elsewhere, and of their slopes over a whole parameter."""
-        single, values = OneDesign(self.plan, self.parameters, self.asked), self.plan.parameter_values(self.parameters)
+        values = self.plan.parameter_values(self.parameters)
         sizes = np.array([abs(float(values[name])) for name in self.names])
         for k in places:
-            self.least[k] = least = single.round_off(self.asked[k])
+            self.least[k] = least = self._single.round_off(self.quantities[k])
             if abs(self.value[k]) < least:
                 self.value[k] = 0.0
                 self.slope[k][abs(self.slope[k]) * sizes < least] = 0.0
@@ -115,62 +138,47 @@ class Exact:
         """Say why derivatives are missing, where nothing did; by what makes every other design impossible there are
         none."""
         left = [tables_left(self._design, p) for p in range(len(self.names))]
-        moved = [p for p, own in enumerate(left) if own]
+        moved = [p for p, tables in enumerate(left) if tables]
         for k in places:
-            if self.asked[k].kind != "parameter":
+            if self.quantities[k].kind != "parameter":
                 self.slope[k, moved] = np.nan
             missing = np.flatnonzero(~np.isfinite(self.slope[k])).tolist()
             if missing:
-                said = [f"by {self.names[p]}, {_why(left[p], kinks(self._design, p))}" for p in missing]
-                self.reason[k] = f"{self.asked[k].text}: it has no derivative {'; '.join(said)}"
+                why = [f"by {self.names[p]}, {_why(left[p], kinks(self._design, p))}" for p in missing]
+                self.reason[k] = f"{self.quantities[k].text}: it has no derivative {'; '.join(why)}"
 
     @cached_property
     def _design(self) -> Design:
         """The design with slopes, without the pose that may be described."""
         return Design.with_slopes(self.plan.at_rest(), self.parameters, self.names)
 
-    def _try(self, places: list[int], work: Any) -> None:
-        if not places or (self.plan.is_posed and work != self._at_pose):
-            return
-        try:
-            with np.errstate(all="ignore"):
-                work(places)
-        except FAILURES as error:
-            for k in places:
-                self.reason[k] = f"{self.asked[k].text}: {reason_of(error)}"
-                self.is_exact[k] = True
-
-    def _tell(self, place: int, found: Any) -> None:
+    def _take(self, place: int, number: Any) -> None:
         """Take a number, with slopes or without, as an answer."""
-        with_slopes = isinstance(found, Dual)
-        self.value[place] = float(found.value if with_slopes else found)
-        self.slope[place] = found.slope if with_slopes else 0.0
+        self.value[place] = float(plain(number))
+        self.slope[place] = number.slope if isinstance(number, Dual) else 0.0
         self.is_exact[place] = True
 
     def _read(self, place: int, state: Any) -> None:
         """Take what is asked of a state as an answer."""
-        asked = self.asked[place]
-        self._tell(place, read_of(state, asked))
-        if asked.kind in ("stress", "margin"):
-            self.reason[place] = parting(state, asked, self.names)
+        quantity = self.quantities[place]
+        self._take(place, _read_of(state, quantity))
+        if quantity.kind in ("stress", "margin"):
+            self.reason[place] = _parting(state, quantity, self.names)
 
     def _numbers(self, places: list[int]) -> None:
         """Masses and parameters."""
-        design = self._design
-        values = self.plan.parameter_values(design.parameters)
+        values = self.plan.parameter_values(self._design.parameters)
         for k in places:
-            of = next(iter(self.asked[k].arguments), None)
-            if self.asked[k].kind == "parameter":
-                self._tell(k, values[str(of)])
-            else:
-                self._tell(k, body_mass(design, of) if isinstance(of, str) else total_mass(design))
+            quantity = self.quantities[k]
+            is_mass = quantity.kind == "mass"
+            self._take(k, mass_of(self._design, quantity) if is_mass else values[str(quantity.arguments[0])])
 
     def _compliances(self, places: list[int]) -> None:
         """Of r K^-1 s with rows r and s: r' K^-1 s + r K^-1 s' - r K^-1 K' K^-1 s."""
-        pairs = {k: (own[0], own[-1]) for k in places if (own := self.asked[k].arguments)}
-        freedoms = list(dict.fromkeys(of for pair in pairs.values() for of in pair if isinstance(of, Freedom)))
+        pairs = {k: (ends[0], ends[-1]) for k in places if (ends := self.quantities[k].arguments)}
+        freedoms = list(dict.fromkeys(end for pair in pairs.values() for end in pair if isinstance(end, Freedom)))
         rows = displacement_rows(
-            [Reading(of.node, np.eye(3)[of.component % 3], of.turns, np.zeros(3)) for of in freedoms]
+            [Reading(end.node, np.eye(3)[end.component % 3], end.turns, np.zeros(3)) for end in freedoms]
         )
         model = assemble(self.plan, self.parameters)
         R = rows(model.design)
@@ -180,141 +188,190 @@ class Exact:
         kinked = np.array([not change.is_smooth for change in changes], dtype=bool)
         dC = np.array([change.Y + change.Y.T - X.T @ change.K for change in changes]).reshape(-1, *C.shape)
         for k, pair in pairs.items():
-            i, j = (freedoms.index(of) for of in pair if isinstance(of, Freedom))
+            i, j = (freedoms.index(end) for end in pair if isinstance(end, Freedom))
             value, slope = (C[i, j] + C[j, i]) / 2, np.where(kinked, np.nan, (dC[:, i, j] + dC[:, j, i]) / 2)
-            if self.asked[k].kind == "stiffness":
+            if self.quantities[k].kind == "stiffness":
                 value, slope = 1 / value, -slope / value**2
-            self._tell(k, Dual(np.array(value), slope))
+            self._take(k, Dual(np.array(value), slope))
 
-    def _at_rest(self, places: list[int]) -> None:
+    def _linear(self, places: list[int]) -> None:
         """What is linear under the loads that are described."""
         state = LinearState(self.plan, self.parameters, self.names)
         for k in places:
             self._read(k, state)
 
-    def _reaches(self, places: list[int]) -> None:
+    def _strokes(self, places: list[int]) -> None:
         """Strokes until something yields."""
         for k in places:
-            [of] = self.asked[k].arguments
-            assert isinstance(of, Freedom)
-            self._tell(k, sloped_reach(self.plan, self.parameters, self.names, of))
+            [along] = self.quantities[k].arguments
+            assert isinstance(along, Freedom)
+            self._take(k, sloped_stroke_to_yield(self.plan, self.parameters, self.names, along))
             if np.isnan(self.slope[k]).any():
-                self.reason[k] = f"{self.asked[k].text}: it yields alike at several places that part as parameters move"
+                text = self.quantities[k].text
+                self.reason[k] = f"{text}: it yields alike at several places that part as parameters move"
 
-    def _responses(self, places: list[int]) -> None:
-        """Magnitudes of responses, where exact slopes of them are known."""
-        for k in places:
-            found = sloped_magnitude(self.plan, self.parameters, self.names, self.asked[k].arguments)
-            if found is None:
-                continue
-            self._tell(k, found)
-            if np.isnan(self.slope[k]).any():
-                none = "it is zero" if not self.value[k] else "the design is at a kink"
-                self.reason[k] = f"{self.asked[k].text}: {none}, and has no derivative"
+    def _response(self, places: list[int]) -> None:
+        """The magnitude of a response, where exact slopes of it are known."""
+        [k] = places
+        quantity = self.quantities[k]
+        magnitude = Response.of(self.plan, self.parameters, quantity).sloped_magnitude(self.names)
+        if magnitude is None:
+            return
+        self._take(k, magnitude)
+        if np.isnan(self.slope[k]).any():
+            why = "it is zero" if not self.value[k] else "the design is at a kink"
+            self.reason[k] = f"{quantity.text}: {why}, and has no derivative"
 
     def _frequencies(self, places: list[int]) -> None:
-        single = OneDesign(self.plan, self.parameters, self.asked)
         numbers = dict[int, int]()
         for k in places:
-            numbers[k], self.reason[k] = single.mode(self.asked[k])
-        followed = any(isinstance(self.asked[k].arguments[0], Freedom) for k in places)
-        count = max(MODES if followed else 0, *(n + 1 for n in numbers.values()))
-        found = frequency_slopes(self._design, min(count, self.plan.topology.n_dof))
+            numbers[k], self.reason[k] = self._single.mode(self.quantities[k])
+        followed = any(self.quantities[k].is_followed for k in places)
+        count = max(MODES if followed else 0, *(number + 1 for number in numbers.values()))
+        slopes = frequency_slopes(self._design, min(count, self.plan.topology.n_dof))
         for k, number in numbers.items():
-            self._tell(k, Dual(np.array(found.frequency_hz[number]), found.slope[number]))
-        for group, matrix in zip(found.repeated, found.directional, strict=True):
-            own = tuple(k for k, number in numbers.items() if number in group)
-            if own:
-                self._tell_group(own, matrix)
+            self._take(k, Dual(np.array(slopes.frequency_hz[number]), slopes.slope[number]))
+        for group, matrix in zip(slopes.repeated, slopes.directional, strict=True):
+            if of_group := tuple(k for k, number in numbers.items() if number in group):
+                self._take_group(of_group, matrix)
 
-    def _at_pose(self, places: list[int]) -> None:
+    def _posed(self, places: list[int]) -> None:
         """What is asked at one pose; what cannot be answered there has the reason for it."""
-        single, pose = OneDesign(self.plan, self.parameters, self.asked), self.asked[places[0]].pose
+        pose = self.quantities[places[0]].pose
         state = displaced_state(self._design, dict(pose))
         if not state.is_stable:
             raise SolverError(f"at {pose_text(pose)} it is unstable")
         numbers = dict[int, int]()
         for k in places:
-            own = self.asked[k]
+            quantity = self.quantities[k]
             try:
-                if own.kind == FREQUENCY:
-                    numbers[k], self.reason[k] = single.mode(own)
+                if quantity.kind == FREQUENCY:
+                    numbers[k], self.reason[k] = self._single.mode(quantity)
                     continue
-                if own.kind in HELD:
-                    single.read(own)
+                if quantity.kind in STATIC:
+                    self._single.read(quantity)  # which says where the pose holds it
                 self._read(k, state)
             except FAILURES as error:
-                self.reason[k], self.is_exact[k] = f"{own.text}: {reason_of(error)}", True
-        for own in state.frequencies(max(numbers.values()) + 1) if numbers else ():
-            self._tell_repeated(own, {k: number for k, number in numbers.items() if number in own.at})
+                self._fail(k, error)
+        for repeated in state.frequencies(max(numbers.values()) + 1) if numbers else ():
+            group = {k: number for k, number in numbers.items() if number in repeated.at}
+            branches = np.linalg.eigvalsh(repeated.slope)
+            for k, number in group.items():
+                self._take(k, Dual(np.array(repeated.value), branches[:, repeated.at.index(number)]))
+            if group and len(repeated.at) > 1:
+                self._take_group(tuple(group), np.moveaxis(repeated.slope, 0, -1))
 
-    def _tell_repeated(self, found: Repeated, numbers: Mapping[int, int]) -> None:
-        """Take a frequency, or several that coincide, as the answers at some places."""
-        branches = np.linalg.eigvalsh(found.slope)
-        for k, number in numbers.items():
-            self._tell(k, Dual(np.array(found.value), branches[:, found.at.index(number)]))
-        if numbers and len(found.at) > 1:
-            self._tell_group(tuple(numbers), np.moveaxis(found.slope, 0, -1))
-
-    def _tell_group(self, places: tuple[int, ...], matrix: Array) -> None:
+    def _take_group(self, places: tuple[int, ...], matrix: Array) -> None:
         """Take frequencies as one group; one that is followed by what moves has no derivative of its own there."""
         self.repeated.append(places)
         self.directional.append(matrix)
         for k in places:
-            if isinstance(self.asked[k].arguments[0], Freedom):
+            if self.quantities[k].is_followed:
                 self.slope[k] = np.nan
-                self.reason[k] = f"{self.asked[k].text}: it coincides with others, and has no derivative by itself"
+                text = self.quantities[k].text
+                self.reason[k] = f"{text}: it coincides with others, and has no derivative by itself"
 
 
 def _why(tables: Sequence[str], kinked: Sequence[str]) -> str:
     """Why there is no derivative, with the parts that it is for."""
-    own = list(tables or kinked)
-    named = f"{', '.join(own[:4])}{' ...' if len(own) > 4 else ''}"
+    parts = _listed(list(tables or kinked))
     if tables:
-        return f"with which tables of {named} no longer end where the member does"
-    return f"by which {named or 'it'} is at a kink"
+        return f"with which tables of {parts} no longer end where the member does"
+    return f"by which {parts or 'it'} is at a kink"
 
 
-def is_sloped(asked: Quantity) -> bool:
-    """Whether exact derivatives of what is asked at a pose are known."""
-    return asked.kind not in ("frf", "frf_peak", "reach")
+def _listed(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:MOST_NAMED])}{' ...' if len(names) > MOST_NAMED else ''}"
 
 
-def read_of(state: Any, asked: Quantity) -> Any:
+def _read_of(state: Any, quantity: Quantity) -> Any:
     """What is asked of a state with slopes, at rest or at a pose, but for frequencies."""
-    match asked.kind:
-        case "force":
-            return state.forces[str(asked.arguments[0])]
-        case "buckling":
+    match quantity.kind, quantity.arguments:
+        case "force", (along,):
+            return state.forces[str(along)]
+        case "buckling", _:
             factor = state.buckling_factor
             return np.inf if factor is None else Dual(np.array(factor.value), np.linalg.eigvalsh(factor.slope)[:, 0])
-        case "coupling" | "amplification":
-            actuator, to = asked.arguments
-            assert isinstance(actuator, Port)
-            assert isinstance(to, Freedom)
+        case "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
             moved, elongation = state.coupling(actuator.known, to.node)
-            return moved[to.component] / (1.0 if asked.kind == "coupling" else abs(elongation))
-        case "stiffness" | "compliance":
-            of = [own for own in (asked.arguments[0], asked.arguments[-1]) if isinstance(own, Freedom)]
-            rows = np.stack([state.rows(own.node)[own.component] for own in of])
-            names = {own.name for own in of}
-            found = state.flexibility(rows, [name for name in state.move if name not in names])[0, 1]
-            return 1 / found if asked.kind == "stiffness" else found
-    return worst(state, asked)
+            return moved[to.component] / (1.0 if kind == "coupling" else abs(elongation))
+        case "stiffness" | "compliance" as kind, (Freedom() as to, *_):
+            by = quantity.arguments[-1]
+            assert isinstance(by, Freedom)
+            rows = np.stack([state.rows(end.node)[end.component] for end in (to, by)])
+            held = [name for name in state.move if name not in (to.name, by.name)]
+            compliance = state.flexibility(rows, held)[0, 1]
+            return 1 / compliance if kind == "stiffness" else compliance
+    members, _ = _stresses(state, quantity)
+    if members:
+        largest = _largest(state, quantity)
+        return largest if quantity.kind == "stress" else 1 / largest
+    if quantity.kind == "margin":
+        return np.inf
+    raise SolverError(UNKNOWN_STRESS)
+
+
+def by_members(plan: Plan, quantity: Quantity) -> list[Quantity]:
+    """Of a stress or a margin that of each member it is the worst of; nothing of all else."""
+    kind = quantity.kind
+    if kind not in ("stress", "margin"):
+        return []
+    of, known = next(iter(quantity.arguments), None), Reader(plan).yield_stresses
+    names = [name for name, limit in known.items() if kind == "stress" or not np.isnan(limit)]
+    _, at, pose = quantity.text.partition(" at ")
+    return [
+        replace(quantity, text=f"{kind}({name}){at}{pose}", arguments=(Members(name, (name,)),))
+        for name in (of.members if isinstance(of, Members) else names)
+    ]
+
+
+def _parting(state: Any, quantity: Quantity, names: Sequence[str]) -> str:
+    """Why a stress or margin has no derivative by some of the parameters `names`, with those on either side where
+    members that are stressed alike part; empty where it has all."""
+    largest = _largest(state, quantity) if _stresses(state, quantity)[0] else np.inf
+    if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
+        return ""
+    members, stresses = _stresses(state, quantity, share=1.0)
+    tied = np.flatnonzero(plain(stresses) >= plain(largest) * (1 - EQUAL_STRESSES))
+    reasons = []
+    for p in np.flatnonzero(np.isnan(largest.slope)).tolist():
+        sides = stresses.slope[p, tied] / (1 if quantity.kind == "stress" else -(plain(largest) ** 2))
+        if np.isnan(sides).any():
+            reasons.append(f"sections of {members[tied[0]]} part with {names[p]}, or it is at a kink")
+        else:
+            ends = sorted((sides.max(), sides.min()), reverse=quantity.kind == "stress")
+            reasons.append(f"by {names[p]} it is {ends[0]:.6g} upwards and {ends[1]:.6g} downwards, per SI unit")
+    alike = f"{_listed([members[k] for k in tied])} are stressed alike: " if len(tied) > 1 else ""
+    return f"{quantity.text}: {alike}{'; '.join(reasons)}"
+
+
+def _largest(state: Any, quantity: Quantity) -> Any:
+    """The largest stress of the members asked for, for a margin over yield stresses."""
+    return settled(lambda share: np.max(_stresses(state, quantity, share)[1]))
+
+
+def _stresses(state: Any, quantity: Quantity, share: float = 0.0) -> tuple[list[str], Any]:
+    """Members asked for and their stresses (m,), for a margin over their yield stresses, where these are known."""
+    stresses, of = state.stresses_within(share) if share else state.stresses, next(iter(quantity.arguments), None)
+    chosen = [k for k, name in enumerate(stresses.names) if not isinstance(of, Members) or name in of.members]
+    if quantity.kind == "stress":
+        return [stresses.names[k] for k in chosen], stresses.von_mises[chosen, 0]
+    limit = stresses.yield_stress
+    chosen = [k for k in chosen if not np.isnan(plain(limit)[k])]
+    return [stresses.names[k] for k in chosen], stresses.von_mises[chosen, 0] / limit[chosen]
 
 
 def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:
     """Designs beside one, four for each parameter, by name, and the steps (P,) that they are apart."""
     names = list(names)
-    h = np.array([STEP * (abs(at[name]) or 1.0) for name in names])
-    out = {name: np.full(4 * len(names), value) for name, value in at.items()}
+    h = np.array([DIFFERENCE_STEP * (abs(at[name]) or 1.0) for name in names])
+    designs = {name: np.full(4 * len(names), value) for name, value in at.items()}
     for p, name in enumerate(names):
-        out[name][4 * p : 4 * p + 4] += h[p] * np.array([-2.0, -1.0, 1.0, 2.0])
-    return out, h
+        designs[name][4 * p : 4 * p + 4] += h[p] * np.array([-2.0, -1.0, 1.0, 2.0])
+    return designs, h
 
 
 def differences(values: Array, h: Array) -> Array:
     """Derivatives (q, P) from values (4 P, q) at the designs of `steps`, of fourth order in the steps."""
-    own = values.reshape(len(h), 4, -1)
     weights = np.array([1.0, -8.0, 8.0, -1.0]) / 12
-    return (np.einsum("s,psq->pq", weights, own) / h[:, None]).T
+    return (np.einsum("s,psq->pq", weights, values.reshape(len(h), 4, -1)) / h[:, None]).T

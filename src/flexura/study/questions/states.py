@@ -1,11 +1,20 @@
-"""One design in the states that it is asked in: at rest or about the pose that is described, and at poses; what each
-state is asked is worked out from one assembly, one factorisation and one equilibrium."""
+"""One design in the states that it is asked in, and which of its modes moves something most.
+
+States are that of reference, at rest or about the load or the pose that is described, and poses; what each is asked is
+worked out from one assembly, one factorisation and one equilibrium.
+
+In modes of unit modal mass a displacement x has a part m x^2 of the kinetic energy of each, m being what would move by
+it alone, and a part x^2 / omega^2 of the static compliance there. The mode with the largest geometric mean of the two,
+x^2 / omega, is the one that moves it: of a rigid body the one that has most of its energy, of a beam, whose tip has as
+much in every mode, the lowest. That is a property of the design by itself, whichever designs stand beside it and
+however its modes have crossed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,26 +23,120 @@ from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
+from flexura.modal import REPEATED, close_groups
 from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
 from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan, full_order_model
-from flexura.study.questions.answers import Bounded
+from flexura.study.questions.blocks import Bounded, without_round_off
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
-from flexura.study.questions.statics import without_round_off
-from flexura.study.questions.worst import UNKNOWN
 from flexura.systems import InputPort, Ports
 
-HELD = 1e-9
+MODES = 12
+"""So many of the lowest modes are looked at."""
+
+AMBIGUOUS = 0.8
+"""Share of a displacement, over that of the leading mode, from which another mode has nearly as much."""
+
+STILL = 1e-7
+"""Part of the largest motion of its kind below which something does not move."""
+
+CLEARLY_STILL = 1e-4
+"""The same, of modes that are a little off."""
+
+CLEARLY_LESS = 0.5
+"""Share of a displacement, over that of the leading mode, that others close to one another have at most."""
+
+EQUAL_FREQUENCIES = 1e-6
+"""Relative difference of frequencies that are equal in such modes."""
+
+ORDERED = 2e-3
+"""Least gap of others, relative, with which it is sure which of them is the lower one."""
+
+MIXING_GAP, MIXING_SHARE = 0.02, 1e-2
+"""Modes closer than this may mix, which matters where the other one has more than this share of the displacement."""
+
+SLOWEST = 1e-9
+"""Part of the highest frequency below which a motion is rigid, and counts as one of this frequency."""
+
+
+class ModalMotion(NamedTuple):
+    """A displacement in the lowest modes of unit modal mass: frequencies `hertz` (k,), the displacement `moved` (k,),
+    and the `largest` one of its kind, translation or rotation, of any node in any of them."""
+
+    hertz: Array
+    moved: Array
+    largest: float
+
+
+def leading_mode(motion: ModalMotion, name: str) -> tuple[int, str]:
+    """The number, from 0, of the mode that has most of a displacement, and in words which others have nearly as much.
+
+    Frequencies that are equal count as one. Raises SolverError where it does not move.
+    """
+    hertz, moved, largest = motion
+    groups = close_groups(hertz, REPEATED)
+    squares = np.array([(moved[group] ** 2).sum() for group in groups])
+    if not squares.max(initial=0.0) > (STILL * largest) ** 2:
+        raise SolverError(f"{name} does not move in the lowest {len(hertz)} modes")
+    shares = squares / np.maximum([hertz[group[0]] for group in groups], SLOWEST * hertz.max())
+    leading = int(np.argmax(shares))
+    number = int(groups[leading][0])
+    near = [k for k in range(len(groups)) if k != leading and shares[k] >= AMBIGUOUS * shares[leading]]
+    if not near:
+        return number, ""
+    others = ", ".join(f"f{groups[k][0] + 1} has {shares[k] / shares[leading]:.0%}" for k in near)
+    return number, f"{name} moves in several modes: of its part in f{number + 1}, {others}"
+
+
+def clear_mode(motion: ModalMotion, name: str) -> int | None:
+    """The number, from 0, of the mode that has most of a displacement, from modes that are a little off, as
+    `leading_mode`; None where the right ones may say otherwise, or warn that others have nearly as much."""
+    hertz, moved, largest = motion
+    if not np.isfinite(hertz).all() or not np.abs(moved).max(initial=0.0) > CLEARLY_STILL * largest:
+        return None
+    number, _ = leading_mode(motion, name)
+    gap, share = abs(hertz / hertz[number] - 1), moved**2 / hertz
+    is_equal = gap <= EQUAL_FREQUENCIES
+    others, leading = np.where(is_equal, 0.0, share), share[is_equal].sum()
+    gap = np.where(is_equal, np.inf, gap)
+    together = max(others[group].sum() for group in close_groups(hertz, MIXING_GAP))
+    mixes = (gap < MIXING_GAP) & (others > MIXING_SHARE * leading)
+    is_clear = together <= CLEARLY_LESS * leading and gap.min(initial=np.inf) > ORDERED and not mixes.any()
+    return number if is_clear else None
+
+
+def _modal_motion(model: FullOrderModel, hertz: Array, vectors: Array, freedom: Freedom) -> ModalMotion:
+    """A displacement in modes with DOF vectors (n, k)."""
+    u = model.node_displacements(vectors)[model.plan.topology.has_position]
+    of_kind = np.linalg.norm(u[:, 3:] if freedom.turns else u[:, :3], axis=1)
+    row = _row_of(model, freedom)
+    return ModalMotion(hertz, row @ vectors, float(of_kind.max(initial=0.0)))
+
+
+def _row_of(model: FullOrderModel, freedom: Freedom) -> Array:
+    """The row (n,) that reads a displacement."""
+    number = model.plan.topology.numbers([freedom.node])
+    return model.design.node_rows(number).toarray()[freedom.component]
+
+
+HELD_BY_POSE = 1e-9
 """Part of the compliance of something free that is left of it where a pose holds it, by round-off."""
 
+UNKNOWN_STRESS = "no stress is known of sections that are given by constants"
 
-class AtRest:
+
+class ReferenceState:
     """A design as its description leaves it: at rest, or about the state of load or the pose that is described."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float]) -> None:
         self.plan = plan
         self.parameters = parameters
-        self._moved: dict[str, tuple[Array, Array]] = {}
+        self._solved: dict[str, tuple[Array, Array]] = {}
+
+    @property
+    def free(self) -> ReferenceState:
+        """The state with nothing held but by forces that stay as they are: itself."""
+        return self
 
     @cached_property
     def model(self) -> FullOrderModel:
@@ -48,17 +151,16 @@ class AtRest:
     def _solve(self) -> Any:
         return flexibility(self.model).held
 
-    def _row(self, what: Freedom | InputPort) -> tuple[Array, Array]:
+    def _input(self, actuator: Port) -> InputPort:
+        return self._ports.inputs([actuator.known])[0]
+
+    def _row(self, end: Freedom | InputPort) -> tuple[Array, Array]:
         """The row (n,) that reads a motion, and displacements (n,) by a unit force along it."""
-        name = what.name if isinstance(what, Freedom) else f"{what.channel.name} as an input"
-        if name not in self._moved:
-            if isinstance(what, Freedom):
-                number = self.plan.topology.numbers([what.node])
-                row = self.model.design.node_rows(number).toarray()[what.component]
-            else:
-                row = what.row
-            self._moved[name] = row, self._solve(np.ascontiguousarray(row[:, None]))[:, 0]
-        return self._moved[name]
+        name = end.name if isinstance(end, Freedom) else f"{end.channel.name} as an input"
+        if name not in self._solved:
+            row = _row_of(self.model, end) if isinstance(end, Freedom) else end.row
+            self._solved[name] = row, self._solve(np.ascontiguousarray(row[:, None]))[:, 0]
+        return self._solved[name]
 
     def _between(self, one: Freedom | InputPort, other: Freedom | InputPort) -> float:
         """Displacement along one by a unit force along the other, symmetric to the last digit."""
@@ -72,38 +174,31 @@ class AtRest:
         """Displacement per force or moment."""
         return float(without_round_off(self._between(to, by), self._bound(to, by)))
 
-    def stiffness(self, of: Freedom) -> float:
-        """Force or moment per displacement, everything else free."""
-        return 1 / self.compliance(of, of)
-
-    def _input(self, actuator: Port) -> InputPort:
-        return self._ports.inputs([actuator.known])[0]
-
     def coupling(self, actuator: Port, to: Freedom) -> float:
         """Displacement per unit command."""
-        into = self._input(actuator)
-        return float(without_round_off(self._between(to, into), self._bound(to, into)) * into.gain)
-
-    def most(self, kind: str, actuator: Port, to: Freedom) -> float:
-        """The coupling, or amplification, that the flexibility of both ends allows (Cauchy and Schwarz)."""
-        into = self._input(actuator)
-        most = float(np.sqrt(abs(self._bound(to, into))))
-        return most * abs(into.gain) if kind == "coupling" else most / abs(self._between(into, into))
+        command = self._input(actuator)
+        return float(without_round_off(self._between(to, command), self._bound(to, command)) * command.gain)
 
     def amplification(self, actuator: Port, to: Freedom) -> float:
         """Displacement per elongation of the actuator that makes it."""
-        into = self._input(actuator)
-        return self.coupling(actuator, to) / abs(self._between(into, into) * into.gain)
+        command = self._input(actuator)
+        return self.coupling(actuator, to) / abs(self._between(command, command) * command.gain)
+
+    def largest_possible(self, kind: str, actuator: Port, to: Freedom) -> float:
+        """The coupling, or amplification, that the flexibility of both ends allows (Cauchy and Schwarz)."""
+        command = self._input(actuator)
+        most = float(np.sqrt(abs(self._bound(to, command))))
+        return most * abs(command.gain) if kind == "coupling" else most / abs(self._between(command, command))
 
     def model_errors(
         self, pairs: Sequence[tuple[Freedom | Port, Freedom | Port]], read: Callable[[Array, Array], Array]
     ) -> ModelError:
         """Model errors of n numbers that are read of displacements (p,) along one by a force along the other of each
         pair, NaN where these are zero, and of those along the force itself."""
-        names = list(dict.fromkeys(own for pair in pairs for own in pair))
-        ends = [self._input(own) if isinstance(own, Port) else own for own in names]
-        states = np.column_stack([self._row(own)[1] for own in ends])
-        to, by = np.array([[names.index(own) for own in pair] for pair in pairs]).T
+        names = list(dict.fromkeys(end for pair in pairs for end in pair))
+        ends = [self._input(end) if isinstance(end, Port) else end for end in names]
+        states = np.column_stack([self._row(end)[1] for end in ends])
+        to, by = np.array([[names.index(end) for end in pair] for pair in pairs]).T
         S = np.array([[self._between(one, other) for one in ends] for other in ends])
         S = without_round_off(S, np.outer(np.diagonal(S), np.diagonal(S)))
         S[S == 0] = np.nan
@@ -126,9 +221,10 @@ class AtRest:
     @property
     def buckling(self) -> float:
         """Factor on all loads and gravity; infinite where they do not buckle it."""
-        if self.plan.is_posed:
-            return _pose_factor(reached(Design.of(self.plan, self.parameters)).pose)
-        return preload(self.plan, self.parameters).buckling_factor
+        if not self.plan.is_posed:
+            return preload(self.plan, self.parameters).buckling_factor
+        factor = buckling_factor(reached(Design.of(self.plan, self.parameters)).pose)
+        return np.inf if factor is None else factor
 
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds."""
@@ -138,148 +234,108 @@ class AtRest:
         upper = np.where(proof.is_indexed, proof.upper_hz, np.inf)[:count]
         return Bounded(np.clip(proof.frequency_hz[:count], lower, upper), lower, upper)
 
-    def moved(self, of: Freedom, count: int) -> tuple[Array, Array, float]:
-        """The lowest frequencies (k,), Hz, the displacement (k,) in each mode of unit modal mass, and the largest one
-        of its kind, translation or rotation, of any node in any of them."""
+    def modal_motion(self, freedom: Freedom, count: int) -> ModalMotion:
+        """A displacement in so many of the lowest modes."""
         full = chained(self.model)
         pairs = lowest_pairs(full, count)
         hertz = np.sqrt(np.maximum(pairs.values[:count], 0)) / HERTZ
-        return hertz, *_moved(self.model, full.recover(pairs.vectors[:, :count]), of)
+        return _modal_motion(self.model, hertz, full.recover(pairs.vectors[:, :count]), freedom)
 
 
-class AtPose:
+class PosedState:
     """A design at a pose with large displacements; the displacements of the pose hold it."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Sequence[tuple[str, float]]) -> None:
-        self.words: str = pose_text(pose)
+        self.text: str = pose_text(pose)
         self.plan: Plan = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
         self.parameters = parameters
 
     @cached_property
     def _posed(self) -> PosedDesign:
-        found = reached(Design.of(self.plan, self.parameters))
-        if not is_definite(found.pose.matrices(held=True)[0]):
-            raise SolverError(f"at {self.words} it is unstable")
-        return found
+        posed = reached(Design.of(self.plan, self.parameters))
+        if not is_definite(posed.pose.matrices(held=True)[0]):
+            raise SolverError(f"at {self.text} it is unstable")
+        return posed
 
     @property
     def _pose(self) -> Pose:
         return self._posed.pose
 
     @cached_property
-    def free(self) -> AtRest:
+    def free(self) -> ReferenceState:
         """What is linear about the pose with nothing held but by forces that stay as they are."""
-        return AtRest(self.plan, self.parameters)
+        return ReferenceState(self.plan, self.parameters)
 
     @cached_property
     def _model(self) -> FullOrderModel:
         return FullOrderModel(Design.of(self.plan, self.parameters), self._posed.K, self._posed.M)
-
-    def _drive(self, of: Freedom) -> int | None:
-        """Number of the displacement of the pose that this is."""
-        names = [drive.name for drive in self._pose.equations.drives]
-        return names.index(of.name) if of.name in names else None
 
     def compliance(self, to: Freedom, by: Freedom) -> float:
         """Displacement per force or moment, the displacements of the pose held but for those asked of.
 
         Raises SolverError where the pose holds one of them.
         """
-        pose, numbers = self._pose, [self.plan.topology.numbers([own.node])[0] for own in (to, by)]
-        rows = np.stack([pose.rows(int(n))[own.component] for n, own in zip(numbers, (to, by), strict=True)])
-        others = [k for k in range(len(pose.equations.drives)) if k not in (self._drive(to), self._drive(by))]
-        holding = Holding.of(pose.state.tangent.rows[others], pose.equations.scale)
-        left = holding.rows(rows)
+        pose, numbers = self._pose, self.plan.topology.numbers([to.node, by.node])
+        rows = np.stack([pose.rows(int(n))[end.component] for n, end in zip(numbers, (to, by), strict=True)])
+        others = [k for k, drive in enumerate(pose.equations.drives) if drive.name not in (to.name, by.name)]
         scale = pose.equations.scale
-        sizes = [np.linalg.norm(own / by_unit, axis=1) for own, by_unit in ((left, scale[holding.left]), (rows, scale))]
-        for own, size, whole in zip((to, by), *sizes, strict=True):
-            if not size > HELD * whole:
-                raise SolverError(f"{own.name} is held by the pose")
-        moved = factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(left.T))
-        own = left @ moved
-        return float(without_round_off((own[0, 1] + own[1, 0]) / 2, own[0, 0] * own[1, 1]))
-
-    def stiffness(self, of: Freedom) -> float:
-        """Force or moment per displacement, the other displacements of the pose held."""
-        return 1 / self.compliance(of, of)
-
-    def coupling(self, actuator: Port, to: Freedom) -> float:
-        """Displacement per unit command, nothing held but by forces that stay as they are."""
-        return self.free.coupling(actuator, to)
-
-    def most(self, kind: str, actuator: Port, to: Freedom) -> float:
-        """As `AtRest.most`, likewise."""
-        return self.free.most(kind, actuator, to)
-
-    def amplification(self, actuator: Port, to: Freedom) -> float:
-        """Displacement per elongation of the actuator that makes it, likewise."""
-        return self.free.amplification(actuator, to)
+        holding = Holding.of(pose.state.tangent.rows[others], scale)
+        free_rows = holding.rows(rows)
+        free_sizes = np.linalg.norm(free_rows / scale[holding.left], axis=1)
+        for end, free, whole in zip((to, by), free_sizes, np.linalg.norm(rows / scale, axis=1), strict=True):
+            if not free > HELD_BY_POSE * whole:
+                raise SolverError(f"{end.name} is held by the pose")
+        C = free_rows @ factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(free_rows.T))
+        return float(without_round_off((C[0, 1] + C[1, 0]) / 2, C[0, 0] * C[1, 1]))
 
     @cached_property
     def stresses(self) -> Stresses:
         """Stresses at the pose."""
         return worst_stresses(self._model, self._posed.end_forces.__getitem__)
 
-    def force(self, of: Freedom) -> float:
+    def force(self, along: Freedom) -> float:
         """Force or moment that holds a displacement of the pose."""
-        number = self._drive(of)
-        assert number is not None
-        return float(self._pose.state.drive[number])
+        names = [drive.name for drive in self._pose.equations.drives]
+        return float(self._pose.state.drive[names.index(along.name)])
 
     @property
     def buckling(self) -> float:
         """Factor on all loads and on the forces that hold the pose; infinite where nothing buckles."""
-        return _pose_factor(self._pose)
+        factor = buckling_factor(self._pose)
+        return np.inf if factor is None else factor
 
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds, nothing held but by forces that stay as they are."""
-        pose = self._pose
-        pairs = self._modes(count)
-        lower, upper, proven = counted_intervals(pose.K, pose.M, pairs.values, pairs.vectors)
-        lower, upper = (np.sqrt(np.maximum(own, 0)) / HERTZ if proven else own * np.nan for own in (lower, upper))
+        pose, pairs = self._pose, self._modes(count)
+        *squares, is_proven = counted_intervals(pose.K, pose.M, pairs.values, pairs.vectors)
+        lower, upper = (np.sqrt(np.maximum(x, 0)) / HERTZ if is_proven else x * np.nan for x in squares)
         return Bounded(np.sqrt(pairs.values) / HERTZ, lower, upper)
+
+    def modal_motion(self, freedom: Freedom, count: int) -> ModalMotion:
+        """A displacement in so many of the lowest modes."""
+        pairs = self._modes(count)
+        return _modal_motion(self._model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
 
     def _modes(self, count: int) -> Any:
         pairs = self._pose.modes(count)
         if len(pairs.values) and pairs.values[0] < 0:
-            raise SolverError(f"at {self.words} it is unstable under the forces that hold it")
+            raise SolverError(f"at {self.text} it is unstable under the forces that hold it")
         return pairs
 
-    def moved(self, of: Freedom, count: int) -> tuple[Array, Array, float]:
-        """As `AtRest.moved`."""
-        pairs = self._modes(count)
-        return np.sqrt(pairs.values) / HERTZ, *_moved(self._model, pairs.vectors, of)
+
+State = ReferenceState | PosedState
 
 
-State = AtRest | AtPose
-
-
-def largest_stress(state: State, of: Members | None) -> float:
+def largest_stress(state: State, of: Members | None = None) -> float:
     """Largest von Mises stress, Pa, notch factors included, of all members or of some; of sections that are known."""
-    chosen = None if of is None else set(of.members)
-    found = [own.von_mises for own in state.stresses.members if chosen is None or own.name in chosen]
-    known = [own for own in found if own is not None]
+    members = [member for member in state.stresses.members if of is None or member.name in of.members]
+    known = [member.von_mises for member in members if member.von_mises is not None]
     if not known:
-        raise SolverError(UNKNOWN)
+        raise SolverError(UNKNOWN_STRESS)
     return max(known)
 
 
-def least_margin(state: State, of: Members | None) -> float:
+def least_margin(state: State, of: Members | None = None) -> float:
     """Least yield stress over stress of all members or of some, of those whose yield stress is known."""
-    chosen = None if of is None else set(of.members)
-    found = [own.factor_to_yield for own in state.stresses.members if chosen is None or own.name in chosen]
-    return min((own for own in found if own is not None), default=np.inf)
-
-
-def _moved(model: FullOrderModel, vectors: Array, of: Freedom) -> tuple[Array, float]:
-    """A displacement (k,) in motions of DOF vectors (n, k), and the largest of its kind of any node in any of them."""
-    u = model.node_displacements(vectors)[model.plan.topology.has_position]
-    alike = np.linalg.norm(u[:, 3:] if of.turns else u[:, :3], axis=1)
-    number = model.plan.topology.numbers([of.node])
-    row = model.design.node_rows(number).toarray()[of.component]
-    return row @ vectors, float(alike.max(initial=0.0))
-
-
-def _pose_factor(pose: Pose) -> float:
-    factor = buckling_factor(pose)
-    return np.inf if factor is None else factor
+    members = [member for member in state.stresses.members if of is None or member.name in of.members]
+    return min((m.factor_to_yield for m in members if m.factor_to_yield is not None), default=np.inf)

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import Diagnostic, OptionError
 from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
-from flexura.study.tolerances.indices import SobolIndices
-from flexura.study.tolerances.intervals import Estimate, share_interval
-from flexura.study.tolerances.linear import Extreme
+from flexura.study.tolerances.nets import Estimate, SobolIndices, share_interval
+from flexura.study.tolerances.worst_case import Extreme
 from flexura.tables import Facts, Table, percent, quantity
 
 
@@ -118,7 +116,7 @@ class Tolerance(OfThePart, Tabular):
         return self.quantities[self._number(text)]
 
     def _number(self, text: str) -> int:
-        known = [own.text for own in self.quantities]
+        known = [spread.text for spread in self.quantities]
         if text not in known:
             raise OptionError(f"{text!r} is no quantity of this study; known: {', '.join(known)}")
         return known.index(text)
@@ -130,90 +128,93 @@ class Tolerance(OfThePart, Tabular):
         """
         k = self._number(text)
         if self.indices is not None:
-            own = self.indices.total[:, k]
+            shares = self.indices.total[:, k]
         else:
-            share = self.quantities[k].variance_share
-            of = np.array([size.tolerance for size in self.sizes])
-            own = np.array([share[of == name].sum() for name in self.tolerances])
-        order = np.argsort(-np.nan_to_num(own, nan=-1.0), kind="stable")
-        return {self.tolerances[j]: float(own[j]) for j in order}
+            of_sizes, tolerance = self.quantities[k].variance_share, np.array([size.tolerance for size in self.sizes])
+            shares = np.array([of_sizes[tolerance == name].sum() for name in self.tolerances])
+        order = np.argsort(-np.nan_to_num(shares, nan=-1.0), kind="stable")
+        return {self.tolerances[j]: float(shares[j]) for j in order}
 
     @property
     def tighten_first(self) -> dict[str, str | None]:
         """By quantity, the tolerance that answers for most of its variance; None where nothing scatters."""
-        ranked = {own.text: next(iter(self.influence(own.text).items())) for own in self.quantities}
+        ranked = {spread.text: next(iter(self.influence(spread.text).items())) for spread in self.quantities}
         return {text: name if np.isfinite(share) and share > 0 else None for text, (name, share) in ranked.items()}
 
-    def histogram(self, text: str, bins: int | None = None) -> tuple[Array, NDArray[np.intp]]:
+    def histogram(self, text: str, bins: int | None = None) -> tuple[Array, Index]:
         """Edges (bins + 1,), SI, and samples between them (bins,) of a quantity; by the rule of Freedman and Diaconis
         (1981) where no number is given."""
-        own = self._sorted(text)
-        if not len(own):
+        values = self._sorted(text)
+        if not len(values):
             return np.zeros(0), np.zeros(0, dtype=np.intp)
-        counts, edges = np.histogram(own, bins=bins or "fd")
+        counts, edges = np.histogram(values, bins=bins or "fd")
         return edges, counts
 
     def yield_curve(self, text: str, points: int = 201) -> tuple[Array, Array]:
         """Limits (points,), SI, and the share (points,) of all parts of which a quantity is at least that much."""
-        own = self._sorted(text)
-        limits = np.linspace(own[0], own[-1], points) if len(own) else np.zeros(0)
-        return limits, (len(own) - np.searchsorted(own, limits, side="left")) / self.samples
+        values = self._sorted(text)
+        limits = np.linspace(values[0], values[-1], points) if len(values) else np.zeros(0)
+        return limits, (len(values) - np.searchsorted(values, limits, side="left")) / self.samples
 
     def tornado(self, text: str) -> dict[str, tuple[float, float]]:
         """By size, what a quantity comes to, to first order, with this size alone at the ends of its tolerance, SI; the
         largest difference first."""
-        own = self.of(text)
-        low, high, at = (np.array([getattr(s, what) for s in self.sizes]) for what in ("low", "high", "nominal"))
-        first, last = own.nominal + own.slope * (low - at), own.nominal + own.slope * (high - at)
+        spread = self.of(text)
+        low, high, at = np.array([(size.low, size.high, size.nominal) for size in self.sizes]).T
+        first, last = spread.nominal + spread.slope * (low - at), spread.nominal + spread.slope * (high - at)
         order = np.argsort(-np.nan_to_num(np.abs(last - first)), kind="stable")
         return {self.sizes[k].name: (float(first[k]), float(last[k])) for k in order}
 
     def yield_interval(self, text: str, limits: Array) -> tuple[Array, Array]:
         """Ends (n,) and (n,) of the intervals of the shares of all parts of which a quantity is at least limits (n,),
         SI (theory eqs. U3-U5)."""
-        own = self.values[:, self._number(text)].reshape(self.scramblings, -1)
-        found = [share_interval(own >= limit, self.confidence) for limit in limits]
-        return np.array([one.low for one in found]), np.array([one.high for one in found])
+        values = self.values[:, self._number(text)].reshape(self.scramblings, -1)
+        shares = [share_interval(values >= limit, self.confidence) for limit in limits]
+        return np.array([share.low for share in shares]), np.array([share.high for share in shares])
 
     def _sorted(self, text: str) -> Array:
-        own = self.values[:, self._number(text)]
-        return np.sort(own[np.isfinite(own)])
+        values = self.values[:, self._number(text)]
+        return np.sort(values[np.isfinite(values)])
 
     def _view(self) -> Iterator[Facts | Table]:
-        shown = {own.text: f"{percent(own.share.value, 4)} of parts" for own in self.yields}
+        shown = {requirement.text: f"{percent(requirement.share.value, 4)} of parts" for requirement in self.yields}
         yield Facts({**shown, "samples": self.samples, "independent sizes": len(self.sizes)})
-        rows = self.quantities
+        spreads = self.quantities
         yield Table(
             {
-                "quantity": [own.text for own in rows],
-                "nominal": [quantity(own.nominal, own.unit) for own in rows],
-                "mean": [quantity(own.mean.value, own.unit) for own in rows],
-                "standard deviation": [quantity(own.deviation, own.unit, 3) for own in rows],
+                "quantity": [spread.text for spread in spreads],
+                "nominal": [quantity(spread.nominal, spread.unit) for spread in spreads],
+                "mean": [quantity(spread.mean.value, spread.unit) for spread in spreads],
+                "standard deviation": [quantity(spread.deviation, spread.unit, 3) for spread in spreads],
                 "worst case": [
-                    f"{quantity(own.worst_low.value, own.unit)} to {quantity(own.worst_high.value, own.unit)}"
-                    for own in rows
+                    " to ".join(quantity(end.value, spread.unit) for end in (spread.worst_low, spread.worst_high))
+                    for spread in spreads
                 ],
-                "tighten first": [self.tighten_first[own.text] or "" for own in rows],
-                **({} if self.margins is None else {"model error": [self.margins.texts[own.text] for own in rows]}),
+                "tighten first": [self.tighten_first[spread.text] or "" for spread in spreads],
+                **(
+                    {}
+                    if self.margins is None
+                    else {"model error": [self.margins.texts[spread.text] for spread in spreads]}
+                ),
             },
             "quantities",
         )
 
     def _columns(self) -> dict[str, Any]:
-        """A row for each quantity, in the unit of its own."""
-        rows = self.quantities
-        found: dict[str, Any] = {
-            "quantity": [own.text for own in rows],
-            "unit": [own.unit for own in rows],
-            "nominal [SI]": [own.nominal for own in rows],
-            "mean [SI]": [own.mean.value for own in rows],
-            "standard deviation [SI]": [own.deviation for own in rows],
-            "linear deviation [SI]": [own.linear_deviation for own in rows],
+        """A row for each quantity, in the unit of its spread."""
+        spreads = self.quantities
+        columns: dict[str, Any] = {
+            "quantity": [spread.text for spread in spreads],
+            "unit": [spread.unit for spread in spreads],
+            "nominal [SI]": [spread.nominal for spread in spreads],
+            "mean [SI]": [spread.mean.value for spread in spreads],
+            "standard deviation [SI]": [spread.deviation for spread in spreads],
+            "linear deviation [SI]": [spread.linear_deviation for spread in spreads],
         }
         for k, share in enumerate(self.shares):
             for what, part in (("", "value"), (" lower", "low"), (" upper", "high")):
                 heading = f"{100 * share:g} %{what} [SI]"
-                found[heading] = [getattr(own.percentiles[k], part) for own in rows]
-        found["worst low [SI]"] = [own.worst_low.value for own in rows]
-        found["worst high [SI]"] = [own.worst_high.value for own in rows]
-        return found | {"tighten first": [self.tighten_first[own.text] for own in rows]}
+                columns[heading] = [getattr(spread.percentiles[k], part) for spread in spreads]
+        columns["worst low [SI]"] = [spread.worst_low.value for spread in spreads]
+        columns["worst high [SI]"] = [spread.worst_high.value for spread in spreads]
+        return columns | {"tighten first": [self.tighten_first[spread.text] for spread in spreads]}

@@ -1,4 +1,4 @@
-"""The verb that sets a mechanism beside the numbers that its description has from others."""
+"""What is asked of a mechanism beside the numbers that others give of it, as its description lists them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The verb that sets what is asked of one design against its parameters, in per cent per per cent."""
+"""What each parameter does to what is asked of one design, in per cent per per cent, by exact slopes."""
 
 from __future__ import annotations
 

@@ -1,1 +1,0 @@
-from flexura.study.sweeps.sweep import sweep as sweep
