@@ -157,11 +157,11 @@ class Members:
             sections,
             finer,
             (length / self.counts)[..., m],
-            1 / self.counts[m],
-            self._flags,
-            torsion,
-            factors,
-            roots,
+            share=1 / self.counts[m],
+            flags=self._flags,
+            torsion=torsion,
+            factors=factors,
+            roots=roots,
         )
 
     def _filleted(
