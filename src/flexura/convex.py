@@ -202,8 +202,8 @@ def _within(polygons: Array, other: Planes, tolerance: Array) -> tuple[Array, In
 
 
 def crossed(corners: Array, start: Array, end: Array) -> Array:
-    """Fractions (n, 2) of the distance from `start` (3,) to `end` (3,) at which a line enters and leaves solids (n, 8, 3);
-    the first exceeds the second for those that it misses."""
+    """Fractions (n, 2) of the line from `start` (3,) to `end` (3,) at which it enters and leaves solids (n, 8, 3); the
+    first exceeds the second for those that it misses."""
     normals, offsets = planes(corners)
     below, slope = offsets - normals @ start, normals @ (end - start)
     scale = np.abs(slope).max(axis=1, keepdims=True)
