@@ -17,6 +17,21 @@ _EDGES = np.array([[a, a | bit] for bit in (4, 2, 1) for a in range(8) if not a 
 CHUNK = 2000
 """Pairs that are looked at together: their axes take some 100 MB."""
 
+SWEPT = 2_000_000
+"""Pairs of bounds that are looked at together."""
+
+NEGLIGIBLE = 1e-12
+"""Area of a face, length of an edge and slope of a line, over the largest of a solid, that count as none."""
+
+PARALLEL_EDGES = 1e-6
+"""Sine of the angle between edges that have no common normal."""
+
+FLUSH = 1e-10
+"""Distance of planes that are one, over the size of the solids."""
+
+BESIDE = 1e-9
+"""How far a line that is parallel to a face lies outside of it, over the size of the solid, to miss the solid."""
+
 
 class Planes(NamedTuple):
     """Faces of solids: outward unit normals (n, 6, 3), zero for faces without area, and their distances (n, 6), m."""
@@ -37,7 +52,7 @@ def planes(corners: Array) -> Planes:
     area = np.cross(face[:, :, 2] - face[:, :, 0], face[:, :, 3] - face[:, :, 1])
     length = np.linalg.norm(area, axis=-1, keepdims=True)
     largest = length.max(axis=1, keepdims=True)
-    normals = np.divide(area, length, out=np.zeros_like(area), where=length > 1e-12 * largest)
+    normals = np.divide(area, length, out=np.zeros_like(area), where=length > NEGLIGIBLE * largest)
     middle = corners.mean(axis=1)
     outward = np.einsum("nfi,nfi->nf", normals, face.mean(axis=2) - middle[:, None])
     normals = normals * np.where(outward < 0, -1.0, 1.0)[..., None]
@@ -64,7 +79,7 @@ def overlapping_bounds(low: Array, high: Array, most: int) -> Index | None:
     ends = np.cumsum(count)
     start = 0
     while start < len(order):
-        stop = max(int(np.searchsorted(ends, (ends[start - 1] if start else 0) + 2_000_000, side="right")), start + 1)
+        stop = max(int(np.searchsorted(ends, (ends[start - 1] if start else 0) + SWEPT, side="right")), start + 1)
         counts = count[start:stop]
         i = np.repeat(np.arange(start, stop), counts)
         j = i + 1 + np.arange(len(i)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -95,7 +110,7 @@ def separations(first: Array, second: Array, are_boxes: bool = False) -> Array:
             edges = [_directions(solid[near])[:, ::every] for solid in (a, b)]
             axes = np.cross(edges[0][:, :, None], edges[1][:, None]).reshape(len(near), -1, 3)
             length = np.linalg.norm(axes, axis=-1, keepdims=True)
-            axes = np.divide(axes, length, out=np.zeros_like(axes), where=length > 1e-6)
+            axes = np.divide(axes, length, out=np.zeros_like(axes), where=length > PARALLEL_EDGES)
             gap[near] = np.maximum(gap[near], _gaps(a[near], b[near], axes).max(axis=1))
         gaps[chunk] = gap
     return gaps
@@ -105,7 +120,9 @@ def _directions(corners: Array) -> Array:
     """Unit directions (n, 12, 3) of edges, zero for those without length."""
     edge = corners[:, _EDGES[:, 1]] - corners[:, _EDGES[:, 0]]
     length = np.linalg.norm(edge, axis=-1, keepdims=True)
-    return np.divide(edge, length, out=np.zeros_like(edge), where=length > 1e-12 * length.max(axis=1, keepdims=True))
+    return np.divide(
+        edge, length, out=np.zeros_like(edge), where=length > NEGLIGIBLE * length.max(axis=1, keepdims=True)
+    )
 
 
 def _gaps(a: Array, b: Array, axes: Array) -> Array:
@@ -133,13 +150,13 @@ def _shared(first: Array, second: Array, origin: Array) -> tuple[Array, Array]:
     first, second = first - origin[:, None], second - origin[:, None]
     faces = planes(first), planes(second)
     size = np.maximum(np.ptp(first, axis=1), np.ptp(second, axis=1)).max(axis=1)
-    tolerance = 1e-10 * size
+    tolerance = FLUSH * size
     n = len(first)
     volume, low, high = np.zeros(n), np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
     for corners, own_faces, other in ((first, *faces), (second, *faces[::-1])):
         points, count = _within(corners[:, _FACES], other, tolerance)
         if own_faces is faces[1]:
-            same = np.einsum("nfi,ngi->nfg", own_faces.normals, other.normals) > 1 - 1e-12
+            same = np.einsum("nfi,ngi->nfg", own_faces.normals, other.normals) > 1 - NEGLIGIBLE
             flush = np.abs(own_faces.offsets[:, :, None] - other.offsets[:, None]) <= 2 * tolerance[:, None, None]
             count[(same & flush).any(axis=2)] = 0
         is_point = np.arange(points.shape[2]) < count[..., None]
@@ -185,14 +202,14 @@ def _within(polygons: Array, other: Planes, tolerance: Array) -> tuple[Array, In
 
 
 def crossed(corners: Array, start: Array, end: Array) -> Array:
-    """Fractions (n, 2) of the way from `start` (3,) to `end` (3,) at which a line enters and leaves solids (n, 8, 3);
-    the first exceeds the second for those that it misses."""
+    """Fractions (n, 2) of the line from `start` (3,) to `end` (3,) at which it enters and leaves solids (n, 8, 3); the
+    first exceeds the second for those that it misses."""
     normals, offsets = planes(corners)
     below, slope = offsets - normals @ start, normals @ (end - start)
     scale = np.abs(slope).max(axis=1, keepdims=True)
-    at = np.divide(below, slope, out=np.zeros_like(below), where=np.abs(slope) > 1e-12 * scale)
-    enters = np.where(slope < -1e-12 * scale, at, -np.inf).max(axis=1)
-    leaves = np.where(slope > 1e-12 * scale, at, np.inf).min(axis=1)
+    at = np.divide(below, slope, out=np.zeros_like(below), where=np.abs(slope) > NEGLIGIBLE * scale)
+    enters = np.where(slope < -NEGLIGIBLE * scale, at, -np.inf).max(axis=1)
+    leaves = np.where(slope > NEGLIGIBLE * scale, at, np.inf).min(axis=1)
     size = np.ptp(corners, axis=1).max(axis=1)
-    misses = ((np.abs(slope) <= 1e-12 * scale) & (below < -1e-9 * size[:, None])).any(axis=1)
+    misses = ((np.abs(slope) <= NEGLIGIBLE * scale) & (below < -BESIDE * size[:, None])).any(axis=1)
     return np.stack([np.maximum(np.where(misses, 1.0, enters), 0.0), np.minimum(np.where(misses, 0.0, leaves), 1.0)], 1)

@@ -172,6 +172,14 @@ def test_second_slopes_are_slopes_of_slopes():
     np.testing.assert_allclose([found.value.value, found.slope.value[0], found.slope.slope[0, 0]], exact, rtol=1e-13)
 
 
+def test_products_of_entries_have_second_slopes():
+    x = Dual(Dual(np.array([2.0, 3.0, 5.0]), np.eye(3)), Dual(np.eye(3), np.zeros((3, 3, 3))))
+    found = np.prod(x)
+    assert found.value.value == 30.0
+    np.testing.assert_array_equal(found.slope.value, [15.0, 10.0, 6.0])
+    np.testing.assert_array_equal(found.slope.slope, [[0, 5, 3], [5, 0, 2], [3, 2, 0]])
+
+
 def test_no_slope_where_there_is_none():
     moving, still = Dual(np.zeros(1), np.ones((1, 1))), Dual(np.zeros(1), np.zeros((1, 1)))
     for function in (np.abs, np.sqrt, lambda x: np.maximum(x, 0.0), lambda x: np.minimum(0.0, x)):

@@ -48,11 +48,10 @@ class Condensed(NamedTuple):
 def kept_frames(model: MovingModel) -> Flags:
     """Frames (n + 1,) that are kept as they are: those between the parts of the description, those that are held, and
     those of superelements, actuators and dashpots."""
-    topology, parts = model.design.plan.topology, model.design.plan.parts
+    topology = model.design.plan.topology
     kept = ~(model.dof >= 0).all(axis=1) | ~model.rest.placed
-    for name, copies in topology.copies.items():
-        numbers = np.array(copies.offset, dtype=np.intp)[:, None] + parts[name].boundary
-        kept[topology.root[numbers]] = True
+    for copies in topology.copies.values():
+        kept[topology.root[copies.numbers(copies.part.boundary)]] = True
     driven = [model.elements[number] for number in model.actuators.values()]
     for group in (*driven, *model.dashpots, *(own for own in model.elements if isinstance(own, Superelements))):
         kept[group.node] = True

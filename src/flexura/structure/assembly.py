@@ -142,7 +142,9 @@ class FullOrderAssembler:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self._names = [name for name, part in plan.parts.items() if part.has_matrices]
-        self._dofs = {name: self._node_dofs(name) for name in self._names}
+        topology = plan.topology
+        self._dofs = {name: topology.dof[topology.root[topology.copies[name].numbers()]] for name in self._names}
+        """DOF numbers (i, nodes, 6) of the roots of all nodes of placed copies, by prototype."""
         members = [_dofs(self._dofs[name], plan.parts[name].connectivity) for name in self._names]
         discrete_elements = [
             (_dofs(self._dofs[name], np.array([nodes])), has_K, has_M)
@@ -159,12 +161,6 @@ class FullOrderAssembler:
         self._mass = self._stiffness if same else Scatter([*members, *massive], n)
         self._discrete_stiffness, self._discrete_mass = Scatter(stiff, n), Scatter(massive, n)
         self._transformed: Latest[dict[str, Array]] = Latest()
-
-    def _node_dofs(self, name: str) -> Index:
-        """DOF numbers (i, nodes, 6) of the roots of all nodes of a prototype's placed copies."""
-        topology = self.plan.topology
-        number = np.array(topology.copies[name].offset)[:, None] + np.arange(self.plan.parts[name].n_nodes)
-        return topology.dof[topology.root[number]]
 
     def elastic(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design without any load."""
@@ -226,7 +222,7 @@ class FullOrderAssembler:
         topology, forces = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
         for name, G in self._transforms(design).items():
             part, part_matrices = self.plan.parts[name], design.matrices[name]
-            number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
+            number = topology.copies[name].numbers()
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
             rigid[~topology.has_position[number]] = 0.0
             groups = [(part.connectivity, part_matrices.T, part_matrices.elements.M)]

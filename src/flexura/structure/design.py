@@ -203,7 +203,7 @@ class Design(Record):
         """
         topology, geometry = self.plan.topology, self.geometry
         copies = topology.copies[name]
-        number = np.array(copies.offset)[:, None] + nodes
+        number = copies.numbers(nodes)
         turned = np.swapaxes(geometry.turning[..., copies.number, None, :, :], -1, -2)
         slaved = topology.is_rigid[number] & (topology.root[number] != number)
         at = number[slaved]

@@ -97,6 +97,21 @@ class Lumped:
         return None
 
 
+class Inertia(Lumped):
+    """What has mass alone, at one node."""
+
+    has_stiffness = False
+
+    def matrix(self, values: Array) -> Array:
+        """Mass matrix (..., 6, 6) at its node."""
+        raise NotImplementedError
+
+    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
+        """Mass alone."""
+        del positions
+        return None, self.matrix(values)
+
+
 class Form(NamedTuple):
     """A box, or a cylinder about its first axis: unit axes (3, 3) as rows, and half sizes (3,), m."""
 
@@ -105,10 +120,8 @@ class Form(NamedTuple):
     is_round: bool
 
 
-class BodyElement(Lumped):
+class BodyElement(Inertia):
     """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
-
-    has_stiffness = False
 
     def __init__(self, table: ValueTable, body: RigidBody, mechanism: Mechanism) -> None:
         self._frame = _Frame.of(table, body.rotate)
@@ -151,11 +164,6 @@ class BodyElement(Lumped):
         """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
         return rigid_mass(*self.mass_and_inertia(values))
 
-    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
-        """Mass alone."""
-        del positions
-        return None, self.matrix(values)
-
     @property
     def has_form(self) -> bool:
         """Whether the body is described by a solid."""
@@ -185,10 +193,8 @@ class BodyElement(Lumped):
         return Form(*self.box(values), self.is_round)
 
 
-class PointMassElement(Lumped):
+class PointMassElement(Inertia):
     """Mass matrix of a point mass at its node (theory eq. 33)."""
-
-    has_stiffness = False
 
     def __init__(self, table: ValueTable, point: PointMass) -> None:
         self._mass = table.add(point.mass)
@@ -200,11 +206,6 @@ class PointMassElement(Lumped):
         M = rigid_mass(values[..., self._mass], inertia_tensor(values[..., self._inertia]))
         D = rigid_arm(values[..., self._offset])
         return np.swapaxes(D, -1, -2) @ M @ D
-
-    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
-        """Mass alone."""
-        del positions
-        return None, self.matrix(values)
 
 
 class SpringElement(Lumped):
@@ -366,10 +367,8 @@ def least_aligned(axis: Array) -> Array:
     return np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
 
 
-class SensorMass(Lumped):
+class SensorMass(Inertia):
     """A share of the mass of a sensor, entry `mass`, at one of its nodes."""
-
-    has_stiffness = False
 
     def __init__(self, mass: int, share: float) -> None:
         self._mass, self._share = mass, share
@@ -378,11 +377,6 @@ class SensorMass(Lumped):
         """Mass matrix (..., 6, 6)."""
         mass = self._share * values[..., self._mass]
         return rigid_mass(mass, np.broadcast_to(np.zeros((3, 3)), (*mass.shape, 3, 3)))
-
-    def matrices(self, values: Array, positions: Array) -> tuple[None, Array]:
-        """Mass alone."""
-        del positions
-        return None, self.matrix(values)
 
 
 NUMBERS = ("direction", "point", "limit", "stiffness", "free_stroke", "blocked_force", "gain")

@@ -72,6 +72,7 @@ class Elements:
         sections: SectionProperties,
         finer: Callable[[Array], Stations],
         length: Array,
+        *,
         share: Array,
         flags: tuple[Array, Array],
         torsion: Callable[[], Torsion],

@@ -180,7 +180,7 @@ def kinks(design: Design, number: int) -> list[str]:
 
     with np.errstate(all="ignore"):
         return [
-            _said(name, key)
+            _described(name, key)
             for name, matrices in design.matrices.items()
             for key in _lost(design.plan, name, matrices, read)
         ]
@@ -196,11 +196,12 @@ def tables_left(design: Design, number: int) -> list[str]:
                 length = design.geometry.parts[name].length[group.index]
                 one, other = (slope_of(x)[number] if isinstance(x, Dual) else 0 * x for x in (last, length))
                 away = np.abs(one - other) > SAME_SLOPE * np.maximum(np.abs(one), np.abs(other))
-                names += [_said(name, list(part.members)[k]) for k in group.index[away]]
+                names += [_described(name, list(part.members)[k]) for k in group.index[away]]
     return names
 
 
-def _said(prototype: str, key: str) -> str:
+def _described(prototype: str, key: str) -> str:
+    """The name of something, as described."""
     return ".".join(filter(None, (origin_of(prototype), key)))
 
 

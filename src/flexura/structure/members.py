@@ -14,7 +14,7 @@ from flexura.beam import SectionProperties, fillet_shares
 from flexura.mechanism import Flexure, Link, Mechanism
 from flexura.structure.corrections import Factors, MemberCorrections, Torsion
 from flexura.structure.elements import STATIONS, Elements, Stations
-from flexura.structure.sections import FAMILY_SIZES, SectionGroup, SectionGroups, family_properties
+from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
 
 SQUARE = (3 * np.pi / 16) ** 0.25
@@ -46,11 +46,7 @@ class Members:
         self.filleted: NDArray[np.bool_] = np.array([[r != 0 for r in pair] for pair in radii], dtype=bool).reshape(
             -1, 2
         )
-        groups = SectionGroups(table)
-        for position, member in enumerate(members):
-            own = member.section if isinstance(member, Link) else None
-            groups.add(position, member, mechanism.sections[own] if isinstance(own, str) else own)
-        self.groups: list[tuple[SectionGroup, int, bool]] = groups.freeze()
+        self.groups: list[tuple[SectionGroup, int, bool]] = section_groups(members, mechanism, table)
         self._collect_families()
         self.is_round: NDArray[np.bool_] = np.zeros(len(self.counts), dtype=bool)
         for group, _, _ in self.groups:
@@ -157,11 +153,11 @@ class Members:
             sections,
             finer,
             (length / self.counts)[..., m],
-            1 / self.counts[m],
-            self._flags,
-            torsion,
-            factors,
-            roots,
+            share=1 / self.counts[m],
+            flags=self._flags,
+            torsion=torsion,
+            factors=factors,
+            roots=roots,
         )
 
     def _filleted(

@@ -287,7 +287,7 @@ class _PartState:
         self.local_positions = geometry.parts[name].positions
         self.Q = geometry.Q[self.copies.number]
         self.t = geometry.t[self.copies.number]
-        self.number = np.array(self.copies.offset, dtype=np.intp)[:, None] + np.arange(self.part.n_nodes)
+        self.number = self.copies.numbers()
         self.root = topology.root[self.number]
         self.dof = topology.dof[self.root]
         self.G = state.model.design.node_transforms(name, np.arange(self.part.n_nodes))
@@ -298,9 +298,6 @@ class _PartState:
         arm = geometry.positions[self.number] - geometry.positions[self.root]
         self.arm = np.where(topology.is_rigid[self.number, None], arm, 0.0)
         """From the node that has the DOFs to each node (copies, nodes, 3), global axes."""
-
-    def _names(self, key: str) -> list[str]:
-        return [".".join((*path, key)) for path in self.copies.paths]
 
     def _global(self, vectors: Array) -> Array:
         """Vectors (copies, ..., 3) of the part's frame in global axes."""
@@ -333,7 +330,7 @@ class _PartState:
         for k, key in enumerate(self.part.members):
             span = plain(axial)[:, self.part.first[k] : self.part.first[k + 1]].reshape(len(self.v), -1)
             low, high = span.min(axis=1), span.max(axis=1)
-            forces.update({n: (float(a), float(b)) for n, a, b in zip(self._names(key), low, high, strict=True)})
+            forces.update({n: (float(a), float(b)) for n, a, b in zip(self.copies.names(key), low, high, strict=True)})
 
     def springs(self) -> Iterator[Pushes]:
         """What the arms exert that lead from nodes to the point where a spring is."""
@@ -349,8 +346,9 @@ class _PartState:
         """Raise OptionError where forces go through a superelement."""
         for key, (nodes, *_) in self.part.superelements.items():
             if sum(node < self.part.n_positioned for node in nodes) > 1:
+                name = self.copies.names(key)[0]
                 raise OptionError(
-                    f"what loads and gravity do to the stiffness of superelement {self._names(key)[0]} is not known:"
+                    f"what loads and gravity do to the stiffness of superelement {name} is not known:"
                     " describe it by beams, or leave loads and gravity out"
                 )
 
@@ -358,7 +356,7 @@ class _PartState:
         """Piezo stacks as strings between their nodes, bonded ones as beams, and what arms exert on them."""
         for key, piezo in self.part.channels.piezos.items():
             x = self.local_positions[piezo.nodes]
-            free = np.array([self.state.drive.expansion.get(name, 0.0) for name in self._names(key)])
+            free = np.array([self.state.drive.expansion.get(name, 0.0) for name in self.copies.names(key)])
             ends = self.v[:, piezo.nodes].reshape(len(self.v), 12)
             K, M = piezo.matrices(self.state.model.values, x)
             row = piezo.elongation(x)

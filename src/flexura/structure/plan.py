@@ -192,12 +192,8 @@ class Plan(Record, Displayed):
     @property
     def body_names(self) -> list[str]:
         """Rigid bodies of all instances, by the names of their nodes."""
-        return [
-            ".".join((*path, key))
-            for name, part in self.parts.items()
-            for path in self.topology.copies[name].paths
-            for key in part.bodies
-        ]
+        copies = self.topology.copies.values()
+        return [".".join((*path, key)) for own in copies for path in own.paths for key in own.part.bodies]
 
     @property
     def is_loaded(self) -> bool:

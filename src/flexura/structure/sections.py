@@ -10,7 +10,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, circle, notch, rectangle, tube
-from flexura.mechanism import Flexure, Link
+from flexura.mechanism import Flexure, Link, Mechanism
 from flexura.mechanism import profile as pr
 from flexura.mechanism import section as sc
 from flexura.structure.values import ValueTable
@@ -193,35 +193,27 @@ FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "constants": 6}
 """How many arguments each family's formula takes, Poisson's ratio aside."""
 
 
-class SectionGroups:
-    """Collects members into groups while a part is laid out."""
-
-    def __init__(self, table: ValueTable) -> None:
-        self._table = table
-        self.groups: dict[tuple[object, ...], SectionGroup] = {}
-
-    def add(self, position: int, member: Link | Flexure, own_section: sc.Section | None) -> None:
-        """File a member under its kind; `own_section` is the resolved section of a link."""
+def section_groups(
+    members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable
+) -> list[tuple[SectionGroup, int, bool]]:
+    """Members by kind: groups with their number of elements per member and whether they are integrated as tapered."""
+    groups: dict[tuple[tuple[str, ...], tuple[int, ...], int, bool], SectionGroup] = {}
+    for position, member in enumerate(members):
         if isinstance(member, Flexure):
             kind, sizes = _profile_sizes(member.profile)
-            integration = member.integration
+            is_tapered = member.integration == "tapered"
         else:
-            assert own_section is not None
-            kind, sizes = (own_section.shape,), _fields(own_section)
-            integration = "stepped"
+            section = mechanism.sections[member.section] if isinstance(member.section, str) else member.section
+            kind, sizes, is_tapered = (section.shape,), _fields(section), False
         tables = tuple(len(value) for value in sizes.values() if isinstance(value, tuple))
-        key = (kind, tables, member.elements, integration)
-        group = self.groups.setdefault(key, SectionGroup(kind))
+        group = groups.setdefault((kind, tables, member.elements, is_tapered), SectionGroup(kind))
         group.members.append(position)
         for name, value in sizes.items():
-            entry = self._table.add_all(value) if isinstance(value, tuple) else self._table.add(value)
+            entry = table.add_all(value) if isinstance(value, tuple) else table.add(value)
             group.entries.setdefault(name, []).append(entry)
-
-    def freeze(self) -> list[tuple[SectionGroup, int, bool]]:
-        """The groups with their number of elements per member and whether they are integrated as tapered."""
-        for group in self.groups.values():
-            group.freeze()
-        return [(group, int(key[2]), key[3] == "tapered") for key, group in self.groups.items()]  # type: ignore[call-overload]
+    for group in groups.values():
+        group.freeze()
+    return [(group, n, is_tapered) for (_, _, n, is_tapered), group in groups.items()]
 
 
 def _fields(part: sc.Part | pr.Part) -> dict[str, Any]:

@@ -175,10 +175,6 @@ def _clusters(model: FullOrderModel) -> Index:
     return np.where(topology.held[topology.root].all(axis=1), GROUND, topology.root)
 
 
-def _label(prefix: str, key: str) -> str:
-    return f"{prefix}.{key}" if prefix else key
-
-
 def _bars(model: FullOrderModel, clusters: Index) -> Bars:
     plan, geometry, values = model.plan, model.geometry, model.values
     names: list[str] = []
@@ -199,7 +195,7 @@ def _bars(model: FullOrderModel, clusters: Index) -> Bars:
             loft = _loft(group, values, own.length[at])
             half = np.stack([loft.y.max(axis=1), loft.z.max(axis=1)], axis=-1)
             ends = np.stack([loft.y[:, [0, -1]], loft.z[:, [0, -1]]], axis=1)
-            node = np.array(placed.offset)[:, None, None] + part.ends[at]
+            node = placed.numbers(part.ends[at])
             rows = (
                 node.reshape(-1, 2),
                 (start[at] @ np.swapaxes(Q, -1, -2) + t[:, None]).reshape(-1, 3),
@@ -210,8 +206,8 @@ def _bars(model: FullOrderModel, clusters: Index) -> Bars:
             )
             for column, found in zip(columns, rows, strict=True):
                 column.append(found)
-            names += [_label(".".join(path), keys[k]) for path in placed.paths for k in at]
-            labels += [_label(name, keys[k]) for k in at] * copies
+            names += [".".join((*path, keys[k])) for path in placed.paths for k in at]
+            labels += [".".join(filter(None, (name, keys[k]))) for k in at] * copies
             lofts.append(loft)
     nodes, origin, axes, length, half, ends, number, row = (np.concatenate(c) for c in columns)
     nodes, number, row = (x.astype(np.intp) for x in (nodes, number, row))
@@ -248,8 +244,8 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
                 if form is None:
                     unknown.add(int(plan.topology.root[offset + node]))
                     continue
-                names.append(_label(".".join(path), key))
-                labels.append(_label(name, key))
+                names.append(".".join((*path, key)))
+                labels.append(".".join(filter(None, (name, key))))
                 origin.append(geometry.positions[offset + node])
                 axes.append(form.axes @ geometry.Q[number].T)
                 half.append(form.half)

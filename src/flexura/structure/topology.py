@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import connected_components
 
 from flexura.arrays import Array, Bools, Index
@@ -39,6 +40,15 @@ class Copies:
     number: list[int] = field(default_factory=list)
     offset: list[int] = field(default_factory=list)
 
+    def numbers(self, nodes: ArrayLike | None = None) -> Index:
+        """Global numbers (copies, ...) of nodes (...) of the part, of all of them unless given."""
+        nodes = np.arange(self.part.n_nodes) if nodes is None else np.asarray(nodes, dtype=np.intp)
+        return np.add.outer(np.array(self.offset, dtype=np.intp), nodes)
+
+    def names(self, key: str) -> list[str]:
+        """Names of something in all copies, such as `branch1.hinge`."""
+        return [".".join((*path, key)) for path in self.paths]
+
 
 class Topology:
     """Instances, rigid clusters and DOF numbering of a mechanism.
@@ -60,9 +70,8 @@ class Topology:
         self.has_position: Bools = np.ones(self.n_nodes, dtype=bool)
         """False for nodes that hold amplitudes of superelements."""
         for copies in self.copies.values():
-            for offset in copies.offset:
-                self.unused[offset : offset + copies.part.n_nodes] = copies.part.unused
-                self.has_position[offset + copies.part.n_positioned : offset + copies.part.n_nodes] = False
+            self.unused[copies.numbers()] = copies.part.unused
+            self.has_position[copies.numbers(range(copies.part.n_positioned, copies.part.n_nodes))] = False
         self._join(parts)
         self._number_dofs()
 
@@ -170,10 +179,9 @@ class Topology:
         """Names of all global nodes, e.g. `branch1.ring.c3` or `branch1.hinge[2]`."""
         names = [""] * self.n_nodes
         for copies in self.copies.values():
-            for path, offset in zip(copies.paths, copies.offset, strict=True):
-                prefix = ".".join(path) + "." if path else ""
-                for k, name in enumerate(copies.part.node_names):
-                    names[offset + k] = prefix + name
+            for k, name in enumerate(copies.part.node_names):
+                for offset, placed in zip(copies.offset, copies.names(name), strict=True):
+                    names[offset + k] = placed
         return names
 
     def dof_names(self) -> list[str]:
@@ -182,11 +190,10 @@ class Topology:
         nodes, components = np.nonzero(self.dof >= 0)
         dof_names = [f"{names[n]}.{DOF_NAMES[c]}" for n, c in zip(nodes, components, strict=True)]
         for copies in self.copies.values():
-            for path, offset in zip(copies.paths, copies.offset, strict=True):
-                prefix = ".".join(path) + "." if path else ""
-                for node, amplitudes in copies.part.amplitude_names.items():
-                    for c, name in enumerate(amplitudes):
-                        dof_names[self.dof[offset + node, c]] = prefix + name
+            for node, amplitudes in copies.part.amplitude_names.items():
+                for c, name in enumerate(amplitudes):
+                    for offset, placed in zip(copies.offset, copies.names(name), strict=True):
+                        dof_names[self.dof[offset + node, c]] = placed
         return dof_names
 
 
@@ -231,8 +238,7 @@ class Geometry(Record):
         for name, copies in self.topology.copies.items():
             x = self.parts[name].positions[..., None, :, :] @ np.swapaxes(self.Q[..., copies.number, :, :], -1, -2)
             x = x + self.t[..., copies.number, None, :]
-            numbers = np.array(copies.offset, dtype=np.intp)[:, None] + np.arange(copies.part.n_nodes)
-            positions[..., numbers, :] = x
+            positions[..., copies.numbers(), :] = x
         return positions
 
     @cached_property
