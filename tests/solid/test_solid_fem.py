@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import Pencil, large, residuals
+from flexura.linalg import Pencil, factor, residuals
 from flexura.linalg.eigen import ShiftInvert
 from flexura.linalg.factor import available_memory, factorise_large
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
@@ -387,8 +387,8 @@ def clamped(kind="hexahedron20", size=(0.1, 0.02, 0.02), counts=(5, 2, 2)):
 def solver(request, monkeypatch):
     """Both factorisations; the first only where it is installed."""
     if request.param == "superlu":
-        monkeypatch.setattr(large, "_pardiso_solver", lambda: None)
-    elif large._pardiso_solver() is None:
+        monkeypatch.setattr(factor, "_pardiso_solver", lambda: None)
+    elif factor._pardiso_solver() is None:
         pytest.skip("pypardiso is not installed")
     return request.param
 

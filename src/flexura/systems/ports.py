@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from flexura.mechanism import (
     suggestion,
 )
 from flexura.records import Record
-from flexura.structure import Design, Geometry, Plan
+from flexura.structure import Copies, Design, Geometry, Plan
 from flexura.systems.channel import Action, Channel, signs_of
 
 DERIVATIVE = {
@@ -96,6 +96,61 @@ class OutputPort(Record):
         return fed if driven.base is None or self.derivative != 2 else fed + self.absolute @ driven.base
 
 
+@dataclass(frozen=True)
+class _Described:
+    """A described actuator or sensor as placed: its `kind`, the number among the copies of its prototype, its key."""
+
+    kind: Literal["actuator", "sensor"]
+    copies: Copies
+    copy: int
+    key: str
+
+    @property
+    def described(self) -> Any:
+        """What the description says of it."""
+        return getattr(self.copies.part.channels, f"{self.kind}s")[self.key]
+
+    @property
+    def nodes(self) -> list[int]:
+        """The global nodes that it acts on or reads."""
+        return [self.copies.offset[self.copy] + k for k in self.copies.part.channels.nodes[self.kind, self.key]]
+
+    @property
+    def instance(self) -> int:
+        """Number of the instance that it belongs to."""
+        return self.copies.number[self.copy]
+
+    def number(self, quantity: str, values: Array) -> Any:
+        """A quantity of it at parameter values; None where it has none."""
+        return self.copies.part.channels.number(self.kind, self.key, quantity, values)
+
+    @property
+    def turns_along(self) -> bool:
+        """Whether its direction turns with its first node: of what is between two nodes, and of accelerometers, which
+        are mounted there."""
+        return len(self.nodes) > 1 or self.described.type.endswith("acceleration")
+
+    def refuse_still(self, row: Array) -> None:
+        """Raise ModelError where nothing can move."""
+        if row.any():
+            return
+        prototype = self.copies.part.name
+        path = (f"{self.kind}s", self.key)
+        path = path if not prototype else ("substructures", origin_of(prototype), *path)
+        rule = "nothing can move here: the DOF is held"
+        raise ModelError([Problem(path, "", rule, "name a node that is free in this direction")])
+
+
+def _described(plan: Plan, kind: Literal["actuator", "sensor"]) -> dict[str, _Described]:
+    """All described actuators or sensors as placed, by name."""
+    return {
+        ".".join((*path, key)): _Described(kind, placed, copy, key)
+        for placed in plan.topology.copies.values()
+        for copy, path in enumerate(placed.paths)
+        for key in getattr(placed.part.channels, f"{kind}s")
+    }
+
+
 class Ports:
     """Everything that can drive a mechanism of one design, or be read from it, by name.
 
@@ -109,15 +164,8 @@ class Ports:
         self.plan: Plan = design.plan
         self.values: Array = design.values
         self.geometry: Geometry = design.geometry
-        self._actuators = dict(self._described("actuator"))
-        self._sensors = dict(self._described("sensor"))
-
-    def _described(self, kind: str) -> Iterator[tuple[str, tuple[str, int, str]]]:
-        for name, placed in self.plan.topology.copies.items():
-            entries = getattr(placed.part.channels, f"{kind}s")
-            for copy, path in enumerate(placed.paths):
-                for key in entries:
-                    yield ".".join((*path, key)), (name, copy, key)
+        self._actuators = _described(self.plan, "actuator")
+        self._sensors = _described(self.plan, "sensor")
 
     @cached_property
     def _names(self) -> list[str]:
@@ -139,10 +187,10 @@ class Ports:
 
         Raises OptionError for names that mean nothing, and ModelError for actuators that can move nothing.
         """
-        ports = []
-        for name in self._expanded(names, self._actuators, "input"):
-            ports.append(self._actuator(name) if name in self._actuators else self._dof_input(name))
-        return ports
+        return [
+            self._actuator(name) if name in self._actuators else self._dof_input(name)
+            for name in self._expanded(names, self._actuators, "input")
+        ]
 
     def action(self, name: str) -> Action:
         """What an actuator, or a force or moment on a DOF, acts along, of one design or of a stack.
@@ -154,30 +202,29 @@ class Ports:
             if node is None:
                 raise OptionError(f"{name} accelerates the base, and acts along nothing")
             return Action([node], np.eye(3)[dof % 3], dof >= 3, 1.0)
-        prototype, _, key = entry = self._actuators[name]
-        channels = self.plan.topology.copies[prototype].part.channels
-        part: Actuator = channels.actuators[key]
+        actuator = self._actuators[name]
+        part: Actuator = actuator.described
         if isinstance(part, BaseMotion | BaseRotation):
             raise OptionError(f"{name} accelerates the base, and acts along nothing")
         turns = isinstance(part, MomentActuator)
         stiffness, gain = (
-            channels.number("actuator", key, quantity, self.values) if isinstance(part, PiezoStack) else None
+            actuator.number(quantity, self.values) if isinstance(part, PiezoStack) else None
             for quantity in ("stiffness", "gain")
         )
         force = (1.0 if stiffness is None else stiffness) * (1.0 if gain is None else gain)
-        return Action(*self._directed(entry, "actuator", turns), turns, force)
+        return Action(actuator.nodes, self._direction(actuator, turns), turns, force)
 
     def outputs(self, names: Sequence[str] | None = None) -> list[OutputPort]:
         """Outputs by name, wildcards allowed; all described sensors when none are named.
 
         Raises OptionError for names that mean nothing, and ModelError for sensors where nothing can move.
         """
-        ports = []
-        for name in self._expanded(names, self._sensors, "output"):
-            ports.append(self._sensor(name) if name in self._sensors else self._dof_output(name))
-        return ports
+        return [
+            self._sensor(name) if name in self._sensors else self._dof_output(name)
+            for name in self._expanded(names, self._sensors, "output")
+        ]
 
-    def _expanded(self, names: Sequence[str] | None, known: dict[str, tuple[str, int, str]], what: str) -> list[str]:
+    def _expanded(self, names: Sequence[str] | None, known: Mapping[str, _Described], what: str) -> list[str]:
         if names is None:
             return list(known)
         if isinstance(names, str):
@@ -201,46 +248,39 @@ class Ports:
 
     def _rigid(self, number: int) -> Array:
         """Displacement (6, 6) of a node in unit rigid motions of and about the global origin."""
-        x = self.design.positions[number]
-        return rigid_arm(x)
+        return rigid_arm(self.design.positions[number])
 
-    def _along(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[Array, Array, dict[str, Any]]:
+    def _along(self, described: _Described, turns: bool) -> tuple[Array, Array, dict[str, Any]]:
         """Row (n,) of the motion along or about a direction, of one node or of the second against the first, its
-        reading (6,) in rigid motions of the base, and the place that a channel has there."""
-        numbers, d = self._directed(entry, kind, turns)
+        reading (6,) in rigid motions of the base, and the place that a channel has there.
+
+        Raises ModelError where nothing can move.
+        """
+        numbers, d = described.nodes, self._direction(described, turns)
         at = slice(3, 6) if turns else slice(0, 3)
         rows, signs = self._rows(numbers), signs_of(numbers)
-        row = sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs))
+        row = real(sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs)))
+        described.refuse_still(row)
         absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
-        return real(row), real(absolute), self._place(numbers, d)
+        return row, real(absolute), self._place(numbers, d)
 
-    def _directed(self, entry: tuple[str, int, str], kind: str, turns: bool) -> tuple[list[int], Array]:
-        """The global nodes of an actuator or a sensor and its direction (..., 3), of one design or of a stack."""
-        name, copy, key = entry
-        placed = self.plan.topology.copies[name]
-        channels = placed.part.channels
-        numbers = [placed.offset[copy] + k for k in channels.nodes[kind, key]]
-        direction = channels.number(kind, key, "direction", self.values)
+    def _direction(self, described: _Described, turns: bool) -> Array:
+        """The unit direction (..., 3) of an actuator or a sensor, of one design or of a stack."""
+        direction = described.number("direction", self.values)
         if direction is None:
-            ends = self.design.positions[..., numbers, :]
+            ends = self.design.positions[..., described.nodes, :]
             d = ends[..., 1, :] - ends[..., 0, :]
             if not (np.linalg.norm(plain(d), axis=-1) > 0).all():
-                raise ModelError([Problem((f"{kind}s", key), "", "its two nodes are at one place", "give a direction")])
+                path = (f"{described.kind}s", described.key)
+                raise ModelError([Problem(path, "", "its two nodes are at one place", "give a direction")])
         else:
-            Q = self.geometry.Q[..., placed.number[copy], :, :]
+            Q = self.geometry.Q[..., described.instance, :, :]
             d = (Q @ direction[..., None])[..., 0]
             if turns:
                 d = d * np.linalg.det(plain(Q)).round()[..., None]
-            if (posed := self.design.posed) is not None and self._turns_along(channels, kind, key):
-                d = posed.rotations[numbers[0]] @ d
-        return numbers, d / np.linalg.norm(d, axis=-1, keepdims=True)
-
-    @staticmethod
-    def _turns_along(channels: Any, kind: str, key: str) -> bool:
-        """Whether the direction of a channel turns with its first node: of what is between two nodes, and of
-        accelerometers, which are mounted there."""
-        channel = getattr(channels, f"{kind}s")[key]
-        return len(channels.nodes[kind, key]) > 1 or channel.type.endswith("acceleration")
+            if (posed := self.design.posed) is not None and described.turns_along:
+                d = posed.rotations[described.nodes[0]] @ d
+        return d / np.linalg.norm(d, axis=-1, keepdims=True)
 
     def _place(self, numbers: Sequence[int], direction: Array) -> dict[str, Any]:
         """Where a channel is that acts on one global node, or on the second of two against the first."""
@@ -251,24 +291,17 @@ class Ports:
         return {"node": label[0], "direction": _triple(direction), "position": _triple(position)}
 
     def _actuator(self, name: str) -> InputPort:
-        entry = self._actuators[name]
-        prototype, _, key = entry
-        placed = self.plan.topology.copies[prototype]
-        channels = placed.part.channels
-        part: Actuator = channels.actuators[key]
-        nothing = np.zeros(self.plan.topology.n_dof)
+        actuator = self._actuators[name]
+        part: Actuator = actuator.described
         if isinstance(part, BaseMotion | BaseRotation):
-            base = self._base(entry)
-            return InputPort(_of_base(name, _BASE[part.type], base), nothing, nothing, base)
-        row, _, at = self._along(entry, "actuator", isinstance(part, MomentActuator))
-        if not row.any():
-            _refuse_still("actuators", prototype, key)
+            return self._base_input(name, part.type, self._base(actuator))
+        row, _, at = self._along(actuator, isinstance(part, MomentActuator))
         value: dict[str, Any] = {
             k: v if isinstance(v, Dual) else float(v)
             for k in ("limit", "stiffness", "free_stroke", "blocked_force", "gain")
-            if (v := channels.number("actuator", key, k, self.values)) is not None
+            if (v := actuator.number(k, self.values)) is not None
         }
-        nodes = tuple(placed.offset[entry[1]] + n for n in channels.nodes["actuator", key])
+        nodes = tuple(actuator.nodes)
         if not isinstance(part, PiezoStack):
             limit = value.get("limit", np.inf)
             quantity = "moment" if isinstance(part, MomentActuator) else "force"
@@ -281,29 +314,28 @@ class Ports:
         channel = Channel(name, quantity, **at)
         return InputPort(channel, k * stroke * row, row, None, k, stroke, nodes, (0.0, top / stroke))
 
-    def _base(self, entry: tuple[str, int, str]) -> Array:
-        prototype, copy, key = entry
-        placed = self.plan.topology.copies[prototype]
-        channels = placed.part.channels
-        direction = channels.number("actuator", key, "direction", self.values)
-        assert direction is not None
-        Q, t = self.geometry.Q[placed.number[copy]], self.geometry.t[placed.number[copy]]
+    def _base_input(self, name: str, kind: str, base: Array) -> InputPort:
+        """An acceleration of the base: of no node, along or about the direction of it."""
+        nothing, along = np.zeros(self.plan.topology.n_dof), base[3:] if base[3:].any() else base[:3]
+        return InputPort(Channel(name, _BASE[kind], direction=_triple(along)), nothing, nothing, base)
+
+    def _base(self, actuator: _Described) -> Array:
+        """Unit acceleration (6,) of the base, of and about the global origin."""
+        direction = actuator.number("direction", self.values)
+        Q, t = self.geometry.Q[actuator.instance], self.geometry.t[actuator.instance]
         d = Q @ direction / np.linalg.norm(direction)
-        if isinstance(channels.actuators[key], BaseMotion):
+        if isinstance(actuator.described, BaseMotion):
             return np.concatenate([d, np.zeros(3)])
-        point = channels.number("actuator", key, "point", self.values)
+        point = actuator.number("point", self.values)
         d = d * round(float(np.linalg.det(plain(Q))))
         return np.concatenate([np.cross(Q @ point + t, d), d])
 
     def _sensor(self, name: str) -> OutputPort:
-        prototype, _, key = self._sensors[name]
-        part: Sensor = self.plan.topology.copies[prototype].part.channels.sensors[key]
+        part: Sensor = self._sensors[name].described
         if isinstance(part, ForceSensor):
             return self._force_sensor(name, part)
         turns = part.type.startswith(("rotation", "angular"))
-        row, absolute, at = self._along(self._sensors[name], "sensor", turns)
-        if not row.any():
-            _refuse_still("sensors", prototype, key)
+        row, absolute, at = self._along(self._sensors[name], turns)
         return OutputPort(Channel(name, part.type, **at), row, DERIVATIVE[part.type], absolute)
 
     def _force_sensor(self, name: str, sensor: ForceSensor) -> OutputPort:
@@ -317,15 +349,9 @@ class Ports:
     def _dof_input(self, name: str) -> InputPort:
         node, dof = self._node_and_dof(name, "input", self._actuators)
         turns = dof >= 3
-        nothing = np.zeros(self.plan.topology.n_dof)
         if node is None:
-            base = np.eye(6)[dof]
-            channel = _of_base(name, _BASE["base_rotation" if turns else "base"], base)
-            return InputPort(channel, nothing, nothing, base)
-        row = self._rows([node])[dof]
-        if not row.any():
-            raise OptionError(f"{name} is held: it can be neither driven nor read")
-        at = self._place([node], np.eye(3)[dof % 3])
+            return self._base_input(name, "base_rotation" if turns else "base", np.eye(6)[dof])
+        row, at = self._dof_row(name, node, dof)
         return InputPort(Channel(name, "moment" if turns else "force", **at), row, row, nodes=(node,))
 
     def _dof_output(self, name: str) -> OutputPort:
@@ -335,15 +361,19 @@ class Ports:
         node, dof = self._node_and_dof(where, "output", self._sensors)
         if node is None:
             raise OptionError(f"{name} is an input; name a node whose motion is read")
+        row, at = self._dof_row(name, node, dof)
+        derivative = _WORDS.index(word) if word else 0
+        quantity = (_TURNS if dof >= 3 else _WORDS)[derivative]
+        return OutputPort(Channel(name, quantity, **at), row, derivative, self._rigid(node)[dof])
+
+    def _dof_row(self, name: str, node: int, dof: int) -> tuple[Array, dict[str, Any]]:
+        """Row (n,) of a DOF of a node, and the place of its channel. Raises OptionError where it is held."""
         row = self._rows([node])[dof]
         if not row.any():
             raise OptionError(f"{name} is held: it can be neither driven nor read")
-        derivative = _WORDS.index(word) if word else 0
-        quantity = (_TURNS if dof >= 3 else _WORDS)[derivative]
-        at = self._place([node], np.eye(3)[dof % 3])
-        return OutputPort(Channel(name, quantity, **at), row, derivative, self._rigid(node)[dof])
+        return row, self._place([node], np.eye(3)[dof % 3])
 
-    def _node_and_dof(self, name: str, what: str, known: dict[str, tuple[str, int, str]]) -> tuple[int | None, int]:
+    def _node_and_dof(self, name: str, what: str, known: Mapping[str, _Described]) -> tuple[int | None, int]:
         node, _, dof = name.rpartition(".")
         if dof in DOF_NAMES and node:
             try:
@@ -361,19 +391,9 @@ def _triple(v: Array) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _of_base(name: str, quantity: str, base: Array) -> Channel:
-    """The channel of a motion of the base: of no node, along or about the direction of it."""
-    return Channel(name, quantity, direction=_triple(base[3:] if base[3:].any() else base[:3]))
-
-
 def actuator_names(plan: Plan) -> list[str]:
     """Names of all described actuators as placed."""
-    return [
-        ".".join((*path, key))
-        for placed in plan.topology.copies.values()
-        for path in placed.paths
-        for key in placed.part.channels.actuators
-    ]
+    return list(_described(plan, "actuator"))
 
 
 def default_dofs(plan: Plan, nodes: Sequence[str]) -> list[str]:
@@ -386,12 +406,6 @@ def default_dofs(plan: Plan, nodes: Sequence[str]) -> list[str]:
         for dof, held in zip(DOF_NAMES, topology.held[root], strict=True)
         if not held
     ]
-
-
-def _refuse_still(kind: str, prototype: str, key: str) -> None:
-    path = (kind, key) if not prototype else ("substructures", origin_of(prototype), kind, key)
-    rule = "nothing can move here: the DOF is held"
-    raise ModelError([Problem(path, "", rule, "name a node that is free in this direction")])
 
 
 _BASE = {"base": "acceleration", "base_rotation": "angular_acceleration"}
