@@ -65,7 +65,7 @@ def test_names_of_the_recipes_are_in_their_files() -> None:
     for file, word in (
         ("mechanism/profile.py", "Contour ="),
         ("io/formats.py", "FORMATS ="),
-        ("methods/catalogue.py", "METHODS ="),
+        ("methods/compare.py", "METHODS ="),
         ("methods/solution.py", "class Solution"),
         ("extras.py", "def need"),
     ):
