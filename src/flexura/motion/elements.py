@@ -175,12 +175,12 @@ class PoseElements:
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
         return Response(energy, (turned @ n[..., None])[..., 0], K @ B)
 
-    def relief(self, frames: Frames, motions: Array) -> Array:
+    def refinement_energy(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the
         frames in a state, estimated (theory eq. G27)."""
         ends = self.ends(frames)
         log = ends.relative()
-        return self.strain.relief(log.e - self.rest, _rows(log, ends.twists()) @ motions)
+        return self.strain.refinement_energy(log.e - self.rest, _rows(log, ends.twists()) @ motions)
 
     def material(self, frames: Frames) -> Array:
         """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""

@@ -101,7 +101,7 @@ def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energie
     errors: dict[str, Array] = {}
     for group, names in zip(model.elements, model.names, strict=True):
         if _bends(group):
-            energy = group.relief(frames, whole[model.dof[group.node].reshape(len(names), -1)])
+            energy = group.refinement_energy(frames, whole[model.dof[group.node].reshape(len(names), -1)])
         elif isinstance(group, Superelements):
             energy = softer_as_beams(group, frames, whole[model.dof[group.node].reshape(len(names), -1)])
         else:

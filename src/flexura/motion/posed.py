@@ -198,24 +198,24 @@ def _reached(design: Design) -> PosedDesign:
             raise OptionError(f"at: {drive.name} cannot move: it is held by the ground")
     equations = Equations(model, drives)
     equations.independent()
-    loads, said = _loads(model)
+    loads, commands = _loads(model)
     zero = np.zeros(len(drives))
     start = equations.at_rest()
     units = ["rad" if drive.component >= 3 else "m" for drive in drives]
     moves = [f"{name} = {value:.4g} {unit}" for (name, value), unit in zip(moved.items(), units, strict=True)]
-    said = ", ".join([*moves, *said])
+    described = ", ".join([*moves, *commands])
     path = Path(equations, start, Point(zero, NO_LOADS))
     state = start
-    for found in path.through([Point(zero, loads), Point(np.array(list(moved.values())), loads)]):
-        if isinstance(found, Stopped):
-            of = "the displacements" if found.point else "the loads and commands"
+    for at in path.through([Point(zero, loads), Point(np.array(list(moved.values())), loads)]):
+        if isinstance(at, Stopped):
+            of = "the displacements" if at.point else "the loads and commands"
             raise SolverError(
-                f"at {said}: no equilibrium is found on the path there beyond {100 * found.share:.3g} % of {of};"
+                f"at {described}: no equilibrium is found on the path there beyond {100 * at.share:.3g} % of {of};"
                 " flexura stroke shows how far it goes"
             )
-        state = found
-    drive = ", actuators free under the forces that hold it" if drives else ""
-    return PosedDesign(Pose(equations, state), f"about the pose {said}{drive}")
+        state = at
+    held = ", actuators free under the forces that hold it" if drives else ""
+    return PosedDesign(Pose(equations, state), f"about the pose {described}{held}")
 
 
 def _loads(model: MovingModel) -> tuple[Loads, list[str]]:

@@ -148,7 +148,7 @@ class Strain:
         coupled = hessian[:, :6, 6:]
         return hessian[:, :6, :6] - coupled @ np.linalg.solve(hessian[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
 
-    def relief(self, d: Array, motions: Array) -> Array:
+    def refinement_energy(self, d: Array, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that motions inside of the next degree would take off small changes (e, 6, k)
         of d (e, 6), inner motions at rest (theory eq. G27)."""
         q, _, _, _, inner = self._settled(d)
