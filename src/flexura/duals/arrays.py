@@ -130,8 +130,9 @@ def prod(x: Pair, axis: int | None = None, keepdims: bool = False) -> Pair:
     axis %= np.ndim(x.value)
     value = np.prod(x.value, axis=axis, keepdims=keepdims)
     rest = []
-    for k in range(x.value.shape[axis]):
-        others = np.prod(np.delete(x.value, k, axis=axis), axis=axis, keepdims=keepdims)
+    places = range(x.value.shape[axis])
+    for k in places:
+        others = np.prod(np.take(x.value, [i for i in places if i != k], axis=axis), axis=axis, keepdims=keepdims)
         slope = np.take(x.slope, [k] if keepdims else k, axis=axis + 1)
         rest.append(slope * others)
     return Pair(value, sum(rest) if rest else np.zeros((len(x.slope), *value.shape)))
