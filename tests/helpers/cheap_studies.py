@@ -42,7 +42,7 @@ def started(program: str, *arguments: object) -> subprocess.Popen[bytes]:
 
 def folder_study(folder: str, workers: str) -> None:
     """A study of 1000 designs in a folder, of a millisecond each, by processes from its second block on."""
-    sys.modules["flexura.study.engine.run"].ALONE = 0.0  # pyright: ignore[reportAttributeAccessIssue]
+    sys.modules["flexura.study.engine.run"].ALONE_SECONDS = 0.0  # pyright: ignore[reportAttributeAccessIssue]
     run(asked(limit=0.9, seconds=1e-3), space(), folder=folder, workers=int(workers))
 
 

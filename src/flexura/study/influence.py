@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arguments import verb
-from flexura.arrays import Array
+from flexura.arrays import Array, Bools
 from flexura.errors import Diagnostic
 from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
@@ -48,7 +47,7 @@ class Sensitivity(OfThePart, Tabular):
     slope: Array
     lowest: Array
     highest: Array
-    is_exact: NDArray[np.bool_]
+    is_exact: Bools
     repeated: tuple[tuple[int, ...], ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
@@ -68,8 +67,8 @@ class Sensitivity(OfThePart, Tabular):
     def _view(self) -> Iterator[Facts | Table]:
         columns = {text: [percent(x / 100, 4) for x in self.relative[k]] for k, text in enumerate(self.quantities)}
         yield Table({"per % of": self.parameters, "is [SI]": self.nominal, **columns}, "parameters")
-        told = {} if self.margins is None else self.margins.texts
-        yield Facts({f"model error of {name}": text for name, text in told.items()})
+        errors = {} if self.margins is None else self.margins.texts
+        yield Facts({f"model error of {name}": text for name, text in errors.items()})
 
     def _columns(self) -> dict[str, Any]:
         """A row for each quantity and parameter."""
@@ -106,75 +105,64 @@ def sensitivity(
     plan.verify(at)
     asked = questions(plan, ask)
     values = plan.parameter_values(at)
-    nominal = np.array([float(values[name]) for name in chosen])
-    found = asked.slopes(at, chosen)
-    slope, lowest, highest = _ranges(found)
-    texts = tuple(own.text for own in asked.quantities)
-    return Sensitivity(
-        plan.mechanism.name,
-        texts,
-        tuple(own.unit for own in asked.quantities),
-        np.asarray(found.value, dtype=float),
-        chosen,
-        tuple(plan.mechanism.parameters[name].unit for name in chosen),
-        nominal,
-        slope,
-        lowest,
-        highest,
-        found.is_exact,
-        found.repeated,
-        tuple(_missing(texts, found)),
-        (*_notes(texts, chosen, nominal, found), *([] if free else _held(plan.mechanism)), *asked.notes),
-        Margins(plan, at, asked.quantities),
+    slopes = asked.slopes(at, chosen)
+    slope, lowest, highest = _ranges(slopes)
+    held = [name for name, parameter in plan.mechanism.parameters.items() if parameter.is_held]
+    result = Sensitivity(
+        name=plan.mechanism.name,
+        quantities=tuple(quantity.text for quantity in asked.quantities),
+        units=tuple(quantity.unit for quantity in asked.quantities),
+        value=np.asarray(slopes.value, dtype=float),
+        parameters=chosen,
+        parameter_units=tuple(plan.mechanism.parameters[name].unit for name in chosen),
+        nominal=np.array([float(values[name]) for name in chosen]),
+        slope=slope,
+        lowest=lowest,
+        highest=highest,
+        is_exact=slopes.is_exact,
+        repeated=slopes.repeated,
+        margins=Margins(plan, at, asked.quantities),
     )
+    left_out = [f"{', '.join(held)} left out: {HELD}"] if held and not free else []
+    notes = (*_notes(result, slopes), *left_out, *asked.notes)
+    return replace(result, warnings=tuple(_missing(result, slopes)), notes=notes)
 
 
-def _held(mechanism: Mechanism) -> Iterator[str]:
-    """What is left out."""
-    held = [name for name, own in mechanism.parameters.items() if own.is_held]
-    if held:
-        yield f"{', '.join(held)} left out: {HELD}"
-
-
-def _missing(texts: tuple[str, ...], found: Slopes) -> Iterator[Diagnostic]:
+def _missing(result: Sensitivity, slopes: Slopes) -> Iterator[Diagnostic]:
     """What has no value, or slopes that are missing; what lacks them for one reason is one warning."""
     reasons = dict[str, dict[str, int]]()
-    for text, value, slope, why in zip(texts, found.value, found.slope, found.reason, strict=True):
+    for text, value, slope, why in zip(result.quantities, slopes.value, slopes.slope, slopes.reason, strict=True):
         missing = int(np.count_nonzero(~np.isfinite(slope)))
         if missing or not np.isfinite(value):
             reasons.setdefault(why.removeprefix(f"{text}: ") or "it is not finite", {})[text] = missing
-    for why, own in reasons.items():
-        place = ", ".join(own)
-        yield Diagnostic("study", place, max(own.values()), 0.0, "1", f"{place}: {why}")
+    for why, counts in reasons.items():
+        place = ", ".join(counts)
+        yield Diagnostic("study", place, max(counts.values()), 0.0, "1", f"{place}: {why}")
 
 
-def _ranges(found: Slopes) -> tuple[Array, Array, Array]:
+def _ranges(slopes: Slopes) -> tuple[Array, Array, Array]:
     """Slopes, and the lowest and highest of frequencies that coincide (q, P)."""
-    slope = np.array(found.slope, dtype=float)
+    slope = np.array(slopes.slope, dtype=float)
     lowest, highest = slope.copy(), slope.copy()
-    for group, matrices in zip(found.repeated, found.directional, strict=True):
+    for group, matrices in zip(slopes.repeated, slopes.directional, strict=True):
         each = np.linalg.eigvalsh(np.moveaxis(matrices, -1, 0))
         rows = list(group)
         slope[rows], lowest[rows], highest[rows] = each.mean(axis=1), each[:, 0], each[:, -1]
     return slope, lowest, highest
 
 
-def _notes(texts: tuple[str, ...], names: Sequence[str], nominal: Array, found: Slopes) -> Iterator[str]:
-    for group in found.repeated:
-        listed = " and ".join(texts[k] for k in group)
+def _notes(result: Sensitivity, slopes: Slopes) -> Iterator[str]:
+    for group in slopes.repeated:
+        listed = " and ".join(result.quantities[k] for k in group)
         yield f"{listed} coincide and part with most parameters: the slope is that of their mean, with its range"
-    near = ", ".join(text for text, exact in zip(texts, found.is_exact, strict=True) if not exact)
+    near = ", ".join(text for text, exact in zip(result.quantities, slopes.is_exact, strict=True) if not exact)
     if near:
         yield f"{near}: slopes by differences of fourth order, between designs nearby"
-    for text, own, value, least in zip(texts, found.quantities, found.value, found.least, strict=True):
+    for text, unit, value, least in zip(result.quantities, result.units, slopes.value, slopes.least, strict=True):
         if value == 0:
-            below = f", below {quantity(float(least), own.unit, 2)} by round-off," if least else ""
+            below = f", below {quantity(float(least), unit, 2)} by round-off," if least else ""
             yield f"{text} is zero{below} and has no per cent: its slopes are per unit of the parameter"
-    zero = [name for name, value in zip(names, nominal, strict=True) if value == 0]
+    zero = [name for name, value in zip(result.parameters, result.nominal, strict=True) if value == 0]
     if zero:
-        own = (
-            "is zero and has no per cent: its slopes are"
-            if len(zero) == 1
-            else "are zero, without per cent: slopes are"
-        )
-        yield f"{', '.join(zero)} {own} per unit of the parameter"
+        one, several = "is zero and has no per cent: its slopes are", "are zero, without per cent: slopes are"
+        yield f"{', '.join(zero)} {one if len(zero) == 1 else several} per unit of the parameter"

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.analysis import interval_text
 from flexura.arguments import verb
-from flexura.arrays import Array
+from flexura.arrays import Array, Bools
 from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
@@ -56,31 +55,31 @@ class Published(Tabular):
         return self.value / self.published - 1
 
     @property
-    def is_met(self) -> NDArray[np.bool_]:
+    def is_met(self) -> Bools:
         """Which (n,) differ by no more than `within`."""
         return np.abs(self.difference) <= self.within
 
     @property
     def model_error(self) -> tuple[tuple[float, float] | None, ...]:
         """Where the part's values lie: between 1 + low and 1 + high times `value`; None where there is no evidence."""
-        return tuple(own.intervals[text] for own, text in zip(self.margins, self.asked, strict=True))
+        return tuple(margins.intervals[text] for margins, text in zip(self.margins, self.asked, strict=True))
 
     @property
     def model_error_reason(self) -> tuple[str, ...]:
         """Why a number has no model error; empty where it has."""
-        return tuple(own.reasons.get(text, "") for own, text in zip(self.margins, self.asked, strict=True))
+        return tuple(margins.reasons.get(text, "") for margins, text in zip(self.margins, self.asked, strict=True))
 
     @property
     def cells(self) -> dict[str, tuple[str, ...]]:
         """Columns of text for readers, with units."""
 
-        def told(values: Array) -> tuple[str, ...]:
+        def with_units(values: Array) -> tuple[str, ...]:
             return tuple(quantity(x, unit) for x, unit in zip(values.tolist(), self.units, strict=True))
 
         return {
             "quantity": self.asked,
-            "here": told(self.value),
-            "published": told(self.published),
+            "here": with_units(self.value),
+            "published": with_units(self.published),
             "difference": tuple(map(percent, self.difference.tolist())),
             "within": tuple(map(percent, self.within.tolist())),
             "model error": tuple(map(interval_text, self.model_error)),
@@ -118,62 +117,56 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
             "the description has no `published` numbers; e.g. published: [{ask: f1, value: 55 Hz, source: ...}]"
         )
     at = one_design(parameters)
-    pairs = [_pair(plan, own, k) for k, own in enumerate(listed)]
+    pairs = [_pair(plan, entry, k) for k, entry in enumerate(listed)]
     here, given = np.empty((2, len(listed)))
     reasons, notes, margins = [""] * len(listed), list[str](), dict[str, Margins]()
-    for root in dict.fromkeys(own.root for own in listed):
-        own_plan = plan if root == "elastic" else plan_of(with_rigid_roots(plan.mechanism), parameters)
-        mine = [k for k, own in enumerate(listed) if own.root == root]
-        asked = tuple(dict.fromkeys(one for k in mine for side in pairs[k] for one in side.quantities))
-        questions = Questions(own_plan, asked)
+    for root in dict.fromkeys(entry.root for entry in listed):
+        of_root = plan if root == "elastic" else plan_of(with_rigid_roots(plan.mechanism), parameters)
+        numbers = [k for k, entry in enumerate(listed) if entry.root == root]
+        asked = tuple(dict.fromkeys(quantity for k in numbers for side in pairs[k] for quantity in side.quantities))
+        questions = Questions(of_root, asked)
         answers = questions.values(at)
-        known = {one.text: answers.value[0, k] for k, one in enumerate(asked)}
-        for k in mine:
+        known = {quantity.text: answers.value[0, k] for k, quantity in enumerate(asked)}
+        for k in numbers:
             here[k], given[k] = (float(side.evaluate(known)) for side in pairs[k])
             reasons[k] = str(answers.reason[0])
-        margins[root] = Margins(own_plan, at, (), "", [pairs[k][0] for k in mine], known)
+        margins[root] = Margins(of_root, at, (), "", [pairs[k][0] for k in numbers], known)
         notes += questions.notes
-    values = {name: float(own) for name, own in plan.parameter_values(at).items()}
-    within = np.array([evaluated(own, values).within for own in listed], dtype=float)
     for k, number in enumerate(given.tolist()):
         if not number:
             raise OptionError(f"published[{k}] {listed[k].value!r}: a number that is zero has no relative difference")
-    texts, sources = tuple(own.ask for own in listed), tuple(own.source for own in listed)
-    missed = _missed(texts, here / given - 1, within, sources, reasons)
-    units = tuple(left.unit for left, _ in pairs)
-    return Published(
-        plan.mechanism.name,
-        texts,
-        units,
-        here,
-        given,
-        within,
-        sources,
-        tuple(margins[own.root] for own in listed),
-        tuple(missed),
-        tuple(dict.fromkeys(notes)),
+    values = {name: float(value) for name, value in plan.parameter_values(at).items()}
+    result = Published(
+        name=plan.mechanism.name,
+        asked=tuple(entry.ask for entry in listed),
+        units=tuple(left.unit for left, _ in pairs),
+        value=here,
+        published=given,
+        within=np.array([evaluated(entry, values).within for entry in listed], dtype=float),
+        source=tuple(entry.source for entry in listed),
+        margins=tuple(margins[entry.root] for entry in listed),
+        notes=tuple(dict.fromkeys(notes)),
     )
+    return replace(result, warnings=tuple(_misfits(result, reasons)))
 
 
-def _pair(plan: Plan, own: PublishedValue, number: int) -> tuple[Formula, Formula]:
+def _pair(plan: Plan, entry: PublishedValue, number: int) -> tuple[Formula, Formula]:
     """What is asked, and what is given for it."""
-    left, right = formula(plan, own.ask), formula(plan, own.value)
+    left, right = formula(plan, entry.ask), formula(plan, entry.value)
     if left.is_constant:
-        raise OptionError(f"published[{number}] {own.ask!r} is no quantity of the mechanism, e.g. ask: f1")
+        raise OptionError(f"published[{number}] {entry.ask!r} is no quantity of the mechanism, e.g. ask: f1")
     if left.dimension != right.dimension:
         raise OptionError(
-            f"published[{number}]: {own.ask!r} is in {left.unit or '1'},"
-            f" and its value {own.value!r} in {right.unit or '1'}"
+            f"published[{number}]: {entry.ask!r} is in {left.unit or '1'},"
+            f" and its value {entry.value!r} in {right.unit or '1'}"
         )
     return left, right
 
 
-def _missed(
-    texts: Sequence[str], differences: Array, within: Array, sources: Sequence[str], reasons: Sequence[str]
-) -> Iterator[Diagnostic]:
+def _misfits(result: Published, reasons: Sequence[str]) -> Iterator[Diagnostic]:
     """What differs by more than it may, and what has no number."""
-    rows = zip(texts, differences.tolist(), within.tolist(), sources, reasons, strict=True)
-    for text, difference, most, source, reason in rows:
+    numbers = zip(result.difference.tolist(), result.within.tolist(), strict=True)
+    for text, source, reason, (difference, most) in zip(result.asked, result.source, reasons, numbers, strict=True):
         if not np.isfinite(difference):
             yield Diagnostic("misfit", text, difference, most, "1", reason or f"{text} has no number")
         elif abs(difference) > most:

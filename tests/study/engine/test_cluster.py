@@ -131,7 +131,7 @@ def test_a_scheduler_that_is_lost_at_any_exchange_is_said(answered):
 
 @pytest.mark.slow
 def test_all_workers_lost_keeps_what_is_done(tmp_path, monkeypatch):
-    monkeypatch.setattr("flexura.study.engine.workers.LOST", 2.0)
+    monkeypatch.setattr("flexura.study.engine.workers.LOST_SECONDS", 2.0)
     with cluster(1, tmp_path) as (address, _, workers):
         lost = after(tmp_path / "study", 6, workers[0].kill)
         with pytest.raises(SolverError, match=r"all workers of .* are lost\n *\d+ of 1000 designs are kept"):
@@ -142,7 +142,7 @@ def test_all_workers_lost_keeps_what_is_done(tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("answer", [b"", b"SSH-2.0-OpenSSH_9.2"], ids=["silent", "other"])
 def test_a_port_that_is_not_of_dask_is_said(monkeypatch, answer):
-    monkeypatch.setattr(sys.modules["flexura.study.engine.workers"], "ANSWERS", 0.2)
+    monkeypatch.setattr(sys.modules["flexura.study.engine.workers"], "ANSWER_SECONDS", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as server:
         held = []
 

@@ -34,7 +34,7 @@ def same(a, b):
 @pytest.fixture
 def at_once(monkeypatch):
     """Processes are started after the first block."""
-    monkeypatch.setattr(sys.modules["flexura.study.engine.run"], "ALONE", 0.0)
+    monkeypatch.setattr(sys.modules["flexura.study.engine.run"], "ALONE_SECONDS", 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -166,7 +166,7 @@ def test_designs_that_fail_are_kept_off_and_counted():
     found = climb(land, np.array([0.2, 0.2]))
     assert found.best is not None and not found.converged
     assert found.best.z == pytest.approx([0.6, 0.3], abs=1e-3)
-    assert "no answer" in found.said and land.failures["no equilibrium"] > 0
+    assert "no answer" in found.message and land.failures["no equilibrium"] > 0
     nowhere = climb(land, np.array([0.9, 0.2]))
     assert nowhere.best is None and not nowhere.is_feasible
 

@@ -19,7 +19,7 @@ from flexura.study.engine.workers import connected, cpu_count, on_cluster, on_pr
 from flexura.study.questions import Questions
 from flexura.study.space import Designs
 
-ALONE = 2.0
+ALONE_SECONDS = 2.0
 """Seconds of work before processes are started, and that have to be left: they take one themselves."""
 
 DAMAGED_SHARDS_NAMED = 3
@@ -159,7 +159,7 @@ def _here(store: Store, left: Iterator[int], workers: int) -> Generator[tuple[in
             columns = work(number)
         yield number, columns
         done, spent = done + 1, time.monotonic() - begun
-        if workers > 1 and spent > ALONE and spent / done * (work.blocks - number - 1) > ALONE:
+        if workers > 1 and spent > ALONE_SECONDS and spent / done * (work.blocks - number - 1) > ALONE_SECONDS:
             break
     first = next(left, None)
     if first is not None:

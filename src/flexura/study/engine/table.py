@@ -245,7 +245,7 @@ class StudyTable(OfThePart, Tabular):
         row = self.rows(number, number + 1)
         if not len(row["design"]):
             raise OptionError(f"design {number} is not there: there are {self.done} of {self.designs}, counted from 0")
-        return {name: own.item() if isinstance(own, np.generic) else own for name, [own] in row.items()}
+        return {name: value.item() if isinstance(value, np.generic) else value for name, [value] in row.items()}
 
     def lowest(self, asked: str) -> dict[str, Any]:
         """The design with the lowest value of what is asked, by its headings. Raises OptionError for anything that is

@@ -278,10 +278,10 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-ANSWERS = 10.0
+ANSWER_SECONDS = 10.0
 """Seconds in which a scheduler answers."""
 
-LOST = 30.0
+LOST_SECONDS = 30.0
 """Seconds without any worker, or without a scheduler, after which a study ends."""
 
 BUNDLES_PER_WORKER = 2
@@ -325,14 +325,14 @@ def connected(address: str) -> Iterator[Any]:
         raise OptionError(f"{address!r} is no address of a scheduler, such as tcp://192.168.0.7:8786")
     with ExitStack() as stack:
         try:
-            with socket.create_connection((parts[1], int(parts[2])), timeout=ANSWERS) as connection:
+            with socket.create_connection((parts[1], int(parts[2])), timeout=ANSWER_SECONDS) as connection:
                 if address.startswith("tcp:"):  # what dask says begins with a length
                     length = connection.recv(8, socket.MSG_WAITALL)
                     if len(length) < 8 or int.from_bytes(length, "little") > LONGEST_GREETING:
                         raise ConnectionError
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                client = distributed.Client(address, timeout=ANSWERS, set_as_default=False)
+                client = distributed.Client(address, timeout=ANSWER_SECONDS, set_as_default=False)
             stack.callback(_close, client)
             if not client.nthreads():
                 raise OptionError(f"the scheduler at {address} has no workers; start some with `dask worker {address}`")
@@ -401,7 +401,7 @@ class _Cluster:
         self._workers = workers
         if workers:
             self._seen = now
-        elif now - self._seen > LOST:
+        elif now - self._seen > LOST_SECONDS:
             raise SolverError(f"all workers of {address} are lost")
 
     def end(self) -> None:

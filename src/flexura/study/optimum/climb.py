@@ -24,7 +24,7 @@ from flexura.study.optimum.landscape import (
 
 Method = Literal["slsqp", "trust-constr"]
 
-FEASIBLE = 1e-7
+FEASIBLE_VIOLATION = 1e-7
 """Violation, over the scale of a limit, up to which it counts as met."""
 
 PENALTY = 1e3
@@ -50,7 +50,7 @@ SAME_GOAL = 1e-9
 STATIONARY = 1e-3
 """Residual of the conditions of Karush, Kuhn and Tucker up to which a design is called an optimum."""
 
-ROUGH = 1e-6
+ROUGH_RESIDUAL = 1e-6
 """Residual of these conditions from which on a last search of more digits is made."""
 
 RISING_CURVATURE = 1e-3
@@ -66,18 +66,18 @@ LINKED_STARTS = 2.0
 @dataclass(frozen=True)
 class Climb:
     """Where a search from `start` (P,) ended: the best feasible design, or the least violated one; None where not even
-    the start has an answer. `said` is why it ended, in the words of the method."""
+    the start has an answer. `message` is why it ended, in the words of the method."""
 
     start: Array
     best: Sample | None
     evaluations: int
     converged: bool
-    said: str
+    message: str
 
     @property
     def is_feasible(self) -> bool:
         """Whether it meets all limits."""
-        return self.best is not None and self.best.violation <= FEASIBLE
+        return self.best is not None and self.best.violation <= FEASIBLE_VIOLATION
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Solved:
     @property
     def is_feasible(self) -> bool:
         """Whether it meets all limits."""
-        return self.best.violation <= FEASIBLE
+        return self.best.violation <= FEASIBLE_VIOLATION
 
     def agrees(self, climb: Climb) -> bool:
         """Whether a start led to this design, or to another one as good."""
@@ -127,7 +127,7 @@ def best_of(
     for end in ends[1:]:
         best = end if is_better(end, best) else best
     best, conditions = _polished(land, best)
-    curvature, direction = upward(land, best, conditions) if best.violation <= FEASIBLE else (0.0, None)
+    curvature, direction = upward(land, best, conditions) if best.violation <= FEASIBLE_VIOLATION else (0.0, None)
     if direction is not None and curvature > RISING_CURVATURE:
         for side in (SADDLE_STEP, -SADDLE_STEP):
             away = climb(land, np.clip(best.z + side * direction, 0.0, 1.0), method).best
@@ -151,7 +151,7 @@ def _climbs(
     count, P = len(starts), len(starts[0])
     if judged is None and count > 1:
         judged = land.many(land.box.values(np.array(starts)))
-    ranks = [_rank(*own) for own in zip(*judged, strict=True)] if judged else [UNANSWERED]
+    ranks = [_rank(goal, missed) for goal, missed in zip(*judged, strict=True)] if judged else [UNANSWERED]
     known = [(start, rank) for start, rank in zip(starts, ranks, strict=True) if rank != UNANSWERED]
     volume = LINKED_STARTS * log(count) / count
     near = exp((lgamma(1 + P / 2) + log(volume)) / P) / sqrt(pi) if volume > 0 else 0.0
@@ -161,10 +161,9 @@ def _climbs(
         if is_beside and ranks[k] != UNANSWERED and any(climb.is_feasible for climb in climbs):
             continue
         report(Progress("searches", len(climbs), count))
-        own = climb(land, starts[k], method)
-        climbs.append(own)
-        if own.best is not None:
-            known.append((own.best.z, _rank(own.best.goal, own.best.violation)))
+        climbs.append(climb(land, starts[k], method))
+        if (best := climbs[-1].best) is not None:
+            known.append((best.z, _rank(best.goal, best.violation)))
     return climbs
 
 
@@ -176,16 +175,16 @@ def _rank(goal: float, violation: float) -> tuple[bool, float]:
     """What orders designs: those that meet the limits by their goal, others by how far they miss them."""
     if not np.isfinite(goal + violation):
         return UNANSWERED
-    return (True, goal) if violation <= FEASIBLE else (False, -violation)
+    return (True, goal) if violation <= FEASIBLE_VIOLATION else (False, -violation)
 
 
 def _polished(land: Landscape, best: Sample) -> tuple[Sample, Stationarity]:
     """A design, or one that a last search makes of it where the conditions of an optimum hold better."""
     conditions = stationarity(land, best)
-    if conditions.residual <= ROUGH or best.violation > FEASIBLE:
+    if conditions.residual <= ROUGH_RESIDUAL or best.violation > FEASIBLE_VIOLATION:
         return best, conditions
     last = climb(land, best.z, "slsqp", accuracy=1e-16).best
-    if last is None or last.violation > FEASIBLE or last.goal < best.goal - SAME_GOAL:
+    if last is None or last.violation > FEASIBLE_VIOLATION or last.goal < best.goal - SAME_GOAL:
         return best, conditions
     of_last = stationarity(land, last)
     return (last, of_last) if of_last.residual < conditions.residual else (best, conditions)
@@ -197,7 +196,7 @@ def is_better(a: Sample, b: Sample) -> bool:
     What a goal gains by missing limits, little as it is, is no merit: it is weighed against (exact penalty; Nocedal and
     Wright 2006, section 15.4).
     """
-    feasible = a.violation <= FEASIBLE, b.violation <= FEASIBLE
+    feasible = a.violation <= FEASIBLE_VIOLATION, b.violation <= FEASIBLE_VIOLATION
     if all(feasible):
         return a.goal - PENALTY * a.violation > b.goal - PENALTY * b.violation
     return feasible[0] or (not feasible[1] and a.violation < b.violation)
@@ -212,10 +211,10 @@ def climb(land: Landscape, start: Array, method: Method = "slsqp", accuracy: flo
     """
     before, search = land.evaluations, _Search(land, accuracy)
     try:
-        converged, said = search.run(start, method)
+        converged, message = search.run(start, method)
     except _Settled:
-        converged, said = True, CONDITIONS_HOLD
-    return Climb(start, search.best, land.evaluations - before, converged, said)
+        converged, message = True, CONDITIONS_HOLD
+    return Climb(start, search.best, land.evaluations - before, converged, message)
 
 
 class _Settled(Exception):  # noqa: N818  it ends a search, and never reaches a user
@@ -250,8 +249,8 @@ class _Search:
         if better:
             self.best = sample
         # another that misses a limit by no more than counts as met may have a goal better by about as much
-        near = better or (last is not None and sample.goal >= last.goal - FEASIBLE)
-        if near and sample.violation <= FEASIBLE and stationarity(self.land, sample).is_settled:
+        near = better or (last is not None and sample.goal >= last.goal - FEASIBLE_VIOLATION)
+        if near and sample.violation <= FEASIBLE_VIOLATION and stationarity(self.land, sample).is_settled:
             self.best = sample
             raise _Settled
         return sample
@@ -262,15 +261,15 @@ class _Search:
             self.at(start)
         except FailedDesign:
             return False, "the start has no answer"
-        converged, said = self._within(self._ascent, start, method)
+        converged, message = self._within(self._ascent, start, method)
         assert self.best is not None
-        if self.best.violation > FEASIBLE:
+        if self.best.violation > FEASIBLE_VIOLATION:
             self._within(self._feasibility, self.best.z, method)
-            if self.best.violation <= FEASIBLE:
-                converged, said = self._within(self._ascent, self.best.z, method)
+            if self.best.violation <= FEASIBLE_VIOLATION:
+                converged, message = self._within(self._ascent, self.best.z, method)
         if method != "slsqp":
             converged, _ = self._within(self._ascent, self.best.z, "slsqp")
-        return converged, said
+        return converged, message
 
     def _within(self, program: Callable[[Array, Array, Array], _Program], z: Array, method: Method) -> tuple[bool, str]:
         """A search that, after a design failed, goes on around the best one, half the way to those that failed at
@@ -279,19 +278,19 @@ class _Search:
         low, high = np.zeros_like(z), np.ones_like(z)
         for _ in range(MOST_RESTARTS):
             try:
-                converged, said = self._solved(program(z, low, high), method)
+                converged, message = self._solved(program(z, low, high), method)
             except FailedDesign as design:
                 failed.append(design.z)
-                converged, said = False, ""
+                converged, message = False, ""
             assert self.best is not None
             z = self.best.z
             if not failed:
-                return converged, said
+                return converged, message
             margin = CLOSEST_TO_FAILED / 10
             is_cut = bool((((z <= low + margin) & (low > 0)) | ((z >= high - margin) & (high < 1))).any())
             half = min(float(np.abs(other - z).max()) for other in failed) / 2
-            if said and (not is_cut or half < CLOSEST_TO_FAILED):
-                return converged and not is_cut, NO_ANSWER_BEYOND if is_cut else said
+            if message and (not is_cut or half < CLOSEST_TO_FAILED):
+                return converged and not is_cut, NO_ANSWER_BEYOND if is_cut else message
             low, high = np.maximum(0.0, z - half), np.minimum(1.0, z + half)
         return False, NO_ANSWER_BEYOND
 
@@ -347,5 +346,5 @@ class _Search:
                 given["constraints"] = [NonlinearConstraint(value, 0, np.inf, jac=slope, hess=BFGS())]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # about steps that the method corrects itself
-            found = minimize(lambda x: float(goal(x)[0]), start, method=method, options=options, **given)
-        return bool(found.status in ((0,) if method == "slsqp" else (1, 2))), str(found.message)
+            end = minimize(lambda x: float(goal(x)[0]), start, method=method, options=options, **given)
+        return bool(end.status in ((0,) if method == "slsqp" else (1, 2))), str(end.message)

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.deadline import Listener, Progress, unheard
-from flexura.study.optimum.climb import FEASIBLE, Method, Solved, best_of, is_better
+from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, Solved, best_of, is_better
 from flexura.study.optimum.landscape import Box, FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
 
@@ -27,7 +27,7 @@ CERTIFIED = 1e-3
 MOST_TIES = 64
 """Designs as good within `CERTIFIED` of which the best is found by their values of full order."""
 
-BLOCK = 256
+COMBINATIONS_AT_ONCE = 256
 """Designs that are worked out at once."""
 
 
@@ -65,7 +65,7 @@ class Chosen:
     x: Array
     solved: Solved | None
     land: Landscape
-    said: str
+    text: str
     is_every: bool
 
 
@@ -128,7 +128,7 @@ def chosen_alone(mixed: Mixed, starts: Array, report: Listener = unheard) -> Cho
     is_every = mixed.count <= FEW_ALONE
     if is_every:
         best = _best_among(mixed, mixed.every(), known, report)
-        said = f"all {mixed.count} combinations were worked out"
+        text = f"all {mixed.count} combinations were worked out"
     else:
         for start in starts:
             at, better = None, _best_among(mixed, [mixed.nearest(start)], known)
@@ -136,8 +136,8 @@ def chosen_alone(mixed: Mixed, starts: Array, report: Listener = unheard) -> Cho
                 at = better
                 better = _best_among(mixed, [at, *mixed.beside(at)], known)
             best = _best_among(mixed, [levels for levels in (best, at) if levels is not None], known)
-        said = f"{len(known)} of {mixed.count} combinations were worked out: no step in one or two of them is better"
-    return None if best is None else Chosen(mixed.values(best), None, mixed.land, said, is_every)
+        text = f"{len(known)} of {mixed.count} combinations were worked out: no step in one or two of them is better"
+    return None if best is None else Chosen(mixed.values(best), None, mixed.land, text, is_every)
 
 
 def _best_among(
@@ -146,7 +146,7 @@ def _best_among(
     """The best of some combinations, the first of those that are as good; goals and violations are added to those that
     are `known`, which they are but for `CERTIFIED`."""
     ranked, waiting = list[Levels](), iter(some)
-    while block := list(islice(waiting, BLOCK)):
+    while block := list(islice(waiting, COMBINATIONS_AT_ONCE)):
         report(Progress("combinations", len(ranked), mixed.count))
         if new := [levels for levels in block if levels not in known]:
             goals, violations = mixed.land.many(np.array([mixed.values(levels) for levels in new]))
@@ -162,7 +162,7 @@ def _best_among(
     best: tuple[Levels, Sample] | None = None
     for levels in ranked[:MOST_TIES]:
         if best is not None:
-            feasible = best[1].violation <= FEASIBLE
+            feasible = best[1].violation <= FEASIBLE_VIOLATION
             if rank(levels) < (feasible, (best[1].goal if feasible else -best[1].violation) - CERTIFIED):
                 break
         try:
@@ -189,7 +189,7 @@ def chosen_with_others(mixed: Mixed, starts: Array, method: Method, report: List
         for k, levels in enumerate(mixed.every()):
             report(Progress("combinations", k, mixed.count))
             solve(levels, starts)
-        said = f"each of {mixed.count} combinations was solved"
+        text = f"each of {mixed.count} combinations was solved"
     else:
         relaxed = best_of(mixed.land, list(mixed.land.box.positions(starts)), method, report)
         if relaxed is None:
@@ -205,7 +205,7 @@ def chosen_with_others(mixed: Mixed, starts: Array, method: Method, report: List
             for levels in around:
                 solve(levels, x[None])
             better = _best_solved({levels: known[levels] for levels in around})
-        said = f"{len(known)} of {mixed.count} combinations were solved: no step in one or two of them is better"
+        text = f"{len(known)} of {mixed.count} combinations were solved: no step in one or two of them is better"
     best = _best_solved(known)
     if best is None:
         return None
@@ -213,8 +213,8 @@ def chosen_with_others(mixed: Mixed, starts: Array, method: Method, report: List
     assert solved is not None
     if relaxed is not None and relaxed.is_feasible:
         lost = relaxed.best.goal - solved.best.goal
-        said += f"; between its levels the goal would be better by {100 * max(lost, 0.0):.3g} % of its size"
-    return Chosen(_whole(mixed, best, known), solved, mixed.held(best)[0], said, is_every)
+        text += f"; between its levels the goal would be better by {100 * max(lost, 0.0):.3g} % of its size"
+    return Chosen(_whole(mixed, best, known), solved, mixed.held(best)[0], text, is_every)
 
 
 def _whole(mixed: Mixed, levels: Levels, known: dict[Levels, Solved | None]) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.deadline import Listener, Progress, unheard
 from flexura.extras import need
-from flexura.study.optimum.climb import FEASIBLE, Method, climb
+from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, climb
 from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import stationarity
 from flexura.study.optimum.rows import Row
@@ -152,4 +152,4 @@ def _evolved(mixed: Mixed, goals: Sequence[Row], population: int, seed: int, rep
     last = minimize(Designs(), method, ("n_gen", GENERATIONS), seed=seed, verbose=False, callback=generation).pop
     x, missed = si_values(last.get("X")), last.get("G").max(axis=1)
     rows = zip(x, last.get("F"), missed, strict=True)
-    return [_Design(design, -values) for design, values, by in rows if by <= FEASIBLE]
+    return [_Design(design, -values) for design, values, by in rows if by <= FEASIBLE_VIOLATION]

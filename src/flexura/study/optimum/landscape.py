@@ -165,7 +165,7 @@ class Landscape:
 ACTIVE = 1e-4
 """Margin of a limit, over its scale, and distance from a bound, of its range, up to which they may hold a design."""
 
-FLAT = 1e-2
+FLAT_GRADIENT = 1e-2
 """Gradient of a goal, over its scale, from which on its residual is taken relative to it."""
 
 SETTLED_RESIDUAL = 1e-7
@@ -195,11 +195,11 @@ class Stationarity:
     """Multipliers of a design, over scales and by position: of `limits` (l,), of the bounds `low` and `high` (P,).
 
     `active` are the numbers of limits that hold with equality; `residual` is what remains of the goal's gradient by
-    scaled position, over that gradient or over `FLAT`, whichever is larger (Karush 1939; Kuhn and Tucker 1951).
-    `coalesced` says that more than one version of the goal has weight; `held` (h, P) are gradients of what must not
-    change to first order. The Lagrangian is version `goal` of the goal and those of the limits (v,) times `weights`;
-    `is_smooth` says that it is, with no direction of a space of repeated frequencies in it. `gap` is what the goal
-    would gain, over its scale, if what holds the design held it exactly.
+    scaled position, over that gradient or over `FLAT_GRADIENT`, whichever is larger (Karush 1939; Kuhn and Tucker
+    1951). `coalesced` says that more than one version of the goal has weight; `held` (h, P) are gradients of what must
+    not change to first order. The Lagrangian is version `goal` of the goal and those of the limits (v,) times
+    `weights`; `is_smooth` says that it is, with no direction of a space of repeated frequencies in it. `gap` is what
+    the goal would gain, over its scale, if what holds the design held it exactly.
     """
 
     limits: Array
@@ -246,7 +246,7 @@ def stationarity(land: Landscape, sample: Sample) -> Stationarity:
     A = np.vstack([columns / lengths, SUM_OF_WEIGHTS * (np.arange(columns.shape[1]) < count)])
     weights, _ = nnls(A, np.append(np.zeros(P), SUM_OF_WEIGHTS), maxiter=100 * A.shape[1])
     weights = weights / max(weights[:count].sum(), 1e-300) * size / lengths
-    residual = float(np.linalg.norm(columns @ weights)) / max(FLAT, *(float(np.linalg.norm(g)) for g in goals))
+    residual = float(np.linalg.norm(columns @ weights)) / max(FLAT_GRADIENT, *(float(np.linalg.norm(g)) for g in goals))
     of_goals, of_rows, of_low, of_high = np.split(weights, np.cumsum([count, len(rows), len(at_low)]))
     limits, low, high = np.zeros(len(land.limits)), np.zeros(P), np.zeros(P)
     np.add.at(limits, owners, of_rows)
@@ -324,11 +324,12 @@ def upward(land: Landscape, sample: Sample, conditions: Stationarity) -> tuple[f
     def change(direction: Array) -> Array:
         """Of the gradient of the Lagrangian, per unit of a direction."""
         ahead, behind = (land.at(sample.z + side * CURVATURE_STEP * direction) for side in (1.0, -1.0))
-        gradients = [
-            own.goal_slopes[conditions.goal] + conditions.weights @ own.margin_slopes for own in (ahead, behind)
-        ]
+        of_ahead, of_behind = (
+            design.goal_slopes[conditions.goal] + conditions.weights @ design.margin_slopes
+            for design in (ahead, behind)
+        )
         step = ahead.z @ direction - behind.z @ direction
-        return (gradients[0] - gradients[1]) / step if step > 0 else np.zeros(len(sample.z))
+        return (of_ahead - of_behind) / step if step > 0 else np.zeros(len(sample.z))
 
     try:
         H = free.T @ np.array([change(direction) for direction in free.T]).T

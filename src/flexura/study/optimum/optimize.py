@@ -24,7 +24,7 @@ from flexura.study.space import Variable, Varied
 STARTS = 8
 """Designs that searches may start from, the first the design as it is."""
 
-POINTS = 24
+FRONT_POINTS = 24
 """Designs of a Pareto front."""
 
 
@@ -39,7 +39,7 @@ def optimize(
     subject_to: str | Sequence[str] | None = None,
     study: str | None = None,
     starts: int | None = None,
-    points: int = POINTS,
+    points: int = FRONT_POINTS,
     method: Method = "slsqp",
     seed: int | None = None,
     progress: Listener | None = None,
@@ -100,7 +100,7 @@ def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[
     """What the study of a name, or the only one that is an optimum, says: arguments of the verb by their names; none
     where there is no such study and none is named. Raises OptionError for unknown names, and several without one."""
     studies = plan.mechanism.studies
-    known = {key: own for key, described in studies.items() if isinstance(own := described.own, OptimumStudy)}
+    known = {key: study for key, entry in studies.items() if isinstance(study := entry.own, OptimumStudy)}
     if name is None:
         if len(known) > 1:
             raise OptionError(f"the file describes {len(known)} optima; name a study: {', '.join(known)}")
@@ -114,7 +114,7 @@ def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[
     goals = (study, *(study.goals or ()))
     values = {key: float(value) for key, value in plan.parameter_values(dict(fixed)).items()}
     return {
-        "vary": [Variable.described(plan.mechanism, key, own, values) for key, own in study.vary.items()],
+        "vary": [Variable.described(plan.mechanism, key, varied, values) for key, varied in study.vary.items()],
         "maximise": [goal.maximise for goal in goals if goal.maximise],
         "minimise": [goal.minimise for goal in goals if goal.minimise],
         "subject_to": list(study.subject_to),

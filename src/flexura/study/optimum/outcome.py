@@ -13,7 +13,14 @@ from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan, plan_of
-from flexura.study.optimum.climb import FEASIBLE, RISING_CURVATURE, STATIONARY, Method, Solved
+from flexura.study.optimum.climb import (
+    FEASIBLE_VIOLATION,
+    NO_ANSWER_BEYOND,
+    RISING_CURVATURE,
+    STATIONARY,
+    Method,
+    Solved,
+)
 from flexura.study.optimum.discrete import Chosen, Mixed
 from flexura.study.optimum.front import Front
 from flexura.study.optimum.landscape import ACTIVE, Landscape
@@ -37,10 +44,10 @@ FEWEST_DESIGNS = 4
 CONSTANT_GOAL = 1e-12
 """Relative difference of goals that are the same."""
 
-MISSED = 10 * FEASIBLE
+MISSED = 10 * FEASIBLE_VIOLATION
 """Violation, over the scale of a limit, from which on it is reported as missed."""
 
-DIGITS = 9
+OPTIMUM_DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""
 
 PROOF_TOLERANCE = 1e-3
@@ -59,10 +66,10 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     aim, wording, solved = task.aims[0], task.wording, chosen.solved
     x = _rounded(task, chosen.x)
     quantities = _quantities(task, chosen, x)
-    numbers = {own.text: float(quantities[wording.places[own.text]]) for own in wording.questions.quantities}
+    numbers = {text: float(quantities[place]) for text, place in wording.places.items()}
     violations = tuple(_violations(task, mixed.land, quantities))
-    named = {own.text for formula in task.formulas for own in formula.quantities}
-    asked = [own for own in wording.questions.quantities if own.text in named]  # without those beside them
+    named = {quantity for formula in task.formulas for quantity in formula.quantities}
+    asked = [quantity for quantity in wording.questions.quantities if quantity in named]  # without those beside them
     design = {**task.fixed, **dict(zip(task.names, map(float, x), strict=True))}
     proofs, warnings = proof(task.plan.mechanism, design, asked, numbers)
     active = tuple(_active(task, chosen, solved, quantities)) if solved is not None and not violations else ()
@@ -75,7 +82,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
         value=float(task.value(aim.formula, quantities)),
         variables=tuple(_variables(task, x)),
         active=active,
-        multipliers={own.text: own.multiplier for own in active},
+        multipliers={limit.text: limit.multiplier for limit in active},
         proof=proofs,
         kkt_residual=float("nan") if solved is None or violations else solved.stationarity.residual,
         starts=() if solved is None else tuple(_starts(task, chosen.land, solved)),
@@ -98,13 +105,12 @@ def pareto_of(task: Task, mixed: Mixed, front: Front, seed: int) -> Pareto:
     land, formulas = mixed.land, [aim.formula for aim in task.aims]
     designs = np.array([_rounded(task, x) for x in front.designs]).reshape(-1, len(task.names))
     quantities = [_worked_out(task, x) for x in designs]
-    values = np.array([[task.value(own, numbers) for own in formulas] for numbers in quantities], dtype=float)
+    values = np.array([[task.value(formula, row) for formula in formulas] for row in quantities], dtype=float)
     warnings, margins = list(_goal_warnings(task, mixed.known)), None
     if len(designs):
         middle = len(designs) // 2
         at = {**task.fixed, **dict(zip(task.names, designs[middle].tolist(), strict=True))}
-        texts = (own.text for own in task.wording.questions.quantities)
-        numbers = dict(zip(texts, quantities[middle].tolist(), strict=True))
+        numbers = dict(zip(task.wording.places, quantities[middle].tolist(), strict=True))
         margins = Margins(task.plan, at, (), f"design {middle}", formulas, numbers)
     else:
         text = "no design was found that meets the limits: there is no front"
@@ -132,7 +138,7 @@ def pareto_of(task: Task, mixed: Mixed, front: Front, seed: int) -> Pareto:
 
 def _rounded(task: Task, x: Array) -> Array:
     """Values with as many digits as are reported, within the bounds."""
-    rounded = np.array([float(f"{value:.{DIGITS}g}") for value in x])
+    rounded = np.array([float(f"{value:.{OPTIMUM_DIGITS}g}") for value in x])
     return np.clip(rounded, task.box.low, task.box.high)
 
 
@@ -162,11 +168,11 @@ def _violations(task: Task, land: Landscape, quantities: Array) -> Iterator[Viol
 
 def _variables(task: Task, x: Array) -> Iterator[OptimumVariable]:
     z = task.box.positions(x)
-    for k, own in enumerate(task.variables):
-        at = "" if own.kind != "continuous" else "low" if z[k] <= ACTIVE else "high" if z[k] >= 1 - ACTIVE else ""
-        levels = tuple(np.unique(own.values).tolist()) if own.kind == "choice" else ()
-        numbers = float(task.before[k]), float(x[k]), float(own.low), float(own.high)
-        yield OptimumVariable(own.name, own.unit, own.kind, *numbers, at, levels)
+    for k, variable in enumerate(task.variables):
+        at = "" if variable.kind != "continuous" else "low" if z[k] <= ACTIVE else "high" if z[k] >= 1 - ACTIVE else ""
+        levels = tuple(np.unique(variable.values).tolist()) if variable.kind == "choice" else ()
+        numbers = float(task.before[k]), float(x[k]), float(variable.low), float(variable.high)
+        yield OptimumVariable(variable.name, variable.unit, variable.kind, *numbers, at, levels)
 
 
 def _active(task: Task, chosen: Chosen, solved: Solved, quantities: Array) -> Iterator[ActiveLimit]:
@@ -226,7 +232,7 @@ def _starts(task: Task, land: Landscape, solved: Solved) -> Iterator[OptimumStar
             violation=float("nan") if end is None else end.violation,
             evaluations=climb.evaluations,
             agrees=solved.agrees(climb) and solved.is_here(climb),
-            said=climb.said,
+            said=climb.message,
         )
 
 
@@ -261,7 +267,8 @@ def _search_warnings(solved: Solved | None, violations: Sequence[Violation]) -> 
     residual = solved.stationarity.residual
     if residual > STATIONARY:
         text = f"the conditions of an optimum are missed by {residual:.2g} of the gradient: the search stopped short"
-        ended = [own.said for own in solved.climbs if own.best is solved.best and own.said.startswith("designs")]
+        ended = [climb.message for climb in solved.climbs if climb.best is solved.best]
+        ended = [message for message in ended if message == NO_ANSWER_BEYOND]
         yield Diagnostic("convergence", "", residual, STATIONARY, "1", "; ".join([text, *ended[:1]]))
     if solved.curvature > RISING_CURVATURE:
         text = "the design is stationary, but the goal curves upwards along what limits leave free: it is no optimum"
@@ -273,14 +280,15 @@ def _straddled(task: Task, margins: Margins, numbers: Mapping[str, float]) -> It
     for limit in task.limits:
         ends = margins.span(limit.evaluate, limit.quantities, numbers)
         if ends is not None and ends[0] < -MISSED < float(limit.evaluate(numbers)):
-            of = ", ".join(f"{own.text} {margins.texts[own.text]}" for own in limit.quantities)
+            texts = (quantity.text for quantity in limit.quantities)
+            of = ", ".join(f"{text} {margins.texts[text]}" for text in texts)
             yield f"{limit.text} is met by the description, and the part may miss it: model error of {of}"
 
 
 def _notes(task: Task, mixed: Mixed, chosen: Chosen, is_missed: bool) -> Iterator[str]:
     solved, land = chosen.solved, mixed.land
-    if chosen.said:
-        yield chosen.said if chosen.is_every else f"{chosen.said}; one that is further away may be better"
+    if chosen.text:
+        yield chosen.text if chosen.is_every else f"{chosen.text}; one that is further away may be better"
     if solved is not None:
         yield _agreement(task, chosen.land, solved, is_missed)
         if solved.passed:
@@ -344,40 +352,40 @@ class _Anew:
     @cached_property
     def modes(self) -> Modes:
         """Its modes, as many as are asked for, with proven intervals."""
-        found = modes(self.plan, n=max(numbered(own) or 1 for own in self.quantities))
-        self.warnings += found.warnings
-        return found
+        result = modes(self.plan, n=max(numbered(asked) or 1 for asked in self.quantities))
+        self.warnings += result.warnings
+        return result
 
     def stroke(self, pose: tuple[tuple[str, float], ...]) -> Stroke:
         """A pose that quantities are asked at, reached from rest."""
         if pose not in self._strokes:
-            most = max(numbered(own) or 1 for own in self.quantities if own.pose == pose)
+            most = max(numbered(asked) or 1 for asked in self.quantities if asked.pose == pose)
             self._strokes[pose] = stroke(self.plan, move=dict(pose), steps=2, n=most)
             self.warnings += self._strokes[pose].warnings
         return self._strokes[pose]
 
-    def checked(self, own: Quantity, value: float) -> Proof:
+    def checked(self, asked: Quantity, value: float) -> Proof:
         """A quantity worked out anew by the verb that has it, or else by the mechanism with these values."""
-        number = numbered(own)
-        if number is not None and not own.pose:
+        number = numbered(asked)
+        if number is not None and not asked.pose:
             mode = self.modes.modes[number - 1]
             low, high = mode.interval_hz
             hz = mode.frequency_hz if mode.full_frequency_hz is None else mode.full_frequency_hz
             interval = (low, high) if mode.is_indexed and low is not None and high is not None else None
-            return Proof(own.text, own.unit, value, float(hz), "modes", interval)
+            return Proof(asked.text, asked.unit, value, float(hz), "modes", interval)
         if number is not None:
-            pose = self.stroke(own.pose).poses[-1]
+            pose = self.stroke(asked.pose).poses[-1]
             interval = pose.frequency_interval_hz[number - 1] if pose.proven else None
-            return Proof(own.text, own.unit, value, pose.frequency_hz[number - 1], "stroke", interval)
-        if own.pose and own.kind == "stress":
-            found = self.stroke(own.pose)
-            members = found.stresses(len(found.poses) - 1).members
-            chosen = getattr(own.arguments[0], "members", ()) if own.arguments else [m.name for m in members]
+            return Proof(asked.text, asked.unit, value, pose.frequency_hz[number - 1], "stroke", interval)
+        if asked.pose and asked.kind == "stress":
+            path = self.stroke(asked.pose)
+            members = path.stresses(len(path.poses) - 1).members
+            chosen = getattr(asked.arguments[0], "members", ()) if asked.arguments else [m.name for m in members]
             stresses = [m.von_mises for m in members if m.von_mises is not None and m.name in chosen]
             if stresses:
-                return Proof(own.text, own.unit, value, max(stresses), "stroke")
-        answer = questions(self.plan, own.text).values({})
-        return Proof(own.text, own.unit, value, float(answer.value[0, 0]), "a plan of its own")
+                return Proof(asked.text, asked.unit, value, max(stresses), "stroke")
+        answer = questions(self.plan, asked.text).values({})
+        return Proof(asked.text, asked.unit, value, float(answer.value[0, 0]), "a plan of its own")
 
 
 def proof(
@@ -394,14 +402,16 @@ def proof(
     def warn(text: str, difference: float, words: str) -> None:
         warnings.append(Diagnostic("proof", text, difference, PROOF_TOLERANCE, "1", words))
 
-    for own in quantities:
+    for asked in quantities:
+        text = asked.text
         try:
-            proofs.append(anew.checked(own, numbers[own.text]))
+            proofs.append(anew.checked(asked, numbers[text]))
         except FlexuraError as error:
-            warn(own.text, float("nan"), f"{own.text} could not be worked out anew at the optimum: {error}")
-    for own in proofs:
-        low, high = own.interval or (own.checked, own.checked)
-        if own.difference > PROOF_TOLERANCE and not low <= own.value <= high:
-            words = f"{own.text} is {own.checked:.6g} {own.unit} by {own.by} and was {own.value:.6g} in the search:"
-            warn(own.text, own.difference, f"{words} the optimum is that of the search, which differs")
+            warn(text, float("nan"), f"{text} could not be worked out anew at the optimum: {error}")
+    for one in proofs:
+        text, checked = one.text, one.checked
+        low, high = one.interval or (checked, checked)
+        if one.difference > PROOF_TOLERANCE and not low <= one.value <= high:
+            words = f"{text} is {checked:.6g} {one.unit} by {one.by} and was {one.value:.6g} in the search:"
+            warn(text, one.difference, f"{words} the optimum is that of the search, which differs")
     return tuple(proofs), [*warnings, *anew.warnings]

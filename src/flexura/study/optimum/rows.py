@@ -21,7 +21,7 @@ NEIGHBOURS = 2
 MOST_VERSIONS = 512
 """Versions of a row at most; what would make more of them stands for itself."""
 
-MOST_PARTS = 32
+MOST_ROW_PARTS = 32
 """Parts of a row at most; what would have more of them stands for itself."""
 
 
@@ -160,13 +160,16 @@ class FormulaSum:
     @property
     def used(self) -> set[int]:
         """Places of the quantities that it depends on."""
-        return {self.places[quantity.text] for _, formula in self.terms for quantity in formula.quantities}
+        return {place for _, formula in self.terms for place in self._places(formula).values()}
+
+    def _places(self, formula: Formula) -> dict[str, int]:
+        return {quantity.text: self.places[quantity.text] for quantity in formula.quantities}
 
     def value(self, quantities: Array) -> Array:
         """Values (...), SI, at quantities (..., q)."""
         values = np.zeros(quantities.shape[:-1])
         for sign, formula in self.terms:
-            known = {own.text: quantities[..., self.places[own.text]] for own in formula.quantities}
+            known = {text: quantities[..., place] for text, place in self._places(formula).items()}
             values = values + sign * np.asarray(formula.evaluate(known))
         return values
 
@@ -174,8 +177,8 @@ class FormulaSum:
         """Partial derivatives (q,) at quantities (q,)."""
         slope, eye = np.zeros(len(quantities)), np.eye(len(quantities))
         for sign, formula in self.terms:
-            places = {own.text: self.places[own.text] for own in formula.quantities}
-            value = formula.evaluate({text: Dual(quantities[k], eye[k]) for text, k in places.items()})
+            known = {text: Dual(quantities[place], eye[place]) for text, place in self._places(formula).items()}
+            value = formula.evaluate(known)
             slope = slope + sign * value.slope if isinstance(value, Dual) else slope
         return slope
 
@@ -199,7 +202,7 @@ class Wording:
         """A row of the function, with the parts that it is the least of, or the frequencies and the worst of several
         that it depends on."""
         parts = function.parts()
-        if 1 < len(parts) <= MOST_PARTS:
+        if 1 < len(parts) <= MOST_ROW_PARTS:
             most = MOST_VERSIONS // len(parts)
             return Row(function, scale, parts=tuple(self._smooth(part, scale, most) for part in parts))
         return self._smooth(function, scale, MOST_VERSIONS)
@@ -230,15 +233,15 @@ def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
         names = [f"f{k} {pose}".strip() for k in range(1, min(top + NEIGHBOURS, plan.topology.n_dof) + 1)]
         texts += [name for name in names if name not in texts]
         ascending.append(tuple(texts.index(name) for name in names))
-    own = questions(plan, texts)
+    asked_of_all = questions(plan, texts)
     places, parts, worsts = {text: k for k, text in enumerate(texts)}, list[Quantity](), list[Worst]()
-    for quantity in own.quantities:
+    for quantity in asked_of_all.quantities:
         if len(members := by_members(plan, quantity)) > 1:
             first = len(texts) + len(parts)
             sign = 1 if quantity.kind == "stress" else -1
             worsts.append(Worst(places[quantity.text], tuple(range(first, first + len(members))), sign))
             parts += members
-    return Wording(own, places, tuple(ascending), tuple(parts), tuple(worsts))
+    return Wording(asked_of_all, places, tuple(ascending), tuple(parts), tuple(worsts))
 
 
 def numbered(quantity: Quantity) -> int | None:

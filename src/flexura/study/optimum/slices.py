@@ -37,7 +37,7 @@ INVISIBLE = 1e-3
 MOST_LEVELS = 60
 """Values of a list, or whole numbers, that are shown."""
 
-LARGE = 3000
+LARGE_ORDER = 3000
 """Free DOFs of a mechanism of which nothing is asked everywhere."""
 
 NEAR_ENOUGH = 0.01
@@ -134,7 +134,7 @@ class _Asked:
     @property
     def quantities(self) -> list[Quantity]:
         """All of it, each once."""
-        return [*dict.fromkeys(own for asked in (self.goal, *self.limits) for own in asked.quantities)]
+        return [*dict.fromkeys(quantity for asked in (self.goal, *self.limits) for quantity in asked.quantities)]
 
     def values(self, quantities: Sequence[Quantity], x: Mapping[str, Array]) -> dict[str, Array]:
         """What is asked by its text, of designs whose variables are moved."""
@@ -161,7 +161,7 @@ class _Asked:
         itself is interpolated between some, and over two of them frequencies where nobody would see it."""
         quick, slow = list[Quantity](), list[Quantity]()
         for quantity in self.quantities:
-            is_quick = Questions(self.plan, (quantity,)).is_stacked and self.plan.topology.n_dof <= LARGE
+            is_quick = Questions(self.plan, (quantity,)).is_stacked and self.plan.topology.n_dof <= LARGE_ORDER
             (quick if is_quick or not smooth else slow).append(quantity)
         answers = dict[str, Array]()
         if smooth == len(NODES) and (frequencies := [quantity for quantity in quick if quantity.kind == "f"]):

@@ -19,7 +19,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.duals import Dual
 from flexura.errors import ExpressionError, OptionError
-from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Number, Tree, parts_of
+from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Tree, parts_of
 from flexura.expressions import format_tree as text_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
@@ -40,8 +40,35 @@ class Sloped(NamedTuple):
     slope: Array
 
 
+class _Evaluated(Record):
+    """What follows from what is asked of a design."""
+
+    questions: Any
+
+    def evaluate(self, values: Mapping[str, Any]) -> Any:
+        """The number from the values of what is asked by text."""
+        raise NotImplementedError
+
+    def _values(self, parameters: Mapping[str, ArrayLike]) -> Array:
+        """The number (designs,) of designs, SI; NaN where it cannot be worked out."""
+        answers, quantities = self.questions.values(parameters), self.questions.quantities
+        values = self.evaluate({quantity.text: answers.value[:, k] for k, quantity in enumerate(quantities)})
+        return np.broadcast_to(np.asarray(values, dtype=float), answers.value.shape[:1]).copy()
+
+    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Sloped:
+        """The number of one design with its derivatives by the parameters `names`, as `Questions.slopes`.
+
+        Where `min` or `max` has the choice between equal numbers that part as a parameter moves, the derivative by it
+        is NaN.
+        """
+        number = self.evaluate(self.questions.slopes(parameters, names).numbers)
+        if isinstance(number, Dual):
+            return Sloped(float(number.value), np.array(number.slope, dtype=float))
+        return Sloped(float(number), np.zeros(len(names)))
+
+
 @dataclass(frozen=True, repr=False)
-class Formula(Record):
+class Formula(_Evaluated):
     """A number that follows from what is asked of a design: `text` as written, `questions` that it is made of, and
     physical dimension."""
 
@@ -70,23 +97,24 @@ class Formula(Record):
     def parts(self, function: Literal["min", "max"]) -> list[Formula]:
         """Formulas of which this is the least (`min`) or the largest (`max`): itself alone where it is neither."""
         trees = parts_of(self.expression.tree, function)
-        return [self] if len(trees) == 1 else [self._of(Expression(tree)) for tree in trees]
-
-    def _of(self, part: Expression) -> Formula:
-        """A part of it with what is asked in that."""
-        used = [k for k in range(len(self.quantities)) if _placeholder(k) in part.names]
-        questions = Questions(self.questions.plan, tuple(self.quantities[k] for k in used))
-        own = part.renamed({_placeholder(k): _placeholder(number) for number, k in enumerate(used)})
-        return Formula(_shown(part.tree, self.quantities), questions, own, self.dimension)
+        if len(trees) == 1:
+            return [self]
+        formulas = []
+        for part in map(Expression, trees):
+            used = [k for k in range(len(self.quantities)) if _placeholder(k) in part.names]
+            questions = Questions(self.questions.plan, tuple(self.quantities[k] for k in used))
+            renamed = part.renamed({_placeholder(k): _placeholder(number) for number, k in enumerate(used)})
+            formulas.append(Formula(_shown(part.tree, self.quantities), questions, renamed, self.dimension))
+        return formulas
 
     def evaluate(self, values: Mapping[str, Any]) -> Any:
         """The number from the values of what is asked by text, e.g. `f1`, SI: floats, arrays, or numbers with slopes.
 
         Nothing is proven of it, and it is NaN where one of them is.
         """
-        own = {_placeholder(k): values[asked.text] for k, asked in enumerate(self.quantities)}
+        named = {_placeholder(k): values[quantity.text] for k, quantity in enumerate(self.quantities)}
         with np.errstate(all="ignore"):
-            return self._compiled(own)
+            return self._compiled(named)
 
     @cached_property
     def _compiled(self) -> Callable[[Mapping[str, Any]], Any]:
@@ -94,21 +122,11 @@ class Formula(Record):
 
     def values(self, parameters: Mapping[str, ArrayLike]) -> Array:
         """The number (designs,) of designs, SI, as `Questions.values`; NaN where it cannot be worked out."""
-        found = self.questions.values(parameters)
-        own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
-        return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
-
-    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Sloped:
-        """The number of one design with its derivatives by the parameters `names`, as `Questions.slopes`.
-
-        Where `min` or `max` has the choice between equal numbers that part as a parameter moves, the derivative by it
-        is NaN.
-        """
-        return _sloped(self.evaluate(self.questions.slopes(parameters, names).numbers), len(names))
+        return self._values(parameters)
 
 
 @dataclass(frozen=True, repr=False)
-class Relation(Record):
+class Relation(_Evaluated):
     """That one formula is at most, or at least, another; `margin` is positive or zero where it is met.
 
     Margins are the difference of the sides over `scale`: the size of the side that asks nothing, or else that of the
@@ -145,19 +163,7 @@ class Relation(Record):
 
     def margin(self, parameters: Mapping[str, ArrayLike]) -> Array:
         """The margin (designs,) of designs, NaN where it cannot be worked out."""
-        found = self.questions.values(parameters)
-        own = {asked.text: found.value[:, k] for k, asked in enumerate(self.quantities)}
-        return np.broadcast_to(np.asarray(self.evaluate(own), dtype=float), found.value.shape[:1]).copy()
-
-    def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> Sloped:
-        """The margin of one design with its derivatives by the parameters `names`, as `Formula.slopes`."""
-        return _sloped(self.evaluate(self.questions.slopes(parameters, names).numbers), len(names))
-
-
-def _sloped(found: Any, count: int) -> Sloped:
-    if isinstance(found, Dual):
-        return Sloped(float(found.value), np.array(found.slope, dtype=float))
-    return Sloped(float(found), np.zeros(count))
+        return self._values(parameters)
 
 
 @verb
@@ -179,8 +185,8 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
     head, places = trailing_pose(text)
     signs = _RELATION.findall(re.sub(r"(?<![<>=!])=(?![<>=])", " ", head))
     if len(signs) != 1 or signs[0] not in _SENSES:
-        said = "two relations" if len(signs) > 1 else "FORMULA <= FORMULA or FORMULA >= FORMULA"
-        raise OptionError(f"{text.strip()!r} is no relation: write {said}, e.g. stress(left) <= 400 MPa")
+        form = "two relations" if len(signs) > 1 else "FORMULA <= FORMULA or FORMULA >= FORMULA"
+        raise OptionError(f"{text.strip()!r} is no relation: write {form}, e.g. stress(left) <= 400 MPa")
     plan = plan_of(model)
     parts = head.split(signs[0])
     left, right = (_formula(plan, part, part.strip(), places) for part in parts)
@@ -197,19 +203,21 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
 
 def _formula(plan: Plan, text: str, shown: str, places: Sequence[Place]) -> Formula:
     """The formula of a text without the pose that it ends with."""
-    reader, found, written, last = Reader(plan), list[Quantity](), "", 0
+    reader, quantities, written, last = Reader(plan), list[Quantity](), "", 0
     for span in names_in(text, reader.is_unit):
         quantity = reader.quantity(span.asked, places)
-        if quantity not in found:
-            found.append(quantity)
-        written += f"{text[last : span.start]} {_placeholder(found.index(quantity))} "
+        if quantity not in quantities:
+            quantities.append(quantity)
+        written += f"{text[last : span.start]} {_placeholder(quantities.index(quantity))} "
         last = span.stop
+    expression = None
     try:
         expression = Expression.parse(written + text[last:], _unit, reader.is_unit)
-        dimension = expression.dimension(_dimensions(found))
+        dimension = expression.dimension(_dimensions(quantities))
     except ExpressionError as error:
-        raise OptionError(f"{shown!r}: {_explained(written + text[last:], reader, found, error)}") from None
-    return Formula(shown, Questions(plan, tuple(found)), expression, NUMBER if dimension is None else dimension)
+        clash = "" if expression is None else _clash(expression.tree, quantities)
+        raise OptionError(f"{shown!r}: {clash or error}") from None
+    return Formula(shown, Questions(plan, tuple(quantities)), expression, NUMBER if dimension is None else dimension)
 
 
 def _placeholder(number: int) -> str:
@@ -217,21 +225,12 @@ def _placeholder(number: int) -> str:
 
 
 def _dimensions(quantities: Sequence[Quantity]) -> dict[str, Dimension | None]:
-    return {_placeholder(k): own.dimension for k, own in enumerate(quantities)}
+    return {_placeholder(k): quantity.dimension for k, quantity in enumerate(quantities)}
 
 
 def _unit(number: str, text: str) -> tuple[float, Dimension]:
     value, exponents = parse_quantity(f"{number} [{text}]")
     return value, Dimension(*exponents)
-
-
-def _explained(text: str, reader: Reader, quantities: Sequence[Quantity], error: ExpressionError) -> str:
-    """What is wrong with a formula: of clashing dimensions, those of which terms."""
-    try:
-        clash = _clash(Expression.parse(text, _unit, reader.is_unit).tree, quantities)
-    except ExpressionError:
-        clash = ""
-    return clash or str(error)
 
 
 def _clash(tree: Tree, quantities: Sequence[Quantity]) -> str:
@@ -256,10 +255,10 @@ def _clash(tree: Tree, quantities: Sequence[Quantity]) -> str:
     sizes = [Expression(part).dimension(known) for part in pairs]
     if None in sizes or sizes[0] == sizes[1]:
         return ""
-    said = " and ".join(
+    terms = " and ".join(
         f"{_shown(part, quantities)} {_in(size)}" for part, size in zip(pairs, sizes, strict=True) if size
     )
-    return f"terms of a sum, and what is compared, have one dimension; these are {said}"
+    return f"terms of a sum, and what is compared, have one dimension; these are {terms}"
 
 
 def _in(dimension: Dimension) -> str:
@@ -268,10 +267,6 @@ def _in(dimension: Dimension) -> str:
 
 def _shown(tree: Tree, quantities: Sequence[Quantity]) -> str:
     """Text of a part of a formula."""
-    names = {_placeholder(k): own.text for k, own in enumerate(quantities)}
-    written = text_of(tree, _literal)
+    names = {_placeholder(k): quantity.text for k, quantity in enumerate(quantities)}
+    written = text_of(tree, lambda number: format_quantity(number.value, number.dimension or NUMBER))
     return re.sub(r"\b_\d+\b", lambda match: names.get(match[0], match[0]), written)
-
-
-def _literal(number: Number) -> str:
-    return format_quantity(number.value, number.dimension or NUMBER)

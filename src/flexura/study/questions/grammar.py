@@ -47,9 +47,9 @@ class Kind:
     def written(self) -> str:
         """How it is asked, e.g. `mass[(BODY)]`."""
         least = len(self.arguments) - self.optional
-        inside = ", ".join(SIGNS[own] for own in self.arguments[:least])
-        for own in self.arguments[least:]:
-            inside += f"[, {SIGNS[own]}]" if inside else SIGNS[own]
+        inside = ", ".join(SIGNS[argument] for argument in self.arguments[:least])
+        for argument in self.arguments[least:]:
+            inside += f"[, {SIGNS[argument]}]" if inside else SIGNS[argument]
         if not inside:
             return self.name
         return f"{self.name}({inside})" if least else f"{self.name}[({inside})]"
@@ -135,7 +135,7 @@ def unknown_name(name: str, parameters: list[str]) -> str:
     return f"{name!r} is no quantity; {near}{' ' if near else ''}known: {', '.join(askable())}"
 
 
-MAX_LENGTH = 20_000
+MOST_CHARACTERS = 20_000
 """Characters of what is asked at once."""
 
 STROKE = "stroke"
@@ -185,13 +185,13 @@ class Span(NamedTuple):
 def separate(text: str) -> list[Asked]:
     """The names that a text asks for, separated by commas. Raises OptionError for anything else."""
     _refuse_long(text)
-    found, position = list[Asked](), 0
+    names, position = list[Asked](), 0
     while True:
-        asked, position = _asked_at(text, position)
-        found.append(asked)
+        name, position = _asked_at(text, position)
+        names.append(name)
         rest = text[position:].strip()
         if not rest:
-            return found
+            return names
         if rest[0] != ",":
             raise OptionError(_unexpected(text, position))
         position = text.index(",", position) + 1
@@ -204,28 +204,22 @@ def names_in(text: str, is_unit: Callable[[str], bool] = lambda _: False) -> lis
     Raises OptionError for poses that cannot be read.
     """
     _refuse_long(text)
-    found, position, is_number = list[Span](), 0, False
+    spans, position, is_number = list[Span](), 0, False
     while (match := _TOKEN.match(text, position)) is not None:
         position, name, start = match.end(), match["name"], match.start("name")
         if name is None:
             is_number = match["number"] is not None
             if is_number and not text[position - 1].isdigit() and text[position - 1] not in "].":
-                position = _end_of_unit(text, position, is_unit)
+                while (more := _FURTHER.match(text, position)) is not None and is_unit(more["unit"]):
+                    position = more.end()
             continue
         if is_number:
             raise OptionError(f"{text[:position].strip()!r}: a number is joined with what follows by an operator: *")
         if name in CONSTANTS or name in FUNCTIONS:
             continue
         asked, position = _asked_at(text, start)
-        found.append(Span(asked, start, position))
-    return found
-
-
-def _end_of_unit(text: str, position: int, is_unit: Callable[[str], bool]) -> int:
-    """Where a unit ends whose first name ends at a position."""
-    while (more := _FURTHER.match(text, position)) is not None and is_unit(more["unit"]):
-        position = more.end()
-    return position
+        spans.append(Span(asked, start, position))
+    return spans
 
 
 def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:
@@ -242,8 +236,8 @@ def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:
 
 
 def _refuse_long(text: str) -> None:
-    if len(text) > MAX_LENGTH:
-        raise OptionError(f"quantities have at most {MAX_LENGTH} characters, not {len(text)}")
+    if len(text) > MOST_CHARACTERS:
+        raise OptionError(f"quantities have at most {MOST_CHARACTERS} characters, not {len(text)}")
 
 
 def _asked_at(text: str, position: int) -> tuple[Asked, int]:
@@ -255,8 +249,8 @@ def _asked_at(text: str, position: int) -> tuple[Asked, int]:
         raise OptionError(_unexpected(text, position))
     name, position = match["name"], match.end()
     arguments: tuple[str, ...] = ()
-    if (own := _ARGUMENTS.match(text, position)) is not None:
-        arguments, position = tuple(_unquoted(part.strip()) for part in own[1].split(",")), own.end()
+    if (inside := _ARGUMENTS.match(text, position)) is not None:
+        arguments, position = tuple(_unquoted(part.strip()) for part in inside[1].split(",")), inside.end()
     elif re.match(r"\s*\(", text[position:]):
         raise OptionError(f"{name}: a ( is not closed {_where(text, position)}")
     places: tuple[Place, ...] = ()

@@ -24,19 +24,20 @@ Worker = Callable[[OneDesign, Sequence[Quantity]], "dict[str, Moved]"]
 
 EXACT = "exact for the description"
 
-LEAST = 1e-3
+LEAST_FACTOR = 1e-3
 """What is left of a number at least."""
 
-FEWEST = 6
+FEWEST_MODES = 6
 """Modes that are looked at at least, as `modes` has them."""
 
-NO_EVIDENCE: dict[str, tuple[str, ...]] = {
-    "a stroke until something yields": ("reach",),
-    "a force that holds a pose": ("force",),
-    "a buckling factor": ("buckling",),
-    "a frequency response": ("frf", "frf_peak"),
+NO_EVIDENCE = {
+    "reach": "a stroke until something yields",
+    "force": "a force that holds a pose",
+    "buckling": "a buckling factor",
+    "frf": "a frequency response",
+    "frf_peak": "a frequency response",
 }
-"""What there is no evidence for, and who follows from it."""
+"""Kinds that there is no evidence for."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class Moved:
 
     def by(self, sign: float, group: str) -> float:
         """What the quantity is multiplied by at an end of what one group of assumptions leaves open."""
-        return max(1 + self.middle + sign * self.spread.get(group, 0.0), LEAST) ** self.power
+        return max(1 + self.middle + sign * self.spread.get(group, 0.0), LEAST_FACTOR) ** self.power
 
 
 @dataclass(frozen=True, repr=False)
@@ -77,40 +78,39 @@ class Margins(Record):
     def intervals(self) -> dict[str, Interval | None]:
         """By question, where the part's value lies: between 1 + low and 1 + high times the one given; None where there
         is no evidence."""
-        return {text: own if isinstance(own, tuple) else None for text, own in self._found.items()}
+        return {text: interval if isinstance(interval, tuple) else None for text, interval in self._errors.items()}
 
     @property
     def reasons(self) -> dict[str, str]:
         """Why questions have no model error."""
-        return {text: own for text, own in self._found.items() if isinstance(own, str)}
+        return {text: why for text, why in self._errors.items() if isinstance(why, str)}
 
     @property
     def texts(self) -> dict[str, str]:
         """In words, by question."""
-        return {text: own if isinstance(own, str) else interval_text(own) for text, own in self._found.items()}
+        return {text: error if isinstance(error, str) else interval_text(error) for text, error in self._errors.items()}
 
     @property
     def lines(self) -> list[str]:
         """A line for each question."""
-        told = self.texts.items()
-        return [f"{name}: model error {text} ({self.where})" for name, text in told if name not in self.reasons] + [
-            f"{name}: no model error, {why}" for name, why in self.reasons.items()
-        ]
+        texts = self.texts.items()
+        known = [f"{name}: model error {text} ({self.where})" for name, text in texts if name not in self.reasons]
+        return [*known, *(f"{name}: no model error, {why}" for name, why in self.reasons.items())]
 
     @cached_property
-    def _found(self) -> dict[str, Interval | str]:
-        found = {own.text: self._relative(lambda v, text=own.text: v[text], [own], {}) for own in self.quantities}
-        for own in self.formulas:
-            found[own.text] = self._relative(own.evaluate, own.quantities, self.values or {})
-        return found
+    def _errors(self) -> dict[str, Interval | str]:
+        errors = {own.text: self._relative(lambda v, text=own.text: v[text], [own], {}) for own in self.quantities}
+        for formula in self.formulas:
+            errors[formula.text] = self._relative(formula.evaluate, formula.quantities, self.values or {})
+        return errors
 
     def _relative(
         self, evaluate: Callable[..., float], asked: Sequence[Quantity], values: Mapping[str, float]
     ) -> Interval | str:
-        own = {quantity.text: values.get(quantity.text, 1.0) for quantity in asked}
+        given = {quantity.text: values.get(quantity.text, 1.0) for quantity in asked}
         if (why := self._why(asked)) is not None:
             return why
-        whole, ends = float(evaluate(own)), self.span(evaluate, asked, own)
+        whole, ends = float(evaluate(given)), self.span(evaluate, asked, given)
         if not whole or ends is None or not np.isfinite([*ends, whole]).all():
             return "it is zero, or not known"
         low, high = sorted(end / whole - 1 for end in ends)
@@ -118,27 +118,29 @@ class Margins(Record):
 
     def _why(self, asked: Sequence[Quantity]) -> str | None:
         """Why there is no model error of what follows from quantities; None where there is."""
-        without = [own.reason for quantity in asked if not (own := self.moved(quantity)).is_known]
-        exact = all(self.moved(quantity).reason == EXACT for quantity in asked)
-        return without[0] if without else EXACT if exact else None
+        moved = [self.moved(quantity) for quantity in asked]
+        for own in moved:
+            if not own.is_known:
+                return own.reason
+        return EXACT if all(own.reason == EXACT for own in moved) else None
 
     def span(
         self, evaluate: Callable[..., float], asked: Sequence[Quantity], values: Mapping[str, float]
     ) -> Interval | None:
         """Where a number that follows from quantities, of given values, lies of the part: each group of assumptions
         moves all of them at once, and groups add in squares. None where one has no evidence."""
-        if self._why(asked) not in (None, EXACT) or any(own.text not in values for own in asked):
+        if self._why(asked) not in (None, EXACT) or any(quantity.text not in values for quantity in asked):
             return None
-        moved = {own.text: self.moved(own) for own in asked}
-        if len(moved) == 1:
-            [(text, own)] = moved.items()
-            half = float(np.sqrt(sum(part**2 for part in own.spread.values())))
-            moved = {text: Moved(own.power, "", own.middle, {"": half})}
+        shifts = {quantity.text: self.moved(quantity) for quantity in asked}
+        if len(shifts) == 1:
+            [(text, shift)] = shifts.items()
+            half = float(np.sqrt(sum(part**2 for part in shift.spread.values())))
+            shifts = {text: Moved(shift.power, "", shift.middle, {"": half})}
 
         def at(sign: float, group: str = "") -> float:
-            return float(evaluate({text: values[text] * own.by(sign, group) for text, own in moved.items()}))
+            return float(evaluate({text: values[text] * shift.by(sign, group) for text, shift in shifts.items()}))
 
-        groups = dict.fromkeys(group for own in moved.values() for group in own.spread)
+        groups = dict.fromkeys(group for shift in shifts.values() for group in shift.spread)
         middle, ends = at(0.0), [(at(-1.0, group), at(1.0, group)) for group in groups]
         if len(ends) == 1:
             return min(middle, *ends[0]), max(middle, *ends[0])
@@ -151,24 +153,24 @@ class Margins(Record):
             return Moved(0.0, EXACT)
         if asked.kind in WORKED_OUT:
             return self._groups[asked.pose, WORKED_OUT[asked.kind]][asked.text]
-        [what] = (what for what, kinds in NO_EVIDENCE.items() if asked.kind in kinds)
-        return Moved(0.0, f"no evidence for {what}")
+        return Moved(0.0, f"no evidence for {NO_EVIDENCE[asked.kind]}")
 
     @cached_property
     def _groups(self) -> dict[tuple[Pose, Worker], dict[str, Moved]]:
         """What assumptions do to quantities, by the pose that they are asked at and how that is worked out."""
-        every = dict.fromkeys((*self.quantities, *(own for one in self.formulas for own in one.quantities)))
-        single, kept = OneDesign(self.plan, self.parameters, tuple(every)), dict[tuple[Pose, Worker], list[Quantity]]()
-        for own in every:
-            if own.kind in WORKED_OUT:
-                kept.setdefault((own.pose, WORKED_OUT[own.kind]), []).append(own)
-        found: dict[tuple[Pose, Worker], dict[str, Moved]] = {}
-        for (pose, work), asked in kept.items():
+        of_formulas = (quantity for formula in self.formulas for quantity in formula.quantities)
+        every = tuple(dict.fromkeys((*self.quantities, *of_formulas)))
+        single, groups = OneDesign(self.plan, self.parameters, every), dict[tuple[Pose, Worker], list[Quantity]]()
+        for quantity in every:
+            if quantity.kind in WORKED_OUT:
+                groups.setdefault((quantity.pose, WORKED_OUT[quantity.kind]), []).append(quantity)
+        moved: dict[tuple[Pose, Worker], dict[str, Moved]] = {}
+        for (pose, work), quantities in groups.items():
             try:
-                found[pose, work] = work(single, asked)
+                moved[pose, work] = work(single, quantities)
             except FAILURES as error:
-                found[pose, work] = {own.text: Moved(0.0, reason_of(error)) for own in asked}
-        return found
+                moved[pose, work] = {quantity.text: Moved(0.0, reason_of(error)) for quantity in quantities}
+        return moved
 
 
 class OfThePart:
@@ -190,41 +192,43 @@ class OfThePart:
 
 def _frequencies(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     model = single.state(asked[0]).free.model
-    numbers = {own.text: single.mode(own)[0] for own in asked}
-    errors, _ = model_errors_of_modes(model, min(max(FEWEST, 1 + max(numbers.values())), model.order))
+    numbers = {quantity.text: single.mode(quantity)[0] for quantity in asked}
+    errors, _ = model_errors_of_modes(model, min(max(FEWEST_MODES, 1 + max(numbers.values())), model.order))
     return {text: _moved(errors, k, -0.5) for text, k in numbers.items()}
 
 
 def _statics(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
-    state, found = single.state(asked[0]), dict[str, Moved]()
+    state, held = single.state(asked[0]), list[Quantity]()
     if isinstance(state, PosedState):
-        held = [own for own in asked if own.kind in ("compliance", "stiffness")]
-        found = {own.text: Moved(0.0, "not worked out where a pose holds displacements") for own in held}
-        asked, state = [own for own in asked if own not in held], state.free
-    kinds = np.array([own.kind for own in asked])
+        held = [quantity for quantity in asked if quantity.kind in ("compliance", "stiffness")]
+        asked = [quantity for quantity in asked if quantity not in held]
+    moved = {quantity.text: Moved(0.0, "not worked out where a pose holds displacements") for quantity in held}
+    if not asked:
+        return moved
+    kinds = np.array([quantity.kind for quantity in asked])
 
     def read(moved: Array, at_force: Array) -> Array:
         return np.select([kinds == "stiffness", kinds == "amplification"], [1 / moved, moved / at_force], moved)
 
-    errors = state.model_errors([ends_of(own) for own in asked], read) if asked else None
-    return found | {own.text: _moved(errors, k, 1.0) for k, own in enumerate(asked) if errors is not None}
+    errors = state.free.model_errors([ends_of(quantity) for quantity in asked], read)
+    return moved | {quantity.text: _moved(errors, k, 1.0) for k, quantity in enumerate(asked)}
 
 
 def _stresses(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     state = single.state(asked[0])
     ends = None if isinstance(state, PosedState) else state.stress_error
     if ends is None:
-        return {own.text: Moved(0.0, "no evidence for this stress") for own in asked}
-    half = (ends[1] - ends[0]) / 2
-    powers = {own.text: -1.0 if own.kind == "margin" else 1.0 for own in asked}
-    return {text: Moved(power, "", sum(ends) / 2, {"stress": half}) for text, power in powers.items()}
+        return {quantity.text: Moved(0.0, "no evidence for this stress") for quantity in asked}
+    middle, half = sum(ends) / 2, (ends[1] - ends[0]) / 2
+    powers = {quantity.text: -1.0 if quantity.kind == "margin" else 1.0 for quantity in asked}
+    return {text: Moved(power, "", middle, {"stress": half}) for text, power in powers.items()}
 
 
 def _moved(errors: ModelError, k: int, power: float) -> Moved:
     """What a number that model errors are of is moved by."""
     if errors.intervals[k] is None:
         return Moved(0.0, errors.reason[k] or "it is zero, or not known")
-    spread = {group or f"{power} {k}": float(own[k]) for group, own in errors.spread.items()}
+    spread = {group or f"{power} {k}": float(parts[k]) for group, parts in errors.spread.items()}
     return Moved(power, "", float(errors.middle[k]), spread)
 
 

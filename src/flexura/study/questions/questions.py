@@ -31,7 +31,7 @@ from flexura.study.questions.grammar import FREQUENCY, Quantity, askable, separa
 from flexura.study.questions.reading import Freedom, Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
-from flexura.study.questions.states import MODES, ModalMotion, clear_mode
+from flexura.study.questions.states import MODES_FOLLOWED, ModalMotion, clear_mode
 
 
 @verb
@@ -227,7 +227,7 @@ class _Frequencies:
         """Number the modes that move what is asked, of designs where that is clear."""
         plan = self.block.plan
         nodes = plan.topology.numbers([freedom.node for freedom in self.followed.values()])
-        count = min(MODES, plan.topology.n_dof)
+        count = min(MODES_FOLLOWED, plan.topology.n_dof)
         motions = independent_motions(plan, self.block.some(designs), nodes, count)
         if motions is None:
             return

@@ -33,7 +33,7 @@ from flexura.units import format_quantity, is_unit, parse_quantity, split_quanti
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Axes of displacements as they are shown; those of DOFs are read as well."""
 
-MOST_MODES = 10_000
+MOST_FREQUENCIES = 10_000
 
 _NUMBERED = re.compile(r"f([1-9]\d{0,8})")
 _SPELLING: dict[str, str] = dict(zip((*DOF_NAMES, *AXES), (*AXES, *AXES), strict=True))
@@ -132,13 +132,14 @@ class Reader:
         text = f"f{mode}" if mode else f"{kind.name}({shown})" if read else kind.name
         if kind.name == "parameter" and shown not in KINDS and not _NUMBERED.fullmatch(shown):
             text = shown
-        own = Quantity(text + (f" at {pose_text(pose)}" if pose else ""), self.unit(kind, read), kind.name, read, pose)
-        self.refuse_meaningless(own)
-        return own
+        at = f" at {pose_text(pose)}" if pose else ""
+        quantity = Quantity(text + at, self.unit(kind, read), kind.name, read, pose)
+        self.refuse_meaningless(quantity)
+        return quantity
 
     def mode(self, asked: Asked, number: int) -> int:
         """The number of a mode."""
-        most = min(self.plan.topology.n_dof, MOST_MODES)
+        most = min(self.plan.topology.n_dof, MOST_FREQUENCIES)
         if asked.arguments:
             raise OptionError(f"{asked.name} takes no arguments; f(NODE.DOF) is the mode in which that moves most")
         if number > most:
@@ -149,15 +150,16 @@ class Reader:
         """What the arguments of a name stand for."""
         least, most = len(kind.arguments) - kind.optional, len(kind.arguments)
         if not least <= len(texts) <= most or not all(texts):
-            own = not texts and kind.name in self.plan.mechanism.parameters
-            hint = f"; the parameter is parameter({kind.name})" if own else ""
+            is_parameter = not texts and kind.name in self.plan.mechanism.parameters
+            hint = f"; the parameter is parameter({kind.name})" if is_parameter else ""
             raise OptionError(f"{kind.name} is written {kind.written}, not with ({', '.join(texts)}){hint}")
-        found = tuple(self.argument(kind.name, own, text) for own, text in zip(kind.arguments, texts, strict=False))
-        if kind.name == "frf_peak" and not float(found[2]) < float(found[3]):  # type: ignore[arg-type]
+        pairs = zip(kind.arguments, texts, strict=False)
+        read = tuple(self.argument(kind.name, argument, text) for argument, text in pairs)
+        if kind.name == "frf_peak" and not float(read[2]) < float(read[3]):  # type: ignore[arg-type]
             raise OptionError(
                 f"frf_peak: a band goes from a lower frequency to a higher one, not {texts[2]}, {texts[3]}"
             )
-        return found
+        return read
 
     def argument(self, name: str, kind: Argument, text: str) -> object:
         """What one argument stands for."""
@@ -178,26 +180,28 @@ class Reader:
     def members(self, name: str, text: str) -> Members:
         """The members of a name: one, all of an instance, or all that match."""
         known = self.yield_stresses
-        found = [own for own in known if own == text or own.startswith(f"{text}.")]
         if is_pattern(text):
             chosen = {*matching(text, known), *matching(f"{text}.*", known)}
-            found = [own for own in known if own in chosen]
-        if not found:
-            steps = dict.fromkeys(".".join(own.split(".")[:k]) for own in known for k in range(1, own.count(".") + 2))
+        else:
+            chosen = {member for member in known if member == text or member.startswith(f"{text}.")}
+        members = [member for member in known if member in chosen]
+        if not members:
+            paths = [member.split(".") for member in known]
+            steps = dict.fromkeys(".".join(path[:k]) for path in paths for k in range(1, len(path) + 1))
             raise OptionError(
                 f"{name}(MEMBER): there is no member or instance {text!r}; {suggestion(text, steps, 'members')}"
             )
-        return Members(text, tuple(found))
+        return Members(text, tuple(members))
 
     @cached_property
     def yield_stresses(self) -> dict[str, float]:
         """Yield stress, Pa, of all members as placed, NaN where it is not known."""
-        found, values = dict[str, float](), self.plan.values()
+        stresses, values = dict[str, float](), self.plan.values()
         for name, part in self.plan.parts.items():
             limits = part.table.yield_stress(values) if part.members else ()
             for path in self.plan.topology.copies[name].paths:
-                found |= {".".join((*path, key)): own for key, own in zip(part.members, limits, strict=True)}
-        return found
+                stresses |= {".".join((*path, key)): limit for key, limit in zip(part.members, limits, strict=True)}
+        return stresses
 
     def hertz(self, name: str, text: str) -> Hertz:
         """A frequency to ask at."""
@@ -218,17 +222,17 @@ class Reader:
         described = where in {*self.ports.actuators, *self.ports.sensors}
         shown, known = text, text
         if not described and axis in _SPELLING and not where.startswith("ground."):
-            own = self.freedom(where, name)
-            shown, known = own.name + colon + word, f"{own.node}.{DOF_NAMES[own.component]}{colon}{word}"
+            freedom = self.freedom(where, name)
+            shown, known = freedom.name + colon + word, f"{freedom.node}.{DOF_NAMES[freedom.component]}{colon}{word}"
         try:
-            found: Sequence[InputPort | OutputPort] = (
+            ports: Sequence[InputPort | OutputPort] = (
                 self.ports.outputs([known]) if kind == "output" else self.ports.inputs([known])
             )
         except FlexuraError as error:
             raise OptionError(f"{name}({SIGNS[kind]}): {error}") from None
-        if len(found) != 1:
+        if len(ports) != 1:
             raise OptionError(f"{name}({SIGNS[kind]}): {text!r} is several; name one")
-        if kind == "actuator" and isinstance(found[0], InputPort) and found[0].base is not None:
+        if kind == "actuator" and isinstance(ports[0], InputPort) and ports[0].base is not None:
             hint = suggestion("", actuator_names(self.plan), "actuators")
             raise OptionError(f"{name}(ACTUATOR): {text} accelerates the base; {hint}")
         return Port(shown, known)
@@ -289,7 +293,7 @@ class Reader:
         """Which bodies and nodes with a position can be meant."""
         topology = self.plan.topology
         named = zip(topology.node_names, topology.has_position, strict=True)
-        known = [*self.plan.body_names, *(own for own, has_position in named if has_position and "[" not in own)]
+        known = [*self.plan.body_names, *(name for name, has_position in named if has_position and "[" not in name)]
         return suggestion(node, known, "nodes")
 
     def pose(self, kind: Kind, places: Sequence[Place], is_own: bool) -> tuple[tuple[str, float], ...]:
@@ -298,21 +302,21 @@ class Reader:
             raise OptionError(f"{kind.name} is of a pose: {kind.written} at NODE.DOF = VALUE UNIT")
         if kind.poses == "same" and not is_own:
             return ()
-        found: dict[str, float] = {}
+        pose: dict[str, float] = {}
         for place in places:
-            name = self.stroke() if place.name == STROKE else place.name
-            own = self.freedom(name)
-            if place.dimension != (NUMBER if own.turns else LENGTH) and (place.value or place.dimension is not None):
-                expected = "an angle is expected, in deg or rad" if own.turns else "a length is expected, e.g. in mm"
-                given = "has no unit" if place.dimension is None else f"is in {place.dimension.unit() or 'rad'}"
+            freedom = self.freedom(self.stroke() if place.name == STROKE else place.name)
+            turns, dimension = freedom.turns, place.dimension
+            if dimension != (NUMBER if turns else LENGTH) and (place.value or dimension is not None):
+                expected = "an angle is expected, in deg or rad" if turns else "a length is expected, e.g. in mm"
+                given = "has no unit" if dimension is None else f"is in {dimension.unit() or 'rad'}"
                 raise OptionError(f"at {place.name}: {expected}; {place.value:g} {given}")
-            if own.name in found:
-                raise OptionError(f"at {own.name}: a displacement is given twice in one pose")
-            found[own.name] = place.value
-        if found and kind.poses in ("same", "none"):
+            if freedom.name in pose:
+                raise OptionError(f"at {freedom.name}: a displacement is given twice in one pose")
+            pose[freedom.name] = place.value
+        if pose and kind.poses in ("same", "none"):
             why = "is the same at every pose" if kind.poses == "same" else "is not known at a pose"
             raise OptionError(f"{kind.name} {why}; leave `at` out")
-        return tuple(found.items())
+        return tuple(pose.items())
 
     def stroke(self) -> str:
         """Name of the only displacement of the described motion."""
@@ -322,19 +326,21 @@ class Reader:
             raise OptionError(f"`at stroke` is along the one displacement of `motion`; {what}; write at NODE.DOF = ...")
         return moved[0]
 
-    def refuse_meaningless(self, asked: Quantity) -> None:
+    def refuse_meaningless(self, quantity: Quantity) -> None:
         """Raise OptionError for what is nothing without loads or yield stresses, where there are none, and for forces
         along what does not hold a pose."""
-        is_bare = not (asked.pose or self.plan.is_loaded or self.plan.is_posed)
-        if is_bare and asked.kind in ("stress", "margin", "buckling"):
+        text, kind = quantity.text, quantity.kind
+        is_bare = not (quantity.pose or self.plan.is_loaded or self.plan.is_posed)
+        if is_bare and kind in ("stress", "margin", "buckling"):
             raise OptionError(
-                f"{asked.text}: nothing loads this mechanism; ask it at a pose, {asked.text} at NODE.DOF = 2 mm, or"
+                f"{text}: nothing loads this mechanism; ask it at a pose, {text} at NODE.DOF = 2 mm, or"
                 " describe `loads` or `gravity`"
             )
-        if asked.kind in ("margin", "reach"):
-            own = [own.members for own in asked.arguments if isinstance(own, Members)] or [tuple(self.yield_stresses)]
-            if np.isnan([self.yield_stresses[name] for name in own[0]]).all():
-                raise OptionError(f"{asked.text}: no yield stress is known; give the material a `yield_stress`")
-        if asked.kind == "force" and str(asked.arguments[0]) not in dict(asked.pose):
-            driven = ", ".join(name for name, _ in asked.pose)
-            raise OptionError(f"{asked.text}: a pose is held along its own displacements, {driven}")
+        if kind in ("margin", "reach"):
+            named = [end.members for end in quantity.arguments if isinstance(end, Members)]
+            of = named[0] if named else tuple(self.yield_stresses)
+            if np.isnan([self.yield_stresses[name] for name in of]).all():
+                raise OptionError(f"{text}: no yield stress is known; give the material a `yield_stress`")
+        if kind == "force" and str(quantity.arguments[0]) not in dict(quantity.pose):
+            driven = ", ".join(name for name, _ in quantity.pose)
+            raise OptionError(f"{text}: a pose is held along its own displacements, {driven}")

@@ -31,7 +31,7 @@ from flexura.study.questions.blocks import CROSS_ROUND_OFF, Bounded
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import (
-    MODES,
+    MODES_FOLLOWED,
     PosedState,
     ReferenceState,
     State,
@@ -50,7 +50,7 @@ STEPS_TO_YIELD = 4
 STEP_GROWTH = 30.0
 """Of a step over the one before: under loads stress may fall, or stay, before it rises."""
 
-MOST_STEPS = 200
+MOST_STROKE_STEPS = 200
 """Steps after which nothing is said to yield."""
 
 STROKE_TOLERANCE = 1e-10
@@ -104,7 +104,7 @@ class _Displacement:
         ratio_before = self.stress_ratio(last)
         if ratio_before >= 1:
             return 0.0
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_STROKE_STEPS):
             value = min(before + step, LARGEST_ROTATION) if self.freedom.turns else before + step
             if before >= most or value <= before:
                 return np.inf
@@ -340,7 +340,7 @@ class OneDesign:
         if isinstance(of, int):
             return of - 1, ""
         assert isinstance(of, Freedom)
-        count = min(MODES, self.plan.topology.n_dof)
+        count = min(MODES_FOLLOWED, self.plan.topology.n_dof)
         return leading_mode(self.state(quantity).modal_motion(of, count), of.name)
 
     def frequencies(self, quantity: Quantity) -> Bounded:
@@ -348,6 +348,6 @@ class OneDesign:
         pose = quantity.pose
         if pose not in self._frequencies:
             asked = [other.arguments[0] for other in self.quantities if other.kind == FREQUENCY and other.pose == pose]
-            count = max(of if isinstance(of, int) else MODES for of in asked)
+            count = max(of if isinstance(of, int) else MODES_FOLLOWED for of in asked)
             self._frequencies[pose] = self.state(quantity).frequencies(min(count, self.plan.topology.n_dof))
         return self._frequencies[pose]

@@ -21,7 +21,7 @@ from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Members, Port, Reader, pose_text
 from flexura.study.questions.single import OneDesign, Response, sloped_stroke_to_yield
-from flexura.study.questions.states import MODES, UNKNOWN_STRESS
+from flexura.study.questions.states import MODES_FOLLOWED, UNKNOWN_STRESS
 
 DIFFERENCE_STEP = 1e-3
 """Relative step of differences."""
@@ -32,7 +32,7 @@ EQUAL_STRESSES = 1e-12
 CROSS_MOTIONS = ("compliance", "coupling", "amplification")
 """Kinds that may be of a motion by a force elsewhere."""
 
-MOST_NAMED = 4
+MOST_IN_REASON = 4
 """Members or parts that a reason names."""
 
 
@@ -227,7 +227,7 @@ class Exact:
         for k in places:
             numbers[k], self.reason[k] = self._single.mode(self.quantities[k])
         followed = any(self.quantities[k].is_followed for k in places)
-        count = max(MODES if followed else 0, *(number + 1 for number in numbers.values()))
+        count = max(MODES_FOLLOWED if followed else 0, *(number + 1 for number in numbers.values()))
         slopes = frequency_slopes(self._design, min(count, self.plan.topology.n_dof))
         for k, number in numbers.items():
             self._take(k, Dual(np.array(slopes.frequency_hz[number]), slopes.slope[number]))
@@ -281,7 +281,7 @@ def _why(tables: Sequence[str], kinked: Sequence[str]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:MOST_NAMED])}{' ...' if len(names) > MOST_NAMED else ''}"
+    return f"{', '.join(names[:MOST_IN_REASON])}{' ...' if len(names) > MOST_IN_REASON else ''}"
 
 
 def _read_of(state: Any, quantity: Quantity) -> Any:

@@ -31,16 +31,16 @@ from flexura.study.questions.blocks import Bounded, without_round_off
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
 from flexura.systems import InputPort, Ports
 
-MODES = 12
+MODES_FOLLOWED = 12
 """So many of the lowest modes are looked at."""
 
 AMBIGUOUS = 0.8
 """Share of a displacement, over that of the leading mode, from which another mode has nearly as much."""
 
-STILL = 1e-7
+STILL_MOTION = 1e-7
 """Part of the largest motion of its kind below which something does not move."""
 
-CLEARLY_STILL = 1e-4
+CLEARLY_STILL_MOTION = 1e-4
 """The same, of modes that are a little off."""
 
 CLEARLY_LESS = 0.5
@@ -76,7 +76,7 @@ def leading_mode(motion: ModalMotion, name: str) -> tuple[int, str]:
     hertz, moved, largest = motion
     groups = close_groups(hertz, REPEATED)
     squares = np.array([(moved[group] ** 2).sum() for group in groups])
-    if not squares.max(initial=0.0) > (STILL * largest) ** 2:
+    if not squares.max(initial=0.0) > (STILL_MOTION * largest) ** 2:
         raise SolverError(f"{name} does not move in the lowest {len(hertz)} modes")
     shares = squares / np.maximum([hertz[group[0]] for group in groups], SLOWEST * hertz.max())
     leading = int(np.argmax(shares))
@@ -92,7 +92,7 @@ def clear_mode(motion: ModalMotion, name: str) -> int | None:
     """The number, from 0, of the mode that has most of a displacement, from modes that are a little off, as
     `leading_mode`; None where the right ones may say otherwise, or warn that others have nearly as much."""
     hertz, moved, largest = motion
-    if not np.isfinite(hertz).all() or not np.abs(moved).max(initial=0.0) > CLEARLY_STILL * largest:
+    if not np.isfinite(hertz).all() or not np.abs(moved).max(initial=0.0) > CLEARLY_STILL_MOTION * largest:
         return None
     number, _ = leading_mode(motion, name)
     gap, share = abs(hertz / hertz[number] - 1), moved**2 / hertz

@@ -45,7 +45,7 @@ Vary = Mapping[str, str | Spread] | Sequence[str] | str
 
 PERCENTILES = (1, 5, 50, 95, 99)
 
-SAMPLES = 4096
+DEFAULT_SAMPLES = 4096
 
 ALL_REQUIREMENTS = "all of them"
 """What the yield of all requirements together is called."""
@@ -135,11 +135,11 @@ def tolerance(
 def _with_study(mechanism: Mechanism, study: str | None, given: Mapping[str, Any]) -> dict[str, Any]:
     """What is given, with the rest from the tolerance study of the file. Raises OptionError for one that is not there,
     and where several could be meant."""
-    known = {name: own.tolerance for name, own in mechanism.studies.items() if own.tolerance is not None}
+    known = {name: entry.tolerance for name, entry in mechanism.studies.items() if entry.tolerance is not None}
     if study is not None and study not in known:
         listed = ", ".join(known) or "none"
         raise OptionError(f"{study!r} is no tolerance study of {mechanism.name}; known: {listed}")
-    options: dict[str, Any] = {"ask": None, "require": None, "samples": SAMPLES, "seed": 0}
+    options: dict[str, Any] = {"ask": None, "require": None, "samples": DEFAULT_SAMPLES, "seed": 0}
     if study is not None or given["vary"] is None:
         if study is None and len(known) != 1:
             several = f"name one of its tolerance studies: {', '.join(known)}" if known else FORMS
@@ -200,8 +200,8 @@ def sizes_of(mechanism: Mechanism, fixed: Mapping[str, float], vary: Vary, each:
             varied.append(Variable(copy, law.low, law.high, unit=unit, distribution=law))
     # as they scatter by themselves, sizes follow from nothing
     free = {size.name: copied.parameters[size.name].replaced({"value": size.nominal}) for size in sizes}
-    own = copied.replaced({"parameters": {**copied.parameters, **free}})
-    return Sizes(own, tuple(sizes), tuple(varied), tuple(given), tuple(groups))
+    scattering = copied.replaced({"parameters": {**copied.parameters, **free}})
+    return Sizes(scattering, tuple(sizes), tuple(varied), tuple(given), tuple(groups))
 
 
 def _check_bounds(name: str, parameter: Parameter, law: Distribution) -> None:
@@ -288,8 +288,8 @@ def _yields(
         worst, share = _is_met_at_worst(margin, margins.ravel(), box), share_interval(passes, confidence)
         yields.append(Yield(requirement.text, share, int(np.sum(~passes)), is_met, worst, *_plain_limit(requirement)))
     if len(yields) > 1:
-        nominal = _all_met(own.is_met_nominally for own in yields)
-        worst = _all_met(own.is_met_at_worst for own in yields)
+        nominal = _all_met(each.is_met_nominally for each in yields)
+        worst = _all_met(each.is_met_at_worst for each in yields)
         share = share_interval(passes_all, confidence)
         yields.append(Yield(ALL_REQUIREMENTS, share, int(np.sum(~passes_all)), nominal, worst))
     return tuple(yields)

@@ -21,7 +21,7 @@ EFFECT_ROUND_OFF = 1e-12
 NEGLIGIBLE_EFFECT = 1e-9
 """The same, relative to what that size does which does most."""
 
-TOGETHER = 1e-6
+SLOPES_TOGETHER = 1e-6
 """Relative difference of the slopes of frequencies that coincide up to which they stay together."""
 
 Evaluate = Callable[[Array], tuple[float, Array]]
@@ -163,7 +163,7 @@ def _usable(slopes: Slopes) -> tuple[Array, Array, list[str]]:
     for group, matrix in zip(slopes.repeated, slopes.directional, strict=True):
         mean = np.trace(matrix) / len(matrix)
         parted = np.abs(matrix - np.eye(len(matrix))[:, :, None] * mean).max(initial=0.0)
-        if parted > TOGETHER * np.abs(matrix).max(initial=0.0):
+        if parted > SLOPES_TOGETHER * np.abs(matrix).max(initial=0.0):
             for k in group:
                 slope[k] = np.nan
                 reason[k] = "it coincides with another frequency, from which it parts: no slope"
