@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import flexura as fx
+from flexura.gallery import entry
 from flexura.linalg import lowest
 from flexura.reduction import independent_frequencies
 from helpers.extended_eigen import wide_frequencies
@@ -216,3 +217,13 @@ def test_a_point_mass_on_a_leaf_of_nearly_no_mass(length, count):
     assert frequency[:, 0] == pytest.approx(exact, rel=1e-6)
     for low, high in ((lower, upper), (together.lower_hz, together.upper_hz)):
         assert (low[:, 0] <= exact * (1 + 1e-9)).all() and (exact * (1 - 1e-9) <= high[:, 0]).all()
+
+
+def test_a_core_of_one_coordinate_is_solved_in_a_batch():
+    """A bistable beam on a guide: its core is one translation, of which matrices and bounds are of one size."""
+    mechanism = fx.loads(entry("bistable").text)
+    spans = mechanism.parameters["span"].value * np.array([1.0, 1.01, 1.02, 1.03])
+    batch = fx.natural_frequencies(mechanism, {"span": spans}, n=3)
+    single = [fx.modes(mechanism, {"span": span}, n=3, order="full").frequency_hz for span in spans]
+    assert np.all(batch.lower_hz <= np.array(single)) and np.all(np.array(single) <= batch.upper_hz)
+    assert batch.frequency_hz == pytest.approx(np.array(single), rel=1e-4)

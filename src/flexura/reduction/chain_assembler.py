@@ -102,7 +102,7 @@ class ChainAssembler:
         """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
         self._latest: Latest[_Maps] = Latest()
         self._frames: dict[tuple[ChainKind, ...], Latest[PoleFrame]] = {}
-        self._targets: dict[tuple[int, int], Index] = {}
+        self._targets: dict[tuple[int, bool], Index] = {}
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
         topology, branches = self.plan.topology, self.branches
@@ -329,7 +329,8 @@ class ChainAssembler:
         if not r or not parts:
             return np.zeros((r, designs, size))
         data = np.concatenate([matrices.reshape(r * designs, -1) for matrices in parts], axis=1)
-        key = (r * designs, size)
+        # at order 1 matrices and rows are of one size, and not of one target
+        key = (r * designs, target is self._row_target)
         if key not in self._targets:
             self._targets[key] = (np.arange(r * designs)[:, None] * (size + 1) + target).ravel()
         summed = np.bincount(self._targets[key], weights=data.ravel(), minlength=r * designs * (size + 1))
