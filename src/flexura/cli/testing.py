@@ -217,7 +217,7 @@ def virtual_test_command(
     if beside is not None:
         data["measured_hz"] = [beside.by_number.get(n) for n in range(1, max(beside.by_number) + 1)]
     return Answer(
-        replace(result, notes=tuple(dict.fromkeys(result.notes))),
+        replace(result, notes=() if result.identified is None else tuple(dict.fromkeys(result.notes))),
         virtual_test_text(result, beside),
         "save_virtual_test",
         {"measured": beside},
@@ -231,6 +231,8 @@ def virtual_test_text(result: VirtualTest, measured: MeasuredFrequencies | None 
     placements = list(result.test.placed())
     title = f"{result.name}: {len(result.measurement.recordings)} hits, {counted(len(placements), 'placement')}"
     yield heading(f"{title}, {ends(result.band, 'Hz')}")
+    if result.identified is None:  # what says why is said first
+        yield from dict.fromkeys(result.notes)
     yield columns_table(_tested_modes(result, measured))
     if len(placements) > 1 and result.identified is not None:
         columns: dict[str, list[Any]] = {"mode": [mode.number for mode in result.modes]}
