@@ -216,7 +216,7 @@ class SpringElement(Lumped):
     def __init__(self, table: ValueTable, spring: Spring | Dashpot, nodes: list[int]) -> None:
         self.nodes = nodes
         if isinstance(spring, Spring) and spring.loss_factor is not None:
-            self.loss = table.add(spring.loss_factor)
+            self.loss: int | None = table.add(spring.loss_factor)
         self._frame = _Frame.of(table, spring.rotate)
         self._at = None if spring.at is None else table.entries(spring.at)
         s = spring.stiffness if isinstance(spring, Spring) else spring.damping
@@ -264,7 +264,8 @@ class SuperelementMatrices(Lumped):
     """K and M of a superelement, those of its amplitudes behind those of its nodes."""
 
     def __init__(self, K: Array, M: Array, loss: int | None) -> None:
-        self.K, self.M, self.loss = K, M, loss
+        self.K, self.M = K, M
+        self.loss: int | None = loss
 
     def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """As they are described."""

@@ -74,7 +74,8 @@ class Store:
     """
 
     def __init__(self, work: Work, folder: Folder | None) -> None:
-        self.work, self.folder = work, folder
+        self.work: Work = work
+        self.folder: Folder | None = folder
         self.summary: Summary = Summary(work.asked, bool(work.bounds))
         self.remarks: list[str] = []
         self._identity, self._blocks = Identity.of(work), dict[int, Columns]()
