@@ -73,6 +73,10 @@ def test_errors_name_their_option(monkeypatch, capsys, words, head, rule) -> Non
     assert rule in err
 
 
+def test_the_whole_part_has_no_pictures(monkeypatch, capsys, tmp_path) -> None:
+    assert "leave --plot out" in error_of(monkeypatch, capsys, "verify", GUIDE, "--whole", "--plot", str(tmp_path))
+
+
 def test_an_error_about_no_option_stays_as_it_is(monkeypatch, capsys) -> None:
     assert error_of(monkeypatch, capsys, "identify", "nothing.csv").startswith(
         "flexura: nothing.csv: the file does not"

@@ -143,7 +143,7 @@ def buckling_command(
         actuators=CommandReader(mechanism, parameters).values("--actuator", actuator),
     )
     data = result.to_dict(n)
-    return Answer(result, buckling_text(data), "save_preload", data=data)
+    return Answer(result, buckling_text(data), "save_preload", data=lambda: data)
 
 
 def buckling_text(data: dict[str, Any]) -> Iterator[RenderableType]:

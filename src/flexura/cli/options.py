@@ -124,8 +124,8 @@ class Answer(NamedTuple):
     """What that function takes beside the result and the folder."""
     write: Callable[[], list[Path]] = list
     """Writes what was asked for, but the table and the pictures of the result."""
-    data: Mapping[str, Any] | None = None
-    """What --json prints; else what `to_dict` of the result gives."""
+    data: Callable[[], Mapping[str, Any]] | None = None
+    """What --json prints; else `to_dict` of the result."""
     are_warnings_shown: bool = False
     """Whether `text` has said what the notes and the warnings of the result say."""
     is_interrupted: bool = False
@@ -221,13 +221,12 @@ def _print(answer: Answer, written: list[Path], as_json: bool) -> None:
     """Print an answer, and what was written. Ends with the status of an interrupt where it was interrupted."""
     result = answer.result
     if as_json and result is not None:
-        files = [str(path) for path in written]
-        print_json(
-            {**(result.to_dict() if answer.data is None else answer.data), **({"files": files} if files else {})}
-        )
+        data = (answer.data or result.to_dict)()
+        print_json({**data, "files": [str(path) for path in written]} if written else data)
     elif result is not None:
         print_all(answer.text)
-        print_end(*(((), ()) if answer.are_warnings_shown else (result.notes, result.warnings)), written)
+        notes, warnings = ((), ()) if answer.are_warnings_shown else (result.notes, result.warnings)
+        print_end(notes, warnings, written)
     if answer.is_interrupted:
         sys.stderr.write("flexura: interrupted; what was done is shown\n")
         raise SystemExit(130)

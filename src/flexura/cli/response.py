@@ -65,7 +65,7 @@ def statics_command(
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
     result = statics(mechanism, parameters, loads=loads, gravity=gravity_of(gravity), actuators=commands)
-    return Answer(result, statics_text(result, node or list(loads)), "save_statics", data=result.to_dict(node))
+    return Answer(result, statics_text(result, node or list(loads)), "save_statics", data=lambda: result.to_dict(node))
 
 
 def statics_text(result: Statics, nodes: list[str]) -> Iterator[RenderableType]:

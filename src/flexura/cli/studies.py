@@ -112,8 +112,14 @@ def sweep_command(
             scheduler=scheduler,
             progress=progress,
         )
-    table = {name: plain(own.tolist()) for name, own in result.to_columns().items()} if folder is None else None
-    return Answer(result, sweep_text(result), "save_sweep", data={**result.to_dict(), "table": table})
+
+    def data() -> dict[str, Any]:
+        columns = (
+            {name: plain(column.tolist()) for name, column in result.to_columns().items()} if folder is None else None
+        )
+        return {**result.to_dict(), "table": columns}
+
+    return Answer(result, sweep_text(result), "save_sweep", data=data)
 
 
 def sweep_text(table: StudyTable) -> Iterator[RenderableType]:

@@ -92,7 +92,7 @@ def estimate_frf_command(
         replace(result, notes=tuple(dict.fromkeys((*notes, *each)))),
         text,
         write=lambda: [] if out is None else [write_measurement(Measurement(name, (), frfs), out)],
-        data=result.to_dict(),
+        data=result.to_dict,
     )
 
 
@@ -213,16 +213,15 @@ def virtual_test_command(
     result = virtual_test(
         mechanism, parameters, band=band_of(band), damping=damping, seed=seed, double_hits=double_hits, progress=say
     )
-    data = result.to_dict()
-    if beside is not None:
-        data["measured_hz"] = [beside.by_number.get(n) for n in range(1, max(beside.by_number) + 1)]
+    known = {} if beside is None else beside.by_number
+    more = {} if beside is None else {"measured_hz": [known.get(n) for n in range(1, max(known) + 1)]}
     return Answer(
         replace(result, notes=() if result.identified is None else tuple(dict.fromkeys(result.notes))),
         virtual_test_text(result, beside),
         "save_virtual_test",
         {"measured": beside},
         write=lambda: [] if out is None else [write_measurement(result.measurement, out)],
-        data=data,
+        data=lambda: result.to_dict() | more,
     )
 
 
@@ -492,7 +491,7 @@ def calibrate_command(
             save_calibrated(result, target, base=base, configuration=k)
             for k, (target, base) in enumerate(zip(targets, files, strict=False))
         ],
-        data=result.to_dict() | ({} if sample is None else {"sampled": sample.to_dict()}),
+        data=lambda: result.to_dict() | ({} if sample is None else {"sampled": sample.to_dict()}),
     )
 
 

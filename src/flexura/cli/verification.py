@@ -12,6 +12,7 @@ from rich.table import Table
 
 from flexura.cli.options import Answer, File, Settings, command, say, settings_of
 from flexura.cli.terminal import columns_table, console_of_width, heading
+from flexura.errors import OptionError
 from flexura.tables import Scale, number, quantity, scale_for
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ DESCRIBED = {
 """What the file says of its members."""
 
 
-@command(plot="Write pictures of beams and solid side by side here.", reads=False)
+@command(reads=False)
 def verify_command(
     file: File,
     n: Annotated[int, typer.Option("-n", min=1, max=100, help="Number of modes.")] = 6,
@@ -49,12 +50,17 @@ def verify_command(
         ),
     ] = False,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the solids here, as .step.")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write pictures of beams and solid side by side here.")
+    ] = None,
     set: Settings = None,
 ) -> Answer:
     """Beam models, plain and corrected, against solid finite elements of the same mechanism, mode by mode."""
     from flexura.modelfile import load
     from flexura.solid.verification import progressively, verify
 
+    if whole and plot is not None:
+        raise OptionError("--whole has a table, and no pictures; leave --plot out")
     mechanism = load(file)
     parameters = settings_of(mechanism, set)
     written = [] if out is None else [_write_step(mechanism, parameters, out)]
@@ -68,9 +74,16 @@ def verify_command(
             done = so_far
     except KeyboardInterrupt:
         interrupted = True
-    pictures = "save_verification" if done is not None and done.shapes is not None else ""
+
+    def write() -> list[Path]:
+        if done is None or plot is None or done.shapes is None:
+            return written
+        from flexura.view import save_verification
+
+        return written + save_verification(done, plot)
+
     text = () if done is None else verification_text(done)
-    return Answer(done, text, pictures, write=lambda: written, is_interrupted=interrupted)
+    return Answer(done, text, write=write, is_interrupted=interrupted)
 
 
 def _write_step(mechanism: Any, parameters: dict[str, float], path: Path) -> Path:
