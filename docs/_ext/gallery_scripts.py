@@ -104,7 +104,8 @@ class Figures:
         path = next(block_vars["image_path_iterator"])
         figure.savefig(path)
         told = [" ".join(text.get_text().split()) for text in figure.texts]
-        title, subtitle = told[0], told[1] or "the mechanism with its flexures, links, bodies and supports"
+        title, *rest = told
+        subtitle = rest[0] if rest else "the mechanism with its flexures, links, bodies and supports"
         return figure_rst([path], gallery_conf["src_dir"], f"{title}: {subtitle}")
 
 
