@@ -25,7 +25,7 @@ from flexura.mechanism.reduction import Reduction
 from flexura.mechanism.section import Section
 from flexura.mechanism.studies import DescribedStudy
 from flexura.results import Displayed
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Facts, Item, Table, quantity
 
 P = TypeVar("P", bound="Substructure")
 
@@ -199,7 +199,7 @@ class Mechanism(Substructure, Displayed):
         kinds = ("parameters", "substructures", "instances", "flexures", "links", "springs", "bodies", "actuators")
         return {kind: getattr(self, kind) for kind in (*kinds, "sensors", "ground", "loads", "at")}
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({kind: ", ".join(own) for kind, own in self._counts().items() if kind != "parameters"})
         own = self.parameters
 

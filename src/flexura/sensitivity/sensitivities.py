@@ -24,7 +24,7 @@ from flexura.results import Result, Tabular
 from flexura.sensitivity.eigenpairs import Bends, Cluster, branches, moved_clusters, whole_clusters
 from flexura.sensitivity.families import Change, Family, FullOrderFamily, LowOrderFamily, Matrices, ModelOrder, Rows
 from flexura.structure import Design, FullOrderModel, Plan, one_design, plan_of
-from flexura.tables import Facts, Table, ends, in_hz, percent
+from flexura.tables import Facts, Item, Table, ends, in_hz, percent
 
 FULL = "how they turn is known at order full alone"
 
@@ -60,7 +60,7 @@ class ModeSensitivities(Tabular):
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.derivative * self.values / self.frequency_hz[:, None]
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         modes = {
             f"mode {k + 1}, {in_hz(hz)}": [percent(x / 100, 4) for x in self.relative[k]]
             for k, hz in enumerate(self.frequency_hz)
@@ -253,7 +253,7 @@ class ResponseSensitivities(Result):
     response: Complex
     derivative: Complex
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         hz = self.frequency_hz
         yield Facts(
             {"band": ends((hz.min(), hz.max()), "Hz", 5), "responses": "{} x {}".format(*self.response.shape[1:])}

@@ -28,7 +28,7 @@ from flexura.results import Result
 from flexura.structure import FullOrderModel, full_order_model
 from flexura.systems.channel import Channel, ends_of, positions
 from flexura.systems.ports import InputPort, OutputPort
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 Model = FullOrderModel | LowOrderModel
 
@@ -180,7 +180,7 @@ class SecondOrder(Result):
         """Name of the mechanism."""
         return self.model.plan.mechanism.name
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({"order": self.order, **ends_of(self.inputs, self.outputs), "damped": self.is_damped})
 
     @cached_property

@@ -30,7 +30,7 @@ from flexura.systems import (
     input_loads,
     rounded_up,
 )
-from flexura.tables import Facts, Table, in_hz, percent, quantity
+from flexura.tables import Facts, Item, Table, in_hz, percent, quantity
 
 BLOCK = 10_000_000
 """Modal coordinates that are held at a time."""
@@ -252,7 +252,7 @@ class LeftOut(Result):
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
         return (Diagnostic("tolerance", name, self.share, WORTH, "1", text),)
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({"at most": self.text})
         shares = [percent(float(share)) for share in self.shares]
         yield Table({"output": [c.name for c in self.outputs], "left out, at most": shares}, "outputs")

@@ -34,7 +34,7 @@ from flexura.pages.report.understood import understood
 from flexura.pages.viewer import page
 from flexura.results import Result
 from flexura.structure import one_design, plan_of
-from flexura.tables import Facts as ShownFacts
+from flexura.tables import Item, Line, counted
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
     "understood": ("Model summary", understood),
@@ -66,12 +66,15 @@ class Report(Result):
     seconds: dict[str, float] = field(compare=False)
     warnings: tuple[Diagnostic, ...] = ()
 
-    def _view(self) -> Iterator[ShownFacts]:
-        by_state = {
-            state: [own for own, said in self.states.items() if said == state]
-            for state in ("shown", "absent", "failed")
-        }
-        yield ShownFacts({state: ", ".join(own) for state, own in by_state.items()})
+    def presentation(self) -> Iterator[Item]:
+        """Sections that are in the page and that are not, and how many warnings."""
+        states = {"shown": "in it", "absent": "not in it", "failed": "failed"}
+        for state, words in states.items():
+            sections = ", ".join(name for name, its in self.states.items() if its == state)
+            if sections:
+                yield Line(f"{words}: {sections}", "bad" if state == "failed" else "")
+        if self.warnings:
+            yield Line(f"{counted(len(self.warnings), 'warning')}; see the page")
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write the page as one file, whole or not at all; returns its path. Raises OptionError where it cannot be

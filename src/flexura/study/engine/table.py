@@ -19,7 +19,7 @@ from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.work import DESIGN, PROVEN, REASON, Columns, bounds_of, jumps_of, type_of
 from flexura.study.questions import Margins, OfThePart, are_proven
-from flexura.tables import ROWS, Facts, Table, counted, ends, quantity
+from flexura.tables import Facts, Item, Table, counted, ends, quantity
 from flexura.tables import number as digits
 
 if TYPE_CHECKING:
@@ -29,6 +29,9 @@ MOST_REASONS = 20
 """Different reasons that are told one by one."""
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
+
+SHOWN = 5
+"""So many designs from the first on, and up to the last, that are shown."""
 
 
 @dataclass(frozen=True)
@@ -330,14 +333,21 @@ class StudyTable(OfThePart, Tabular):
     def _title(self) -> str:
         return f"{self.done} of {counted(self.designs, 'design')}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        facts = {"folder": self.folder or "", "failed": self.failed or "", "not proven": self.unproven or ""}
-        errors = {} if self.margins is None else self.margins.texts
-        yield Facts({**facts, **{f"model error of {name}": text for name, text in errors.items()}})
-        table = self.legible(0, ROWS)
+    def presentation(self) -> Iterator[Item]:
+        """The first and last designs, the extremes of what is asked, and what failed."""
+        last = max(self.designs - SHOWN, SHOWN)
+        table, rest = self.legible(0, SHOWN), self.legible(last, self.designs)
         if self.failed:
-            table["reason"] = self.rows(0, ROWS, ["reason"])["reason"].tolist()
-        yield Table(table, "designs", count=self.done)
+            for rows, start, stop in ((table, 0, SHOWN), (rest, last, self.designs)):
+                rows["reason"] = self.rows(start, stop, ["reason"])["reason"].tolist()
+        yield Table({name: [*table[name], *rest[name]] for name in table}, "designs", count=self.designs)
+        rows = zip(*self.extremes(), strict=True)
+        yield Table(
+            dict(zip(("quantity", "lowest", "in design", "highest", "at design"), rows, strict=False)), "quantities"
+        )
+        yield from self.margin_facts()
+        counts = {"failed": self.failed or "", "not proven": self.unproven or ""}
+        yield Facts({**counts, "kept in": "" if self.folder is None else str(self.folder)})
 
 
 def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:
