@@ -27,6 +27,9 @@ MOST_FACTS = 10
 GAP, LEAST_FOLDED = 2, 24
 """Blanks between columns; a last column of texts folds when it has so many characters at least."""
 
+MOST_BLOCKS = 4
+"""Of columns, below each other."""
+
 _STYLES = {"": "", "good": "green", "bad": "red"}
 
 TABLES = (".csv", ".parquet")
@@ -80,7 +83,7 @@ def _table_printed(part: Table, width: int) -> Iterator[RenderableType]:
     first, *names = columns
     if part.title:
         yield part.title
-    while True:
+    for blocks in range(1, MOST_BLOCKS + 1):
         block, room = [first], width + GAP - sizes[first]
         while names and (len(block) == 1 or sizes[names[0]] <= room or _may_fold(names, sizes, room)):
             room -= sizes[names[0]]
@@ -95,7 +98,7 @@ def _table_printed(part: Table, width: int) -> Iterator[RenderableType]:
         yield table
         if not names:
             break
-        yield ""
+        yield "" if blocks < MOST_BLOCKS else f"and {len(names)} more columns: --out writes all of them"
     yield from part.left_out(shown)
 
 

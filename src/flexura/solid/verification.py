@@ -259,7 +259,7 @@ class Verification(Tabular):
         for k in range(count):
             cells = [_cell(row, k, scale) for row in rows]
             cells += [_with_error(solid.frequency_hz[k], solid.error[k], scale) for solid in solids]
-            models[scale.label(f"mode {k + 1}")] = cells + (
+            models[scale.heading(f"mode {k + 1}")] = cells + (
                 [_with_error(self.frequency_hz[k], None, scale)] if solids else []
             )
         yield Table(models, "models")

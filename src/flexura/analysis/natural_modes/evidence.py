@@ -94,7 +94,8 @@ class Evidence(Record):
             return
         count = len(self.missed) + self.more_missed
         yield Line(
-            f"{counted(count, 'mode')} in this range {'is' if count == 1 else 'are'} MISSING from the model", "bad"
+            f"{counted(count, 'mode')} in this range {'is' if count == 1 else 'are'} MISSING from the low-order model",
+            "bad",
         )
         missed = {
             "frequency [Hz]": [m.frequency_hz for m in self.missed],

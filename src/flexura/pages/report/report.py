@@ -34,6 +34,7 @@ from flexura.pages.report.understood import understood
 from flexura.pages.viewer import page
 from flexura.results import Result
 from flexura.structure import one_design, plan_of
+from flexura.tables import Facts as ShownFacts
 from flexura.tables import Item, Line, counted
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
@@ -69,10 +70,8 @@ class Report(Result):
     def presentation(self) -> Iterator[Item]:
         """Sections that are in the page and that are not, and how many warnings."""
         states = {"shown": "in it", "absent": "not in it", "failed": "failed"}
-        for state, words in states.items():
-            sections = ", ".join(name for name, its in self.states.items() if its == state)
-            if sections:
-                yield Line(f"{words}: {sections}", "bad" if state == "failed" else "")
+        sections = {words: [name for name, its in self.states.items() if its == s] for s, words in states.items()}
+        yield ShownFacts({words: ", ".join(names) for words, names in sections.items()})
         if self.warnings:
             yield Line(f"{counted(len(self.warnings), 'warning')}; see the page")
 

@@ -30,8 +30,8 @@ MOST_REASONS = 20
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
 
-SHOWN = 5
-"""So many designs from the first on, and up to the last, that are shown."""
+SHOWN, FIRST_PARAMETERS = 10, 6
+"""Designs that are shown, and their parameters that stand before what is asked."""
 
 
 @dataclass(frozen=True)
@@ -334,17 +334,17 @@ class StudyTable(OfThePart, Tabular):
         return f"{self.done} of {counted(self.designs, 'design')}"
 
     def presentation(self) -> Iterator[Item]:
-        """The first and last designs, the extremes of what is asked, and what failed."""
-        last = max(self.designs - SHOWN, SHOWN)
-        table, rest = self.legible(0, SHOWN), self.legible(last, self.designs)
+        """The first designs, the extremes of what is asked, and what failed."""
+        table = self.legible(0, SHOWN)
         if self.failed:
-            for rows, start, stop in ((table, 0, SHOWN), (rest, last, self.designs)):
-                rows["reason"] = self.rows(start, stop, ["reason"])["reason"].tolist()
-        yield Table({name: [*table[name], *rest[name]] for name in table}, "designs", count=self.designs)
+            table["reason"] = self.rows(0, SHOWN, ["reason"])["reason"].tolist()
+        # what is asked stands before the parameters where these are many
+        first = ["design", *self.parameters[:FIRST_PARAMETERS], *self.asked]
+        columns = {name: table[name] for name in dict.fromkeys((*first, *table))}
+        yield Table(columns, "designs", count=self.done)
         rows = zip(*self.extremes(), strict=True)
-        yield Table(
-            dict(zip(("quantity", "lowest", "in design", "highest", "at design"), rows, strict=False)), "quantities"
-        )
+        headings = ("quantity", "lowest", "in design", "highest", "at design")
+        yield Table(dict(zip(headings, rows, strict=False)), "quantities")
         yield from self.margin_facts()
         counts = {"failed": self.failed or "", "not proven": self.unproven or ""}
         yield Facts({**counts, "kept in": "" if self.folder is None else str(self.folder)})

@@ -150,8 +150,8 @@ class IdentifiedModes(Tabular):
         off = [e.frequency_spread * f for e, f in zip(evidence, hz, strict=True)]
         columns: dict[str, list[Any]] = {
             "mode": list(range(1, len(hz) + 1)),
-            scale.label("frequency"): [significant(f, spread) for f, spread in zip(hz, off, strict=True)],
-            scale.label("±"): [f"{spread:.1g}" for spread in off],
+            scale.heading("frequency"): [significant(f, spread) for f, spread in zip(hz, off, strict=True)],
+            scale.heading("±"): [f"{spread:.1g}" for spread in off],
             "damping": [
                 f"{significant(100 * zeta, 100 * zeta * e.damping_spread, 4)} %"
                 for zeta, e in zip(self.damping_ratio.tolist(), evidence, strict=True)
@@ -165,8 +165,8 @@ class IdentifiedModes(Tabular):
             columns["setups"] = [f"{e.setups} of {len(self.setups)}" for e in evidence]
         yield Table(columns, "modes")
         if len(self.setups) > 1:
-            each = [", ".join(number(f / scale.size, 6) for f in setup.frequency_hz) for setup in self.setups]
-            yield Table({"setup": [setup.name for setup in self.setups], scale.label("modes"): each}, "setups")
+            each = [", ".join(number(f / scale.size) for f in setup.frequency_hz) for setup in self.setups]
+            yield Table({"setup": [setup.name for setup in self.setups], scale.heading("modes"): each}, "setups")
         yield Facts({"synthesis error": percent(self.synthesis_error, 2)})
 
     def _columns(self) -> dict[str, Any]:
