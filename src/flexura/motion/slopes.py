@@ -17,11 +17,11 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
 from flexura.linalg import factorise
+from flexura.modal import clusters
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.model import Loads, MovingModel
 from flexura.motion.pose import Holding, Pose, critical_state, lowest_of_any, material_at
-from flexura.sensitivity import clusters
 from flexura.structure import Design
 
 GUARD = 3

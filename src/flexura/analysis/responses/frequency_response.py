@@ -11,9 +11,9 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
+from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, model_errors_near
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError

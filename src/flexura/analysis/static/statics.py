@@ -17,6 +17,7 @@ from flexura.analysis.limits import (
     force_limits,
     motion_limits,
     not_looked_at,
+    pose_limits,
     preload,
     stiffening_limits,
     stress_limits,
@@ -33,7 +34,6 @@ from flexura.analysis.strain import (
     motion_meshes,
     stress_profiles,
 )
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError

@@ -18,6 +18,7 @@ from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import critical_shapes, is_definite
+from flexura.modal import clusters
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -36,7 +37,7 @@ from flexura.motion import (
 )
 from flexura.records import Record
 from flexura.reduction import Flexibility, flexibility
-from flexura.sensitivity import FullOrderFamily, clusters
+from flexura.sensitivity import FullOrderFamily
 from flexura.structure import Design, FullOrderModel, Plan, assemble, dead_load
 from flexura.systems import InputPort, Ports
 

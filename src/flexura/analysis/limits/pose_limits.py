@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis.limits import LIMIT_ROUND_OFF, command_limits, times
+from flexura.analysis.limits.limits import LIMIT_ROUND_OFF, command_limits, times
 from flexura.analysis.strain import yield_ratios
 from flexura.arrays import Array, Index
 from flexura.convex import overlapping_bounds, separations
