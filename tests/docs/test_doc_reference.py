@@ -16,7 +16,7 @@ from flexura.mechanism import substructure as placing
 from flexura.mechanism.checks import assembly
 from flexura.modelfile import document, extension
 from flexura.sizes import LIMITS
-from flexura.systems.channel import UNITS
+from flexura.structure import UNITS
 from helpers.public_names import public_names
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -22,10 +22,20 @@ from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
 from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
 from flexura.results import Tabular
-from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
+from flexura.structure import (
+    Channel,
+    Design,
+    FullOrderModel,
+    Plan,
+    assemble,
+    one_design,
+    plan_of,
+    response_columns,
+    stiffness_and_mass,
+    unit_of_response,
+)
 from flexura.systems import (
     NEAR,
-    Channel,
     ModalSystem,
     Order,
     SecondOrder,
@@ -38,11 +48,9 @@ from flexura.systems import (
     reduced,
     remainder_of_response,
     resonance_limits,
-    response_columns,
     stiffening,
     system,
     truncation_limits,
-    unit_of_response,
 )
 from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 

@@ -40,8 +40,7 @@ from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import Ports, matched
+from flexura.structure import FullOrderModel, Plan, Ports, assemble, dead_load, matched
 from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
 NOTCH_FACTOR_ERROR = 0.05

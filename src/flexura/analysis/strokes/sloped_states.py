@@ -38,8 +38,7 @@ from flexura.motion import (
 from flexura.records import Record
 from flexura.reduction import Flexibility, flexibility
 from flexura.sensitivity import FullOrderFamily
-from flexura.structure import Design, FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import InputPort, Ports
+from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, assemble, dead_load
 
 LOWEST_FACTORS = 4
 """Buckling factors that are worked out, to see whether the lowest is repeated."""
