@@ -15,7 +15,6 @@ from flexura.modal.mode_pairing import ModePairing as ModePairing
 from flexura.modal.mode_pairing import assignment as assignment
 from flexura.modal.mode_pairing import best_pairs as best_pairs
 from flexura.modal.mode_pairing import close_groups as close_groups
-from flexura.modal.mode_pairing import clusters as clusters
 from flexura.modal.mode_pairing import in_order as in_order
 from flexura.modal.mode_pairing import mac_with_spaces as mac_with_spaces
 from flexura.modal.mode_pairing import pair_by_mac as pair_by_mac

@@ -56,15 +56,6 @@ def close_groups(frequency: Array, gap: float) -> tuple[Index, ...]:
     return tuple(np.split(order, np.flatnonzero(np.diff(ascending) > gap * np.abs(ascending[1:])) + 1))
 
 
-REPEATED_EIGENVALUES = 1e-6
-"""Eigenvalues closer than this, relative, are taken as repeated."""
-
-
-def clusters(values: Array) -> list[list[int]]:
-    """Positions of ascending eigenvalues, those that are repeated together."""
-    return [group.tolist() for group in close_groups(values, REPEATED_EIGENVALUES)]
-
-
 SKIP_PRICE = 0.02
 """Price of a reference mode without a partner, as a logarithm of frequency."""
 
@@ -241,6 +232,9 @@ def _beyond_chance(share: Array, size: int, sensors: int) -> Array:
     chance = size / sensors
     return np.maximum(share - chance, 0.0) / (1 - chance)
 
+
+REPEATED_EIGENVALUES = 1e-6
+"""Eigenvalues closer than this, relative, are taken as repeated."""
 
 ALONE_SHARE = 1e-3
 """What the shapes one by one count beside the spaces, where modes are close: they decide within a space."""

@@ -1,5 +1,6 @@
 from flexura.sensitivity.eigenpairs import Cluster as Cluster
 from flexura.sensitivity.eigenpairs import FrequencySlopes as FrequencySlopes
+from flexura.sensitivity.eigenpairs import clusters as clusters
 from flexura.sensitivity.eigenpairs import frequency_slopes as frequency_slopes
 from flexura.sensitivity.eigenpairs import moved_clusters as moved_clusters
 from flexura.sensitivity.eigenpairs import whole_clusters as whole_clusters

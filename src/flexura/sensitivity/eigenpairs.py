@@ -21,7 +21,7 @@ from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, slope_of, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, lowest_groups, scaled
-from flexura.modal import REPEATED_EIGENVALUES, clusters
+from flexura.modal import REPEATED_EIGENVALUES, close_groups
 from flexura.sensitivity.families import Change, FullOrderFamily
 from flexura.structure import Design, DiscreteElement, PartMatrices, stiffness_and_mass
 
@@ -43,6 +43,11 @@ def whole_clusters(K: Any, M: Any, n: int) -> Eigenpairs:
         if stop < count or count >= K.shape[0]:
             return Eigenpairs(values[:stop], pairs.vectors[:, :stop])
         count *= 2
+
+
+def clusters(values: Array) -> list[list[int]]:
+    """Positions of ascending values, those that are repeated together."""
+    return [group.tolist() for group in close_groups(values, REPEATED_EIGENVALUES)]
 
 
 @dataclass(frozen=True)

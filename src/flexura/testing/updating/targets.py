@@ -21,10 +21,10 @@ from flexura.arrays import Array, Complex
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
 from flexura.linalg import Eigenpairs
-from flexura.modal import clusters, pair_modes
+from flexura.modal import pair_modes
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
-from flexura.sensitivity import Change, Cluster, Reader, modal_response
+from flexura.sensitivity import Change, Cluster, Reader, clusters, modal_response
 from flexura.structure import DERIVATIVE
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of
