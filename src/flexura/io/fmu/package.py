@@ -30,7 +30,8 @@ from flexura.io.fmu.code import (
     refuse_unfit,
     shared_library,
 )
-from flexura.systems import UNITS, StateSpace
+from flexura.structure import UNITS
+from flexura.systems import StateSpace
 
 BASE_UNITS: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},

@@ -26,8 +26,7 @@ from flexura.io.uff.writing import (
     text_of,
 )
 from flexura.mechanism import DOF_NAMES
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel
+from flexura.structure import Channel, FullOrderModel
 
 _LONGEST_TRACE = 250
 _SMALLEST = 1e-90
