@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 DOCS = Path(__file__).parents[1]
-PAGES = ("api-examples.md", "api.md")
+PAGES = ("api-verbs.md", "api-examples.md")
 WHOLE = 9
 """Lines up to which a block is shown whole; of longer ones what calls the name."""
 

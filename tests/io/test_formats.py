@@ -14,7 +14,7 @@ import flexura as fx
 from flexura import files
 from flexura.io import FORMATS, export, format_of
 from flexura.io.fmu.package import BASE_UNITS
-from flexura.systems.channel import UNITS
+from flexura.structure import UNITS
 from helpers.export_models import EXAMPLES, example_modes, modal_model
 
 

@@ -12,8 +12,8 @@ import scipy.sparse as sp
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import FullOrderModel, assemble
-from flexura.systems import Channel, StateSpace
+from flexura.structure import Channel, FullOrderModel, assemble
+from flexura.systems import StateSpace
 from flexura.tables import in_hz
 
 MODES = 12

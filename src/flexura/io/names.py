@@ -6,7 +6,8 @@ from collections import Counter
 from typing import NamedTuple
 
 from flexura.errors import OptionError
-from flexura.systems import Channel, StateSpace
+from flexura.structure import Channel
+from flexura.systems import StateSpace
 
 
 class Names(NamedTuple):

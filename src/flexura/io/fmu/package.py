@@ -22,7 +22,8 @@ from flexura.io.contents import notes_of
 from flexura.io.fmu.code import SOURCES, binary_place, c_sources, shared_library
 from flexura.io.linear import Array, blocks_of, nominals, pole_sizes, refuse_unfit
 from flexura.io.names import Names, signal_names
-from flexura.systems import UNITS, StateSpace
+from flexura.structure import UNITS
+from flexura.systems import StateSpace
 
 BASE_UNITS: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},

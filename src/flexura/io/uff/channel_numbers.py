@@ -9,8 +9,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.mechanism import DOF_NAMES
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel
+from flexura.structure import Channel, FullOrderModel
 
 Triple = tuple[float, float, float]
 

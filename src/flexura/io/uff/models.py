@@ -17,8 +17,7 @@ from flexura.files import write_file
 from flexura.io.contents import Response
 from flexura.io.lines import lines_of
 from flexura.io.uff.channel_numbers import ChannelNumbers, entity
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel
+from flexura.structure import Channel, FullOrderModel
 
 # specific data type, exponents of length and force (universal file dataset 58, record 9)
 _DATA_TYPES = {
