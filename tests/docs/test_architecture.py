@@ -63,7 +63,7 @@ def test_files_that_a_page_names_exist(page) -> None:
 
 def test_names_of_the_recipes_are_in_their_files() -> None:
     for file, word in (
-        ("mechanism/profile.py", "Contour ="),
+        ("mechanism/section.py", "Contour ="),
         ("io/formats.py", "FORMATS ="),
         ("methods/compare.py", "METHODS ="),
         ("methods/solution.py", "class Solution"),
