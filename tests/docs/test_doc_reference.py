@@ -10,12 +10,12 @@ import pytest
 from flexura import describe
 from flexura.analysis.checks import model_warnings
 from flexura.expressions import expression
+from flexura.mechanism import description
 from flexura.mechanism import member as members
-from flexura.mechanism import substructure as placing
-from flexura.mechanism.checks import assembly
+from flexura.mechanism.checks import survey
 from flexura.modelfile import document, extension
 from flexura.sizes import LIMITS
-from flexura.systems.channel import UNITS
+from flexura.structure import UNITS
 from helpers import api_page
 from helpers.public_names import public_names
 
@@ -162,8 +162,8 @@ def test_limits():
         "exponent": expression.MAX_EXPONENT,
         "files below one that extends others": extension.MAX_BASES,
         "elements of a member": most(members.ElementCount),
-        "copies of one pattern": most(placing.PatternCount),
-        "nesting of substructures": assembly.MAX_NESTING,
+        "copies of one pattern": most(description.PatternCount),
+        "nesting of substructures": survey.MAX_NESTING,
     }
     assert {key: int(cell.replace(" million", "000000")) for key, cell in said.items()} == expected
 

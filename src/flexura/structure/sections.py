@@ -10,9 +10,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, circle, notch, rectangle, tube
-from flexura.mechanism import Flexure, Link, Mechanism
-from flexura.mechanism import profile as pr
-from flexura.mechanism import section as sc
+from flexura.mechanism import Flexure, Leaf, Link, Mechanism, Notch, Part, Profile, RoundNotch, TwoAxisNotch
 from flexura.structure.values import ValueTable
 
 Sizes = dict[str, Array]
@@ -216,19 +214,19 @@ def section_groups(
     return [(group, n, is_tapered) for (_, _, n, is_tapered), group in groups.items()]
 
 
-def _fields(part: sc.Part | pr.Part) -> dict[str, Any]:
+def _fields(part: Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in type(part).model_fields if name not in ("shape", "type")}
 
 
-def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
+def _profile_sizes(profile: Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
     match profile:
-        case pr.Leaf():
+        case Leaf():
             return ("leaf",), _fields(profile)
-        case pr.Notch():
+        case Notch():
             return ("notch", profile.contour.shape), {"width": profile.width, **_fields(profile.contour)}
-        case pr.RoundNotch():
+        case RoundNotch():
             return ("round", profile.contour.shape), _fields(profile.contour)
-        case pr.TwoAxisNotch():
+        case TwoAxisNotch():
             y, z = profile.y_contour, profile.z_contour
             sizes: dict[str, Any] = {"shift": profile.shift}
             sizes |= {f"y_{name}": value for name, value in _fields(y).items()}

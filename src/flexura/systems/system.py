@@ -24,9 +24,20 @@ from flexura.reduction import (
     static_nodes,
     stored_flexibility,
 )
-from flexura.structure import FullOrderModel, Plan, assemble, dissipation, one_design, plan_of
+from flexura.structure import (
+    DERIVATIVE,
+    FullOrderModel,
+    InputPort,
+    OutputPort,
+    Plan,
+    Ports,
+    assemble,
+    default_dofs,
+    dissipation,
+    one_design,
+    plan_of,
+)
 from flexura.systems.modal import ModalSystem, modal_system
-from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
 from flexura.systems.second_order import Model, SecondOrder, damping_law, full_order_of
 
 Order = Literal["low", "full"]

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning, motions
@@ -40,7 +41,6 @@ from flexura.reduction import (
     split,
     state_of,
 )
-from flexura.registry import registered
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
 from flexura.tables import Facts, Table, in_hz, quantity
@@ -424,7 +424,6 @@ def _result(
         is_counted=proof.is_counted,
     )
     modes, mesh_warnings = _with_mesh_errors(full, modes, u)
-    pose_limits = registered("pose_limits")(full) if full.plan.is_posed else ()
     return Modes(
         name=full.plan.mechanism.name,
         order=order,
@@ -438,7 +437,7 @@ def _result(
         certificate=proof,
         steps=steps,
         tolerance=min(tolerance, TOLERANCE),
-        warnings=(*_unproven(modes, proof, tolerance), *mesh_warnings, *pose_limits),
+        warnings=(*_unproven(modes, proof, tolerance), *mesh_warnings, *pose_limits(full)),
     )
 
 

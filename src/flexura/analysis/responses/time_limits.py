@@ -18,18 +18,8 @@ from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.reduction import stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel
-from flexura.systems import (
-    FAINT,
-    UNDAMPED,
-    WORTH,
-    Channel,
-    ModalSystem,
-    Ports,
-    SecondOrder,
-    input_loads,
-    rounded_up,
-)
+from flexura.structure import Channel, FullOrderModel, Ports
+from flexura.systems import FAINT, UNDAMPED, WORTH, ModalSystem, SecondOrder, input_loads, rounded_up
 from flexura.tables import Facts, Table, in_hz, percent, quantity
 
 BLOCK = 10_000_000

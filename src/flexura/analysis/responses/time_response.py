@@ -36,8 +36,8 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, plan_of
-from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
+from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched, plan_of
+from flexura.systems import ModalSystem, Order, System, system, with_residual_modes
 from flexura.tables import ROUND_OFF, Facts, Table, counted, in_hz, quantity
 
 Method = Literal["exact", "generalised_alpha"]

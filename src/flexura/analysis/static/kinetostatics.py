@@ -31,8 +31,7 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import Channel, InputPort, Ports
+from flexura.structure import Channel, FullOrderModel, InputPort, Plan, Ports, assemble
 from flexura.tables import ROUND_OFF, Facts, Table, in_mm, number, percent, quantity, scale_for
 
 OWNED_SHARE = 0.5

@@ -17,6 +17,7 @@ from flexura.analysis.limits import (
     force_limits,
     motion_limits,
     not_looked_at,
+    pose_limits,
     preload,
     stiffening_limits,
     stress_limits,
@@ -33,15 +34,13 @@ from flexura.analysis.strain import (
     motion_meshes,
     stress_profiles,
 )
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import Ports, matched
+from flexura.structure import FullOrderModel, Plan, Ports, assemble, dead_load, matched
 from flexura.tables import ROUND_OFF, Facts, Table, quantity
 
 NOTCH_FACTOR_ERROR = 0.05

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.analysis.limits import mesh_errors
 from flexura.analysis.model_error import ModelError
 from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
-from flexura.analysis.strokes.pose_limits import mesh_errors
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.linalg import Matrix, counted_intervals, inverse_roots, leading, scaled

@@ -14,10 +14,9 @@ from flexura.arrays import Array, Bools, Index
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
-from flexura.structure import Design, Plan
+from flexura.structure import Action, Design, Plan, Ports
 from flexura.study.questions.grammar import Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.systems import Action, Ports
 
 FREQUENCY_TOLERANCE = 1e-3
 """Relative error within which frequencies are to be proven."""

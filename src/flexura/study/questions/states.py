@@ -26,10 +26,9 @@ from flexura.mechanism import at
 from flexura.modal import REPEATED, close_groups
 from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
 from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
-from flexura.structure import Design, FullOrderModel, Plan, full_order_model
+from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, full_order_model
 from flexura.study.questions.blocks import Bounded, without_round_off
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
-from flexura.systems import InputPort, Ports
 
 MODES_FOLLOWED = 12
 """So many of the lowest modes are looked at."""

@@ -15,8 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from flexura.analysis import Freedom, Kinetostatics, Preload, Statics
 from flexura.arguments import verb
 from flexura.mechanism import DOF_NAMES
-from flexura.structure import FullOrderModel
-from flexura.systems import Ports
+from flexura.structure import FullOrderModel, Ports
 from flexura.tables import quantity
 from flexura.view.drawing import (
     DPI,

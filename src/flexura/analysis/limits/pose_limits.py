@@ -9,15 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis.limits import LIMIT_ROUND_OFF, command_limits, times
+from flexura.analysis.limits.limits import LIMIT_ROUND_OFF, command_limits, times
 from flexura.analysis.strain import yield_ratios
 from flexura.arrays import Array, Index
 from flexura.convex import overlapping_bounds, separations
 from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.motion import Frames, Pose, PosedDesign, beyond, pose_of, stiffness_errors
-from flexura.structure import FullOrderModel, solids_of
-from flexura.systems import Ports
+from flexura.structure import FullOrderModel, Ports, solids_of
 
 CONTRIBUTING_SHARE = 0.2
 """Share of the most that any member has in an error, from which on this is also that of the member."""
