@@ -1,7 +1,7 @@
 # flexura: everything runs in an environment of its own, .venv, that the first target called sets up.
 #   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
-#   make test      the whole test suite
-#   make test-quick  the suite but for its slow sweeps
+#   make test      the test suite, the same draws each time
+#   make test-long  what takes longer: sweeps, sites, large solids, and random tests with new draws
 #   make lint      ruff, pyright, all public types known, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed beside the best that there is else, one table; benchmarks/README.md
@@ -19,7 +19,7 @@ endif
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: docs demo packages compiler test test-quick fuzz lint format viewer bench verification pictures release-check clean help
+.PHONY: docs demo packages compiler test test-long faults fuzz lint format viewer bench verification pictures release-check clean help
 help:
 	@sed -n '2,10s/^# *//p' Makefile
 
@@ -56,10 +56,14 @@ packages: $(STAMP)
 RUN_TESTS = PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --no-loadscope-reorder --durations=15
 PROCESSES ?= 2
 test: compiler
-	$(RUN_TESTS) -m '' $(ARGS)
-
-test-quick: compiler
 	$(RUN_TESTS) $(ARGS)
+
+test-long: compiler
+	FLEXURA_DRAWS=new $(RUN_TESTS) -m 'slow or hypothesis' $(ARGS)
+
+# planted faults, each with the test that catches it: tools/faults.jsonl
+faults: $(STAMP)
+	$(BIN)/python tools/faults.py check $(ARGS)
 
 compiler: packages
 	@$(BIN)/python tools/viewer.py --packages >/dev/null 2>&1 || \

@@ -1,13 +1,14 @@
 """Plant faults in the code of the numerical rooms, one at a time, and see that tests catch them.
 
-    python tools/faults.py choose 200               draw faults anew into tools/faults.jsonl
-    python tools/faults.py watch RECORD [PYTEST ...]  run tests and write their processor time and the faults that they pass
-    python tools/faults.py catch RECORD ...         find a test for every fault that has none, the cheapest first
-    python tools/faults.py check                    every fault that was caught is caught by its test
+    python tools/faults.py choose 200                 draw faults anew into tools/faults.jsonl
+    python tools/faults.py watch RECORD [PYTEST ...]  run tests; write their processor time and the faults they pass
+    python tools/faults.py catch RECORD ...           find a test for every fault that has none, the cheapest first
+    python tools/faults.py check                      every fault that was caught is caught by its test
 
-A fault is an operator, a comparison, a sign, a number, or the order of two arguments or indices, changed in one place. It is
-known by module, function and text, never by a line, and found again where a function moves to another module. All faults are
-compiled into the code when it is imported, each behind a switch; tests run in forks of one process, each with its switch on.
+A fault is an operator, a comparison, a sign, a number, or the order of two arguments or indices, changed in one place.
+It is known by module, function and text, never by a line, and found again where a function moves to another module. All
+faults are compiled into the code when it is imported, each behind a switch; tests run in forks of one process, each
+with its switch on.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src"
 LIST = ROOT / "tools" / "faults.jsonl"
 ROOMS = [
-    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity", "analysis",
-    "solid/fem", "testing/identification",
+    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity",
+    "analysis", "solid/fem", "testing/identification",
 ]  # fmt: skip
 SECONDS = 60
 """Time in which tests are to catch a fault."""
@@ -63,7 +64,7 @@ class Fault:
         return sorted(self.was) == sorted(self.becomes)
 
 
-# ------------------------------------------------------------------------------------------------------ what may be changed
+# --- what may be changed
 
 
 def changed(node: ast.AST) -> ast.expr | None:
@@ -85,7 +86,9 @@ def changed(node: ast.AST) -> ast.expr | None:
             return ast.Subscript(value, ast.Tuple([*first, b, a], ast.Load()), ast.Load())
         case ast.Call(ast.Attribute(value, name), args, keywords) if name in CALLS and args:
             return ast.Call(ast.Attribute(value, CALLS[name], ast.Load()), args, keywords)
-        case ast.Call(func, [a, b, *more], keywords) if not isinstance(a, ast.Starred) and swappable(a) and swappable(b):
+        case ast.Call(func, [a, b, *more], keywords) if (
+            not isinstance(a, ast.Starred) and swappable(a) and swappable(b)
+        ):
             return ast.Call(func, [b, a, *more], keywords) if ast.dump(a) != ast.dump(b) else None
     return None
 
@@ -188,7 +191,7 @@ def is_future(node: ast.stmt) -> bool:
     return isinstance(node, ast.ImportFrom) and node.module == "__future__"
 
 
-# ------------------------------------------------------------------------------------------------------ the list of faults
+# --- the list of faults
 
 
 def modules(rooms: list[str]) -> Iterator[tuple[str, str]]:
@@ -204,11 +207,13 @@ def name_of(path: Path) -> str:
 
 
 def choose(number: int, seed: int) -> list[Fault]:
-    """Faults from all rooms, of each by the root of what could be planted there; one a function, as far as that goes."""
+    """Faults of all rooms, of each by the root of what could be planted there; one a function if there are enough."""
     draw = random.Random(seed)
     # what is swapped mostly ends in an error at once: one of four
     rooms = {
-        room: [f for name, text in modules([room]) for f in places(name, text) if draw.random() < (0.25 if f.swaps else 1)]
+        room: [
+            f for name, text in modules([room]) for f in places(name, text) if draw.random() < (0.25 if f.swaps else 1)
+        ]
         for room in ROOMS
     }
     total = sum(len(found) ** 0.5 for found in rooms.values())
@@ -249,7 +254,7 @@ def moved(faults: list[Fault]) -> list[Fault]:
     return there
 
 
-# ------------------------------------------------------------------------------------------------------ the code with faults
+# --- the code with faults
 
 
 class Switch:
@@ -301,7 +306,7 @@ def plant(faults: list[Fault]) -> Switch:
     return switch
 
 
-# ------------------------------------------------------------------------------------------------------ tests
+# --- tests
 
 
 def processor_seconds() -> float:
