@@ -18,6 +18,7 @@ import ast
 import json
 import os
 import random
+import resource
 import signal
 import sys
 import time
@@ -39,8 +40,13 @@ ROOMS = [
     "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity",
     "analysis", "solid/fem", "testing/identification",
 ]  # fmt: skip
-SECONDS = 60
-"""Time in which tests are to catch a fault."""
+SECONDS = 200
+PROCESSOR_SECONDS = 20
+"""Times in which tests are to catch a fault."""
+
+CANDIDATES = 40
+CANDIDATE_SECONDS = 10.0
+"""How many tests of a fault are tried, and how long they take without it."""
 
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.Pow: ast.Mult}
 COMPARISONS = {ast.Lt: ast.Gt, ast.LtE: ast.Gt, ast.Gt: ast.Lt, ast.GtE: ast.Lt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -331,10 +337,12 @@ class Watcher:
 
 
 class Catcher:
-    """Runs in place of the suite, for every fault, its tests, in a fork of this process."""
+    """Runs in place of the suite, for every fault, its tests, in forks of this process."""
 
-    def __init__(self, switch: Switch, faults: list[Fault], tests: dict[int, list[str]]) -> None:
-        self.switch, self.faults, self.tests, self.caught = switch, faults, tests, dict[int, str]()
+    def __init__(self, switch: Switch, faults: list[Fault], tests: dict[int, list[str]], jobs: int) -> None:
+        self.switch, self.faults, self.tests, self.jobs = switch, faults, tests, jobs
+        self.caught: dict[int, str] = {}
+        self.sound: dict[str, bool] = {}
         self.failed = False
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -343,50 +351,87 @@ class Catcher:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         items = {item.nodeid: item for item in session.items}
-        for number, names in self.tests.items():
-            there = [items[name] for name in names if name in items]
-            fault = self.faults[number]
-            began = time.monotonic()
-            test = self.in_fork(number, there) if there else None
-            if test:
-                self.caught[number] = test
-            print(
-                f"{number:4d} {time.monotonic() - began:5.1f} s  {fault.module}.{fault.function}: "
-                f"{fault.was} -> {fault.becomes}: {test or f'NOT CAUGHT by {len(there)}'}",
-                file=sys.__stdout__, flush=True,
-            )  # fmt: skip
+        waiting = [(number, [items[name] for name in names if name in items]) for number, names in self.tests.items()]
+        running: list[Fork] = []
+        while waiting or running:
+            while waiting and len(running) < self.jobs:
+                number, there = waiting.pop(0)
+                running.append(Fork(number, len(there), *self.fork(number, there)))
+            time.sleep(0.02)
+            for fork in [own for own in running if own.is_done()]:
+                running.remove(fork)
+                self.tell(fork, items)
         return True
 
-    def in_fork(self, number: int, items: list[pytest.Item]) -> str | None:
-        """The first test that fails by a fault, or that does not end, within the time."""
+    def tell(self, fork: Fork, items: dict[str, pytest.Item]) -> None:
+        """Print what caught a fault, which is no test that fails without one."""
+        test, fault = fork.test(), self.faults[fork.number]
+        if test and self.passes(test, items[test]):
+            self.caught[fork.number] = test
+        told = f"{fault.module}.{fault.function}: {fault.was} -> {fault.becomes}"
+        found = self.caught.get(fork.number) or f"NOT CAUGHT by {fork.tests} tests"
+        print(
+            f"{fork.number:4d} {time.monotonic() - fork.began:5.1f} s  {told}: {found}", file=sys.__stdout__, flush=True
+        )
+
+    def passes(self, test: str, item: pytest.Item) -> bool:
+        """Whether a test passes without a fault, asked once."""
+        if test not in self.sound:
+            alone = Fork(-1, 1, *self.fork(-1, [item]))
+            while not alone.is_done():
+                time.sleep(0.02)
+            self.sound[test] = alone.test() is None
+            if not self.sound[test]:
+                print(f"{test} fails without a fault", file=sys.__stdout__, flush=True)
+        return self.sound[test]
+
+    def fork(self, number: int, items: list[pytest.Item]) -> tuple[int, int]:
+        """A process that runs tests until one fails by a fault, and where it says which it runs."""
         reading, writing = os.pipe()
         child = os.fork()
-        if child == 0:
-            os.setpgid(0, 0)
-            os.close(reading)
-            self.switch.on = number
-            quiet = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(quiet, 1)
-            os.dup2(quiet, 2)
-            sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115
-            for i, item in enumerate(items):
-                os.write(writing, f"{item.nodeid}\n".encode())
-                following = items[i + 1] if i + 1 < len(items) else None
-                item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-                if self.failed:
-                    os.write(writing, b"FAILED\n")
-                    break
-            os._exit(0)
-        os.close(writing)
-        deadline = time.monotonic() + SECONDS
-        ended = 0
-        while not ended and time.monotonic() < deadline:
-            time.sleep(0.02)
-            ended, _ = os.waitpid(child, os.WNOHANG)
-        if not ended:
-            os.killpg(child, signal.SIGKILL)
-            os.waitpid(child, 0)
-        with os.fdopen(reading) as stream:
+        if child:
+            os.close(writing)
+            return child, reading
+        os.setpgid(0, 0)
+        resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_SECONDS, PROCESSOR_SECONDS))
+        self.switch.on = number
+        quiet = os.open(os.devnull, os.O_WRONLY)
+        for stream in (1, 2):
+            os.dup2(quiet, stream)
+        for item, following in zip(items, [*items[1:], None], strict=False):
+            os.write(writing, f"{item.nodeid}\n".encode())
+            item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+            if self.failed:
+                os.write(writing, b"FAILED\n")
+                break
+        os._exit(0)
+
+
+@dataclass
+class Fork:
+    """A process that runs tests on one fault."""
+
+    number: int
+    tests: int
+    child: int
+    reading: int
+
+    def __post_init__(self) -> None:
+        self.began = time.monotonic()
+
+    def is_done(self) -> bool:
+        """Whether it has ended, by itself or because its time is up."""
+        if os.waitpid(self.child, os.WNOHANG)[0]:
+            return True
+        if time.monotonic() < self.began + SECONDS:
+            return False
+        os.killpg(self.child, signal.SIGKILL)
+        os.waitpid(self.child, 0)
+        return True
+
+    def test(self) -> str | None:
+        """The test that failed."""
+        with os.fdopen(self.reading) as stream:
             lines = stream.read().splitlines()
         return lines[-2] if lines and lines[-1] == "FAILED" else None
 
@@ -395,12 +440,27 @@ def run(words: list[str], plugin: object) -> None:
     pytest.main(["-n", "0", "-q", "-p", "no:cacheprovider", "--capture=sys", *words], plugins=[plugin])
 
 
-def catch(faults: list[Fault], tests: dict[int, list[str]], words: list[str]) -> dict[int, str]:
+def catch(faults: list[Fault], tests: dict[int, list[str]], words: list[str], jobs: int) -> dict[int, str]:
     """Tests that catch faults, by number; of each the tests of which one may."""
-    catcher = Catcher(plant(faults), faults, tests)
+    catcher = Catcher(plant(faults), faults, tests, jobs)
     files = sorted({name.split("::")[0] for names in tests.values() for name in names})
     run([*words, *files], catcher)
     return catcher.caught
+
+
+def candidates(fault: Fault, passing: list[tuple[str, float]]) -> list[str]:
+    """Tests that may catch a fault: those of its room first, the cheapest of every file by turns."""
+    room, rank = fault.module.split(".")[1], defaultdict(int)
+    keys = {}
+    for test, seconds in sorted(passing, key=lambda own: own[1]):
+        file = test.split("::")[0]
+        keys[test] = (rank[file] // 3, f"tests/{room}/" not in file, seconds)
+        rank[file] += 1
+    cost, chosen = dict(passing), list[str]()
+    for test in sorted(keys, key=keys.__getitem__)[:CANDIDATES]:
+        if not chosen or sum(cost[own] for own in chosen) + cost[test] < CANDIDATE_SECONDS:
+            chosen.append(test)
+    return chosen
 
 
 def main() -> int:
@@ -408,6 +468,7 @@ def main() -> int:
     parser.add_argument("what", choices=["choose", "watch", "catch", "check"])
     parser.add_argument("words", nargs="*")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--jobs", type=int, default=2)
     given, more = parser.parse_known_args()
     if given.what == "choose":
         write(choose(int(given.words[0]), given.seed))
@@ -417,16 +478,15 @@ def main() -> int:
         run([*given.words[1:], *more], Watcher(plant(faults), Path(given.words[0])))
         return 0
     if given.what == "catch":
-        seconds, passing = {}, defaultdict(list)
+        passing: dict[int, list[tuple[str, float]]] = defaultdict(list)
         for record in given.words:
             for line in map(json.loads, Path(record).read_text().splitlines()):
-                seconds[line["test"]] = line["seconds"]
                 for number in line["faults"]:
-                    passing[number].append(line["test"])
-        tests = {i: sorted(passing[i], key=lambda t: seconds[t]) for i, f in enumerate(faults) if f.test is None}
-        caught = catch(faults, tests, more)
+                    passing[number].append((line["test"], line["seconds"]))
+        tests = {i: candidates(f, passing[i]) for i, f in enumerate(faults) if f.test is None and passing[i]}
+        caught = catch(faults, tests, more, given.jobs)
     else:
-        caught = catch(faults, {i: [f.test] for i, f in enumerate(faults) if f.test}, more)
+        caught = catch(faults, {i: [f.test] for i, f in enumerate(faults) if f.test}, more, given.jobs)
     print(f"{len(caught)} of {len(faults)} faults caught")
     if given.what == "catch":
         for number, test in caught.items():
