@@ -13,7 +13,7 @@ from flexura.expressions import expression
 from flexura.mechanism import description
 from flexura.mechanism import member as members
 from flexura.mechanism.checks import survey
-from flexura.modelfile import document, extension
+from flexura.modelfile import document
 from flexura.sizes import LIMITS
 from flexura.structure import UNITS
 from helpers import api_page
@@ -160,7 +160,7 @@ def test_limits():
         "numbers and names in an expression": expression.MAX_OPERANDS,
         "nesting of an expression": expression.MAX_DEPTH,
         "exponent": expression.MAX_EXPONENT,
-        "files below one that extends others": extension.MAX_BASES,
+        "files below one that extends others": document.MAX_BASES,
         "elements of a member": most(members.ElementCount),
         "copies of one pattern": most(description.PatternCount),
         "nesting of substructures": survey.MAX_NESTING,
