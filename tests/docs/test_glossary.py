@@ -7,7 +7,9 @@ from helpers.over import over
 
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "glossary.md").read_text(encoding="utf-8")
-ROW = re.compile(r"^\| (.+?) \| (.+?) \| (.+) \| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE)
+ROW = re.compile(
+    r"^\| (.+?) \| (.+?) \| (.+) \| (?:`.*`)? ?\| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE
+)
 SYMBOLS = PAGE[PAGE.index("## Symbols") : PAGE.index("## Words")]
 ROWS = ROW.findall(SYMBOLS)
 NEAR = 8

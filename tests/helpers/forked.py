@@ -140,8 +140,8 @@ def run(request: dict[str, Any], out: int, errors: int) -> None:
         for number, descriptor in ((1, out), (2, errors)):
             os.dup2(descriptor, number)
         # as Python makes them for what they are now: a pipe, or a file
-        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: PTH123, SIM115
-        sys.stderr = open(2, "w", encoding="utf-8", closefd=False, buffering=1)  # noqa: PTH123, SIM115
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+        sys.stderr = open(2, "w", encoding="utf-8", closefd=False, buffering=1)  # noqa: SIM115
         if "PYTHONUNBUFFERED" in request["env"]:
             sys.stdout.reconfigure(line_buffering=True)
         os.environ.clear()

@@ -18,6 +18,7 @@ from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import critical_shapes, is_definite
+from flexura.modal import close_groups
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -36,9 +37,9 @@ from flexura.motion import (
 )
 from flexura.records import Record
 from flexura.reduction import Flexibility, flexibility
-from flexura.sensitivity import FullOrderFamily, clusters
-from flexura.structure import Design, FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import InputPort, Ports
+from flexura.sensitivity import FullOrderFamily
+from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, assemble, dead_load
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 LOWEST_FACTORS = 4
 """Buckling factors that are worked out, to see whether the lowest is repeated."""
@@ -148,7 +149,7 @@ class LinearState(_State):
         factors, shapes = critical_shapes(loaded.model.K, loaded.K_g, LOWEST_FACTORS)
         if not len(factors):
             return None
-        at = clusters(factors)[0]
+        at = close_groups(factors, REPEATED_EIGENVALUES)[0].tolist()
         value, x = float(np.mean(factors[at])), shapes[:, at]
         elastic, whole = (self._stiffness_changes(x, loaded) for loaded in (False, True))
         slope = value * (x.T @ ((1 - value) * elastic + value * whole))
