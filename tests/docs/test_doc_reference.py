@@ -17,6 +17,7 @@ from flexura.modelfile import document
 from flexura.sizes import LIMITS
 from flexura.structure import UNITS
 from helpers import api_page
+from helpers.over import over
 from helpers.public_names import public_names
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -82,7 +83,7 @@ def names(cell: str) -> list[str]:
     return re.findall(r"`([^`]+)`", cell)
 
 
-@pytest.mark.parametrize("heading", TABLES)
+@over("heading", TABLES)
 def test_keys(heading):
     rows = next(t for t in tables(section("file-format.md", heading)) if names(t[0][0]) == [] and "key" in t[0][0])[2:]
     cells = {names(row[0])[0]: row[2] for row in rows}
