@@ -72,8 +72,6 @@ class SectionConstants(Part):
 
 
 Section = Annotated[Rectangle | Circle | Tube | SectionConstants, Field(discriminator="shape")]
-ROUND_SECTIONS = (Circle, Tube)
-"""Sections whose orientation about the member axis does not matter."""
 
 
 class CircularContour(Part):

@@ -12,12 +12,10 @@ from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, circle, notch, rectangle, tube
 from flexura.mechanism import Flexure, Leaf, Link, Mechanism, Notch, Part, Profile, RoundNotch, TwoAxisNotch
 from flexura.structure.values import ValueTable
+from flexura.thresholds import SAME_SIZE
 
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
-
-SAME_LENGTH = 1e-9
-"""Relative difference of lengths that are the same, as descriptions are checked."""
 
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
     "circular": lambda x, _, s: notch.circular(x, s["radius"], s["web"]),
@@ -160,14 +158,14 @@ def _fits(shape: str, half: Array, sizes: Sizes) -> Any:
     """Whether a contour fits between the ends of a notch (..., 1)."""
     match shape:
         case "circular":
-            return sizes["radius"] >= half * (1 - SAME_LENGTH)
+            return sizes["radius"] >= half * (1 - SAME_SIZE)
         case "corner_filleted":
-            return sizes["fillet_radius"] <= half * (1 + SAME_LENGTH)
+            return sizes["fillet_radius"] <= half * (1 + SAME_SIZE)
         case "v_shaped":
             return sizes["angle"] < np.pi / 2
         case "table":
             ends = sizes["positions"][..., 0], sizes["positions"][..., -1] - 2 * half
-            return (np.abs(ends[0]) <= SAME_LENGTH * 2 * half) & (np.abs(ends[1]) <= SAME_LENGTH * 2 * half)
+            return (np.abs(ends[0]) <= SAME_SIZE * 2 * half) & (np.abs(ends[1]) <= SAME_SIZE * 2 * half)
     return np.ones(1, dtype=bool)
 
 

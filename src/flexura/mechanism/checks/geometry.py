@@ -28,9 +28,8 @@ from flexura.mechanism.section import (
     TwoAxisNotch,
     VShapedContour,
 )
+from flexura.thresholds import SAME_PLACE, SAME_SIZE
 
-EQUAL = 1e-9
-"""Numbers that differ by no more than this beside their size are equal: lengths, moments, entries of matrices."""
 NO_LENGTH = 1e-12
 """A member is without length when its ends are apart by no more than this beside their own coordinates."""
 PARALLEL = 1e-6
@@ -38,8 +37,7 @@ PARALLEL = 1e-6
 SINGULAR = 1e-12
 """A moment of inertia is none that is no larger than this beside the largest."""
 JOINT_DISTANCE = 1e-9
-"""Distance in m within which joined nodes are at one place, besides `JOINT_SHARE` of the size of the mechanism."""
-JOINT_SHARE = 1e-6
+"""Distance in m within which joined nodes are at one place, besides `SAME_PLACE` of the size of the mechanism."""
 
 
 def check_members(survey: Survey) -> None:
@@ -144,7 +142,7 @@ def _fillets(survey: Survey, path: Path, member: Link | Flexure, form: Section |
             rule, hint = "fillets are known of leaves and rectangles", "leave it out, or take a corner_filleted contour"
         elif root == "rigid":
             rule, hint = "an end with a rigid root has no fillet", "root: elastic, or no fillet"
-        elif radius > length / 2 * (1 + EQUAL):
+        elif radius > length / 2 * (1 + SAME_SIZE):
             rule = f"a fillet is no longer than half the member, {_mm(length / 2)}"
             hint = "a smaller radius, or a part of the shape that it is"
         else:
@@ -169,11 +167,11 @@ def _contour(survey: Survey, path: Path, contour: Contour, length: float) -> Non
     """`length` is that of the notch."""
     half = length / 2
     match contour:
-        case CircularContour() if (radius := _number(contour.radius)) < half * (1 - EQUAL):
+        case CircularContour() if (radius := _number(contour.radius)) < half * (1 - SAME_SIZE):
             rule = f"the radius is at least half the length of the notch, {_mm(half)}"
             hint = "split the member, or use a corner_filleted contour"
             survey.report((*path, "radius"), _mm(radius), rule, hint)
-        case CornerFilletedContour() if (radius := _number(contour.fillet_radius)) > half * (1 + EQUAL):
+        case CornerFilletedContour() if (radius := _number(contour.fillet_radius)) > half * (1 + SAME_SIZE):
             rule = f"two fillets fit into the notch when their radius is at most half its length, {_mm(half)}"
             survey.report((*path, "fillet_radius"), _mm(radius), rule)
         case VShapedContour() if (angle := _number(contour.angle)) >= math.pi / 2:
@@ -181,7 +179,7 @@ def _contour(survey: Survey, path: Path, contour: Contour, length: float) -> Non
             survey.report((*path, "angle"), f"{math.degrees(angle):g} deg", rule)
         case TabulatedContour():
             first, last = _number(contour.positions[0]), _number(contour.positions[-1])
-            if abs(first) > EQUAL * length or abs(last - length) > EQUAL * length:
+            if abs(first) > SAME_SIZE * length or abs(last - length) > SAME_SIZE * length:
                 rule = f"the positions of a table run from 0 to the length of the notch, {_mm(length)}"
                 survey.report((*path, "positions"), f"{_mm(first)} to {_mm(last)}", rule)
 
@@ -219,7 +217,7 @@ def _inertia(survey: Survey, path: Path, entries: tuple[float, ...]) -> None:
     moments = f"principal moments {shown(low)}, {shown(middle)}, {shown(high)} kg*m^2"
     if low <= SINGULAR * abs(high):
         survey.report(path, moments, "an inertia tensor is positive definite", _ORDER)
-    elif low + middle < high * (1 - EQUAL):
+    elif low + middle < high * (1 - SAME_SIZE):
         rule = "no principal moment of inertia is larger than the sum of the other two"
         survey.report(path, moments, rule, _ORDER)
 
@@ -232,14 +230,14 @@ def _stiffness(survey: Survey, path: Path, K: NDArray[np.float64]) -> None:
         return
     scale = np.sqrt(np.abs(np.diag(K)))
     unit = np.outer(scale, scale)
-    i, j = np.unravel_index(np.argmax(np.abs(K - K.T) - EQUAL * unit), K.shape)
-    if abs(K[i, j] - K[j, i]) > EQUAL * max(unit[i, j], abs(K[i, j])):
+    i, j = np.unravel_index(np.argmax(np.abs(K - K.T) - SAME_SIZE * unit), K.shape)
+    if abs(K[i, j] - K[j, i]) > SAME_SIZE * max(unit[i, j], abs(K[i, j])):
         rule = f"the matrix of a spring is symmetric; entries ({i + 1}, {j + 1}) and ({j + 1}, {i + 1}) differ"
         survey.report(path, f"{K[i, j]:g} and {K[j, i]:g}", rule)
         return
     scaled = np.divide(K, unit, out=np.zeros((6, 6)), where=unit > 0)
     impossible = np.diag(K).min() < 0 or K[unit == 0].any()
-    if impossible or np.linalg.eigvalsh(scaled).min() < -EQUAL:
+    if impossible or np.linalg.eigvalsh(scaled).min() < -SAME_SIZE:
         hint = "no motion of the spring may release energy"
         survey.report(path, "", "the matrix of a spring has no negative eigenvalue", hint)
 
@@ -249,7 +247,7 @@ def _joints(survey: Survey, name: str, prototype: Substructure) -> None:
     for i, (a, b) in enumerate(prototype.joints):
         if a in positions and b in positions:
             distance = math.dist(positions[a], positions[b])
-            if distance > JOINT_DISTANCE + JOINT_SHARE * survey.size:
+            if distance > JOINT_DISTANCE + SAME_PLACE * survey.size:
                 survey.report(
                     (*prefix(name), "joints", i),
                     f"{a}, {b}",
