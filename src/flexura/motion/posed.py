@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -67,6 +67,11 @@ class PosedDesign:
     def K(self) -> sp.csc_matrix:
         """Tangent stiffness (n, n), N/m, N, N m, symmetric."""
         return sp.csc_matrix(self.pose.K)
+
+    @cached_property
+    def is_stable(self) -> bool:
+        """Whether it stays there with actuators free under the forces that hold it."""
+        return is_definite(self.pose.K)
 
     @cached_property
     def M(self) -> sp.csc_matrix:
@@ -159,16 +164,18 @@ class PosedDesign:
                 yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames), u) / 2
 
 
-def posed(design: Design) -> PosedDesign:
-    """A design at the pose that its description names, as `reached`.
+def at_pose(design: Design) -> Design:
+    """One design at the pose that its description names; as it is where none is, or where it is at one already.
 
-    Raises SolverError also where the pose is unstable with actuators free under the forces that hold it.
+    Raises as `reached`, and SolverError where the pose is unstable with actuators free under the forces that hold it.
     """
-    design_there = reached(design)
-    if not is_definite(design_there.pose.K):
-        place = design_there.words.removeprefix("about the pose ").partition(", actuators free")[0]
+    if design.pose is not None or not design.plan.is_posed:
+        return design
+    there = reached(design)
+    if not there.is_stable:
+        place = there.words.removeprefix("about the pose ").partition(", actuators free")[0]
         raise SolverError(f"at {place} the mechanism is unstable: nothing stays linear about that pose for long")
-    return design_there
+    return replace(design, pose=there)
 
 
 def reached(design: Design) -> PosedDesign:
