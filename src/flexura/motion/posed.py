@@ -20,7 +20,7 @@ from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Ends, Pose, end_force_changes, end_forces, with_members
-from flexura.records import Latest
+from flexura.records import Latest, Record
 from flexura.structure import Design, InputPort, OfDesign, Ports, Scatter
 
 
@@ -46,9 +46,11 @@ def commanded(model: MovingModel, port: InputPort) -> Lever:
     return Lever(name, port.nodes[0], np.append(none, d) if port.channel.quantity == "moment" else np.append(d, none))
 
 
-@dataclass(frozen=True)
-class PosedDesign:
+@dataclass(frozen=True, repr=False)
+class PosedDesign(Record):
     """A design where it has moved, the actuators free under the dead forces that hold it there."""
+
+    _shown = ("words",)
 
     pose: Pose
     words: str
