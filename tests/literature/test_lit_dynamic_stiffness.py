@@ -10,7 +10,7 @@ import pytest
 
 from flexura.full_order import assemble
 from flexura.mechanism import Link, Material, Mechanism, Rectangle, SectionConstants, Tube
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism.description import DOF_NAMES
 from flexura.methods.dynamic_stiffness import count_below, dynamic_stiffness
 from helpers.beam_models import HELD, XY, last_decimal, last_digit, roots, straight
 from helpers.literature_cases import HAN_RATIOS, LABUSCHAGNE

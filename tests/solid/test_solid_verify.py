@@ -17,7 +17,7 @@ from flexura.full_order import assemble
 from flexura.mechanism import Leaf, Material, Mechanism, RigidBody
 from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
-from flexura.mechanism.profile import CircularContour, Notch
+from flexura.mechanism.section import CircularContour, Notch
 from flexura.modelfile import load
 from flexura.solid.modes import SURE, solid_modes
 from flexura.solid.verification import progressively, verify

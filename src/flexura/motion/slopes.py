@@ -17,12 +17,13 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
 from flexura.linalg import factorise
-from flexura.modal import REPEATED_EIGENVALUES, close_groups
+from flexura.modal import close_groups
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.model import Loads, MovingModel
 from flexura.motion.pose import Holding, Pose, critical_state, lowest_of_any, material_at
 from flexura.structure import Design
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 GUARD = 3
 """Eigenvalues worked out beyond those wanted, to see whether the last one is repeated."""

@@ -19,7 +19,7 @@ from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.full_order import assemble
 from flexura.linalg import critical_shapes, is_definite
-from flexura.modal import REPEATED_EIGENVALUES, close_groups
+from flexura.modal import close_groups
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -40,6 +40,7 @@ from flexura.records import Record
 from flexura.reduction import Flexibility, flexibility
 from flexura.sensitivity import FullOrderFamily
 from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, dead_load
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 LOWEST_FACTORS = 4
 """Buckling factors that are worked out, to see whether the lowest is repeated."""
