@@ -24,9 +24,9 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.extras import need
 from flexura.fem import SolidMaterial, SolidMesh, mesh_mass
 from flexura.files import complete_file, read_bytes, read_text, scratch_folder
+from flexura.lazy import need
 from flexura.modelfile import unit_factors
 from flexura.sizes import within
 from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices
