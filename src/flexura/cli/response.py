@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 MOST_POSES, MOST_FREQUENCIES = 41, 6
 """Of a stroke."""
 
-
 Nodes = Annotated[
     list[str] | None, typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated.")
 ]
@@ -71,7 +70,7 @@ def kinetostatics_command(
 ) -> Answer:
     """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
     from flexura.analysis import kinetostatics
-    from flexura.structure import assemble
+    from flexura.full_order import assemble
 
     model = assemble(mechanism, parameters)
     result = kinetostatics(model, platform=platform, actuators=actuator)
