@@ -9,14 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path as FilePath
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from flexura.errors import ModelError, OptionError, Path, Problem
+from flexura.errors import ModelError, OptionError, Path, Problem, did_you_mean
 from flexura.files import MISSING, read_bytes
 from flexura.mechanism import CONTROL
 from flexura.sizes import beyond, size_limit
@@ -365,8 +364,7 @@ def text_of(file: FilePath) -> str:
         rule, _, hint = str(error).removeprefix(f"{file}: ").partition("\n    hint: ")
         if rule == MISSING:
             nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
-            close = get_close_matches(file.name, nearby, n=1)
-            hint = f"did you mean {close[0]}?" if close else ""
+            hint = did_you_mean(file.name, nearby, "", quoted=False)
         raise refused(rule, hint) from None
     try:
         return content.decode("utf-8-sig")

@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -206,11 +205,7 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     name, equals, written = (part.strip() for part in text.partition("="))
     if not equals or not written:
         raise OptionError(f"{text!r} sets no parameter; write NAME=VALUE, e.g. thickness=0.3 mm")
-    if name not in mechanism.parameters:
-        close = get_close_matches(name, mechanism.parameters, n=1)
-        known = ", ".join(mechanism.parameters) or "none"
-        hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
-        raise OptionError(f"{name!r} is not a parameter; {hint}")
+    mechanism.parameter(name)
     dimension = parameter_dimensions(mechanism.parameters)[name]
     example = format_quantity(_example(mechanism, name), dimension) if dimension is not None else "0.3 mm"
     quantity = ANY if dimension is None else Quantity(f"value of {name}", dimension, example)
