@@ -4,15 +4,15 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from typer.testing import CliRunner
 
 from flexura.cli.app import COMMANDS, app, loaded
+from helpers.over import over
 
 HOME = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@over("name", COMMANDS)
 def test_the_help_of_the_group_shows_the_first_line_of_a_command(name):
     assert loaded(name).help.split("\n")[0] == COMMANDS[name].line
 

@@ -7,7 +7,7 @@ another one with the same letter, or with none, has ended.
 import re
 from pathlib import Path
 
-import pytest
+from helpers.over import over
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "docs" / "theory.md", *sorted((ROOT / "docs" / "theory").glob("*.md"))]
@@ -42,7 +42,7 @@ def numbers(page: Path) -> list[int]:
     return [int(tag.removeprefix(letter_of(page))) for tag in tags(page)]
 
 
-@pytest.mark.parametrize("letter", sorted({letter_of(page) for page in PAGES}))
+@over("letter", sorted({letter_of(page) for page in PAGES}))
 def test_equations_are_numbered_in_order(letter):
     """From page to page, each of which goes on where another one has ended."""
     pages = sorted(numbers(page) for page in PAGES if letter_of(page) == letter)
@@ -61,7 +61,7 @@ def test_code_cites_existing_equations():
     assert count >= 10
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@over("page", PAGES)
 def test_pages_cite_existing_equations(page):
     own = set(re.findall(rf"\(({NUMBER})\)", page.read_text(encoding="utf-8")))
     known = {number for other in PAGES for number in tags(other)}
