@@ -27,6 +27,9 @@ MOST_FACTS = 10
 GAP, LEAST_FOLDED = 2, 24
 """Blanks between columns; a last column of texts folds when it has so many characters at least."""
 
+WHOLE = 10_000
+"""Characters of a cell: it folds, and is not cut."""
+
 MOST_BLOCKS = 4
 """Of columns, below each other."""
 
@@ -77,7 +80,7 @@ def _table_printed(part: Table, width: int) -> Iterator[RenderableType]:
     shown = part.shown()
     if not any(shown.values()):
         return
-    columns = text_columns(shown, longest=width)
+    columns = text_columns(shown, WHOLE)
     right = dict(zip(columns, map(is_right, shown.values()), strict=True))
     sizes = {name: GAP + max(map(len, (*name.splitlines(), *cells))) for name, cells in columns.items()}
     first, *names = columns
