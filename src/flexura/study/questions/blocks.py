@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array, Bools, Index
+from flexura.derivatives import without_round_off
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
@@ -202,14 +203,6 @@ def mass_of(design: Design, quantity: Quantity) -> Array:
 
 STATIC = ("compliance", "stiffness", "coupling", "amplification")
 """Kinds that follow from the flexibility."""
-
-CROSS_ROUND_OFF = 1e-8
-"""Compliances below so much of their bound, sqrt(C_ii C_jj), are round-off."""
-
-
-def without_round_off(displacement: Any, bound: Any) -> Any:
-    """Displacements by forces elsewhere, zero where they are round-off of the bound that stands for C_ii C_jj."""
-    return np.where(abs(displacement) < CROSS_ROUND_OFF * np.sqrt(abs(bound)), 0.0, displacement)
 
 
 class Statics:

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
+from flexura.derivatives import Change, Family, Matrices
 from flexura.duals import real, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below
 from flexura.mechanism import Accelerometer, Damping, HammerPoint, Mechanism, ModalTest, evaluated
 from flexura.records import Latest
-from flexura.sensitivity import Change, Family, Matrices
 from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of
 from flexura.systems import DERIVATIVE, Channel, InputPort, ModalSystem, OutputPort, System, system
 from flexura.testing.measurement import SAME_MODE_OF_SETUPS, MeasuredChannel
