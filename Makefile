@@ -2,6 +2,7 @@
 #   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
 #   make test      the whole test suite
 #   make test-quick  the suite but for its slow sweeps
+#   make coverage  the same, with the lines of the source that no test runs; out/coverage shows them
 #   make lint      ruff, pyright, all public types known, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed beside the best that there is else, one table; benchmarks/README.md
@@ -19,9 +20,9 @@ endif
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: docs demo packages compiler test test-quick fuzz lint format viewer bench verification pictures release-check clean help
+.PHONY: docs demo packages compiler test test-quick coverage fuzz lint format viewer bench verification pictures release-check clean help
 help:
-	@sed -n '2,10s/^# *//p' Makefile
+	@sed -n '2,11s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -60,6 +61,9 @@ test: compiler
 
 test-quick: compiler
 	$(RUN_TESTS) $(ARGS)
+
+coverage: compiler
+	$(RUN_TESTS) --cov=flexura --cov-report=term:skip-covered --cov-report=html:out/coverage $(ARGS)
 
 compiler: packages
 	@$(BIN)/python tools/viewer.py --packages >/dev/null 2>&1 || \

@@ -73,14 +73,15 @@ def _public(name: str) -> Any:
 def names_of(heading: str, names: list[str]) -> str:
     """The page of one kind of names, from their docstrings."""
     parts = [
-        f"# {heading}\n\nNames that examples do not make, such as `guide`, are those of the page named above them.\n"
+        f"# {heading}\n\nNames that examples do not make are those of `docs/_examples`, where they run one after "
+        "another: `guide` and `mechanism` are `examples/guide/guide.yaml`.\n"
     ]
     for name in names:
         own = _public(name)
         directive = "autoclass" if inspect.isclass(own) else "autofunction"
         parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}{_fields(own)}\n```\n")
         if (found := example(name)) is not None:
-            parts.append(found.markdown("../../"))
+            parts.append(found.markdown())
     return "\n".join(parts)
 
 

@@ -16,4 +16,3 @@ from flexura.registry import register
 face(__name__, former={"Doubt": "Diagnostic", "Exceeded": "Diagnostic"})
 register("with_solid_parts", "flexura.solid.fem")
 register("posed", "flexura.motion")
-register("pose_limits", "flexura.analysis.strokes.pose_limits")

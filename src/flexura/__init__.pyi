@@ -90,6 +90,7 @@ from flexura.solid.fem import with_solid_parts as with_solid_parts
 from flexura.solid.verification import Verification as Verification
 from flexura.solid.verification import WholeVerification as WholeVerification
 from flexura.solid.verification import verify as verify
+from flexura.structure import Channel as Channel
 from flexura.structure import FullOrderModel as FullOrderModel
 from flexura.structure import Plan as Plan
 from flexura.structure import assemble as assemble
@@ -114,7 +115,6 @@ from flexura.study.questions import relation as relation
 from flexura.study.sweeps import sweep as sweep
 from flexura.study.tolerances import Tolerance as Tolerance
 from flexura.study.tolerances import tolerance as tolerance
-from flexura.systems import Channel as Channel
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import ModalSystem as ModalSystem
 from flexura.systems import Neglected as Neglected

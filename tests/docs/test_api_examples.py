@@ -24,7 +24,7 @@ def examples():
 @pytest.mark.parametrize("name", SHOWN)
 def test_it_has_an_example(examples, name):
     found = examples.example(name)
-    assert found is not None, f"an example of fx.{name} in docs/api-examples.md is missing"
+    assert found is not None, f"an example of fx.{name} in docs/_examples is missing"
     assert f"fx.{name}" in found.code
     assert found.is_run is (name not in NOT_RUN)
 

@@ -8,7 +8,9 @@ from helpers.doc_snippets import ROOT
 
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "glossary.md").read_text(encoding="utf-8")
-ROW = re.compile(r"^\| (.+?) \| (.+?) \| (.+) \| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE)
+ROW = re.compile(
+    r"^\| (.+?) \| (.+?) \| (.+) \| (?:`.*`)? ?\| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE
+)
 SYMBOLS = PAGE[PAGE.index("## Symbols") : PAGE.index("## Words")]
 ROWS = ROW.findall(SYMBOLS)
 NEAR = 8

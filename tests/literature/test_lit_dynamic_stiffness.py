@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from flexura.mechanism import Link, Material, Mechanism, Rectangle, SectionConstants, Tube
-from flexura.mechanism.substructure import DOF_NAMES
+from flexura.mechanism.description import DOF_NAMES
 from flexura.methods.dynamic_stiffness import count_below, dynamic_stiffness
 from flexura.structure import assemble
 from helpers.beam_models import HELD, XY, last_decimal, last_digit, roots, straight

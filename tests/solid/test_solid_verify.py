@@ -15,7 +15,7 @@ from flexura.errors import OptionError
 from flexura.mechanism import Leaf, Material, Mechanism, RigidBody
 from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
-from flexura.mechanism.profile import CircularContour, Notch
+from flexura.mechanism.section import CircularContour, Notch
 from flexura.modelfile import load
 from flexura.solid.fem.modes import SURE, solid_modes
 from flexura.solid.fem.reduced import MOST_MODES

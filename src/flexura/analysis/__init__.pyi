@@ -47,7 +47,6 @@ from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.internal_forces import end_forces as end_forces
 from flexura.analysis.strain.internal_forces import internal_force_rows as internal_force_rows
 from flexura.analysis.strain.motion import motions as motions
-from flexura.analysis.strain.stress import NO_STRESS as NO_STRESS
 from flexura.analysis.strain.stress import LargestStresses as LargestStresses
 from flexura.analysis.strain.stress import MemberStress as MemberStress
 from flexura.analysis.strain.stress import Rounding as Rounding

@@ -344,8 +344,7 @@ class CommandReader:
     @cached_property
     def _ports(self) -> Any:
         """The inputs of the mechanism, worked out once and only when a unit is to be judged."""
-        from flexura.structure import Design, plan_of
-        from flexura.systems import Ports
+        from flexura.structure import Design, Ports, plan_of
 
         plan = plan_of(self._mechanism)
         plan.verify(self._parameters)

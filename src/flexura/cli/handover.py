@@ -40,8 +40,14 @@ if TYPE_CHECKING:
 
 What = Literal["state-space", "low", "full", "modes", "response"]
 
-DEFAULTS: dict[str, What] = {"simscape": "low", "matrix-market": "full", "vtu": "modes", "uff": "modes"}
-"""What a format gets when nothing is said; the others get a state space."""
+KINDS: dict[str, What] = {
+    "state space": "state-space",
+    "low-order model": "low",
+    "full-order model": "full",
+    "modes": "modes",
+    "frequency response": "response",
+}
+"""What a format takes, in the words of the shell; without a word it gets the first that it takes."""
 
 
 def export_command(
@@ -81,9 +87,9 @@ def export_command(
     as_json: Json = False,
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
-    from flexura.io import export, format_of, scalar_notes
+    from flexura.io import FORMATS, export, format_of, scalar_notes
 
-    kind = what or DEFAULTS.get(format_of(out, format), "state-space")
+    kind = what or KINDS[FORMATS[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
     limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any

@@ -22,7 +22,6 @@ from flexura.derivatives.sensitivities import modal_response as modal_response
 from flexura.derivatives.sensitivities import mode_sensitivities as mode_sensitivities
 from flexura.derivatives.sensitivities import response_sensitivities as response_sensitivities
 from flexura.derivatives.sensitivities import static_vectors as static_vectors
-from flexura.derivatives.states import CROSS_ROUND_OFF as CROSS_ROUND_OFF
 from flexura.derivatives.states import DisplacedState as DisplacedState
 from flexura.derivatives.states import DisplacementPath as DisplacementPath
 from flexura.derivatives.states import LinearState as LinearState

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.analysis import NO_STRESS, LargestStresses, Rounding, driven_displacement, largest_stresses, preload
+from flexura.analysis import LargestStresses, Rounding, driven_displacement, largest_stresses, preload
 from flexura.analysis import end_forces as linear_end_forces
 from flexura.arrays import Array, Index
 from flexura.beam import skew
@@ -25,7 +25,7 @@ from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import critical_shapes, factorise, is_definite
 from flexura.mechanism import DISPLACEMENTS
-from flexura.modal import REPEATED_EIGENVALUES, close_groups
+from flexura.modal import close_groups
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -49,20 +49,14 @@ from flexura.motion import (
 )
 from flexura.records import Record
 from flexura.reduction import flexibility
-from flexura.structure import Design, FullOrderModel, dead_load, full_order_model, one_design
-from flexura.systems import InputPort, Ports
+from flexura.structure import Design, FullOrderModel, InputPort, Ports, dead_load, full_order_model, one_design
+from flexura.thresholds import CROSS_COMPLIANCE, REPEATED_EIGENVALUES, ROUND_OFF, STATIC_ROUND_OFF
 
 LOWEST_FACTORS = 4
 """Buckling factors that are worked out, to see whether the lowest is repeated."""
 
 GUARD = 3
 """Eigenvalues worked out beyond those wanted, to see whether the last one is repeated."""
-
-CROSS_ROUND_OFF = 1e-8
-"""Motions by forces elsewhere below so much of their bound, sqrt(C_ii C_jj), are round-off."""
-
-HELD_BY_POSE = 1e-9
-"""Part of the motion of something free that is left of it where a pose holds it, by round-off."""
 
 UNKNOWN_STRESS = "no stress is known of sections that are given by constants"
 
@@ -72,7 +66,7 @@ MISSING_SHARES = (1e-3, 1e-2, 1e-1, 1.0)
 
 def without_round_off(displacement: Any, bound: Any) -> Any:
     """Displacements by forces elsewhere, zero where they are round-off of the bound that stands for C_ii C_jj."""
-    return np.where(abs(displacement) < CROSS_ROUND_OFF * np.sqrt(abs(bound)), 0.0, displacement)
+    return np.where(abs(displacement) < CROSS_COMPLIANCE * np.sqrt(abs(bound)), 0.0, displacement)
 
 
 class Repeated(NamedTuple):
@@ -196,7 +190,7 @@ class State(Record):
         stresses = self.stresses_within(share) if share else self.stresses
         limit, size = stresses.yield_stress, stresses.von_mises[:, 0]
         if not isinstance(size, Dual):
-            size = np.where(size > NO_STRESS * size[np.isfinite(size)].max(initial=0.0), size, 0.0)
+            size = np.where(size > ROUND_OFF * size[np.isfinite(size)].max(initial=0.0), size, 0.0)
         chosen = [
             k
             for k, name in enumerate(stresses.names)
@@ -460,7 +454,7 @@ class DisplacedState(State):
         holding = self._holding([name for name in self.move if name not in (to, by)])
         free_sizes = np.linalg.norm(holding.rows(rows) / scale[holding.left], axis=1)
         for name, free, whole in zip((to, by), free_sizes, np.linalg.norm(rows / scale, axis=1), strict=True):
-            if not free > HELD_BY_POSE * whole:
+            if not free > STATIC_ROUND_OFF * whole:
                 raise SolverError(f"{name} is held by the pose")
         return super().compliance(to, by)
 

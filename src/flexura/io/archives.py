@@ -23,7 +23,6 @@ from flexura.testing.measurement import (
     Recording,
     quantity_of,
     split_heading,
-    with_description,
 )
 
 Arrays = dict[str, Any]
@@ -99,7 +98,7 @@ def _channels(
             _vector(entry("directions", k), f"{where}: {name}", True),
             _vector(entry("positions", k), f"{where}: {name}", False),
         )
-        found.append(with_description(channel, described))
+        found.append(channel)
         factors.append(factor)
     return tuple(found), np.array(factors)
 
@@ -212,13 +211,13 @@ def contents(measurement: Measurement) -> Arrays:
     return found
 
 
-def write_npz(measurement: Measurement, path: Path) -> None:
+def write_measured_npz(measurement: Measurement, path: Path) -> None:
     """Write a NumPy archive, which needs no pickling to be read."""
     with path.open("wb") as stream:
         np.savez_compressed(stream, **contents(measurement))
 
 
-def write_hdf5(measurement: Measurement, path: Path) -> None:
+def write_measured_hdf5(measurement: Measurement, path: Path) -> None:
     """Write an HDF5 file. Raises OptionError without h5py."""
     h5py = need("h5py", "experiment")
     with h5py.File(path, "w") as root:

@@ -1,10 +1,11 @@
-"""What models and results consist of, as named arrays and texts: the ground of the array formats."""
+"""What models and results consist of, as named arrays and texts, and names that tell their signals apart."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,8 +13,8 @@ import scipy.sparse as sp
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import FullOrderModel, assemble
-from flexura.systems import Channel, StateSpace
+from flexura.structure import Channel, FullOrderModel, assemble
+from flexura.systems import StateSpace
 from flexura.tables import in_hz
 
 MODES = 12
@@ -47,7 +48,7 @@ class SecondOrder:
 
 
 def is_sparse(A: Any) -> bool:
-    """True for sparse matrices."""
+    """Whether a matrix is sparse; without telling type checkers which of many classes it then is."""
     return sp.issparse(A)
 
 
@@ -63,7 +64,9 @@ def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
         whole: Any = what
         model = getattr(what, "model", None)
         if not isinstance(model, FullOrderModel | LowOrderModel) or not hasattr(what, "C"):
-            raise OptionError(f"K and M are of a full-order or low-order model or a system, not of {_kind(what)}")
+            raise OptionError(
+                f"K and M are of a full-order or low-order model or a system, not of a {type(what).__name__}"
+            )
         if damping is None and getattr(what, "H", None) is not None:
             raise OptionError(
                 "structural damping is in no matrix C of this system: export its state space, or give `damping`"
@@ -97,6 +100,8 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
     if isinstance(what, StateSpace):
         return _of_state_space(what)
     if isinstance(what, Response) and not isinstance(what, FullOrderModel | LowOrderModel):
+        modes = getattr(what, "modes", None)
+        errors = [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
         return {
             "kind": "frequency response",
             "name": what.name,
@@ -104,11 +109,7 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             "response": np.asarray(what.response, dtype=complex),
             **_channels("input", what.inputs),
             **_channels("output", what.outputs),
-            "notes": [
-                *getattr(what, "notes", ()),
-                *(f"warning: {w}" for w in getattr(what, "warnings", ())),
-                *_model_errors_of_response(what),
-            ],
+            "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ())), *errors],
         }
     own = second_order(what, damping)
     matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
@@ -126,11 +127,6 @@ def notes_of(model: StateSpace) -> list[str]:
     kept = float(speed.max(initial=0.0)) / (2 * np.pi) if model.neglected is None else model.neglected.band[1]
     errors = model_error_notes(model.model, kept * (1 + ROUNDED))
     return [*model.notes, *(f"warning: {w}" for w in model.warnings), *errors]
-
-
-def _model_errors_of_response(what: Response) -> list[str]:
-    modes = getattr(what, "modes", None)
-    return [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
 
 
 def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np.inf) -> list[str]:
@@ -173,5 +169,37 @@ def _channels(what: str, channels: Sequence[Channel]) -> dict[str, list[str]]:
     }
 
 
-def _kind(what: Any) -> str:
-    return f"a {type(what).__name__}"
+class Names(NamedTuple):
+    """Names of inputs, outputs and states, no two equal."""
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    states: tuple[str, ...]
+
+
+def signal_names(model: StateSpace) -> Names:
+    """A channel's name, and its quantity behind a dot when another channel or a state has the same name:
+    a force and the displacement at `stage.tx` become `stage.tx.force` and `stage.tx.displacement`.
+
+    Raises OptionError when names are still equal, or not one line of text.
+    """
+    count = Counter([c.name for c in (*model.inputs, *model.outputs)]) + Counter(set(model.state_names))
+
+    def name(channel: Channel) -> str:
+        return channel.name if count[channel.name] == 1 else f"{channel.name}.{channel.quantity}"
+
+    names = Names(tuple(map(name, model.inputs)), tuple(map(name, model.outputs)), tuple(model.state_names))
+    refuse_clashes([*names.inputs, *names.outputs, *names.states])
+    return names
+
+
+def refuse_clashes(names: list[str], what: str = "") -> None:
+    """Raise OptionError when two names are equal or one is not a line of text; `what` says how they were made."""
+    twice = [name for name, k in Counter(names).items() if k > 1]
+    if twice:
+        raise OptionError(
+            f"two signals are called {twice[0]!r}{what}; rename a channel, or take one of them with `selected`"
+        )
+    odd = [name for name in names if not name.strip() or not name.isprintable()]
+    if odd:
+        raise OptionError(f"{odd[0]!r} is no name: a name is one line of text")

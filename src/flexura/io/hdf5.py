@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -62,7 +63,8 @@ def read_datasets(path: Path) -> dict[str, NDArray[Any]]:
 
 def _received(stream: Any, place: str) -> dict[str, NDArray[Any]]:
     """Arrays as `_send` has written them. Raises OptionError in the words of the process, and where it has died."""
-    found, pipe = {}, _Pipe(stream)
+    found: dict[str, NDArray[Any]] = {}
+    pipe: Any = SimpleNamespace(read=stream.read)  # NumPy does not take it for a file in which it can seek
     while (kind := pipe.read(1)) == _ARRAY:
         with suppress(ValueError):  # of an array that was cut short
             name = str(np.lib.format.read_array(pipe, allow_pickle=False))
@@ -74,24 +76,11 @@ def _received(stream: Any, place: str) -> dict[str, NDArray[Any]]:
     raise OptionError(f"{place}: damaged: the HDF5 library fails, or does not end, while it reads the file")
 
 
-class _Pipe:
-    """A stream that NumPy does not take for a file in which it can seek."""
-
-    def __init__(self, stream: BinaryIO) -> None:
-        self.read = stream.read
-
-
 def _send(name: str, array: NDArray[Any], stream: BinaryIO) -> None:
+    pipe: Any = SimpleNamespace(write=stream.write)
     stream.write(_ARRAY)
-    np.lib.format.write_array(_Out(stream), np.array(name), allow_pickle=False)
-    np.lib.format.write_array(_Out(stream), array, allow_pickle=False)
-
-
-class _Out:
-    """A stream that NumPy writes to as to one without a number."""
-
-    def __init__(self, stream: BinaryIO) -> None:
-        self.write = stream.write
+    np.lib.format.write_array(pipe, np.array(name), allow_pickle=False)
+    np.lib.format.write_array(pipe, array, allow_pickle=False)
 
 
 def _serve(path: Path, seconds: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,7 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
-from flexura.io.archives import read_hdf5, read_npz, write_hdf5, write_npz
-from flexura.io.tables import read_csv, write_csv
-from flexura.io.uff import read_uff, write_uff
+from flexura.io.formats import FORMATS, MeasuredFormat
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan
 from flexura.testing.measurement import (
@@ -33,9 +32,14 @@ from flexura.testing.measurement import (
     with_description,
 )
 
-UFF = (".uff", ".unv", ".uf", ".58", ".bunv")
-HDF5 = (".h5", ".hdf5", ".hdf")
-SUFFIXES = (*UFF, ".csv", ".txt", ".npz", *HDF5)
+MEASURED = {
+    suffix: own.measured
+    for own in FORMATS.values()
+    if own.measured is not None
+    for suffix in (*own.suffixes, *own.measured.more_suffixes)
+}
+"""Formats of measured data by suffix."""
+
 SIDECAR = ".channels.yaml"
 
 
@@ -88,9 +92,9 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
     found: list[Path] = []
     for file in listed:
         if file.is_dir():
-            own = sorted(f for f in file.iterdir() if f.suffix.lower() in SUFFIXES)
+            own = sorted(f for f in file.iterdir() if f.suffix.lower() in MEASURED)
             if not own:
-                raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(SUFFIXES)}")
+                raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(MEASURED)}")
             found += own
         elif not file.exists():
             raise OptionError(f"{file}: the file does not exist")
@@ -100,7 +104,6 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
-    suffix = file.suffix.lower()
     beside = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
     descriptions: ChannelDescriptions = {}
     if isinstance(channels, str | Path):
@@ -109,13 +112,11 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
         descriptions = next((read_channel_descriptions(p) for p in beside if p.is_file()), {})
     elif not isinstance(channels, Mechanism | Plan):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
-    if suffix not in SUFFIXES:
-        raise OptionError(
-            f"{file}: {suffix or 'no suffix'} is no format of measured data; known: {', '.join(SUFFIXES)}"
-        )
+    read = _format_of(file, f"{file}: ").read
+    options = {"repeated": repeated} if "repeated" in signature(read).parameters else {}
     try:
         with np.errstate(all="ignore"):
-            found = _of_suffix(file, suffix, descriptions, repeated)
+            found = _with_descriptions(read(file, descriptions, **options), descriptions)
             refuse_implausible(found, str(file))
     except FlexuraError:
         raise
@@ -124,14 +125,6 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
     if isinstance(channels, Mechanism | Plan):
         found = _with_descriptions(found, described_channels(channels, [c.name for c in _channels(found)]))
     return found
-
-
-def _of_suffix(file: Path, suffix: str, descriptions: ChannelDescriptions, repeated: Repeated | None) -> Measurement:
-    if suffix in UFF:
-        return _with_descriptions(read_uff(file, descriptions, repeated), descriptions)
-    if suffix in (".csv", ".txt"):
-        return read_csv(file, descriptions)
-    return (read_npz if suffix == ".npz" else read_hdf5)(file, descriptions)
 
 
 def _channels(measurement: Measurement) -> list[MeasuredChannel]:
@@ -199,16 +192,19 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
     record or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
     options, and when the file cannot be written.
     """
-    suffix = Path(path).suffix.lower()
-    if binary is not None and suffix not in UFF:
-        raise OptionError(f"{suffix} has no option 'binary'")
+    own = _format_of(Path(path))
+    if binary is not None and "binary" not in signature(own.write).parameters:
+        raise OptionError(f"{Path(path).suffix.lower()} has no option 'binary'")
     if not isinstance(measurement, Measurement):
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
-    if suffix in UFF:
-        return write_file(path, lambda file: write_uff(measurement, file, binary is not False))
-    if suffix == ".csv":
-        return write_file(path, lambda file: write_csv(measurement, file))
-    if suffix == ".npz" or suffix in HDF5:
-        write = write_npz if suffix == ".npz" else write_hdf5
-        return write_file(path, lambda file: write(measurement, file))
-    raise OptionError(f"{suffix or 'no suffix'} is no format of measured data; known: {', '.join(SUFFIXES)}")
+    options = {} if binary is None else {"binary": binary}
+    return write_file(path, lambda file: own.write(measurement, file, **options))
+
+
+def _format_of(path: Path, place: str = "") -> MeasuredFormat:
+    """What reads and writes files of the suffix of a path. Raises OptionError, which begins with the place."""
+    suffix = path.suffix.lower()
+    if suffix not in MEASURED:
+        known = ", ".join(MEASURED)
+        raise OptionError(f"{place}{suffix or 'no suffix'} is no format of measured data; known: {known}")
+    return MEASURED[suffix]

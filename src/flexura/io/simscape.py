@@ -10,8 +10,8 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
+from flexura.io.arrays import save_mat
 from flexura.io.contents import model_error_notes
-from flexura.io.matlab import save_mat
 from flexura.linalg import lowest
 from flexura.reduction import LowOrderModel, NestedModel, nested
 from flexura.structure import assemble

@@ -25,7 +25,6 @@ from flexura.testing.measurement import (
     frequency_factor,
     quantity_of,
     split_heading,
-    with_description,
 )
 from flexura.units import parse_unit
 
@@ -119,7 +118,7 @@ def _seconds(unit: str, path: Path) -> float:
 def _channel(path: Path, name: str, unit: str, descriptions: ChannelDescriptions) -> tuple[MeasuredChannel, float]:
     described = descriptions.get(name, ChannelDescription())
     quantity, factor = quantity_of(described.unit or unit, described.quantity, f"{path}: {name}")
-    return with_description(MeasuredChannel(name, quantity), described), factor
+    return MeasuredChannel(name, quantity), factor
 
 
 def _record(
@@ -152,17 +151,10 @@ def _record(
     if missing:
         raise OptionError(f"{path}: there is no column {missing[0]!r}; columns: {', '.join(n for n, _ in named)}")
     channels, factors = zip(*(_channel(path, name, unit, descriptions) for name, unit in named), strict=True)
-    inputs = tuple(k for k, c in enumerate(channels) if _is_input(c, descriptions.get(c.name)))
+    inputs = tuple(k for k, c in enumerate(channels) if c.quantity in FORCES)
     rate = float(f"{1 / step:.6g}") if abs(float(f"{1 / step:.6g}") * step - 1) < 1e-6 else 1 / step
     samples = (values * np.array(factors)).T
     return Measurement(path.stem, (Recording(rate, samples, tuple(channels), inputs, setup, path.stem),))
-
-
-def _is_input(channel: MeasuredChannel, described: ChannelDescription | None) -> bool:
-    """Whether a channel excites: as it is described, else if it is a force or a moment."""
-    if described is not None and described.is_input is not None:
-        return described.is_input
-    return channel.quantity in FORCES
 
 
 def _responses(

@@ -17,9 +17,8 @@ from flexura.duals import Dual, plain, real
 from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
 from flexura.expressions import Dimension, Expression
 from flexura.mechanism.base import AnyPart, Part, key_of
-from flexura.mechanism.parameters import Parameter
+from flexura.mechanism.description import Mechanism, Parameter
 from flexura.mechanism.quantity import Quantity, Scalar
-from flexura.mechanism.substructure import Mechanism
 
 Value = float | NDArray[np.float64]
 AnyItem = TypeVar("AnyItem")
@@ -344,8 +343,7 @@ def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Valu
                 found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])
                 limit = float(np.broadcast_to(bound, np.shape(broken))[broken].flat[0])
                 side = "below its minimum" if bound is low else "above its maximum"
-                unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
-                raise OptionError(f"parameter {name} = {found:g}{unit} is {side} {limit:g}{unit}")
+                raise OptionError(f"parameter {name} = {parameter.written(found)} is {side} {parameter.written(limit)}")
 
 
 def bounds(name: str, parameter: Parameter, values: Mapping[str, Value]) -> tuple[Value, Value]:

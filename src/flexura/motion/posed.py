@@ -21,8 +21,7 @@ from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Ends, Pose, end_force_changes, end_forces, with_members
 from flexura.records import Latest
-from flexura.structure import Design, OfDesign, Scatter
-from flexura.systems import InputPort, Ports
+from flexura.structure import Design, InputPort, OfDesign, Ports, Scatter
 
 
 class Lever(NamedTuple):

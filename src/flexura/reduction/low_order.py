@@ -46,13 +46,11 @@ from flexura.reduction.parts import free_interface
 from flexura.sizes import within
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
 from flexura.tables import counted, in_hz
+from flexura.thresholds import PROVEN
 
 Reduction = Literal["craig_bampton", "rubin"]
 
 Coordinates = Literal["modal", "physical", "substructures"]
-
-TOLERANCE = 1e-3
-"""Relative error that what is asked for is proven to where nothing says otherwise."""
 
 KEPT_AT_FIRST = 1.5
 """Fixed-interface modes below so many times the highest frequency asked for are kept from the start."""
@@ -168,7 +166,7 @@ def reduction_of(
     limit = {"n": n} if up_to is None else {"up_to": up_to}
     if given.get("up_to") is not None or given.get("n") is not None:
         limit = {}
-    return {"tolerance": TOLERANCE, **limit, **given}
+    return {"tolerance": PROVEN, **limit, **given}
 
 
 def kept_counts(assembler: LowOrderAssembler, keep: int | Mapping[str, int]) -> dict[str, int]:

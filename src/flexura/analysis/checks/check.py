@@ -29,8 +29,8 @@ from flexura.errors import Diagnostic
 from flexura.mechanism import CORRECTIONS, DOF_NAMES, Mechanism
 from flexura.reduction import low_order
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Plan, assemble, full_order, plan_of, solids_of
-from flexura.systems import Ports, damping_law
+from flexura.structure import FullOrderModel, Plan, Ports, assemble, full_order, plan_of, solids_of
+from flexura.systems import damping_law
 from flexura.tables import Facts, Table, counted, in_hz, number, quantity
 
 

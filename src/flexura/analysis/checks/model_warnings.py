@@ -24,6 +24,7 @@ from flexura.mechanism import TOP, Link, Mechanism, origin_of
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
 from flexura.structure import Bars, FullOrderModel, assemble
 from flexura.tables import in_hz, quantity
+from flexura.thresholds import SAME_PLACE
 
 LOOSE = 3e-5
 """Part of the highest frequency looked at below which a motion counts as all but free."""
@@ -204,10 +205,6 @@ def nodes_outside(full: FullOrderModel, values: Mapping[str, Any], reported: Col
             )
             warnings.setdefault(body.kind, Diagnostic.about("reach", text, body.kind))
     return list(warnings.values())
-
-
-SAME_PLACE = 1e-6
-"""Distance of nodes at one place, over the size of the mechanism."""
 
 
 def overlapping_nodes(full: FullOrderModel) -> Iterator[Diagnostic]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
-from flexura.systems import unit_of_response
+from flexura.structure import unit_of_response
 
 MOST_CURVES = 8
 """Curves of one unit."""

@@ -11,9 +11,9 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
+from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, model_errors_near
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
@@ -22,10 +22,20 @@ from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
 from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
 from flexura.results import Tabular
-from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
+from flexura.structure import (
+    Channel,
+    Design,
+    FullOrderModel,
+    Plan,
+    assemble,
+    one_design,
+    plan_of,
+    response_columns,
+    stiffness_and_mass,
+    unit_of_response,
+)
 from flexura.systems import (
     NEAR,
-    Channel,
     ModalSystem,
     Order,
     SecondOrder,
@@ -38,11 +48,9 @@ from flexura.systems import (
     reduced,
     remainder_of_response,
     resonance_limits,
-    response_columns,
     stiffening,
     system,
     truncation_limits,
-    unit_of_response,
 )
 from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 

@@ -1,6 +1,5 @@
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion as LowOrderMotion
 from flexura.analysis.strokes.low_order_motion import low_order_motion as low_order_motion
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
-from flexura.analysis.strokes.pose_limits import pose_limits as pose_limits
 from flexura.analysis.strokes.stroke import Stroke as Stroke
 from flexura.analysis.strokes.stroke import stroke as stroke

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.checks import corrected
+from flexura.analysis.limits import coarse_mesh, solids_that_meet
 from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors
 from flexura.analysis.strain import (
     EndForces,
@@ -33,7 +34,6 @@ from flexura.analysis.strokes.equilibrium_path import (
 )
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
 from flexura.analysis.strokes.pose import Requested, StrokePose, pose_columns, short_columns, stroke_poses
-from flexura.analysis.strokes.pose_limits import coarse_mesh, solids_that_meet
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener

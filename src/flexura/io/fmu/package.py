@@ -18,11 +18,20 @@ import numpy as np
 
 from flexura._version import __version__
 from flexura.files import write_file
-from flexura.io.contents import notes_of
-from flexura.io.fmu.code import SOURCES, binary_place, c_sources, shared_library
-from flexura.io.linear import Array, blocks_of, nominals, pole_sizes, refuse_unfit
-from flexura.io.names import Names, signal_names
-from flexura.systems import UNITS, StateSpace
+from flexura.io.contents import Names, notes_of, signal_names
+from flexura.io.fmu.code import (
+    SOURCES,
+    Array,
+    binary_place,
+    blocks_of,
+    c_sources,
+    nominals,
+    pole_sizes,
+    refuse_unfit,
+    shared_library,
+)
+from flexura.structure import UNITS
+from flexura.systems import StateSpace
 
 BASE_UNITS: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},

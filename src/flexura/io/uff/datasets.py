@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -15,8 +17,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array
 from flexura.errors import ExpressionError, OptionError
 from flexura.extras import need
-from flexura.files import read_bytes
-from flexura.io.uff.text import readable, restore_names
+from flexura.files import read_bytes, scratch_folder
 from flexura.sizes import within
 from flexura.testing.measurement import (
     ChannelDescriptions,
@@ -42,6 +43,12 @@ _FORCES = {"force": 1, "moment": 1}
 TIME_AXIS, FREQUENCY_AXIS = 17, 18
 NOTHING = ("", "NONE", "NULL")
 
+_NUMBERS = re.compile(rb"^[ \t\d.+\-EeDd]*\d[Dd][+-]?\d[ \t\d.+\-EeDd]*\r?$", re.MULTILINE)
+_EXPONENT = re.compile(rb"(?<=\d)[Dd](?=[+-]?\d)|(?<=\d\.)[Dd](?=[+-]?\d)")
+_HEAD = re.compile(rb"^ *-1 *\r?\n +58b?\b[^\n]*\n(?:[^\n]*\n){5}([^\n]*)\n", re.MULTILINE)
+_ENDS = re.compile(r".{30} *(\S.*?)\s+(-?\d+)\s+(-?\d+)\s+(\S.*?)\s+(-?\d+)\s+(-?\d+)\s*")
+_COLUMNS = 80
+
 
 @dataclass(frozen=True)
 class NodeFrames:
@@ -60,11 +67,11 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
     if not re.match(rb"\s*-1\s*[\r\n]", content[:400]):
         raise OptionError(f"{path}: not a universal file: its first line is not -1")
     _refuse_counts(path, content)
-    with readable(path) as text:
+    with _readable(path, content) as text:
         sets = _parsed(pyuff, text, path)
     if not sets:
         raise OptionError(f"{path}: no datasets in the file")
-    restore_names(sets, content, path)
+    _restore_names(sets, content, path)
     return sets
 
 
@@ -102,6 +109,40 @@ def _refuse_counts(path: Path, content: bytes) -> None:
         if count > len(content):
             line = content.count(b"\n", 0, match.end()) + 1
             raise OptionError(f"{path}:{line}: {count} points, in a file of {len(content)} bytes: is it complete?")
+
+
+@contextmanager
+def _readable(path: Path, content: bytes) -> Iterator[Path]:
+    """The path itself, or of a file in ASCII with exponents such as 1.0D+01 one of a copy that has E in their place."""
+    if b"58b" in content or not _NUMBERS.search(content):
+        yield path
+        return
+    with scratch_folder() as folder:
+        copy = folder / path.name
+        copy.write_bytes(_NUMBERS.sub(lambda line: _EXPONENT.sub(b"E", line[0]), content))
+        yield copy
+
+
+def _restore_names(sets: list[dict[str, Any]], content: bytes, path: Path) -> None:
+    """Put right the ends of datasets 58 whose names of more than ten letters have moved what stands behind them.
+
+    Raises OptionError for a line of ends that is too long in any other way.
+    """
+    lines = [match[1].decode("utf-8", "replace").rstrip() for match in _HEAD.finditer(content)]
+    own = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
+    if len(lines) != len(own):
+        return
+    for line, (k, s) in zip(lines, own, strict=True):
+        if len(line) <= _COLUMNS:
+            continue
+        ends = _ENDS.fullmatch(line)
+        if ends is None:
+            raise OptionError(
+                f"{path}: dataset {k + 1}: its response and reference are not readable: {line[30:].strip()!r}"
+            )
+        for at, which in ((1, "rsp"), (4, "ref")):
+            s[f"{which}_ent_name"] = ends[at]
+            s[f"{which}_node"], s[f"{which}_dir"] = int(ends[at + 1]), int(ends[at + 2])
 
 
 _KNOWN = (15, 18, 55, 58, 82, 151, 164, 2411, 2420)

@@ -9,24 +9,28 @@ from typing import Any
 
 import numpy as np
 
-from flexura._version import __version__
 from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.extras import need
-from flexura.io.uff.channel_numbers import axes_along
-from flexura.io.uff.datasets import FORCES, MOTIONS, TURNING
+from flexura.io.uff.datasets import TURNING
+from flexura.io.uff.writing import (
+    DATA_TYPES,
+    GENERAL,
+    axes_along,
+    axes_sets,
+    direction_code,
+    headers,
+    refuse_infinite,
+    text_of,
+)
 from flexura.testing.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 
-_LINE = 80
 _AXIS = "{:10d}{:5d}{:5d}{:5d} {:<20} {:<20}"
 _FORM = "{:10d}{:10d}{:10d}{:13.5e}{:13.5e}{:13.5e}"
 _ENDS = "{:5d}{:10d}{:5d}{:10d} {:<10}{:10d}{:4d} {:<10}{:10d}{:4d}"
 _BINARY = "{:6d}b{:6d}{:6d}{:12d}{:12d}{:6d}{:6d}{:12d}{:12d}"
 _NO_AXIS = _AXIS.format(0, 0, 0, 0, "NONE", "NONE")
 _END = "    -1"
-_ALONG = {name: code for code, name in MOTIONS.items()} | {"force": FORCES[-1]}
-_ABOUT = {turning: _ALONG[name] for name, turning in TURNING.items()}
-_EXPONENTS = {"force": (0, 1), "moment": (1, 1), "displacement": (1, 0), "velocity": (1, 0), "acceleration": (1, 0)}
 
 
 def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None:
@@ -40,7 +44,7 @@ def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None
     pyuff = need("pyuff", "experiment")
     numbers = _Numbers(measurement)
     pyuff.UFF(str(path)).write_sets(
-        _headers(measurement.name) + numbers.sets() + _modes(measurement, numbers), "overwrite"
+        headers(measurement.name, "test data") + numbers.sets() + _modes(measurement, numbers), "overwrite"
     )
     with path.open("ab") as stream:
         for record in measurement.recordings:
@@ -94,21 +98,11 @@ class _Numbers:
         key = self._key(channel)
         if channel.direction is None:
             return self.table[key], 0
-        turns = 3 if channel.quantity in _ABOUT else 0
-        if key[1] is not None:
-            return self.table[key], 1 + turns
-        axis = int(np.argmax(np.abs(channel.direction)))
-        return self.table[key], int(np.sign(channel.direction[axis])) * (axis + 1 + turns)
+        return self.table[key], direction_code(channel.direction, channel.quantity, key[1] is not None)
 
     def sets(self) -> list[dict[str, Any]]:
         """Datasets of axes and nodes."""
-        found: list[dict[str, Any]] = []
-        own = sorted(self.axes)
-        if own:
-            frames = np.array([self.axes[n] for n in own])
-            zero = np.zeros((len(own), 3))
-            axes = {"type": 18, "cs_num": own, "ref_cs_num": [0] * len(own), "cs_name": [f"node {n}" for n in own]}
-            found.append({**axes, "ref_o": zero, "x_point": frames[:, 0], "xz_point": frames[:, 2]})
+        found = axes_sets(self.axes)
         numbers = sorted(set(self.positions) | set(self.axes))
         if numbers:
             places = np.array([self.positions.get(n, (0.0, 0.0, 0.0)) for n in numbers])
@@ -118,17 +112,6 @@ class _Numbers:
         return found
 
 
-def _headers(name: str) -> list[dict[str, Any]]:
-    program = f"flexura {__version__}"
-    about = {"type": 151, "model_name": _text(name), "description": "test data", "db_app": program, "program": program}
-    units = {"type": 164, "units_code": 1, "units_description": "SI: m, N, kg, s", "temp_mode": 1}
-    return [about, {**units, "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15}]
-
-
-def _text(text: str) -> str:
-    return " ".join(text.encode("ascii", "replace").decode().split())[:_LINE] or "NONE"
-
-
 def _said(**values: Any) -> str:
     """ID line of `key=value`, those that are known."""
     return "; ".join(f"{k}={str(v).replace(';', ',')}" for k, v in values.items() if v not in ("", None)) or "NONE"
@@ -136,10 +119,9 @@ def _said(**values: Any) -> str:
 
 def _axis_record(channel: MeasuredChannel, code: int) -> str:
     """Record 9 or 10: data type, exponents, label and unit."""
-    kind = (_ALONG | _ABOUT).get(channel.quantity, 1)
-    if code == 0 and channel.quantity in _ABOUT:
-        kind = 1
-    length, force = _EXPONENTS.get(channel.quantity, (0, 0))
+    kind, length, force = DATA_TYPES.get(channel.quantity, GENERAL)
+    if code == 0 and channel.quantity in TURNING.values():  # a scalar of that type is read as a motion along an axis
+        kind = GENERAL[0]
     return _AXIS.format(kind, length, force, 0, channel.quantity[:20], channel.unit)
 
 
@@ -158,8 +140,7 @@ class _Function:
     def encoded(self, binary: bool) -> bytes:
         """The dataset as 58b, or as ASCII. Raises OptionError for numbers that are not finite."""
         data = np.asarray(self.data)
-        if not np.isfinite(data).all():
-            raise OptionError("there are numbers that are not finite, which universal files cannot hold")
+        refuse_infinite(data)
         parts: list[Any] = [np.real(data), np.imag(data)] if np.iscomplexobj(data) else [data]
         even = self.x is None
         values = np.stack(parts if self.x is None else [self.x, *parts], axis=1)
@@ -167,7 +148,7 @@ class _Function:
         form = _FORM.format(6 if len(parts) == 2 else 4, len(data), int(even), first, step, 0.0)
         raw = values.astype("<f8").tobytes() if binary else _ascii(values, not even).encode()
         mark = _BINARY.format(58, 1, 2, 11, len(raw), 0, 0, 0, 0) if binary else f"{58:6d}{'':74}"
-        ids = (f"{_text(line):<80}" for line in self.ids)
+        ids = (f"{text_of(line):<80}" for line in self.ids)
         head = [_END, mark, *ids, self.ends, form, *self.axes, _NO_AXIS]
         return "\n".join(head).encode() + b"\n" + raw + f"{_END}\n".encode()
 
@@ -185,7 +166,7 @@ def _ascii(values: Array, uneven: bool) -> str:
 
 
 def _entity(channel: MeasuredChannel) -> str:
-    return _text(channel.node or channel.name)[:10].strip()
+    return text_of(channel.node or channel.name)[:10].strip()
 
 
 def _time_record(record: Recording, k: int, numbers: _Numbers, name: str) -> _Function:
@@ -253,6 +234,6 @@ def _modes(measurement: Measurement, numbers: _Numbers) -> list[dict[str, Any]]:
         if not is_real:
             kind = {"analysis_type": 3, "eig": complex(pole)}
         rows = {f"r{i + 1}": row for i, row in enumerate(shape)}
-        ids = {"id1": _text(modes.name), "id2": f"mode {k + 1}, {hz:.6g} Hz, damping ratio {ratio:.4g}"}
+        ids = {"id1": text_of(modes.name), "id2": f"mode {k + 1}, {hz:.6g} Hz, damping ratio {ratio:.4g}"}
         found.append({**common, **kind, **ids, "mode_n": k + 1, "node_nums": nodes, **rows})
     return found

@@ -30,8 +30,7 @@ from flexura.pages.live.messages import Ask, Load, Response, told
 from flexura.pages.live.sliders import blamed, moved_bounds, parameters_of
 from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_drawing, to_message
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
-from flexura.structure import Design, FullOrderModel, Plan, full_order_model
-from flexura.systems import Ports
+from flexura.structure import Design, FullOrderModel, Plan, Ports, full_order_model
 from flexura.tables import ends, quantity
 
 TOLERANCE = 1e-5

@@ -25,8 +25,7 @@ from flexura.modelfile import Changed, files_of, load, variant_text
 from flexura.pages.live.described import Described, notes_of
 from flexura.pages.live.sliders import parameters_of
 from flexura.reduction import HERTZ
-from flexura.structure import FullOrderModel, plan_of
-from flexura.systems import Ports
+from flexura.structure import FullOrderModel, Ports, plan_of
 
 BEYOND = 1.6
 """The band of a response ends so many times above the highest frequency shown, and begins as far below the lowest."""

@@ -10,8 +10,7 @@ from flexura.analysis import Kinetostatics, Modes, kinetostatics, modes
 from flexura.expressions import Expression
 from flexura.mechanism import DOF_NAMES, Mechanism, MotionSensor
 from flexura.pages.report.commands import Commands
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import InputPort, Ports
+from flexura.structure import FullOrderModel, InputPort, Plan, Ports, assemble
 
 
 @dataclass(frozen=True)

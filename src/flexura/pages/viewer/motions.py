@@ -21,7 +21,7 @@ from flexura.pages.viewer.fields import (
 )
 from flexura.pages.viewer.geometry import Drawing, displaced, vibrating
 from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
-from flexura.systems import Ports
+from flexura.structure import Ports
 from flexura.tables import ends, in_hz, number, quantity
 from flexura.view import Solids, mode_scale, stresses_along
 

@@ -15,13 +15,10 @@ from flexura.derivatives import without_round_off
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
-from flexura.structure import Design, Plan
+from flexura.structure import Action, Design, Plan, Ports
 from flexura.study.questions.grammar import Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.systems import Action, Ports
-
-FREQUENCY_TOLERANCE = 1e-3
-"""Relative error within which frequencies are to be proven."""
+from flexura.thresholds import PROVEN
 
 
 class Bounded(NamedTuple):
@@ -67,7 +64,7 @@ class Answers(Record):
 def are_proven(value: Array, lower: Array, upper: Array) -> Bools:
     """Where bounds are within 0.1 %, or a value is proven to be zero."""
     with np.errstate(all="ignore"):
-        return (upper - lower <= FREQUENCY_TOLERANCE * lower) | ((value == 0) & (lower == 0))
+        return (upper - lower <= PROVEN * lower) | ((value == 0) & (lower == 0))
 
 
 FAILURES = (FlexuraError, ArithmeticError, np.linalg.LinAlgError, ValueError)

@@ -13,7 +13,7 @@ from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
 from flexura.expressions import LENGTH, NUMBER, Dimension
 from flexura.mechanism import DOF_NAMES, is_pattern, matching, parameter_dimensions, suggestion
-from flexura.structure import Design, Plan
+from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
 from flexura.study.questions.grammar import (
     FREQUENCY,
     KINDS,
@@ -27,7 +27,6 @@ from flexura.study.questions.grammar import (
     unit_of,
     unknown_name,
 )
-from flexura.systems import Channel, InputPort, OutputPort, Ports, actuator_names, unit_of_response
 from flexura.units import format_quantity, is_unit, parse_quantity, split_quantity
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")

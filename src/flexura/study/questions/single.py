@@ -12,7 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from flexura.analysis import frequency_response, ratios_to_yield
 from flexura.arrays import Array
-from flexura.derivatives import CROSS_ROUND_OFF, DisplacementPath, SlopedResponse
+from flexura.derivatives import DisplacementPath, SlopedResponse
 from flexura.duals import Dual, slope_of
 from flexura.errors import SolverError
 from flexura.motion import (
@@ -33,6 +33,7 @@ from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
 from flexura.tables import in_hz
+from flexura.thresholds import CROSS_COMPLIANCE
 
 FIRST_STEP = 1e-4
 """First step, over the size of the mechanism or in rad, from which the stroke to yield is estimated."""
@@ -303,9 +304,9 @@ class OneDesign:
         match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
                 own, other = (state.held.compliance(end.name, end.name) for end in (to, by))
-                return CROSS_ROUND_OFF * sqrt(abs(own * other))
+                return CROSS_COMPLIANCE * sqrt(abs(own * other))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
-                return CROSS_ROUND_OFF * state.free.largest_possible(kind, actuator, to)
+                return CROSS_COMPLIANCE * state.free.largest_possible(kind, actuator, to)
         return 0.0
 
     def mode(self, quantity: Quantity) -> tuple[int, str]:

@@ -20,12 +20,10 @@ from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Members, Reader, pose_text
 from flexura.study.questions.single import READINGS, OneDesign
 from flexura.study.questions.states import MODES_FOLLOWED
+from flexura.thresholds import ROUND_OFF
 
 DIFFERENCE_STEP = 1e-3
 """Relative step of differences."""
-
-EQUAL_STRESSES = 1e-12
-"""Relative difference up to which members are stressed alike."""
 
 CROSS_MOTIONS = ("compliance", "coupling", "amplification")
 """Kinds that may be of a motion by a force elsewhere."""
@@ -183,11 +181,7 @@ class Exact:
             of.members if isinstance(of, Members) else None, over_yield=not is_stress, share=1.0
         )
         numbers = stress if is_stress else limit / stress
-        is_tied = (
-            plain(numbers) >= worst * (1 - EQUAL_STRESSES)
-            if is_stress
-            else plain(numbers) <= worst * (1 + EQUAL_STRESSES)
-        )
+        is_tied = plain(numbers) >= worst * (1 - ROUND_OFF) if is_stress else plain(numbers) <= worst * (1 + ROUND_OFF)
         tied, reasons = np.flatnonzero(is_tied), []
         for p in np.flatnonzero(np.isnan(self.slope[place])).tolist():
             name, sides = self.names[p], numbers.slope[p, tied]

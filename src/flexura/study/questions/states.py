@@ -30,6 +30,7 @@ from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.study.questions.blocks import Bounded
 from flexura.study.questions.reading import Freedom, Port, pose_text
+from flexura.thresholds import REPEATED_EIGENVALUES, STILL
 
 MODES_FOLLOWED = 12
 """So many of the lowest modes are looked at."""
@@ -37,17 +38,11 @@ MODES_FOLLOWED = 12
 AMBIGUOUS = 0.8
 """Share of a displacement, over that of the leading mode, from which another mode has nearly as much."""
 
-STILL_MOTION = 1e-7
-"""Part of the largest motion of its kind below which something does not move."""
-
 CLEARLY_STILL_MOTION = 1e-4
 """The same, of modes that are a little off."""
 
 CLEARLY_LESS = 0.5
 """Share of a displacement, over that of the leading mode, that others close to one another have at most."""
-
-EQUAL_FREQUENCIES = 1e-6
-"""Relative difference of frequencies that are equal in such modes."""
 
 ORDERED = 2e-3
 """Least gap of others, relative, with which it is sure which of them is the lower one."""
@@ -76,7 +71,7 @@ def leading_mode(motion: ModalMotion, name: str) -> tuple[int, str]:
     hertz, moved, largest = motion
     groups = close_groups(hertz, REPEATED)
     squares = np.array([(moved[group] ** 2).sum() for group in groups])
-    if not squares.max(initial=0.0) > (STILL_MOTION * largest) ** 2:
+    if not squares.max(initial=0.0) > (STILL * largest) ** 2:
         raise SolverError(f"{name} does not move in the lowest {len(hertz)} modes")
     shares = squares / np.maximum([hertz[group[0]] for group in groups], SLOWEST * hertz.max())
     leading = int(np.argmax(shares))
@@ -96,7 +91,7 @@ def clear_mode(motion: ModalMotion, name: str) -> int | None:
         return None
     number, _ = leading_mode(motion, name)
     gap, share = abs(hertz / hertz[number] - 1), moved**2 / hertz
-    is_equal = gap <= EQUAL_FREQUENCIES
+    is_equal = gap <= REPEATED_EIGENVALUES
     others, leading = np.where(is_equal, 0.0, share), share[is_equal].sum()
     gap = np.where(is_equal, np.inf, gap)
     together = max(others[group].sum() for group in close_groups(hertz, MIXING_GAP))

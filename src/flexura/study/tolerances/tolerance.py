@@ -39,6 +39,7 @@ from flexura.study.tolerances.worst_case import (
     variance_shares,
 )
 from flexura.tables import counted
+from flexura.thresholds import ROUND_OFF
 
 Vary = Mapping[str, str | Spread] | Sequence[str] | str
 """Tolerances by parameter, or texts NAME=TOLERANCE."""
@@ -52,9 +53,6 @@ ALL_REQUIREMENTS = "all of them"
 
 FAR_FROM_LINEAR = 0.1
 """Relative difference between the standard deviations of slopes and of samples from which on it is reported."""
-
-CONSTANT_QUANTITY = 1e-12
-"""Spread over the largest value, per sample, up to which a quantity is the same in all of them."""
 
 MOST_SIZES_LISTED = 6
 """Sizes of a tolerance that a note names."""
@@ -325,7 +323,7 @@ def _correlation(values: Array) -> Array:
         return np.full((values.shape[1],) * 2, np.nan)
     deviations = known - known.mean(axis=0)
     size = np.sqrt(np.sum(deviations**2, axis=0))
-    size[size <= CONSTANT_QUANTITY * np.abs(known).max(axis=0) * np.sqrt(len(known))] = np.nan
+    size[size <= ROUND_OFF * np.abs(known).max(axis=0) * np.sqrt(len(known))] = np.nan
     return (deviations / size).T @ (deviations / size)
 
 

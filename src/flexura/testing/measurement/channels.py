@@ -18,8 +18,7 @@ import numpy as np
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modelfile import parse, text_of
-from flexura.structure import Design, Plan, plan_of
-from flexura.systems import UNITS, Channel, Ports
+from flexura.structure import UNITS, Channel, Design, Plan, Ports, plan_of
 from flexura.units import Exponents, parse_quantity, parse_unit
 
 

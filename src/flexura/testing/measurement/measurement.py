@@ -16,7 +16,7 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
 from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.results import Result, Tabular
-from flexura.systems import response_columns, unit_of_response
+from flexura.structure import response_columns, unit_of_response
 from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 from flexura.testing.measurement.channels import MeasuredChannel
 

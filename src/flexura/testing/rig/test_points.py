@@ -19,8 +19,19 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import count_below
 from flexura.mechanism import Accelerometer, Damping, HammerPoint, Mechanism, ModalTest, evaluated
 from flexura.records import Latest
-from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of
-from flexura.systems import DERIVATIVE, Channel, InputPort, ModalSystem, OutputPort, System, system
+from flexura.structure import (
+    DERIVATIVE,
+    Channel,
+    Design,
+    FullOrderModel,
+    InputPort,
+    OutputPort,
+    Plan,
+    assemble,
+    one_design,
+    plan_of,
+)
+from flexura.systems import ModalSystem, System, system
 from flexura.testing.measurement import SAME_MODE_OF_SETUPS, MeasuredChannel
 
 

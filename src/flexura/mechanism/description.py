@@ -1,31 +1,161 @@
-"""Substructures, their placing as instances, and the mechanism that they make up."""
+"""The mechanism as a whole: parameters, damping, reduction, substructures and where they are placed, supports."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
-from flexura.mechanism.body import PointMass, RigidBody, Rotation, Spring, Superelement
-from flexura.mechanism.channels import Actuator, Sensor
-from flexura.mechanism.corrections import Corrections
-from flexura.mechanism.damping import Damping, Dashpot
-from flexura.mechanism.loads import Gravity, Load
+from flexura.mechanism.body import Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.channels import Actuator, ModalTest, Sensor
+from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
-from flexura.mechanism.member import Fidelity, Flexure, Link, MeshSize, Theory
-from flexura.mechanism.modal_test import ModalTest
-from flexura.mechanism.motion import Motion
-from flexura.mechanism.parameters import Parameter
-from flexura.mechanism.pose import Prescribed
-from flexura.mechanism.published import PublishedValue
-from flexura.mechanism.quantity import Angle, AnyQuantity, Scalar
-from flexura.mechanism.reduction import Reduction
+from flexura.mechanism.member import Corrections, Fidelity, Flexure, Link, MeshSize, Theory
+from flexura.mechanism.quantity import (
+    Angle,
+    AnyQuantity,
+    DampingRatio,
+    NonNegativeNumber,
+    PositiveFrequency,
+    Scalar,
+)
 from flexura.mechanism.section import Section
-from flexura.mechanism.studies import DescribedStudy
+from flexura.mechanism.studies import DescribedStudy, PublishedValue
 from flexura.results import Displayed
 from flexura.tables import Facts, Table, quantity
+
+
+def _coherent(unit: str) -> str:
+    if unit and Dimension.of_unit(unit) is None:
+        raise refuse(
+            "the unit of a parameter is a coherent SI unit, e.g. m, N/m or kg*m**-3",
+            "values are in SI; text with other units belongs in a model file",
+        )
+    return unit
+
+
+HELD = (
+    "held by bounds that leave one value: solid and imported parts are made for it; fidelity: beam lets sizes of a"
+    " solid member vary"
+)
+"""What is said of a parameter that is held where it is to vary."""
+
+
+class Parameter(Part):
+    """A named value, or an expression over other parameters, with bounds and a note on its origin.
+
+    Parameters compare by their numbers; `unit` only says what these are numbers of.
+    """
+
+    value: AnyQuantity
+    minimum: AnyQuantity | None = None
+    maximum: AnyQuantity | None = None
+    unit: Annotated[str, AfterValidator(_coherent)] = ""
+    """SI unit of the value, e.g. `m`, `N/m`, `kg*m**2*s**(-2)` or `1`; a file sets it from the text, Python may
+    leave it out."""
+    source: Text = ""
+    """Where the value comes from: measured, assumed, calibrated, or a reference."""
+
+    @property
+    def dimension(self) -> Dimension | None:
+        """Physical dimension by `unit`; None when it was left out."""
+        return Dimension.of_unit(self.unit) if self.unit else None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the bounds leave no room, as where a solid member is made for the value."""
+        return self.minimum is not None and self.minimum == self.maximum
+
+    def written(self, value: float) -> str:
+        """A number in the unit of the parameter, with it."""
+        return f"{value:g} {self.unit}" if self.unit not in ("", "1") else f"{value:g}"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Parameter) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def _key(self) -> tuple[object, ...]:
+        return (self.value, self.minimum, self.maximum, self.source)
+
+
+class DampingBand(Part):
+    """One damping ratio for all modes up to a frequency."""
+
+    up_to: PositiveFrequency
+    ratio: DampingRatio
+
+
+class Rayleigh(Part):
+    """C = alpha M + beta K, from damping ratios at two frequencies (Rayleigh 1877)."""
+
+    frequencies: tuple[PositiveFrequency, PositiveFrequency]
+    """Hz, the lower one first."""
+    ratios: tuple[DampingRatio, DampingRatio]
+
+    @model_validator(mode="after")
+    def _order(self) -> Self:
+        low, high = self.frequencies
+        if isinstance(low, float) and isinstance(high, float) and low >= high:
+            raise refuse(
+                "equal, or in the wrong order: the two frequencies of Rayleigh damping differ, the lower one first"
+            )
+        zeta_low, zeta_high = self.ratios
+        if all(isinstance(x, float) for x in (low, high, zeta_low, zeta_high)) and not (
+            zeta_low * high >= zeta_high * low and zeta_high * high >= zeta_low * low  # type: ignore[operator]
+        ):
+            raise refuse("these ratios need a negative alpha or beta", "bring the two ratios closer together")
+        return self
+
+
+class Damping(Part):
+    """Damping of the mechanism as a whole; all that is given acts together, with dashpots and loss factors of parts.
+
+    `ratio` is the modal damping ratio of all modes, `bands` and `ratios` those of the modes in frequency bands and of
+    the lowest ones in order, where given instead.
+    """
+
+    ratio: DampingRatio = 0.0
+    ratios: tuple[DampingRatio, ...] = ()
+    bands: tuple[DampingBand, ...] = ()
+    rayleigh: Rayleigh | None = None
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor of everything elastic that has none of its own."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _single(cls, raw: Any) -> Any:
+        return {"ratio": raw} if isinstance(raw, int | float | str) and not isinstance(raw, bool) else raw
+
+    @model_validator(mode="after")
+    def _rising(self) -> Self:
+        limits = [band.up_to for band in self.bands if isinstance(band.up_to, float)]
+        if any(a >= b for a, b in pairwise(limits)):
+            raise refuse("one begins below the one before it: bands are in order of their frequencies")
+        return self
+
+
+class Reduction(Part):
+    """One of three ways: to a proven relative error, to constraint modes alone, or with a number of kept modes."""
+
+    tolerance: Annotated[float, Field(gt=0, lt=1)] | None = None
+    """Relative error that what is asked for is proven to."""
+    constraint_modes: bool = False
+    """Constraint modes alone, as in the RPR paper."""
+    keep: Annotated[int, Field(ge=0)] | dict[str, Annotated[int, Field(ge=0)]] | None = None
+    """Normal modes kept in each substructure, or by the substructure's name."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.tolerance is not None) + self.constraint_modes + (self.keep is not None) != 1:
+            raise refuse("several, or none, are given: a reduction is one of tolerance, constraint_modes: true, keep")
+        return self
+
 
 P = TypeVar("P", bound="Substructure")
 

@@ -28,8 +28,10 @@ from flexura.mechanism import (
     suggestion,
 )
 from flexura.records import Record
-from flexura.structure import Copies, Design, Geometry, Plan
-from flexura.systems.channel import Action, Channel, signs_of
+from flexura.structure.channel import Action, Channel, signs_of
+from flexura.structure.design import Design
+from flexura.structure.plan import Plan
+from flexura.structure.topology import Copies, Geometry
 
 DERIVATIVE = {
     "displacement": 0,

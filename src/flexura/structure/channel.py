@@ -97,7 +97,7 @@ def matched(names: Iterable[str], known: Sequence[str]) -> dict[str, list[str]]:
     return matches
 
 
-def positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[int]:
+def channel_positions(channels: Sequence[Channel], names: Sequence[str] | None) -> list[int]:
     """Positions of channels by name, wildcards allowed; all for None. Raises OptionError for others."""
     known = [c.name for c in channels]
     if names is None:

@@ -9,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis.limits import LIMIT_ROUND_OFF, command_limits, times
+from flexura.analysis.limits.limits import LIMIT_ROUND_OFF, command_limits, times
 from flexura.analysis.strain import yield_ratios
 from flexura.arrays import Array, Index
 from flexura.convex import overlapping_bounds, separations
 from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.motion import Frames, Pose, PosedDesign, beyond, pose_of, stiffness_errors
-from flexura.structure import FullOrderModel, solids_of
-from flexura.systems import Ports
+from flexura.structure import FullOrderModel, Ports, solids_of
+from flexura.thresholds import SAME_PLACE
 
 CONTRIBUTING_SHARE = 0.2
 """Share of the most that any member has in an error, from which on this is also that of the member."""
@@ -30,9 +30,6 @@ LEAST_MESH_ERROR = 1e-4
 
 LOWEST_MODES = 6
 """Modes at a described pose whose stiffness is looked at for want of elements."""
-
-TOUCHING_GAP = 1e-6
-"""Gap when undeformed over the smaller part's least size up to which two parts touch there."""
 
 JOINED_GAP = 0.5
 """The same of two parts that are joined: where they meet they may be close."""
@@ -142,7 +139,7 @@ class _Parts:
     def least_gap(self, i: int, j: int) -> float:
         """The undeformed gap, m, beyond which two parts are apart."""
         joined = bool(self._clusters[i] & self._clusters[j])
-        return (JOINED_GAP if joined else TOUCHING_GAP) * float(min(self._size[i], self._size[j]))
+        return (JOINED_GAP if joined else SAME_PLACE) * float(min(self._size[i], self._size[j]))
 
     def bounds(self, frames: Frames) -> tuple[Array, Array]:
         """Bounds (n, 3) of all parts."""
