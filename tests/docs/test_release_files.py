@@ -30,7 +30,13 @@ def test_the_workflow_runs_what_ci_runs():
         'git config --global --add safe.directory "$GITHUB_WORKSPACE"'
     ]
     quick = [step["run"] for step in jobs["quick"]["steps"] if "run" in step]
-    assert [found for step in quick for found in MAKE.findall(step)] == [*own[:-1], "test-quick"]
+    assert [found for step in quick for found in MAKE.findall(step)] == own
+
+
+def test_the_night_runs_what_takes_long():
+    (job,) = read(".github/workflows/night.yml")["jobs"].values()
+    own = [found for step in job["steps"] for found in MAKE.findall(step.get("run", ""))]
+    assert own == ["compiler", "test-long", "faults"]
 
 
 def test_what_the_workflow_keeps_is_named_by_what_it_comes_from():

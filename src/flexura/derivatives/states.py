@@ -39,6 +39,7 @@ from flexura.motion import (
     Pose,
     PosedDesign,
     Stopped,
+    at_pose,
     buckling_factor,
     critical_state,
     described_loads,
@@ -140,7 +141,7 @@ class State(Record):
     @property
     def _at(self) -> Design:
         """The design where it is."""
-        return self.design
+        raise NotImplementedError
 
     @cached_property
     def _ports(self) -> Ports:
@@ -295,13 +296,17 @@ class LinearState(State):
     def model(self) -> FullOrderModel:
         """The full-order model, the design of which may have slopes, its matrices not."""
         if not self.has_slopes:
-            return full_order_model(self.design)
+            return full_order_model(at_pose(self.design))
         self.design.plan.refuse_pose("derivatives of what is linear")
         return replace(full_order_model(self.design.still), design=self.design)
 
+    @property
+    def _at(self) -> Design:
+        return self.model.design
+
     @cached_property
     def _solve(self) -> Callable[[Array], Array]:
-        return flexibility(replace(self.model, design=self.design.still)).held
+        return flexibility(replace(self.model, design=self._at.still)).held
 
     @cached_property
     def _by_row(self) -> dict[bytes, tuple[Array, Array]]:
@@ -321,7 +326,7 @@ class LinearState(State):
 
     def rows(self, node: str) -> Any:
         """As `State.rows`."""
-        return self.design.dense_rows(self.design.plan.topology.numbers([node]))
+        return self._at.dense_rows(self._at.plan.topology.numbers([node]))
 
     def flexibility(self, rows: Any, held: Sequence[str] = ()) -> Any:  # noqa: ARG002
         """As `State.flexibility`; nothing is prescribed (theory eq. V3)."""
@@ -428,9 +433,7 @@ class DisplacedState(State):
 
     @property
     def _at(self) -> Design:
-        design = self.design
-        posed = PosedDesign(self.best, "")
-        return _PosedAt(design.plan, design.parameters, design.values, design.geometry, posed)
+        return replace(self.design, pose=PosedDesign(self.best, ""))
 
     @property
     def forces(self) -> dict[str, Any]:
@@ -557,17 +560,6 @@ class DisplacedState(State):
         rows = whole if held is None else whole[list(held)]
         pull = np.linalg.lstsq(rows.value.T, forces, rcond=None)[0]
         return np.swapaxes(rows.slope @ x, 1, 2) @ pull
-
-
-@dataclass(frozen=True, repr=False)
-class _PosedAt(Design):
-    """A design at a pose, wherever its plan says."""
-
-    there: PosedDesign
-
-    @property
-    def posed(self) -> PosedDesign:
-        return self.there
 
 
 def displaced_state(design: Design, move: Mapping[str, Any]) -> DisplacedState:

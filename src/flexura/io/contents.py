@@ -12,8 +12,9 @@ import scipy.sparse as sp
 
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import Channel, FullOrderModel, assemble
+from flexura.structure import Channel, FullOrderModel
 from flexura.systems import StateSpace
 from flexura.tables import in_hz
 

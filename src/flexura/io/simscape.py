@@ -10,11 +10,11 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.io.arrays import save_mat
 from flexura.io.contents import model_error_notes
 from flexura.linalg import lowest
 from flexura.reduction import LowOrderModel, NestedModel, nested
-from flexura.structure import assemble
 
 STRAIN = 1e-9
 """Strain energy of a rigid motion over the sum of its terms' sizes beyond which it is not round-off."""

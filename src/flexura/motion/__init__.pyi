@@ -28,9 +28,9 @@ from flexura.motion.pose import end_forces as end_forces
 from flexura.motion.pose import lowest_of_any as lowest_of_any
 from flexura.motion.pose import material_at as material_at
 from flexura.motion.posed import PosedDesign as PosedDesign
+from flexura.motion.posed import at_pose as at_pose
 from flexura.motion.posed import commanded as commanded
 from flexura.motion.posed import pose_of as pose_of
-from flexura.motion.posed import posed as posed
 from flexura.motion.posed import reached as reached
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.substructures import kept_frames as kept_frames

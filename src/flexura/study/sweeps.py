@@ -11,8 +11,9 @@ from typing import Any
 from flexura.arguments import verb
 from flexura.deadline import Listener
 from flexura.errors import OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, SweepStudy, parameter_values
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, questions
 from flexura.study.space import Sampling, Space, Variable, Varied, variables

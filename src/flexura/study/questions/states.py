@@ -13,6 +13,7 @@ however its modes have crossed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -204,7 +205,7 @@ class PosedState:
         """A displacement in so many of the lowest modes."""
         pairs = self._modes(count)
         posed = reached(self.design)
-        model = FullOrderModel(self.design, posed.K, posed.M)
+        model = FullOrderModel(replace(self.design, pose=posed), posed.K, posed.M)
         return _modal_motion(model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
 
     def _modes(self, count: int) -> Any:
