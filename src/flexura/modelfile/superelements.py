@@ -21,7 +21,7 @@ from flexura.errors import ExpressionError, OptionError, Path, Problem
 from flexura.expressions import LENGTH, MASS, Dimension
 from flexura.files import MISSING, read_bytes
 from flexura.sizes import beyond
-from flexura.units import parse_unit
+from flexura.units import is_number, parse_unit
 
 _COUNT = re.compile(rb"\d{1,15}")
 
@@ -70,7 +70,7 @@ def read_entries(content: bytes, header: MatrixHeader) -> Array:
     table = _numbers(content, header.begin, width)
     if len(table) != header.entries:
         raise ValueError(f"its header says {header.entries} entries, there are {len(table)}: is the file complete?")
-    found = np.zeros((header.rows, header.columns))
+    matrix = np.zeros((header.rows, header.columns))
     if header.is_coordinate:
         place = table[:, :2]
         if not ((place >= 1) & (place <= (header.rows, header.columns)) & (place == np.round(place))).all():
@@ -80,15 +80,15 @@ def read_entries(content: bytes, header: MatrixHeader) -> Array:
                        row * header.columns + column)  # fmt: skip
         if (np.diff(seen) == 0).any():
             raise ValueError("an entry is given twice")
-        found[row, column] = table[:, 2]
+        matrix[row, column] = table[:, 2]
         if header.is_symmetric:
-            found[column, row] = table[:, 2]
+            matrix[column, row] = table[:, 2]
     elif header.is_symmetric:  # the lower triangle, column by column
         column, row = np.triu_indices(header.rows)
-        found[row, column] = found[column, row] = table[:, 0]
+        matrix[row, column] = matrix[column, row] = table[:, 0]
     else:
-        found[:] = table[:, 0].reshape(header.columns, header.rows).T
-    return found
+        matrix[:] = table[:, 0].reshape(header.columns, header.rows).T
+    return matrix
 
 
 def _numbers(content: bytes, begin: int, width: int) -> Array:
@@ -109,17 +109,10 @@ def _wrong_line(content: bytes, begin: int, width: int) -> str:
     first = content.count(b"\n", 0, begin) + 1
     for number, line in enumerate(content[begin:].split(b"\n"), first):
         cells = line.partition(b"%")[0].split()
-        if cells and not (len(cells) == width and all(map(_is_number, cells))):
+        if cells and not (len(cells) == width and all(map(is_number, cells))):
             what = "row, column and number are" if width == 3 else "one number is"
             return f"line {number}: {what} expected, not {_shown(line.decode('ascii', 'replace').strip())}"
     return ""
-
-
-def _is_number(text: bytes) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False
 
 
 def _line_end(content: bytes, begin: int) -> int:
@@ -224,8 +217,8 @@ def _from_file(raw: dict[str, Any], path: Path, directory: FilePath, order: int 
     try:
         return _read(read_bytes(directory / name), order)
     except _RefusedError as refused:
-        own = refused.problem
-        raise _RefusedError((*path, "file"), own.value or repr(name), own.rule, own.hint) from None
+        problem = refused.problem
+        raise _RefusedError((*path, "file"), problem.value or repr(name), problem.rule, problem.hint) from None
     except OptionError as error:
         rule, _, more = str(error).removeprefix(f"{directory / name}: ").partition("\n    hint: ")
         more = f"looked in {directory}" if rule == MISSING else more
@@ -244,8 +237,8 @@ def _read(content: bytes, order: int | None) -> NDArray[np.float64]:
     if order is not None and rows != order:
         rule = f"the matrices of this part are {order} x {order}: six DOFs for each node, and its amplitudes"
         raise _RefusedError((), f"{rows} x {columns}", rule)
-    if found := beyond("dense_entries", rows * columns):
-        raise _RefusedError((), *found)
+    if excess := beyond("dense_entries", rows * columns):
+        raise _RefusedError((), *excess)
     if (5 if header.is_coordinate else 1) * header.entries > len(content):
         raise ValueError(f"its header says {header.entries} entries, and its {len(content)} bytes cannot hold them")
     return read_entries(content, header)
