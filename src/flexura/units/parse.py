@@ -73,6 +73,14 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     return to_si(number, factor), dimension
 
 
+def is_number(text: str | bytes) -> bool:
+    """Whether a text is a finite number and nothing else."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
 def split_quantity(text: str) -> tuple[str, str]:
     """The texts of the number and of the unit, empty where there is none.
 
