@@ -48,6 +48,7 @@ DIMENSIONLESS = {
 """Columns of floats that are plain numbers."""
 
 UNITLESS = {
+    *("averages", "coherence", "CoMAC", "gain", "condition"),
     *(
         "in sigma",
         "test",
