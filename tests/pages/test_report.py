@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.pages.report.chart_svg import ends, ticks
+from flexura.pages.report.chart import ends, ticks
 from flexura.pages.report.document import grouped
 from helpers.shell import flexura
 

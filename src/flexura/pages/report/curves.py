@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import zip_longest
 from math import isfinite
@@ -15,25 +14,24 @@ from flexura.analysis import (
     Stroke,
     frequency_response,
     phase_in_degrees,
+    response_chart,
     response_group,
     response_units,
     stroke,
+    stroke_chart,
 )
-from flexura.arrays import Array
+from flexura.charts import Axis, Chart
 from flexura.errors import foremost
-from flexura.mechanism import DOF_NAMES, FORCE_UNITS, is_rotation
-from flexura.pages.report.chart import Chart, Curve, Mark, Panel
+from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table
 from flexura.pages.report.subject import Subject
-from flexura.tables import counted, in_hz, number, quantity, scale_for
+from flexura.tables import number, quantity
 from flexura.units import format_number
 
 MOST_PAIRS = 12
 """Pairs in the table of gains, as many as the command prints."""
 SPREAD = 24
 """Frequencies of a chart's table, beside the resonances."""
-LONGEST = 44
-"""Characters of the label of a resonance."""
 
 
 def frequency_responses(subject: Subject) -> Content:
@@ -64,8 +62,8 @@ def frequency_responses(subject: Subject) -> Content:
         blocks.append(_resonances(found, command))
     for k, unit in enumerate(response_units(found)):
         group = response_group(found, unit)
-        chart = response_chart(f"response-{k + 1}", found, group, subject.platform)
-        blocks.append(ChartFigure(chart, _values(found, group, every)))
+        chart = response_chart(found, group, subject.platform).suited()
+        blocks.append(ChartFigure(replace(chart, id=f"response-{k + 1}"), _values(found, group, every)))
         if group.left_out:
             count = len(group.left_out) + sum(len(curve.pairs) for curve in group.curves)
             text = f"{len(group.left_out)} of {count} responses in {unit} are left out, the smallest."
@@ -100,26 +98,6 @@ def _band(subject: Subject) -> tuple[float, float] | None:
     """From a fifth of the lowest frequency to twice the highest one that was asked for, in two digits."""
     hz = [f for f in subject.modes.frequency_hz.tolist() if f > 0]
     return (float(f"{hz[0] / 5:.1g}"), float(f"{2 * hz[-1]:.2g}")) if hz else None
-
-
-def _moves(words: str, platform: str | None) -> str:
-    """What moves, without its parts that bend, and without the name of the platform."""
-    return words.partition(" (")[0].removeprefix(f"{platform} ")
-
-
-def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, platform: str | None) -> Chart:
-    """Magnitude over phase of responses of one unit, resonances marked with what moves in them."""
-    size = [Curve(curve.label, np.abs(curve.H)) for curve in group.curves]
-    angle = [Curve(curve.label, phase_in_degrees(curve.H)) for curve in group.curves]
-    marks = []
-    for k, (hz, words) in enumerate(zip_longest(found.resonances_hz, found.resonance_motions, fillvalue="")):
-        label = f"{in_hz(float(hz), 4)} {_moves(words, platform)}".strip()
-        marks.append(Mark(float(hz), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
-    hertz = ", ".join(f"{hz:.4g}" for hz in found.resonances_hz)
-    said = f"{counted(len(size), 'curve')}, {counted(len(marks), 'resonance')}" + (f": {hertz} Hz" if marks else "")
-    panels = [Panel("magnitude", group.unit, True, size), Panel("phase", "deg", False, angle)]
-    title = f"Frequency responses in {group.unit}"
-    return Chart(name, title, said, "frequency", "Hz", True, found.frequency_hz, panels, marks)
 
 
 def _gains(found: FrequencyResponse, evidence: Evidence) -> Table:
@@ -157,10 +135,8 @@ def _values(found: FrequencyResponse, group: ResponseGroup, command: str) -> Tab
 
 MOST = 41
 """Poses that the command prints."""
-MODES, MOST_MODES = 6, 9
-"""Frequencies of a pose, and curves of modes, of which some may be among the lowest at a part of the poses alone."""
-FAR = 30.0
-"""Ratio of positive values from which on their axis is logarithmic."""
+MODES = 6
+"""Frequencies of a pose."""
 MOST_WARNINGS = 3
 
 
@@ -187,7 +163,7 @@ def over_the_stroke(subject: Subject) -> Content:
         Paragraph(
             "Large displacements and rotations; frequencies with actuators free under the forces that hold the pose."
         ),
-        ChartFigure(_chart(found), table) if len(found.poses) > 1 else table,
+        ChartFigure(_ascending(stroke_chart(found).suited()), table) if len(found.poses) > 1 else table,
     ]
     if found.warnings:
         blocks.append(Bullets(foremost(found.warnings, MOST_WARNINGS), "warning"))
@@ -205,61 +181,19 @@ def over_the_stroke(subject: Subject) -> Content:
     return Content(blocks, facts=facts, warnings=found.warnings, shown=shown)
 
 
-def _along(found: Stroke) -> tuple[Array, str, str]:
-    """What the curves are over: the first that is prescribed where it only grows, else the number of the pose."""
-    varied = [pose.varied for pose in found.poses]
-    name = next(iter(varied[0]), "")
-    if name:
-        values = np.array([own[name] for own in varied])
-        scale = scale_for(values, found.units[name])
-        for own in (values, values[::-1]):
-            if (np.diff(own) > 0).all():
-                return values / scale.size, name, scale.unit
-    return np.arange(1.0, len(varied) + 1), "pose", ""
-
-
-def _chart(found: Stroke) -> Chart:
-    x, label, unit = _along(found)
-    order = np.argsort(x, kind="stable")
-    poses = [found.poses[k] for k in order]
-    hertz, changes = found.frequencies_hz[order][:, :MOST_MODES], found.frequency_changes[order][:, :MOST_MODES]
-    named = [f"mode {k + 1}" if k < len(found.poses[0].frequency_hz) else "another mode" for k in range(hertz.shape[1])]
+def _ascending(chart: Chart) -> Chart:
+    """A chart over what only grows: what it is over, backwards where that falls, else the number of the pose."""
+    x, order = chart.x, slice(None)
+    if (np.diff(x) < 0).all():
+        order = slice(None, None, -1)
+    elif not (np.diff(x) > 0).all():
+        x, along = np.arange(1.0, len(x) + 1), Axis("pose")
+        chart = replace(chart, panels=[replace(own, x=along) for own in chart.panels])
     panels = [
-        _panel("natural frequency, each curve one mode by its shape", "Hz", [*zip(named, hertz.T, strict=True)]),
-        _panel("change of frequency", "%", [*zip(named, 100 * changes.T, strict=True)]),
+        replace(own, curves=[replace(curve, x=x[order], y=curve.y[order]) for curve in own.curves])
+        for own in chart.panels
     ]
-    for name in poses[0].move:
-        force = np.array([pose.reaction[name] + 0.0 for pose in poses])
-        what = "moment to hold" if is_rotation(name) else "force to hold"
-        panels.append(_panel(what, FORCE_UNITS[is_rotation(name)], [(name, force)]))
-    shifts = [(node, own[order]) for node, own in found.parasitic_shifts.items()]
-    if shifts:
-        panels.append(_panel("parasitic shift, in directions that are not driven", "m", shifts))
-    support = np.array([pose.support_stiffness[:3] for pose in poses])
-    shown = [(f"k{axis}", support[:, k]) for k, axis in enumerate("xyz") if np.isfinite(support[:, k]).any()]
-    if shown:
-        panels.append(_panel("support stiffness", "N/m", shown))
-    margins = np.array([np.nan if p.stress_margin is None else p.stress_margin for p in poses])
-    if np.isfinite(margins).any():
-        limit = Curve("yield", np.ones(len(poses)), "bound")
-        panels.append(
-            Panel(
-                "factor to yield",
-                "",
-                True,
-                [Curve("factor to yield", np.where(np.isfinite(margins), margins, np.nan)), limit],
-            )
-        )
-    title = f"over {label}" if label != "pose" else "pose by pose"
-    said = f"{counted(len(poses), 'pose')}; panels: {', '.join(panel.label for panel in panels)}"
-    return Chart("stroke", f"{found.name} {title}", said, label, unit, False, x[order], panels)
-
-
-def _panel(label: str, unit: str, curves: Sequence[tuple[str, Array]]) -> Panel:
-    """Curves of one unit, in equal ratios only where their values are far apart: a change of a few per cent is seen."""
-    known = np.concatenate([own[np.isfinite(own)] for _, own in curves])
-    far = len(known) > 0 and float(known.min()) > 0 and float(known.max()) > FAR * float(known.min())
-    return Panel(label, unit, far, [Curve(name, own) for name, own in curves])
+    return replace(chart, panels=panels)
 
 
 def _table(found: Stroke, command: str) -> Table:

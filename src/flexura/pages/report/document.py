@@ -10,9 +10,9 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from flexura.charts import Chart
 from flexura.errors import Diagnostic
-from flexura.pages.report.chart import Chart
-from flexura.pages.report.chart_svg import chart_svg
+from flexura.pages.report.chart import chart_data, chart_svg
 from flexura.pages.viewer import Shown
 from flexura.tables import text_columns
 
@@ -214,7 +214,7 @@ def data_of(sections: Iterable[Section]) -> dict[str, dict[str, Any]]:
         if isinstance(block, ViewerFigure):
             viewers[block.id] = block.scene
         elif isinstance(block, ChartFigure):
-            charts[block.chart.id] = block.chart.to_data()
+            charts[block.chart.id] = chart_data(block.chart)
     return {"viewer": dict(viewers), "chart": dict(charts)}
 
 
