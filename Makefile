@@ -1,7 +1,8 @@
 # flexura: everything runs in an environment of its own, .venv, that the first target called sets up.
 #   make demo      the paper's mechanism: check, modes, responses, its piezos, and pictures in out/
-#   make test      the whole test suite
-#   make test-quick  the suite but for its slow sweeps
+#   make test      the test suite, the same draws each time
+#   make test-long  what takes longer: sweeps, sites, large solids, and random tests with new draws
+#   make coverage  the tests, with the lines of the source that none of them runs; out/coverage shows them
 #   make lint      ruff, pyright, all public types known, import rules, and that the pages' script is that of its source
 #   make viewer    the pages' script, of its TypeScript
 #   make bench     speed beside the best that there is else, one table; benchmarks/README.md
@@ -19,9 +20,9 @@ endif
 STAMP := $(VENV)/.ready
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-.PHONY: docs demo packages compiler test test-quick fuzz lint format viewer bench verification pictures release-check clean help
+.PHONY: docs demo packages compiler test test-long coverage faults fuzz lint format viewer bench verification pictures release-check clean help
 help:
-	@sed -n '2,10s/^# *//p' Makefile
+	@sed -n '2,11s/^# *//p' Makefile
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -56,10 +57,17 @@ packages: $(STAMP)
 RUN_TESTS = PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n $(PROCESSES) --dist loadfile --no-loadscope-reorder --durations=15
 PROCESSES ?= 2
 test: compiler
-	$(RUN_TESTS) -m '' $(ARGS)
-
-test-quick: compiler
 	$(RUN_TESTS) $(ARGS)
+
+test-long: compiler
+	FLEXURA_DRAWS=new $(RUN_TESTS) -m 'slow or hypothesis' $(ARGS)
+
+# planted faults, each with the test that catches it: tools/faults.jsonl
+faults: $(STAMP)
+	$(BIN)/python tools/faults.py check $(ARGS)
+
+coverage: compiler
+	$(RUN_TESTS) --cov=flexura --cov-report=term:skip-covered --cov-report=html:out/coverage $(ARGS)
 
 compiler: packages
 	@$(BIN)/python tools/viewer.py --packages >/dev/null 2>&1 || \

@@ -31,7 +31,8 @@ import scipy.linalg as la
 
 import flexura as fx
 from flexura.io import FLAGS, SOURCES, c_sources, shared_library
-from flexura.systems import Channel, StateSpace
+from flexura.structure import Channel
+from flexura.systems import StateSpace
 
 ROOT = Path(__file__).parents[1]
 STEP = 1e-4

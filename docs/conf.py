@@ -25,7 +25,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "made_pages",
 ]
-exclude_patterns = ["_build", "figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst"]
+exclude_patterns = ["_build", "_examples", "figures", "gallery/*.ipynb", "gallery/*.py", "**sg_execution_times.rst"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 default_role = "code"
 smartquotes = False

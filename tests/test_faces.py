@@ -13,6 +13,7 @@ import pytest
 
 import flexura
 from flexura.lazy import listed
+from helpers.over import over
 from helpers.public_names import IN_TWO_PLACES, NAMESPACES, public_names
 
 STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
@@ -24,13 +25,13 @@ MODULES = {
 """Faces show these as they are: families of functions and constants, and the namespaces of the package."""
 
 
-@pytest.mark.parametrize("stub", STUBS, ids=FACES)
+@over("stub", STUBS)
 def test_every_line_of_a_stub_lists_one_name(stub):
     lines = stub.read_text(encoding="utf-8").splitlines()
     assert len(lines) == len(listed("\n".join(lines)))
 
 
-@pytest.mark.parametrize("name", FACES)
+@over("name", FACES)
 def test_a_face_gives_every_name_and_no_module_in_the_place_of_a_function(name):
     package = import_module(name)
     for public in package.__all__:

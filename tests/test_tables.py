@@ -6,6 +6,7 @@ import pytest
 
 import flexura as fx
 from flexura.tables import counted, number, quantity, scale_for, text_columns
+from helpers.over import over
 
 
 @pytest.mark.parametrize(
@@ -28,7 +29,7 @@ def test_one_frequency_is_told_as_one():
     assert "1 frequency from 10 to 10 Hz" in found._repr_html_()
 
 
-@pytest.mark.parametrize(
+@over(
     ("value", "unit", "said"),
     [
         (7.19e-3, "kg", "7.19 g"),

@@ -7,10 +7,9 @@ import re
 from importlib import import_module
 from typing import get_args, get_type_hints
 
-import pytest
-
 import flexura
 from flexura.cli.app import COMMANDS, loaded
+from helpers.over import over
 from helpers.public_names import public_names
 
 FUNCTIONS = {name: own for name, own in public_names().items() if inspect.isfunction(own)}
@@ -68,7 +67,7 @@ SHELL = {
 """By command: the functions whose words its options are, and the options that only a command has."""
 
 
-@pytest.mark.parametrize("name", VERBS)
+@over("name", VERBS)
 def test_a_verb_takes_a_model_its_parameters_and_all_else_by_name(name):
     first, second, *others = SIGNATURES[name].parameters.values()
     assert (first.name, second.name) == ("model", "parameters")
@@ -77,7 +76,7 @@ def test_a_verb_takes_a_model_its_parameters_and_all_else_by_name(name):
     assert all(own.kind is inspect.Parameter.KEYWORD_ONLY for own in others)
 
 
-@pytest.mark.parametrize("name", SIGNATURES)
+@over("name", SIGNATURES)
 def test_nothing_takes_more_than_two_arguments_by_place_or_arguments_without_a_name(name):
     kinds = [own.kind for own in SIGNATURES[name].parameters.values()]
     assert inspect.Parameter.VAR_POSITIONAL not in kinds
@@ -85,7 +84,7 @@ def test_nothing_takes_more_than_two_arguments_by_place_or_arguments_without_a_n
     assert kinds.count(inspect.Parameter.POSITIONAL_OR_KEYWORD) <= 2
 
 
-@pytest.mark.parametrize("name", SIGNATURES)
+@over("name", SIGNATURES)
 def test_words(name):
     parameters = SIGNATURES[name].parameters
     assert not OTHER_WORDS & parameters.keys()
@@ -100,7 +99,7 @@ def test_words(name):
         assert types.get(key, kind).split(" | ")[0] == kind
 
 
-@pytest.mark.parametrize("name", VERBS)
+@over("name", VERBS)
 def test_a_verb_says_what_it_raises(name):
     text = inspect.getdoc(FUNCTIONS[name]) or ""
     assert "Raises" in text and "Error" in text
@@ -110,7 +109,7 @@ def test_every_command_is_in_the_table():
     assert SHELL.keys() == COMMANDS.keys()
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@over("command", COMMANDS)
 def test_the_shell_has_the_words_of_python(command):
     """An option that may be repeated is the singular of the argument."""
     functions, own = SHELL[command]
@@ -124,7 +123,7 @@ def test_the_shell_has_the_words_of_python(command):
         assert long.lstrip("-").replace("-", "_") in (word, word.removesuffix("s")), long
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@over("command", COMMANDS)
 def test_no_option_takes_a_quantity_as_a_bare_number(command):
     """Numbers of an option are ratios, relative errors and counts; its text says so."""
     about = {option.name: f"{option.metavar} {getattr(option, 'help', '')}" for option in loaded(command).params}

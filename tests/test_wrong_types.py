@@ -10,6 +10,7 @@ import pytest
 
 import flexura as fx
 from flexura.arguments import verb
+from helpers.over import over
 from helpers.public_names import public_names
 
 VERBS = {
@@ -31,12 +32,8 @@ def needed(function, value):
     return places, {p.name: value for p in own if p.kind is p.KEYWORD_ONLY}
 
 
-@pytest.mark.parametrize(
-    "value",
-    [3, None, "no/such/path", object(), [object()], {"a": 1}],
-    ids=["number", "none", "path", "object", "list", "dictionary"],
-)
-@pytest.mark.parametrize("name", VERBS)
+@over("value", [3, None, "no/such/path", object(), [object()], {"a": 1}])
+@over("name", VERBS)
 def test_a_wrong_type_is_an_error_of_ours(name, value, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     places, keywords = needed(VERBS[name], value)

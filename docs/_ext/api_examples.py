@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-DOCS = Path(__file__).parents[1]
-PAGES = ("api-examples.md", "api.md")
+DOCS = Path(__file__).parents[1] / "_examples"
+PAGES = ("verbs.md", "parts.md")
 WHOLE = 9
 """Lines up to which a block is shown whole; of longer ones what calls the name."""
 
@@ -27,10 +27,9 @@ class Example(NamedTuple):
     printed: str
     is_run: bool
 
-    def markdown(self, root: str) -> str:
-        """The example on a page from which `root` leads to the folder of pages."""
-        anchor = re.sub(r"[^\w\- ]", "", self.section.lower()).replace(" ", "-")
-        text = f"Example, from [{self.section.lower()}]({root}{self.page}#{anchor}):\n\n```python\n{self.code}```\n"
+    def markdown(self) -> str:
+        """The example as it stands below a docstring."""
+        text = f"Example:\n\n```python\n{self.code}```\n"
         return text + (f"\n```text\n{self.printed}```\n" if self.printed else "")
 
 

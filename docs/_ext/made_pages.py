@@ -52,43 +52,36 @@ def _row(record: tuple[str, str]) -> str:
 
 
 def kinds(page: str) -> Iterator[tuple[str, list[str]]]:
-    """Headings of the page of the Python API, with the names that stand below each."""
+    """Headings of the page of the Python API, with functions and classes that are first named below each."""
+    seen = set[str]()
     for section in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
         heading, _, rest = section.partition("\n")
-        found = list(dict.fromkeys(re.findall(r"^### `([\w.]+)\(", rest, flags=re.MULTILINE)))
-        if found:
-            yield heading, found
+        named = [name for name in re.findall(r"`([\w.]+)[`(]", rest) if name not in seen and callable(_public(name))]
+        seen |= set(named)
+        if named:
+            yield heading, list(dict.fromkeys(named))
 
 
-def classes(page: str) -> Iterator[tuple[str, list[str]]]:
-    """Headings for classes that the page of the Python API tells of without a heading, with their names."""
-    told = set(re.findall(r"`(\w+)", page)) - set(re.findall(r"^### `(\w+)\(", page, re.MULTILINE))
-    spaces = {"Parts of a description": ("describe",), "Results": ("", "modal", "solid", "testing", "view")}
-    seen = set[type]()
-    for heading, prefixes in spaces.items():
-        found = list[str]()
-        for prefix in prefixes:
-            room = getattr(flexura, prefix) if prefix else flexura
-            new = {name: kind for name in dir(room) if name in told and inspect.isclass(kind := getattr(room, name))}
-            own = [name for name, kind in new.items() if kind not in seen]
-            found += [name if hasattr(flexura, name) else f"{prefix}.{name}" for name in own]
-            seen |= set(new.values())
-        yield heading, found
+def _public(name: str) -> Any:
+    """What a name of the package such as `view.draw_mode` stands for; None where there is none."""
+    own: Any = flexura
+    for part in name.split("."):
+        own = getattr(own, part, None)
+    return own
 
 
 def names_of(heading: str, names: list[str]) -> str:
     """The page of one kind of names, from their docstrings."""
     parts = [
-        f"# {heading}\n\nNames that examples do not make, such as `guide`, are those of the page named above them.\n"
+        f"# {heading}\n\nNames that examples do not make are those of `docs/_examples`, where they run one after "
+        "another: `guide` and `mechanism` are `examples/guide/guide.yaml`.\n"
     ]
     for name in names:
-        own: Any = flexura
-        for part in name.split("."):
-            own = getattr(own, part)
+        own = _public(name)
         directive = "autoclass" if inspect.isclass(own) else "autofunction"
         parts.append(f"```{{eval-rst}}\n.. {directive}:: flexura.{name}{_fields(own)}\n```\n")
         if (found := example(name)) is not None:
-            parts.append(found.markdown("../../"))
+            parts.append(found.markdown())
     return "\n".join(parts)
 
 
@@ -106,7 +99,7 @@ def _made(app: Any) -> None:
     made.mkdir(exist_ok=True)
     pages = {made / "commands.md": commands()}
     api = (docs / "api.md").read_text(encoding="utf-8")
-    listed = [*kinds(api), *classes(api)]
+    listed = list(kinds(api))
     slugs = [re.sub(r"\W+", "-", heading.lower()) for heading, _ in listed]
     for slug, (heading, names) in zip(slugs, listed, strict=True):
         pages[made / "python" / f"{slug}.md"] = names_of(heading, names)

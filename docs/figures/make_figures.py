@@ -125,6 +125,14 @@ def rpr_moving() -> None:
     fx.view.save_animation(moving, HERE / "rpr_moving.webp")
 
 
+def pivot_stroke() -> None:
+    """The pivot of the front page over its stroke, to scale."""
+    page = (HERE.parents[1] / "README.md").read_text(encoding="utf-8")
+    block = re.search(r"```yaml\n(# file: pivot.yaml\n.*?)```", page, re.DOTALL)
+    path = fx.stroke(fx.loads(block[1]), steps=25, n=1)
+    fx.view.save_animation(fx.view.animate_stroke(path), HERE / "pivot_stroke.webp")
+
+
 def closed_loop() -> None:
     """Loops and steps of the platform under control, by the example itself."""
     script = HERE.parents[1] / "examples" / "rpr" / "closed_loop.py"
@@ -165,6 +173,7 @@ if __name__ == "__main__":
     pivot()
     rpr()
     rpr_moving()
+    pivot_stroke()
     rpr_response()
     rpr_solid()
     two_claims()

@@ -13,14 +13,17 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from flexura.errors import SolverError
+from flexura.errors import FlexuraError
 
 Report = Callable[[float], None]
 """Is told what part of the work is done, from 0 to 1."""
 
 
-class OutOfTime(SolverError):  # noqa: N818  it reads as what it says
-    """Work that was given up because its time was over; `seconds` is what it was given."""
+class OutOfTime(FlexuraError):  # noqa: N818  it reads as what it says
+    """Work that was given up because its time was over; `seconds` is what it was given.
+
+    It is no `SolverError`: nothing that tries another way where one fails goes on when the time is over.
+    """
 
     def __init__(self, seconds: float) -> None:
         self.seconds = seconds

@@ -21,8 +21,8 @@ ROWS, COLUMNS = 12, 9
 LONGEST, LONGEST_FACT = 96, 240
 """Characters of text in a cell, and of a fact."""
 
-ROUND_OFF = 1e-10
-"""Shown as zero: quantities below so much of the largest one of their unit in a table."""
+SHOWN_AS_ZERO = 1e-10
+"""Quantities below so much of the largest one of their unit in a table."""
 
 _PREFIXES = {-12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _PREFIXED = {
@@ -173,7 +173,7 @@ def text_columns(shown: Mapping[str, list[Any]], longest: int = LONGEST) -> dict
     for name, column in shown.items():
         what, unit = units.get(name, (name, ""))
         factor, written = prefixes.get(unit, Scale(1.0, ""))
-        noise = ROUND_OFF * _largest(x for own in alike.get(unit, []) for x in own) if written else 0.0
+        noise = SHOWN_AS_ZERO * _largest(x for own in alike.get(unit, []) for x in own) if written else 0.0
         heading = prefixes[unit].heading(what) if written else name
         found[heading] = [_cell(x, factor, noise, longest) for x in column]
     return found
@@ -191,7 +191,7 @@ def suited(groups: Iterable[Iterable[float]], unit: str) -> Scale:
     taken = next(scale for scale, least in scales if most >= least)
 
     def legible(scale: Scale) -> tuple[int, bool]:
-        return sum(0.1 <= size / scale.size < longest for size in sizes if size > ROUND_OFF * most), scale == taken
+        return sum(0.1 <= size / scale.size < longest for size in sizes if size > SHOWN_AS_ZERO * most), scale == taken
 
     return max((scale for scale, _ in scales), key=legible)
 

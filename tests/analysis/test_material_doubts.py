@@ -13,6 +13,7 @@ from flexura.analysis.checks.slips import angle_warnings, material_warnings
 from flexura.cli.app import app
 from flexura.mechanism import Layout
 from flexura.mechanism.material import CATALOGUE
+from helpers.over import over
 
 # E (GPa), rho, nu, yield (MPa) from handbooks
 REAL = {
@@ -46,7 +47,7 @@ def of(**constants: float) -> list[str]:
     return [str(d) for d in material_warnings(Layout(mechanism), {})]
 
 
-@pytest.mark.parametrize("name", REAL)
+@over("name", REAL)
 def test_real_materials_are_no_doubt(name: str) -> None:
     E, rho, nu, strength = REAL[name]
     assert of(E=E * 1e9, rho=rho, nu=nu, yield_stress=strength * 1e6) == []

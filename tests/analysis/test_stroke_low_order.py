@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.analysis.strokes import low_order_motion
+from flexura.deadline import OutOfTime
+from flexura.motion import Equations, Equilibrium, MovingModel
+from flexura.structure import Design, Plan
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GUIDE = fx.load(EXAMPLES / "guide/guide.yaml")
@@ -47,6 +51,19 @@ def test_what_bends_far_is_made_finer() -> None:
     assert forces[0] == pytest.approx(forces[1], rel=1e-3)
     worst = max(low.low_order.error, low.low_order.frequency_error)
     assert (worst > 5e-3) == any(own.kind == "reduction" for own in low.warnings)
+
+
+def test_what_is_out_of_time_tries_nothing_finer() -> None:
+    runs = []
+
+    def run(equations: Equations) -> list[Equilibrium]:
+        runs.append(equations)
+        raise OutOfTime(1.0)
+
+    equations = Equations(MovingModel.of(Design.of(Plan(GUIDE))))
+    with pytest.raises(OutOfTime):
+        low_order_motion(equations, [], run, 1)
+    assert len(runs) == 1
 
 
 def test_order_is_full_or_low() -> None:

@@ -14,7 +14,7 @@ from scipy.optimize import brentq, root
 from scipy.special import ellipe, ellipk
 
 import flexura as fx
-from flexura.deadline import Progress, time_limit
+from flexura.deadline import OutOfTime, Progress, time_limit
 from helpers.large_motion import straight_beams
 
 STEPS = 60
@@ -201,7 +201,7 @@ def test_an_interruption_leaves_what_was_found():
 
 
 def test_a_time_limit_leaves_what_was_found():
-    with time_limit(1e-9), pytest.raises(fx.SolverError, match="stopped after"):
+    with time_limit(1e-9), pytest.raises(OutOfTime, match="stopped after"):
         fx.stroke(column(), move={"p1.y": 0.1}, n=1)
 
 

@@ -31,7 +31,7 @@ def test_torsion_constant_of_rectangle_against_the_table(aspect, k1, tolerance):
     assert abs(rectangle(aspect * 2e-3, 2e-3, 0.3).J / (aspect * 2e-3**4) - k1) < tolerance
 
 
-@settings(derandomize=True, max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(b=SIDES, t=SIDES)
 def test_torsion_constant_of_rectangle_against_the_long_series(b, t):
     # The other of the two series of Saint-Venant: sides exchanged, 4000 terms and the integral of the rest.

@@ -6,6 +6,7 @@ import inspect
 import pytest
 
 from helpers.doc_snippets import ROOT
+from helpers.over import over
 from helpers.public_names import public_names
 
 NAMES = {name: own for name, own in public_names().items() if callable(own)}
@@ -21,10 +22,10 @@ def examples():
         yield importlib.import_module("api_examples")
 
 
-@pytest.mark.parametrize("name", SHOWN)
+@over("name", SHOWN)
 def test_it_has_an_example(examples, name):
     found = examples.example(name)
-    assert found is not None, f"an example of fx.{name} in docs/api-examples.md is missing"
+    assert found is not None, f"an example of fx.{name} in docs/_examples is missing"
     assert f"fx.{name}" in found.code
     assert found.is_run is (name not in NOT_RUN)
 

@@ -3,9 +3,8 @@
 import re
 from pathlib import Path
 
-import pytest
-
-from helpers.doc_snippets import PAGES, ROOT
+from helpers.doc_snippets import PAGES
+from helpers.over import over
 
 LINK = re.compile(r"\[[^\]\n]*\]\((?P<target>[^)\s]+)\)|<img[^>]*src=\"(?P<image>[^\"]+)\"")
 FENCE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
@@ -25,9 +24,7 @@ def anchors(page: Path) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.exists()], ids=lambda page: str(page.relative_to(ROOT))
-)
+@over("page", [page for page in PAGES if page.exists()])
 def test_relative_links(page):
     broken = []
     for match in LINK.finditer(prose(page)):

@@ -2,13 +2,14 @@
 
 import re
 
-import pytest
-
 from helpers.doc_snippets import ROOT
+from helpers.over import over
 
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "glossary.md").read_text(encoding="utf-8")
-ROW = re.compile(r"^\| (.+?) \| (.+?) \| (.+) \| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE)
+ROW = re.compile(
+    r"^\| (.+?) \| (.+?) \| (.+) \| (?:`.*`)? ?\| \[eq\. (\w+)\]\(([\w/.-]+)(?:#([\w-]+))?\) \|$", re.MULTILINE
+)
 SYMBOLS = PAGE[PAGE.index("## Symbols") : PAGE.index("## Words")]
 ROWS = ROW.findall(SYMBOLS)
 NEAR = 8
@@ -31,9 +32,7 @@ def test_every_row_of_symbols_names_its_equation():
     assert len(rows) == len(ROWS) > 50
 
 
-@pytest.mark.parametrize(
-    ("symbols", "unit", "meaning", "tag", "page", "anchor"), ROWS, ids=[f"{own[0]} {own[3]}" for own in ROWS]
-)
+@over(("symbols", "unit", "meaning", "tag", "page", "anchor"), ROWS)
 def test_symbols_stand_in_the_equation_and_around_it(symbols, unit, meaning, tag, page, anchor):
     text = (DOCS / page).read_text(encoding="utf-8")
     assert unit and meaning

@@ -21,18 +21,37 @@ def read(name: str):
 
 
 def test_the_workflow_runs_what_ci_runs():
-    (job,) = read(".github/workflows/ci.yml")["jobs"].values()
-    steps = [step["run"] for step in job["steps"] if "run" in step]
+    jobs = read(".github/workflows/ci.yml")["jobs"]
+    steps = [step["run"] for step in jobs["all"]["steps"] if "run" in step]
     own = [found for step in steps for found in MAKE.findall(step)]
     assert own == MAKE.findall((ROOT / ".ci" / "run").read_text())
     assert len(own) >= 3
     assert [step for step in steps if not MAKE.match(step)] == [
         'git config --global --add safe.directory "$GITHUB_WORKSPACE"'
     ]
+    quick = [step["run"] for step in jobs["quick"]["steps"] if "run" in step]
+    assert [found for step in quick for found in MAKE.findall(step)] == own
+
+
+def test_the_night_runs_what_takes_long():
+    (job,) = read(".github/workflows/night.yml")["jobs"].values()
+    own = [found for step in job["steps"] for found in MAKE.findall(step.get("run", ""))]
+    assert own == ["compiler", "test-long", "faults"]
+
+
+def test_what_the_workflow_keeps_is_named_by_what_it_comes_from():
+    text = (ROOT / ".github/workflows/ci.yml").read_text()
+    named = [name for names in re.findall(r"hashFiles\(([^)]*)\)", text) for name in re.findall(r"'([^']+)'", names)]
+    assert len(named) >= 3 and all((ROOT / name).exists() for name in named)
+
+
+def test_what_is_done_at_a_commit_is_what_lint_does():
+    hooks = [hook["entry"] for repo in read(".pre-commit-config.yaml")["repos"] for hook in repo["hooks"]]
+    assert [entry.split()[2] for entry in hooks] == ["ruff", "ruff"]
 
 
 def test_the_workflow_has_three_systems_and_every_python():
-    (job,) = read(".github/workflows/ci.yml")["jobs"].values()
+    job = read(".github/workflows/ci.yml")["jobs"]["all"]
     matrix = job["strategy"]["matrix"]
     assert [name.partition("-")[0] for name in matrix["system"]] == ["ubuntu", "macos", "windows"]
     assert matrix["python"] == PYTHONS

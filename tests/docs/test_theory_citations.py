@@ -6,7 +6,7 @@ docs/theory.md numbers its equations 1, 2, ...; every page in docs/theory/ has a
 import re
 from pathlib import Path
 
-import pytest
+from helpers.over import over
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "docs" / "theory.md", *sorted((ROOT / "docs" / "theory").glob("*.md"))]
@@ -31,7 +31,7 @@ def cited(text: str) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@over("page", PAGES)
 def test_equations_are_numbered_in_order(page):
     numbers = tags(page)
     letter = numbers[0][:1] if numbers[0][:1].isalpha() else ""
@@ -55,7 +55,7 @@ def test_code_cites_existing_equations():
     assert count >= 10
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@over("page", PAGES)
 def test_pages_cite_existing_equations(page):
     own = set(re.findall(rf"\(({NUMBER})\)", page.read_text(encoding="utf-8")))
     known = {number for other in PAGES for number in tags(other)}

@@ -6,6 +6,7 @@ import pytest
 import scipy.special
 
 from flexura.duals import Dual
+from helpers.over import over
 
 P, STEP = 3, 1e-6
 
@@ -34,8 +35,8 @@ def agrees(function, *shapes):
             np.testing.assert_allclose(found.slope[p], (up - down) / (2 * STEP), rtol=2e-7, atol=2e-8)
 
 
-@pytest.mark.parametrize("shapes", [((2, 3), (3,)), ((3,), (4, 2, 3)), ((), (2,)), ((2, 1), (1, 3)), ((2,), ())])
-@pytest.mark.parametrize(
+@over("shapes", [((2, 3), (3,)), ((3,), (4, 2, 3)), ((), (2,)), ((2, 1), (1, 3)), ((2,), ())])
+@over(
     "function",
     [np.add, np.subtract, np.multiply, np.divide, np.power, np.maximum, np.minimum, np.arctan2, np.hypot],
 )
@@ -46,7 +47,7 @@ def test_functions_of_two_broadcast(function, shapes):
 ELEMENTARY = "sqrt exp expm1 log log1p sin cos tan asin acos atan sinh cosh tanh atanh"
 
 
-@pytest.mark.parametrize("name", ELEMENTARY.split())
+@over("name", ELEMENTARY.split())
 def test_functions_of_one_to_their_last_digits(name):
     x = np.array([0.1, 0.45, 0.8])
     numpy_name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atanh": "arctanh"}.get(name, name)
@@ -70,7 +71,7 @@ def test_scaled_bessel_functions_to_their_last_digits():
     np.testing.assert_allclose(found.slope[0], exact, rtol=1e-11)
 
 
-@pytest.mark.parametrize(
+@over(
     ("function", "shapes"),
     [
         (np.matmul, ((4, 2, 3), (3, 2))),
@@ -93,13 +94,13 @@ def test_products_and_solutions(function, shapes):
     agrees(function, *shapes)
 
 
-@pytest.mark.parametrize("axis", [None, 0, 1, -1])
-@pytest.mark.parametrize("function", [np.sum, np.mean, np.max, np.min, np.prod, np.cumsum, np.cumprod])
+@over("axis", [None, 0, 1, -1])
+@over("function", [np.sum, np.mean, np.max, np.min, np.prod, np.cumsum, np.cumprod])
 def test_functions_along_axes(function, axis):
     agrees(lambda a: function(a, axis=axis), (3, 4))
 
 
-@pytest.mark.parametrize(
+@over(
     ("function", "shapes"),
     [
         (lambda a, b: np.where(np.array([True, False, True]), a, b), ((2, 3), ())),

@@ -9,7 +9,7 @@ import numpy as np
 
 import flexura as fx
 from flexura.analysis.natural_modes.modes import Modes
-from flexura.systems.channel import Channel
+from flexura.structure import Channel
 from flexura.systems.state_space import StateSpace
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -11,7 +11,7 @@ import numpy as np
 
 import flexura as fx
 from flexura.errors import FlexuraError, ModelError
-from flexura.io.measurements import read_measurement, write_measurement
+from flexura.io import read_measurement, write_measurement
 from flexura.modelfile import dumps, load, loads
 from flexura.sizes import size_limits
 from flexura.testing.measurement.channels import read_channel_descriptions

@@ -28,11 +28,14 @@ def page() -> str:
 
 
 def _section(name: str, result: Result) -> Iterator[str]:
-    yield f"## {name}\n\n| key | |\n|---|---|"
+    """The keys of a result, by what their values are."""
+    kinds: dict[str, list[str]] = {}
     for key, value in result.to_dict().items():
         if key not in COMMON:
             by_name = isinstance(value, dict) and isinstance(getattr(result, key, None), Mapping)
-            yield f"| `{key}` | {kind(value, by_name)} |"
+            kinds.setdefault(kind(value, by_name), []).append(f"`{key}`")
+    yield f"## {name}\n"
+    yield from (f"* {what}: {', '.join(keys)}" for what, keys in kinds.items())
     yield ""
 
 

@@ -6,8 +6,7 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,6 +16,8 @@ from urllib.parse import urlsplit
 
 from websockets.sync.client import ClientConnection, connect
 
+from helpers import forked
+
 ROOT = Path(__file__).parents[2]
 PATIENCE = 60
 
@@ -25,14 +26,19 @@ class Served:
     """A running `flexura live`: its process, and the address that it printed."""
 
     def __init__(self, file: Path, *options: str) -> None:
-        command = [sys.executable, "-m", "flexura", "live", str(file), "--no-browser", *options]
-        environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PYTHONUNBUFFERED": "1"}
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        self.process = subprocess.Popen(command, **pipes, text=True, env=environment, cwd=ROOT)
-        assert self.process.stdout is not None
-        self.said = self.process.stdout.readline()
+        said, stdout = os.pipe()
+        self.errors = tempfile.TemporaryFile()  # noqa: SIM115
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        words = ("live", file, "--no-browser", *options)
+        self.process = forked.Command(*words, env=environment, stdout=stdout, stderr=self.errors.fileno())
+        os.close(stdout)
+        self.stdout = os.fdopen(said)
+        self.said = self.stdout.readline()
         found = re.search(r"http://\S+", self.said)
-        assert found, self.said + self.process.communicate()[1]
+        if found is None:
+            errors = self.interrupt()[1]
+            self.end()
+            raise AssertionError(self.said + errors)
         self.url = found[0]
 
     @property
@@ -46,12 +52,14 @@ class Served:
     def interrupt(self) -> tuple[int, str]:
         """Ctrl-C: the exit status, and what was said on stderr."""
         self.process.send_signal(signal.SIGINT)
-        _, said = self.process.communicate(timeout=PATIENCE)
-        return self.process.returncode, said
+        status = self.process.wait(PATIENCE)
+        return status, forked.text_of(self.errors)
 
     def end(self) -> None:
-        self.process.kill()
-        self.process.communicate(timeout=PATIENCE)
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait(PATIENCE)
+        self.stdout.close()
+        self.errors.close()
 
 
 @contextmanager

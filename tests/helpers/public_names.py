@@ -11,7 +11,7 @@ NAMESPACES = ("describe", "modal", "solid", "testing", "view")
 
 FOR_OTHER_ROOMS = {
     "modal": {
-        *("CLOSE", "DEPENDENT_SHAPES", "REPEATED", "REPEATED_EIGENVALUES"),
+        *("CLOSE", "DEPENDENT_SHAPES", "REPEATED"),
         *("assignment", "best_pairs", "channel_gain", "close_groups"),
         *("in_order", "in_space", "largest_motion", "mac_with_spaces", "orthogonality", "pair_by_mac", "space_mac"),
         *("track_modes", "trusted_channels"),

@@ -42,13 +42,11 @@ MM = 1e-3
 METALS = {"aluminium": Material(E=70e9, nu=0.33, rho=2800.0), "steel": Material(E=205e9, G=79e9, rho=7850.0)}
 THEORIES = ("euler_bernoulli", "rayleigh", "timoshenko")
 FEW = settings(
-    derandomize=True,
     deadline=None,
     max_examples=20,
-    database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
-"""Settings of every property test: the same examples on every run."""
+"""Settings of every property test."""
 
 
 def vector(rng: np.random.Generator, size: float) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""Runs the shell command in a process of its own, within limits of memory and time."""
+"""Runs the shell command in a process of its own, a fork where that says the same, within limits of memory and time."""
 
 from __future__ import annotations
 
@@ -7,31 +7,40 @@ import resource
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO
+
+from helpers import forked
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"
-ADDRESS_SPACE = 3 << 30
 SECONDS = 120
+LIMITS = {"AS": 3 << 30, "CPU": SECONDS, "CORE": 0}
+
+
+OF_THE_INTERPRETER = ("PYTHON", "LANG", "LC_")
+"""Beginnings of the variables that Python reads when it starts."""
 
 
 def bounded() -> None:
     """Limits of a child process: memory and processor time."""
-    resource.setrlimit(resource.RLIMIT_AS, (ADDRESS_SPACE, ADDRESS_SPACE))
-    resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    for name, most in LIMITS.items():
+        resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (most, most))
 
 
-def flexura(*args: object, stdout: object = subprocess.PIPE, **env: str) -> subprocess.CompletedProcess[str]:
+def flexura(*args: object, stdout: IO[str] | None = None, **env: str) -> subprocess.CompletedProcess[str]:
     """Run `flexura ARGS`; stdout and stderr as text."""
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", **env}
+    if not any(name.startswith(OF_THE_INTERPRETER) for name in env):
+        out = None if stdout is None else stdout.fileno()
+        return forked.completed(*args, env=environment, stdout=out, timeout=2 * SECONDS, **LIMITS)
     return subprocess.run(
         [sys.executable, "-m", "flexura", *map(str, args)],
-        stdout=stdout,
-        stderr=subprocess.PIPE,
+        capture_output=True,
         text=True,
         errors="replace",
         timeout=2 * SECONDS,
         check=False,
         preexec_fn=bounded,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", **env},
+        env=environment,
     )
 
 

@@ -1,9 +1,10 @@
-"""What the verification tests measured, and the page `docs/verification.md` made from it."""
+"""What the verification tests measured, and what is made from it: `docs/verification.csv`, a row for every number, and
+`docs/verification.md`, a row for every case."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+import csv
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,23 +14,28 @@ REPRINT = 5e-6
 INTRODUCTION = """\
 # Verification
 
-Every table below puts numbers that flexura computes beside numbers that it did not produce: published benchmarks,
-closed-form solutions of the same theory, or another program. The tests that measure them fail when an error exceeds
-the tolerance of its row, and when this page no longer says what they measure.
+Numbers that flexura computes beside numbers that it did not produce: published benchmarks, closed-form solutions of the
+same theory, or another program. [A table](verification.csv) has each of the {count} numbers with its reference, and
+below is a row for each of the {cases} cases. The tests that measure them fail when an error exceeds the tolerance of
+its row, and when the table no longer says what they measure.
 
-* *Reference* is the published or closed-form value. Where a source prints few digits, the tolerance is half a unit of
-  its last one; elsewhere it covers the discretisation error of the mesh in use, and it is stated, not fitted to pass.
-* *Relative error* is |computed / reference - 1|, as measured when the page was written.
+* *Error* is |computed / reference - 1| of the number that comes nearest to its *tolerance*. Where a source prints few
+  digits, the tolerance is half a unit of its last one; elsewhere it covers the discretisation error of the mesh in use,
+  and it is stated, not fitted to pass.
 * Agreement shows that the equations of the named theory are solved correctly. It does not show that the theory
   describes a given part: short wide leaves, steep notches and clamped torsion are beyond plain beams. Most cases are
-  therefore computed with `corrections: none`; the section on flexures puts the corrections to the test.
+  therefore computed with `corrections: none`; those that are named corrected put the corrections to the test.
 
-To write the page anew: `make verification`, which is
-`pytest tests/literature tests/opensees -m '' --verification-page docs/verification.md`.
+To write both anew: `make verification`.
+
+| case | reference | theory | numbers | error | tolerance | exact members |
+|---|---|---|---|---|---|---|
 """
 
-_HEAD = "| quantity | unit | reference | computed | relative error | tolerance |\n|---|---|---|---|---|---|\n"
-_ROW = re.compile(r"\| (?P<cells>.+) \|$")
+TWIN = ", exact dynamic stiffness"
+"""How a case ends that asks the exact members the same: it stands in the row of the other, in the last column."""
+
+_COLUMNS = ("case", "quantity", "unit", "reference", "computed", "relative error", "tolerance")
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class Measurement:
 
     @property
     def key(self) -> tuple[str, str]:
-        """Case and quantity, which name a row of the page."""
+        """Case and quantity, which name a row."""
         return self.case.name, self.quantity
 
     @property
@@ -63,12 +69,16 @@ class Measurement:
         """Relative error."""
         return abs(self.computed / self.reference - 1)
 
-    def row(self) -> str:
-        """The row of the page."""
-        floor = min(1e-8, self.tolerance)  # below, digits are round-off and differ between machines
-        error = f"{self.error:.1e}" if self.error >= floor else f"< {floor:.0e}"
-        numbers = f"{self.reference:.7g} | {self.computed:.7g} | {error} | {self.tolerance:.1e}"
-        return f"| {self.quantity} | {self.unit} | {numbers} |"
+    @property
+    def error_text(self) -> str:
+        """The error, or its floor: below, digits are round-off and differ between machines."""
+        floor = min(1e-8, self.tolerance)
+        return f"{self.error:.1e}" if self.error >= floor else f"< {floor:.0e}"
+
+    def row(self) -> tuple[str, ...]:
+        """The row of the table, under `_COLUMNS`."""
+        numbers = (f"{self.reference:.7g}", f"{self.computed:.7g}", self.error_text, f"{self.tolerance:.1e}")
+        return (*self.key, self.unit, *numbers)
 
     def check(self) -> None:
         """Raise AssertionError when the error exceeds the tolerance."""
@@ -80,14 +90,14 @@ class Measurement:
 
 @dataclass(frozen=True)
 class PrintedRow:
-    """A row as it stands in the page."""
+    """A row as it stands in the table."""
 
     reference: float
     computed: float
     tolerance: float
 
     def differs_from(self, measured: Measurement) -> bool:
-        """True when the page no longer says what was measured."""
+        """True when the table no longer says what was measured."""
         pairs = ((self.reference, measured.reference), (self.computed, measured.computed))
         moved = any(abs(printed - now) > REPRINT * abs(now) for printed, now in pairs)
         return moved or f"{self.tolerance:.1e}" != f"{measured.tolerance:.1e}"
@@ -113,28 +123,46 @@ def measurements(
 
 
 def write(path: Path, measured: Iterable[Measurement]) -> None:
-    """Write the page."""
+    """Write the page, and the table of the same name beside it."""
     by_case: dict[Case, list[Measurement]] = {}
     for measurement in measured:
         by_case.setdefault(measurement.case, []).append(measurement)
-    text = [INTRODUCTION]
-    for case in sorted(by_case, key=lambda case: case.name):
-        facts = [f"* Source: {case.source}", f"* Theory: {case.theory}"]
-        facts += [f"* {case.note}"] if case.note else []
-        rows = "\n".join(m.row() for m in by_case[case])
-        text.append(f"## {case.name}\n\n" + "\n".join(facts) + f"\n\n{_HEAD}{rows}\n")
+    cases = sorted(by_case, key=lambda case: case.name)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join(text), encoding="utf-8")
+    with path.with_suffix(".csv").open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(_COLUMNS)
+        table.writerows(row.row() for case in cases for row in by_case[case])
+    rows = "\n".join(_summary(case, by_case) for case in cases if not case.name.endswith(TWIN))
+    notes: dict[str, dict[str, None]] = {}
+    for case in cases:
+        if case.note:
+            notes.setdefault(case.note, {})[case.name.removesuffix(TWIN)] = None
+    remarks = "\n".join(f"* {', '.join(names)}: {note}" for note, names in notes.items())
+    introduction = INTRODUCTION.format(count=sum(map(len, by_case.values())), cases=len(cases))
+    path.write_text(f"{introduction}{rows}\n\n## What to know about some\n\n{remarks}\n", encoding="utf-8")
+
+
+def _summary(case: Case, by_case: Mapping[Case, Sequence[Measurement]]) -> str:
+    """The row of a case on the page: that number of it which comes nearest to its tolerance."""
+    rows = by_case[case]
+    worst = max(rows, key=lambda row: row.error / row.tolerance)
+    twins = [row for other, own in by_case.items() if other.name == case.name + TWIN for row in own]
+    exact = max(twins, key=lambda row: row.error / row.tolerance, default=None)
+    last = f"{len(twins)}: {exact.error_text} of {exact.tolerance:.1e}" if exact else ""
+    cells = (case.name, case.source, case.theory, str(len(rows)), worst.error_text, f"{worst.tolerance:.1e}", last)
+    return f"| {' | '.join(cells)} |"
 
 
 def read(path: Path) -> dict[tuple[str, str], PrintedRow]:
-    """The rows of the page by case and quantity; empty when there is no page."""
-    rows: dict[tuple[str, str], PrintedRow] = {}
-    case = ""
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else []:
-        if line.startswith("## "):
-            case = line.removeprefix("## ")
-        elif (match := _ROW.match(line)) and not line.startswith("| quantity"):
-            quantity, _, reference, computed, _, tolerance = match["cells"].split(" | ")
-            rows[case, quantity] = PrintedRow(float(reference), float(computed), float(tolerance))
-    return rows
+    """The rows of the table beside the page, by case and quantity; empty when there is none."""
+    table = path.with_suffix(".csv")
+    if not table.exists():
+        return {}
+    with table.open(encoding="utf-8", newline="") as file:
+        return {
+            (row["case"], row["quantity"]): PrintedRow(
+                *(float(row[key]) for key in ("reference", "computed", "tolerance"))
+            )
+            for row in csv.DictReader(file)
+        }

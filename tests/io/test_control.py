@@ -11,7 +11,7 @@ import pytest
 
 import flexura as fx
 from flexura.io import to_control
-from flexura.systems.channel import Channel
+from flexura.structure import Channel
 from flexura.systems.state_space import StateSpace
 from helpers.export_models import example_modes, modal_model
 

@@ -21,10 +21,10 @@ from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
 import flexura as fx
+from flexura.io.fmu.code import blocks_of
 from flexura.io.fmu.package import BASE_UNITS, write_fmu
-from flexura.io.linear import blocks_of
+from flexura.structure import Channel
 from flexura.systems import state_space, system
-from flexura.systems.channel import Channel
 from flexura.systems.state_space import StateSpace
 from helpers.export_models import EXAMPLES, example_modes, modal_model
 

@@ -14,7 +14,7 @@ import flexura as fx
 from flexura import files
 from flexura.io import FORMATS, export, format_of
 from flexura.io.fmu.package import BASE_UNITS
-from flexura.systems.channel import UNITS
+from flexura.structure import UNITS
 from helpers.export_models import EXAMPLES, example_modes, modal_model
 
 
@@ -119,3 +119,12 @@ def test_optional_packages_are_imported_when_needed() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_formats_of_measured_data_alone_are_not_exported_to(tmp_path: Path) -> None:
+    model = modal_model(example_modes("guide"), "carriage")
+    with pytest.raises(fx.OptionError, match=r"\.csv is no known format"):
+        export(model, tmp_path / "x.csv")
+    with pytest.raises(fx.OptionError, match="no format 'csv'"):
+        export(model, tmp_path / "x.csv", format="csv")
+    assert {own.measured is None for own in FORMATS.values() if own.write is None} == {False}

@@ -14,7 +14,7 @@ import pyuff
 import flexura as fx
 from flexura.cli import main
 from flexura.io import export
-from flexura.systems.channel import Channel
+from flexura.structure import Channel
 from helpers.export_models import example_modes, modal_model
 
 

@@ -6,6 +6,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 
 from flexura.linalg import counted_intervals
+from helpers.over import over
 
 EXACT = np.array([1.0, 4.0, 4.0, 9.0, 9.0 + 1e-13, 16.0, 25.0, 36.0, 50.0, 70.0])
 
@@ -19,8 +20,8 @@ def pencil(values, seed=0):
     return sp.csc_matrix((K + K.T) / 2), sp.csc_matrix((M + M.T) / 2), la.solve_triangular(L.T, Q)
 
 
-@pytest.mark.parametrize("shift", [0.0, 30.0, 4.0])
-@pytest.mark.parametrize("count", [1, 2, 3, 4, 6, 10])
+@over("shift", [0.0, 30.0, 4.0])
+@over("count", [1, 2, 3, 4, 6, 10])
 def test_exact_values_lie_in_the_interval_of_their_number(shift, count):
     values = EXACT - shift
     K, M, X = pencil(values)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from helpers.over import over
 
 MODEL = """\
 flexura: 1
@@ -225,7 +226,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
+@over("case", REFUSED)
 def test_what_is_refused(case):
     """One problem, at its place, on its line."""
     old, new, place, rule = REFUSED[case]

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import pytest
-
 from flexura.mechanism import (
     CircularContour,
     CircularPattern,
@@ -39,6 +37,7 @@ from helpers.mechanism_samples import (
     with_flexure,
     with_parameter,
 )
+from helpers.over import over
 
 CASES = {
     "no length": (mechanism(nodes={"b": (0, 0, 0)}), "links.beam.nodes", "the member has no length", "offsets"),
@@ -216,7 +215,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@over("case", CASES)
 def test_problem(case):
     described, place, rule, hint = CASES[case]
     problem = only(described)

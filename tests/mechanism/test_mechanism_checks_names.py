@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from flexura.expressions import parameter
 from flexura.mechanism import (
@@ -34,6 +33,7 @@ from helpers.mechanism_samples import (
     t,
     with_parameter,
 )
+from helpers.over import over
 
 CASES = {
     "undefined parameter": (
@@ -250,7 +250,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@over("case", CASES)
 def test_problem(case):
     described, place, rule, hint = CASES[case]
     problem = only(described)

@@ -25,8 +25,7 @@ from flexura.mechanism import (
     VShapedContour,
 )
 from flexura.mechanism.evaluation import evaluated, parameter_dimensions, parameter_order, parameter_values, scalars
-from flexura.mechanism.layout import Layout
-from flexura.mechanism.positions import node_positions
+from flexura.mechanism.layout import Layout, node_positions
 
 t, w = parameter("t"), parameter("w")
 

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 from flexura.errors import ExpressionError, ModelError
 from flexura.expressions import Expression, parameter, parts_of
 from flexura.expressions.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
-from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
+from flexura.expressions.tree import Binary, Call, Name, Negative, Number, Tree
 from flexura.mechanism import Circle, Parameter
+from helpers.over import over
 
 VALUES = {"x": 2.0, "y": 3.0, "z": -0.5}
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "value"),
     [
         ("x + y*z", 0.5),
@@ -104,7 +105,7 @@ def test_python_builds_the_trees_that_text_reads_as():
         assert Expression.parse(str(expression)) == expression
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "rule"),
     [
         ("", "too early"),
@@ -162,7 +163,7 @@ def test_an_expression_without_parameters_is_a_number():
 DIMENSIONS = {"L": LENGTH, "M": MASS, "n": NUMBER, "open": None}
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "dimension"),
     [
         ("L", LENGTH),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 
 import flexura as fx
+from helpers.over import over
 
 LEAF = fx.describe.Leaf(width=0.01, thickness=0.001)
 MEMBER = fx.describe.Flexure(nodes=("a", "b"), material="spring-steel", reference=(0, 0, 1), profile=LEAF)
@@ -62,7 +63,7 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
+@over("case", REFUSED)
 def test_python_is_refused_as_files_are(case: str) -> None:
     make, place, rule, hint = REFUSED[case]
     with pytest.raises(fx.ModelError) as caught:

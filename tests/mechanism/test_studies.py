@@ -9,6 +9,7 @@ from flexura.errors import ModelError
 from flexura.mechanism import evaluated, problems
 from flexura.modelfile import loads
 from helpers.modelfile_samples import BEAM
+from helpers.over import over
 
 MECHANISM = loads(BEAM)
 
@@ -32,7 +33,7 @@ def test_one_question_stands_for_a_list_of_them():
     assert SweepStudy(vary={"t": [1e-3]}, ask=["f1", " mass "]).ask == ("f1", "mass")
 
 
-@pytest.mark.parametrize(
+@over(
     ("kind", "data", "rule"),
     [
         (Range, {"from": 2.0, "to": 1.0}, "from the smaller value to the larger"),

@@ -10,7 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from flexura.modal.mode_pairing import assignment, best_pairs
 
-MANY = settings(derandomize=True, deadline=None, max_examples=100, database=None)
+MANY = settings(deadline=None, max_examples=100)
 SIZES = st.tuples(st.integers(1, 4), st.integers(1, 4))
 TIED = SIZES.flatmap(lambda size: arrays(float, size, elements=st.integers(0, 2).map(float)))
 """Few different costs: most of them are equal."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from flexura.errors import OptionError
 from flexura.modal.mode_pairing import close_groups, mac_with_spaces, pair_by_mac, pair_modes
 
-FEW = settings(derandomize=True, deadline=None, max_examples=20, database=None)
+FEW = settings(deadline=None, max_examples=20)
 P = 9
 
 

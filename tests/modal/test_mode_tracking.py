@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from flexura.modal.mode_pairing import track_modes
 
-FEW = settings(derandomize=True, deadline=None, max_examples=20, database=None)
+FEW = settings(deadline=None, max_examples=20)
 MASS = np.diag([1.0, 2.0, 3.0, 4.0, 5.0])
 
 

@@ -7,6 +7,7 @@ import pytest
 from flexura.errors import ModelError
 from flexura.modelfile import load, loads
 from helpers.modelfile_samples import AMPLIFIER, BEAM, only_problem_in, problems_in
+from helpers.over import over
 
 
 def changed(old: str, new: str, text: str = BEAM) -> str:
@@ -313,7 +314,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@over("case", CASES)
 def test_problem(case):
     text, line, place, value, rule, hint = CASES[case]
     problem = only_problem_in(text)

@@ -70,6 +70,7 @@ def test_it_knows_the_conveniences(piece):
         "links: {l: {nodes: [a, b], material: x, section: bar, ends: [clamped, held]}}",
         "links: {l: {nodes: [a, b], material: x, section: {shape: circel, diameter: 1 mm}}}",
         "links: {l: {nodes: [a], material: x, section: bar}}",
+        "dashpots: {d: {nodes: [a, b, c], damping: {tx: 1 N*s/m}}}",
         "instances: {i: {of: s, pattern: {type: circular, count: 0}}}",
     ],
 )

@@ -12,6 +12,7 @@ from flexura.describe import DescribedStudy, OptimumStudy, Range, Spread, SweepS
 from flexura.mechanism import evaluated
 from flexura.modelfile import dumps, load, loads, schema
 from helpers.modelfile_samples import AMPLIFIER, only_problem_in, problems_in
+from helpers.over import over
 
 SCHEMA = Draft202012Validator(schema())
 
@@ -71,7 +72,7 @@ def spread_of(text: str) -> tuple[float, float]:
     return evaluated(own, {"L": 10e-3}).uniform
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "deviations"),
     [
         ("± 0.02 mm", (-2e-5, 2e-5)),
@@ -97,7 +98,7 @@ def test_short_forms_of_spreads(text, deviations):
     assert spread_of(text) == pytest.approx(deviations, rel=1e-14, abs=0)
 
 
-@pytest.mark.parametrize(
+@over(
     ("study", "place", "rule", "hint"),
     [
         ("{sweep: {vary: {tt: [1 mm]}, ask: f1}}", "sweep.vary.tt", "no such parameter", "did you mean t?"),

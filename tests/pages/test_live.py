@@ -20,6 +20,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 import flexura as fx
 from flexura.pages.live import Ask, Described
 from flexura.pages.live.session import Session
+from helpers import forked
 from helpers.live_page import PATIENCE, ROOT, Served, served, talk
 
 GUIDE = ROOT / "examples" / "guide" / "guide.yaml"
@@ -477,9 +478,7 @@ def test_it_ends_when_the_page_is_closed_unless_it_is_kept(copy):
 
 
 def run(*arguments: str) -> tuple[int, str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
-    command = [sys.executable, "-m", "flexura", "live", *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE, env=environment)
+    done = forked.completed("live", *arguments, env=os.environ, timeout=PATIENCE)
     return done.returncode, done.stderr
 
 

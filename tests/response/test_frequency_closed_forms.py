@@ -28,6 +28,7 @@ from helpers.oscillators import (
     tip_receptance,
     tip_transmissibility,
 )
+from helpers.over import over
 
 HZ = np.array([0.5, 3.0, 11.0, 15.7, 20.0, 27.0, 45.0, 300.0])
 W = 2 * np.pi * HZ
@@ -42,7 +43,7 @@ def worst(found, reference):
 
 
 @pytest.mark.parametrize(("order", "method"), ROUTES)
-@pytest.mark.parametrize(("quantity", "power"), [("receptance", 0), ("mobility", 1), ("accelerance", 2)])
+@over(("quantity", "power"), [("receptance", 0), ("mobility", 1), ("accelerance", 2)])
 def test_oscillator_on_dashpots(order, method, quantity, power):
     """(i w)^p / (k - m w^2 + i w c) along and about every axis."""
     found = fx.frequency_response(oscillator(DASH), frequency_hz=HZ, quantity=quantity, order=order, method=method)
@@ -91,7 +92,7 @@ def test_oscillator_with_modal_damping(order, damping):
 
 
 @pytest.mark.parametrize(("order", "method"), ROUTES)
-@pytest.mark.parametrize("dof", DOFS)
+@over("dof", DOFS)
 def test_transmissibility_of_an_oscillator(order, method, dof):
     """(k + i w c)/(k - m w^2 + i w c): absolute motion of a body over that of the ground it stands on."""
     found = fx.frequency_response(
@@ -168,7 +169,7 @@ def test_poles_of_two_bodies():
 
 
 @pytest.mark.parametrize(("order", "method"), ROUTES)
-@pytest.mark.parametrize("c2", [0.0, 6.0, 60.0])
+@over("c2", [0.0, 6.0, 60.0])
 def test_floating_pair(order, method, c2):
     """Two bodies in space: (k2 - m2 w^2)/(-w^2 (k2 (m1 + m2) - m1 m2 w^2)) and so on, with k2 + i w c2."""
     m1, m2 = 0.4, 0.15
@@ -308,7 +309,7 @@ def test_undamped_resonance_is_refused():
             )
 
 
-@pytest.mark.parametrize(
+@over(
     ("arguments", "message"),
     [
         ({"frequency_hz": [1.0, 0.0]}, "positive finite"),

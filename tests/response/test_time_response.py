@@ -14,6 +14,7 @@ from flexura.linalg import Eigenpairs, lowest_modes
 from flexura.systems.modal import modal_system
 from helpers.extended_steps import stepped
 from helpers.oscillators import INERTIA, K2, M1, M2, MASS, K, beam, body, dashes, natural, oscillator, pair, stiffness
+from helpers.over import over
 
 RPR = Path(__file__).parents[2] / "examples" / "rpr" / "rpr.yaml"
 DT, COUNT = 2e-3, 400
@@ -57,7 +58,7 @@ def damped(zeta, k=K[0], **more):
 
 
 @pytest.mark.parametrize("zeta", ZETAS)
-@pytest.mark.parametrize("dt", [2e-5, 2e-3, 0.11])
+@over("dt", [2e-5, 2e-3, 0.11])
 def test_step_force(zeta, dt):
     """Underdamped, critical and overdamped, in steps that are fine and coarse beside the period of 63 ms."""
     c, described = damped(zeta)
@@ -398,7 +399,7 @@ def test_modes_that_the_step_resolves():
 UNIT = {"mass.tx": np.ones(5)}
 
 
-@pytest.mark.parametrize(
+@over(
     ("inputs", "more", "message"),
     [
         (UNIT, {"dt": 0.0}, "dt is a positive"),

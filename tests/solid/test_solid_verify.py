@@ -12,16 +12,17 @@ import pytest
 from flexura.cli import main
 from flexura.cli.verification import verification_text
 from flexura.errors import OptionError
+from flexura.fem.reduced import MOST_MODES
+from flexura.full_order import assemble
 from flexura.mechanism import Leaf, Material, Mechanism, RigidBody
 from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
-from flexura.mechanism.profile import CircularContour, Notch
+from flexura.mechanism.section import CircularContour, Notch
 from flexura.modelfile import load
-from flexura.solid.fem.modes import SURE, solid_modes
-from flexura.solid.fem.reduced import MOST_MODES
+from flexura.solid.modes import SURE, solid_modes
 from flexura.solid.verification import progressively, verify
-from flexura.structure import assemble
 from flexura.view import draw_mode_pair
+from helpers.over import over
 
 module = sys.modules[verify.__module__]
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -63,9 +64,9 @@ def test_each_mesh_lies_below_the_coarser_ones(guide):
     assert guide.uncertainty[0] == pytest.approx(coarse.frequency_hz[0] / fine.frequency_hz[0] - 1)
 
 
-@pytest.mark.parametrize("order", [1.0, 1.5, 2.0, 3.0, 4.0, 6.0])
-@pytest.mark.parametrize("coefficient", [1e-5, 1e-3, 0.1, 1.0])
-@pytest.mark.parametrize("noise", [0.0, 2e-5, -2e-5])
+@over("order", [1.0, 1.5, 2.0, 3.0, 4.0, 6.0])
+@over("coefficient", [1e-5, 1e-3, 0.1, 1.0])
+@over("noise", [0.0, 2e-5, -2e-5])
 def test_extrapolation_never_leads_further_from_the_limit(order, coefficient, noise):
     """Frequencies that converge at a known order, fast ones on smooth solids, with what uneven meshes add."""
     h = np.array([4.0, 2.0, 1.0]) / 4

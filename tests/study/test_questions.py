@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.structure import plan_of
+from flexura.full_order import plan_of
 from flexura.study.questions import questions
+from helpers.over import over
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 GUIDE = plan_of(fx.load(EXAMPLES / "guide" / "guide.yaml"))
@@ -109,7 +110,7 @@ def test_questions_are_the_same_after_a_pickle():
     assert np.array_equal(again.values({}).value, asked.values({}).value)
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "said"),
     [
         ("", "missing"),
@@ -149,7 +150,7 @@ WORDS = st.sampled_from(
 )
 
 
-@settings(derandomize=True, max_examples=300, deadline=None)
+@settings(max_examples=300, deadline=None)
 @given(st.one_of(st.text(max_size=40), st.lists(WORDS, max_size=12).map("".join)))
 def test_any_text_is_read_or_refused(text):
     try:

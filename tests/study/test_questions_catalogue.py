@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.structure import plan_of
+from flexura.full_order import plan_of
 from flexura.study.questions import questions
+from helpers.over import over
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -241,7 +242,7 @@ def test_answers_one_by_one_do_not_depend_on_neighbours(asked):
         assert np.array_equal(some, together[order])
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "said"),
     [
         ("stress", "nothing loads"),

@@ -9,6 +9,7 @@ from scipy.special import ndtr, ndtri
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.study.tolerances.distributions import Distribution, distribution_of, measured, normal, triangular, uniform
+from helpers.over import over
 from helpers.shell import GUIDE
 
 SHARES = np.array([1e-9, 1e-4, 0.025, 0.3, 0.5, 0.77, 0.999, 1 - 1e-9])
@@ -43,7 +44,7 @@ def test_measured_sizes_keep_their_mean_and_never_go_beyond() -> None:
     assert (sizes.min(), sizes.max()) == (1.0, 7.0) == (own.low, own.high)
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "expected"),
     [
         ("± 0.02 mm", uniform(4.8e-4, 5.2e-4)),
@@ -72,7 +73,7 @@ def test_tolerances_as_text(text: str, expected: Distribution) -> None:
         assert ours[key] == (value if key == "kind" else pytest.approx(value, rel=1e-12))
 
 
-@pytest.mark.parametrize(
+@over(
     "text",
     [
         "",

@@ -7,6 +7,7 @@ import pytest
 
 import flexura as fx
 from helpers.oscillators import DOFS, body, dashes, natural, oscillator, pair, stiffness
+from helpers.over import over
 
 HZ = sorted(natural(d) / (2 * np.pi) for d in DOFS)
 """Six frequencies from 16 to 60 Hz."""
@@ -139,7 +140,7 @@ def test_dashpots_turned_and_off_their_nodes():
     assert two.sum() == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize(
+@over(
     "damping",
     [
         1.0, 1.5, -0.01, np.nan, np.inf, "much", True, {"ratio": 1.0}, {"ratios": [0.1, 1.0]}, {"ratios": 0.1},
@@ -149,9 +150,7 @@ def test_dashpots_turned_and_off_their_nodes():
         {"rayleigh": {"frequencies": (20.0, 20.0), "ratios": (0.1, 0.1)}},
         {"rayleigh": {"frequencies": (20.0,), "ratios": (0.1, 0.1)}}, {"rayleigh": 0.1}, {"zeta": 0.1},
         [0.1], "zeta",
-    ],
-    ids=str,
-)  # fmt: skip
+    ])  # fmt: skip
 def test_impossible_damping(damping):
     """Ratios lie from zero to one, one excluded; limits rise; keys are known."""
     with pytest.raises(fx.OptionError) as caught:

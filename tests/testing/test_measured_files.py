@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.io.measurements import read_measurement, write_measurement
+from flexura.io import read_measurement, write_measurement
 
 DATA = Path(__file__).parent / "data"
 OBLIQUE = (2 / 7, -3 / 7, 6 / 7)
@@ -489,3 +489,20 @@ def test_what_cannot_be_written_leaves_no_file(tmp_path):
         with pytest.raises(fx.OptionError, match=message):
             write_measurement(thing, tmp_path / name, **options)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["t.uff", "t.csv", "t.txt", "t.npz", pytest.param("t.h5", marks=pytest.mark.slow)])
+def test_a_file_of_channels_says_what_excites_in_every_format(name, tmp_path):
+    own = replace(measurement(), frfs=())
+    path = write_measurement(replace(own, recordings=own.recordings[:1]), tmp_path / name)
+    assert read_measurement(path).recordings[0].inputs == (0,)
+    (tmp_path / "t.channels.yaml").write_text("p1.tz: {input: true}\nhammer: {input: false}\n")
+    assert read_measurement(path).recordings[0].inputs == (1,)
+
+
+def test_stress_has_its_data_type_and_exponents(tmp_path):
+    gauge = fx.testing.MeasuredChannel("gauge", "stress", "7", (1.0, 0.0, 0.0), None)
+    record = fx.testing.Recording(1000.0, np.ones((2, 4)), (HAMMER, gauge), (0,), "", "")
+    path = write_measurement(fx.Measurement("test", (record,)), tmp_path / "t.uff", binary=False)
+    assert f"{2:10d}{-2:5d}{1:5d}{0:5d} {'stress':<20} {'Pa':<20}" in path.read_text()
+    assert read_measurement(path).recordings[0].channels[1].quantity == "stress"

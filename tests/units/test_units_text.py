@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 
 from flexura.errors import ExpressionError
 from flexura.units import format_number, format_quantity, parse, parse_quantity, parse_unit
+from helpers.over import over
 
 FLOATS = st.floats(allow_nan=False, allow_infinity=False)
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "factor", "exponents"),
     [
         ("mm", "1/1000", (1, 0, 0)),
@@ -48,7 +49,7 @@ def test_degrees_are_those_of_the_standard_library():
         assert parse_quantity(f"{degrees}°")[0] == math.radians(degrees)
 
 
-@pytest.mark.parametrize(
+@over(
     ("text", "rule", "hint"),
     [
         ("degC", "has an offset", "K"),
@@ -112,7 +113,7 @@ def test_decimal_prefixes_do_not_round_twice(number):
     assert parse_quantity(f"{number} GPa")[0] == float(f"{number}e9")
 
 
-@pytest.mark.parametrize(
+@over(
     ("value", "unit", "text"),
     [
         (0.3e-3, "m", "0.3 mm"),
@@ -184,6 +185,6 @@ def test_numbers_read_back_exactly(value):
     assert float(format_number(value)) == value
 
 
-@pytest.mark.parametrize("name", parse._SI)
+@over("name", parse._SI)
 def test_units_known_without_the_unit_library_are_those_of_the_library(name):
     assert parse._SI[name] == parse._of_library(name)

@@ -40,8 +40,14 @@ if TYPE_CHECKING:
 
 What = Literal["state-space", "low", "full", "modes", "response"]
 
-DEFAULTS: dict[str, What] = {"simscape": "low", "matrix-market": "full", "vtu": "modes", "uff": "modes"}
-"""What a format gets when nothing is said; the others get a state space."""
+KINDS: dict[str, What] = {
+    "state space": "state-space",
+    "low-order model": "low",
+    "full-order model": "full",
+    "modes": "modes",
+    "frequency response": "response",
+}
+"""What a format takes, in the words of the shell; without a word it gets the first that it takes."""
 
 
 def export_command(
@@ -81,9 +87,9 @@ def export_command(
     as_json: Json = False,
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
-    from flexura.io import export, format_of, scalar_notes
+    from flexura.io import FORMATS, export, format_of, scalar_notes
 
-    kind = what or DEFAULTS.get(format_of(out, format), "state-space")
+    kind = what or KINDS[FORMATS[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
     limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any
@@ -113,7 +119,7 @@ def export_command(
             raise OptionError("a response needs a --band FROM,TO, e.g. '5,200 Hz'")
         thing = frequency_response(mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping)
     elif kind == "full":
-        from flexura.structure import assemble
+        from flexura.full_order import assemble
 
         thing = assemble(mechanism, parameters)
     else:
@@ -136,8 +142,8 @@ def _low_order(
     mechanism: Any, parameters: dict[str, float], keep: int | None, n: int | None, up_to: float | None
 ) -> Any:
     """The low-order model in the coordinates of its substructures."""
+    from flexura.full_order import plan_of
     from flexura.reduction import reduce, reduction_of
-    from flexura.structure import plan_of
 
     chosen = reduction_of(plan_of(mechanism), {"keep": keep}, n or 6, up_to)
     coordinates = {"coordinates": "substructures"} if "tolerance" in chosen else {}

@@ -30,6 +30,7 @@ from flexura.cli.terminal import columns_table, heading
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.tables import counted, ends, number, quantity, scale_for
+from flexura.thresholds import STILL
 
 if TYPE_CHECKING:
     from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, Stroke, TimeResponse
@@ -40,9 +41,6 @@ MOST_ROWS = 12
 
 MOST_POSES, MOST_FREQUENCIES = 41, 6
 """Of a stroke."""
-
-STILL = 1e-7
-"""Displacements below so much of the largest translation, or rotation, of a node are none."""
 
 Nodes = Annotated[
     list[str] | None, typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated.")
@@ -113,7 +111,7 @@ def kinetostatics_command(
 ) -> Answer:
     """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
     from flexura.analysis import kinetostatics
-    from flexura.structure import assemble
+    from flexura.full_order import assemble
 
     model = assemble(mechanism, parameters)
     result = kinetostatics(model, platform=platform, actuators=actuator)

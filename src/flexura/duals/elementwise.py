@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.special
 
-TIE = 1e-12
-"""Relative difference up to which numbers are equal but for round-off."""
+from flexura.thresholds import ROUND_OFF
 
 ALIKE = 1e-7
 """Difference up to which slopes agree, over the largest by the same parameter."""
@@ -72,7 +71,7 @@ def tied(a: Any, b: Any) -> Any:
     """Where values are equal but for round-off."""
     a, b = _bare(a), _bare(b)
     with np.errstate(all="ignore"):
-        return (a == b) | (np.abs(a - b) <= TIE * np.maximum(np.abs(a), np.abs(b)))
+        return (a == b) | (np.abs(a - b) <= ROUND_OFF * np.maximum(np.abs(a), np.abs(b)))
 
 
 def agree(a: Any, b: Any) -> Any:

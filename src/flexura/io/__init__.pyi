@@ -1,3 +1,4 @@
+from flexura.io.arrays import to_control as to_control
 from flexura.io.fmu import FLAGS as FLAGS
 from flexura.io.fmu import SOURCES as SOURCES
 from flexura.io.fmu import c_sources as c_sources
@@ -8,5 +9,4 @@ from flexura.io.formats import export as export
 from flexura.io.formats import format_of as format_of
 from flexura.io.measurements import read_measurement as read_measurement
 from flexura.io.measurements import write_measurement as write_measurement
-from flexura.io.python_control import to_control as to_control
 from flexura.io.uff import scalar_notes as scalar_notes

@@ -1,16 +1,54 @@
-"""NumPy archives and HDF5 files of state spaces, second-order models and frequency responses."""
+"""State spaces, second-order models and responses for NumPy, HDF5, MATLAB, Matrix Market and python-control."""
 
 from __future__ import annotations
 
+import csv
+import re
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from flexura._version import __version__
-from flexura.extras import need
-from flexura.files import write_file
-from flexura.io.contents import contents, is_sparse
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.files import complete_files, write_file
+from flexura.io.contents import (
+    SecondOrder,
+    contents,
+    is_sparse,
+    model_error_notes,
+    refuse_clashes,
+    second_order,
+    signal_names,
+)
+from flexura.lazy import need
+from flexura.mechanism import DOF_NAMES
+from flexura.structure import FullOrderModel
+from flexura.systems import StateSpace
+
+if TYPE_CHECKING:
+    import control
+
+_MATLAB_NAMES = {
+    "dt": "Ts",
+    "delay": "InputDelay",
+    "name": "Name",
+    "notes": "Notes",
+    "kind": "Kind",
+    "frequency_hz": "FrequencyHz",
+    "response": "ResponseData",
+    "input_names": "InputName",
+    "output_names": "OutputName",
+    "state_names": "StateName",
+    "input_units": "InputUnit",
+    "output_units": "OutputUnit",
+    "input_quantities": "InputQuantity",
+    "output_quantities": "OutputQuantity",
+    "coordinate_names": "CoordinateName",
+}
+_COLUMNS = ("row", "coordinate", "node", "dof", "x_m", "y_m", "z_m")
 
 
 def write_npz(what: Any, path: str | Path, damping: Any | None = None) -> Path:
@@ -62,3 +100,119 @@ def write_hdf5(what: Any, path: str | Path, damping: Any | None = None) -> Path:
                     root.attrs[name] = value
 
     return write_file(path, write)
+
+
+def write_mat(what: Any, path: str | Path, damping: Any | None = None) -> Path:
+    """Write a MATLAB file (version 5) with the names that `ss` and `frd` use for their properties.
+
+    State space: A, B, C, D, Ts (0 when continuous), InputDelay in s, and names and units as cell arrays of columns,
+    names that occur twice with their quantity behind them. Frequency response: ResponseData (p, m, f) at FrequencyHz.
+    Second-order model: K, M, C and CoordinateName. Raises OptionError for things that have no arrays, and when the file
+    cannot be written.
+    """
+    items = contents(what, damping)
+    if isinstance(what, StateSpace):
+        names = signal_names(what)
+        items |= {"input_names": list(names.inputs), "output_names": list(names.outputs)}
+        items["delay"] = np.full((len(what.inputs), 1), what.delay if what.dt is None else 0.0)
+    if "response" in items:
+        items["response"] = items["response"].transpose(1, 2, 0)
+        items["frequency_hz"] = items["frequency_hz"][:, None]
+    return save_mat({_MATLAB_NAMES.get(name, name): value for name, value in items.items()}, path)
+
+
+def save_mat(items: dict[str, Any], path: str | Path) -> Path:
+    """Write arrays, numbers, texts and lists of texts (as cell columns) as variables of a MATLAB file."""
+    from scipy.io import savemat
+
+    variables = {name: _cell(value) if isinstance(value, list) else value for name, value in items.items()}
+
+    def write(file: Path) -> None:
+        savemat(str(file), variables, appendmat=False, long_field_names=True, do_compression=True)
+
+    return write_file(path, write)
+
+
+def _cell(texts: list[str]) -> Any:
+    cell = np.empty((len(texts), 1), dtype=object)
+    cell[:, 0] = texts
+    return cell
+
+
+def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None) -> list[Path]:
+    """Write K, M and, when there is one, C as symmetric Matrix Market files, SI, and a table of the rows.
+
+    A path ending in `.mtx` is a prefix, `part.mtx` for `part_K.mtx`, `part_M.mtx` and `part_dofs.csv`; any other is a
+    folder, made when missing, for `K.mtx`, `M.mtx` and `dofs.csv`. Rows of the table count from 1, as in the files;
+    rows that are no displacement of a node, such as amplitudes, have a name alone. Returns the paths. Raises
+    OptionError for things without matrices, and when a file cannot be written.
+    """
+    from scipy.io import mmwrite
+
+    second = second_order(what, damping)
+    path = Path(path)
+    if path.suffix == ".mtx":
+        folder, prefix, make = path.parent, f"{path.stem}_", False
+    else:
+        folder, prefix, make = path, "", True
+        if path.is_file():
+            raise OptionError(
+                f"{path} is a file; matrices go to a folder, or to files named by a prefix ending in .mtx"
+            )
+    matrices = {"K": second.K, "M": second.M} | ({} if second.C is None else {"C": second.C})
+    notes = model_error_notes(second.model)
+    with complete_files(folder, make) as scratch:
+        for name, A in matrices.items():
+            lower = sp.coo_matrix(A)
+            comment = f"{name} of {' '.join(second.name.split())}, SI, rows in {prefix}dofs.csv"
+            with (scratch / f"{prefix}{name}.mtx").open("wb") as stream:
+                mmwrite(stream, lower, "\n".join((comment, *notes)), symmetry="symmetric", precision=17)
+        with (scratch / f"{prefix}dofs.csv").open("w", newline="", encoding="utf-8") as stream:
+            csv.writer(stream, lineterminator="\n").writerows([_COLUMNS, *_rows(second)])
+        written = sorted(file.name for file in scratch.iterdir())
+    return [folder / name for name in written]
+
+
+def _rows(second: SecondOrder) -> list[tuple[Any, ...]]:
+    """Number, name, node, DOF and place of every coordinate."""
+    topology, x = second.model.plan.topology, second.model.positions
+    number = {name: k for k, name in enumerate(topology.node_names) if topology.has_position[k]}
+    amplitudes = np.empty(0)
+    if isinstance(second.model, FullOrderModel):
+        amplitudes = np.flatnonzero(~topology.has_position[np.nonzero(topology.dof >= 0)[0]])
+    skip, rows = set(amplitudes.tolist()), []
+    for k, name in enumerate(second.coordinate_names):
+        node, _, dof = name.rpartition(".")
+        if k not in skip and dof in DOF_NAMES and node in number:
+            rows.append((k + 1, name, node, dof, *map(repr, x[number[node]].tolist())))
+        else:
+            rows.append((k + 1, name, "", "", "", "", ""))
+    return rows
+
+
+@verb
+def to_control(model: StateSpace) -> control.StateSpace:
+    """The model as `control.StateSpace`, with its step and the names of its inputs, outputs and states.
+
+    python-control allows no dots in names: `stage.tx` becomes `stage_tx`, and what is no letter or digit an underscore.
+    Names that inputs and outputs share get their quantity behind them (`stage_tx_force`), since python-control connects
+    signals of equal names. Raises OptionError without the package, for names that clash, and for a continuous model
+    with dead time: `discretised` has it inside.
+    """
+    library: Any = need("control", "control")
+    if model.delay and not model.is_discrete:
+        raise OptionError(
+            f"python-control has no dead time, and this model has {model.delay} s: export model.discretised(step),"
+            " which contains it, or set the delay to zero"
+        )
+    plain = [tuple(_plain(name) for name in names) for names in signal_names(model)]
+    refuse_clashes([name for names in plain for name in names], " once dots have become underscores")
+    inputs, outputs, states = plain
+    matrices = (model.A, model.B, model.C, model.D)
+    time = model.dt if model.dt is not None else 0
+    names = {"name": _plain(model.name), "inputs": inputs, "outputs": outputs, "states": states}
+    return library.StateSpace(*matrices, time, **names, remove_useless_states=False)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W+", "_", name).strip("_") or "signal"

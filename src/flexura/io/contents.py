@@ -1,19 +1,21 @@
-"""What models and results consist of, as named arrays and texts: the ground of the array formats."""
+"""What models and results consist of, as named arrays and texts, and names that tell their signals apart."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
 
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import FullOrderModel, assemble
-from flexura.systems import Channel, StateSpace
+from flexura.structure import Channel, FullOrderModel
+from flexura.systems import StateSpace
 from flexura.tables import in_hz
 
 MODES = 12
@@ -47,7 +49,7 @@ class SecondOrder:
 
 
 def is_sparse(A: Any) -> bool:
-    """True for sparse matrices."""
+    """Whether a matrix is sparse; without telling type checkers which of many classes it then is."""
     return sp.issparse(A)
 
 
@@ -58,19 +60,21 @@ def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
     systems with structural damping, which is in no C, and for a C of another size.
     """
     model = what.model if isinstance(what, NestedModel) else what
-    own = None
+    described = None
     if not isinstance(model, FullOrderModel | LowOrderModel):
         whole: Any = what
         model = getattr(what, "model", None)
         if not isinstance(model, FullOrderModel | LowOrderModel) or not hasattr(what, "C"):
-            raise OptionError(f"K and M are of a full-order or low-order model or a system, not of {_kind(what)}")
+            raise OptionError(
+                f"K and M are of a full-order or low-order model or a system, not of a {type(what).__name__}"
+            )
         if damping is None and getattr(what, "H", None) is not None:
             raise OptionError(
                 "structural damping is in no matrix C of this system: export its state space, or give `damping`"
             )
-        own = whole.damping_matrix() if damping is None and whole.is_damped else None
+        described = whole.damping_matrix() if damping is None and whole.is_damped else None
     names = model.dof_names if isinstance(model, FullOrderModel) else list(model.coordinate_names)
-    C = own if damping is None else damping
+    C = described if damping is None else damping
     K, M, C = (None if A is None else _symmetric(A, len(names)) for A in (model.K, model.M, C))
     return SecondOrder(model.plan.mechanism.name, K, M, C, names, model)
 
@@ -97,6 +101,8 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
     if isinstance(what, StateSpace):
         return _of_state_space(what)
     if isinstance(what, Response) and not isinstance(what, FullOrderModel | LowOrderModel):
+        modes = getattr(what, "modes", None)
+        errors = [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
         return {
             "kind": "frequency response",
             "name": what.name,
@@ -104,17 +110,13 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             "response": np.asarray(what.response, dtype=complex),
             **_channels("input", what.inputs),
             **_channels("output", what.outputs),
-            "notes": [
-                *getattr(what, "notes", ()),
-                *(f"warning: {w}" for w in getattr(what, "warnings", ())),
-                *_model_errors_of_response(what),
-            ],
+            "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ())), *errors],
         }
-    own = second_order(what, damping)
-    matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
-    notes = [*getattr(own.model, "steps", ()), *model_error_notes(own.model)]
-    texts = {"coordinate_names": own.coordinate_names, "notes": notes}
-    return {"kind": "second-order model", "name": own.name, **matrices, **texts}
+    second = second_order(what, damping)
+    matrices = {"K": second.K, "M": second.M} | ({} if second.C is None else {"C": second.C})
+    notes = [*getattr(second.model, "steps", ()), *model_error_notes(second.model)]
+    texts = {"coordinate_names": second.coordinate_names, "notes": notes}
+    return {"kind": "second-order model", "name": second.name, **matrices, **texts}
 
 
 def notes_of(model: StateSpace) -> list[str]:
@@ -128,11 +130,6 @@ def notes_of(model: StateSpace) -> list[str]:
     return [*model.notes, *(f"warning: {w}" for w in model.warnings), *errors]
 
 
-def _model_errors_of_response(what: Response) -> list[str]:
-    modes = getattr(what, "modes", None)
-    return [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
-
-
 def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np.inf) -> list[str]:
     """How far the part may be from the frequencies of a model up to a highest one, Hz, of MODES modes at most, in
     words; none without a mode there."""
@@ -143,9 +140,9 @@ def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np
         errors, hz = model_errors_of_modes(full, min(MODES, full.order))
     except SolverError as error:
         return [f"model error, how far the part may be from these frequencies: not known, {error}"]
-    told = [f"{in_hz(f)} {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
-    told += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
-    return [f"model error, how far the part may be from these frequencies: {', '.join(told)}"] * bool(told)
+    named = [f"{in_hz(f)} {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
+    named += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
+    return [f"model error, how far the part may be from these frequencies: {', '.join(named)}"] * bool(named)
 
 
 def _of_state_space(model: StateSpace) -> dict[str, Any]:
@@ -173,5 +170,37 @@ def _channels(what: str, channels: Sequence[Channel]) -> dict[str, list[str]]:
     }
 
 
-def _kind(what: Any) -> str:
-    return f"a {type(what).__name__}"
+class Names(NamedTuple):
+    """Names of inputs, outputs and states, no two equal."""
+
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    states: tuple[str, ...]
+
+
+def signal_names(model: StateSpace) -> Names:
+    """A channel's name, and its quantity behind a dot when another channel or a state has the same name:
+    a force and the displacement at `stage.tx` become `stage.tx.force` and `stage.tx.displacement`.
+
+    Raises OptionError when names are still equal, or not one line of text.
+    """
+    count = Counter([c.name for c in (*model.inputs, *model.outputs)]) + Counter(set(model.state_names))
+
+    def name(channel: Channel) -> str:
+        return channel.name if count[channel.name] == 1 else f"{channel.name}.{channel.quantity}"
+
+    names = Names(tuple(map(name, model.inputs)), tuple(map(name, model.outputs)), tuple(model.state_names))
+    refuse_clashes([*names.inputs, *names.outputs, *names.states])
+    return names
+
+
+def refuse_clashes(names: list[str], what: str = "") -> None:
+    """Raise OptionError when two names are equal or one is not a line of text; `what` says how they were made."""
+    twice = [name for name, k in Counter(names).items() if k > 1]
+    if twice:
+        raise OptionError(
+            f"two signals are called {twice[0]!r}{what}; rename a channel, or take one of them with `selected`"
+        )
+    odd = [name for name in names if not name.strip() or not name.isprintable()]
+    if odd:
+        raise OptionError(f"{odd[0]!r} is no name: a name is one line of text")

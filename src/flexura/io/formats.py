@@ -1,4 +1,4 @@
-"""`export`: one call for all formats, chosen by the suffix of the file or by name."""
+"""The table of file formats, and `export`: one call for all of them, chosen by the suffix of the file or by name."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from typing import Any
 from flexura.analysis import Modes
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.io.arrays import write_hdf5, write_npz
+from flexura.io.archives import read_hdf5, read_npz, write_measured_hdf5, write_measured_npz
+from flexura.io.arrays import write_hdf5, write_mat, write_matrix_market, write_npz
 from flexura.io.contents import Response
 from flexura.io.fmu import write_fmu
-from flexura.io.matlab import write_mat
-from flexura.io.matrix_market import write_matrix_market
+from flexura.io.meshes import write_vtu
 from flexura.io.simscape import write_simscape
-from flexura.io.uff import write_results_uff
-from flexura.io.vtk import write_vtu
+from flexura.io.tables import read_csv, write_csv
+from flexura.io.uff import read_uff, write_results_uff, write_uff
 from flexura.mechanism import Damping
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
 from flexura.systems import StateSpace
+from flexura.testing.measurement import Measurement
 
 STATE_SPACE, RESPONSE, MODES, LOW, FULL = (
     "state space",
@@ -34,19 +35,31 @@ STATE_SPACE, RESPONSE, MODES, LOW, FULL = (
 
 
 @dataclass(frozen=True)
+class MeasuredFormat:
+    """What reads and writes measured data: `read(path, descriptions)`, where it can with `repeated=...`, and
+    `write(measurement, path)`, where it can with `binary=...`; such files go by `more_suffixes` too."""
+
+    read: Callable[..., Measurement]
+    write: Callable[..., None]
+    more_suffixes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Format:
-    """A format: its suffixes, what it takes (`state space`, `frequency response`, `modes`, `low-order model`,
-    `full-order model`), and what a file in it is."""
+    """A file format: its suffixes, what it takes (`state space`, `frequency response`, `modes`, `low-order model`,
+    `full-order model`; first what the shell writes where nothing is said), what a file in it is, `write(result, path,
+    **options)`, which returns the paths, and what reads and writes measured data in it."""
 
     suffixes: tuple[str, ...]
     takes: tuple[str, ...]
     text: str
-    write: Callable[..., Path | list[Path]]
+    write: Callable[..., Path | list[Path]] | None = None
+    measured: MeasuredFormat | None = None
 
     @property
     def options(self) -> tuple[str, ...]:
-        """Names of its options."""
-        return tuple(signature(self.write).parameters)[2:]
+        """Names of the options of `write`."""
+        return () if self.write is None else tuple(signature(self.write).parameters)[2:]
 
 
 _ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL)
@@ -57,15 +70,24 @@ FORMATS = {
     "simscape": Format(
         (), (LOW,), "MATLAB file for Reduced Order Flexible Solid of Simscape Multibody", write_simscape
     ),
-    "npz": Format((".npz",), _ARRAYS, "NumPy archive", write_npz),
-    "hdf5": Format((".h5", ".hdf5"), _ARRAYS, "HDF5", write_hdf5),
-    "matrix-market": Format((".mtx",), (LOW, FULL), "Matrix Market files and a table of DOFs", write_matrix_market),
+    "npz": Format((".npz",), _ARRAYS, "NumPy archive", write_npz, MeasuredFormat(read_npz, write_measured_npz)),
+    "hdf5": Format(
+        (".h5", ".hdf5"), _ARRAYS, "HDF5", write_hdf5, MeasuredFormat(read_hdf5, write_measured_hdf5, (".hdf",))
+    ),
+    "matrix-market": Format((".mtx",), (FULL, LOW), "Matrix Market files and a table of DOFs", write_matrix_market),
     "vtu": Format((".vtu",), (MODES, FULL), "VTK mesh of lines with mode shapes", write_vtu),
     "uff": Format(
-        (".uff", ".unv"), (MODES, RESPONSE), "universal file, datasets 15, 55, 58, 82, 151, 164", write_results_uff
+        (".uff", ".unv"),
+        (MODES, RESPONSE),
+        "universal file, datasets 15, 55, 58, 82, 151, 164",
+        write_results_uff,
+        MeasuredFormat(read_uff, write_uff, (".uf", ".58", ".bunv")),
     ),
+    "csv": Format((".csv",), (), "measured record or responses", None, MeasuredFormat(read_csv, write_csv, (".txt",))),
 }
-"""All formats by name."""
+"""All formats by name: the one place that lists them."""
+
+_EXPORTED = {name: own for name, own in FORMATS.items() if own.write is not None}
 
 
 @verb
@@ -93,14 +115,14 @@ def export(
     it has not and files that cannot be written.
     """
     name = format_of(path, format)
-    own = FORMATS[name]
+    chosen = _EXPORTED[name]
     if isinstance(result, list | tuple) and name != "uff":
         raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
     kind = kind_of(result)
-    if kind not in own.takes:
-        others = [other for other, one in FORMATS.items() if kind in one.takes]
+    if kind not in chosen.takes:
+        others = [other for other, one in _EXPORTED.items() if kind in one.takes]
         hint = f"; formats that do: {', '.join(others)}" if others else ""
-        raise OptionError(f"{name} takes a {' or a '.join(own.takes)}, not a {kind}{hint}")
+        raise OptionError(f"{name} takes a {' or a '.join(chosen.takes)}, not a {kind}{hint}")
     named = {
         "damping": damping,
         "damping_ratio": damping_ratio,
@@ -111,25 +133,27 @@ def export(
         "binary": binary,
     }
     options = {name: value for name, value in named.items() if value is not None}
-    unknown = sorted(set(options) - set(own.options))
+    unknown = sorted(set(options) - set(chosen.options))
     if unknown:
-        known = ", ".join(own.options) or "none"
+        known = ", ".join(chosen.options) or "none"
         raise OptionError(f"{name} has no option {unknown[0]!r}; its options: {known}")
-    written = own.write(result, path, **options)
+    written = chosen.write(result, path, **options) if chosen.write else []
     return written if isinstance(written, list) else [written]
 
 
 def format_of(path: str | Path, format: str | None = None) -> str:
     """The name of the format. Raises OptionError for names and suffixes that are none."""
     if format is not None:
-        if format not in FORMATS:
-            raise OptionError(f"there is no format {format!r}; formats: {', '.join(FORMATS)}")
+        if format not in _EXPORTED:
+            raise OptionError(f"there is no format {format!r}; formats: {', '.join(_EXPORTED)}")
         return format
     suffix = Path(path).suffix.lower()
-    for name, own in FORMATS.items():
-        if suffix in own.suffixes:
+    for name, known_format in _EXPORTED.items():
+        if suffix in known_format.suffixes:
             return name
-    known = ", ".join(f"{suffix} ({name})" for name, own in FORMATS.items() for suffix in own.suffixes)
+    known = ", ".join(
+        f"{suffix} ({name})" for name, known_format in _EXPORTED.items() for suffix in known_format.suffixes
+    )
     raise OptionError(f"{suffix or 'no suffix'} is no known format; name one with `format`, or take one of {known}")
 
 

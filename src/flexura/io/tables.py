@@ -25,7 +25,6 @@ from flexura.testing.measurement import (
     frequency_factor,
     quantity_of,
     split_heading,
-    with_description,
 )
 from flexura.units import parse_unit
 
@@ -48,7 +47,7 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     times.
     """
     text = read_text(path)
-    said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
+    remarks = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     _refuse_frequencies(path, lines[0][1] if lines else "")
     if len(lines) < 3:
@@ -64,11 +63,11 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     if first.lower() in ("time", "t"):
         factor = _seconds(unit, path)
         return _record(
-            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, said.get("setup", "")
+            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, remarks.get("setup", "")
         )
     if first.lower() in ("frequency", "f"):
         hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
-        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, said)
+        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, remarks)
     raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
 
 
@@ -119,7 +118,7 @@ def _seconds(unit: str, path: Path) -> float:
 def _channel(path: Path, name: str, unit: str, descriptions: ChannelDescriptions) -> tuple[MeasuredChannel, float]:
     described = descriptions.get(name, ChannelDescription())
     quantity, factor = quantity_of(described.unit or unit, described.quantity, f"{path}: {name}")
-    return with_description(MeasuredChannel(name, quantity), described), factor
+    return MeasuredChannel(name, quantity), factor
 
 
 def _record(
@@ -152,21 +151,19 @@ def _record(
     if missing:
         raise OptionError(f"{path}: there is no column {missing[0]!r}; columns: {', '.join(n for n, _ in named)}")
     channels, factors = zip(*(_channel(path, name, unit, descriptions) for name, unit in named), strict=True)
-    inputs = tuple(k for k, c in enumerate(channels) if _is_input(c, descriptions.get(c.name)))
+    inputs = tuple(k for k, c in enumerate(channels) if c.quantity in FORCES)
     rate = float(f"{1 / step:.6g}") if abs(float(f"{1 / step:.6g}") * step - 1) < 1e-6 else 1 / step
     samples = (values * np.array(factors)).T
     return Measurement(path.stem, (Recording(rate, samples, tuple(channels), inputs, setup, path.stem),))
 
 
-def _is_input(channel: MeasuredChannel, described: ChannelDescription | None) -> bool:
-    """Whether a channel excites: as it is described, else if it is a force or a moment."""
-    if described is not None and described.is_input is not None:
-        return described.is_input
-    return channel.quantity in FORCES
-
-
 def _responses(
-    path: Path, headings: list[str], hz: Array, values: Array, descriptions: ChannelDescriptions, said: dict[str, str]
+    path: Path,
+    headings: list[str],
+    hz: Array,
+    values: Array,
+    descriptions: ChannelDescriptions,
+    remarks: dict[str, str],
 ) -> Measurement:
     if np.any(np.diff(hz) <= 0):
         raise OptionError(f"{path}: frequencies do not increase")
@@ -199,12 +196,14 @@ def _responses(
             gamma[at] = parts["coherence"][1]
     channels = ([known[n][0] for n in names] for names in (ins, outs))
     inputs, outputs = (tuple(c) for c in channels)
-    averages = int(said["averages"]) if said.get("averages", "").isdigit() else None
+    averages = int(remarks["averages"]) if remarks.get("averages", "").isdigit() else None
     try:
-        decay = float(said.get("decay", 0.0))
+        decay = float(remarks.get("decay", 0.0))
     except ValueError:
-        raise OptionError(f"{path}: decay is a rate in 1/s, not {said['decay']!r}") from None
-    frf = MeasuredFRF(hz, H, inputs, outputs, gamma, averages, said.get("estimator", ""), decay, said.get("setup", ""))
+        raise OptionError(f"{path}: decay is a rate in 1/s, not {remarks['decay']!r}") from None
+    frf = MeasuredFRF(
+        hz, H, inputs, outputs, gamma, averages, remarks.get("estimator", ""), decay, remarks.get("setup", "")
+    )
     return Measurement(path.stem, frfs=(frf,))
 
 

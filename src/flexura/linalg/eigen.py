@@ -23,6 +23,7 @@ from flexura.errors import SolverError
 from flexura.linalg.bounds import bracket, count_below, solution, stable_count
 from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, Factor, Matrix, Progress, SuperLU, pivoted
 from flexura.linalg.pencil import Eigenpairs, Pencil, scaled, toarray, unit_scale
+from flexura.thresholds import EQUAL_BY_SYMMETRY
 
 LANCZOS_RESTARTS = 500
 """Restarts of a Lanczos search after which it is given up."""
@@ -47,9 +48,6 @@ ABOVE_ROUNDING = 10.0
 
 SHIFT_ROUNDS = 8
 """Attempts to find a shift next to the lowest elastic eigenvalue."""
-
-SIZE_TIE = 1e-6
-"""Relative difference up to which sizes are equal: symmetry makes them so but for round-off."""
 
 
 class ShiftInvert:
@@ -367,4 +365,4 @@ def turned(vectors: Any) -> Any:
 
 def _least(largest: Any) -> Any:
     """The least size that equals the largest."""
-    return largest * (1 - np.copysign(SIZE_TIE, largest))
+    return largest * (1 - np.copysign(EQUAL_BY_SYMMETRY, largest))

@@ -19,6 +19,7 @@ from flexura.errors import SolverError
 from flexura.linalg.bounds import count_below
 from flexura.linalg.factor import DENSE_LIMIT, Matrix, factorise, is_definite
 from flexura.linalg.pencil import scaled, toarray, unit_scale
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 MatrixFunction = Callable[[complex], Any]
 """T(z), (n, n), real for real z."""
@@ -46,9 +47,6 @@ NEWTON_SETTLED = 1e-9
 
 STRAY = 0.05
 """Relative distance beyond which a starting value belongs to no eigenvalue."""
-
-COPIES_WITHIN = 1e-6
-"""Relative distance below which eigenvalues are copies of one."""
 
 DENSE_BUCKLING = 1200
 """Up to this order several buckling loads come from a dense solver, which misses no copies."""
@@ -159,12 +157,12 @@ class _ContourSearch:
         for value in starts:
             if len(eigenvalues) == enough:
                 break
-            if (np.abs(eigenvalues - value) <= COPIES_WITHIN * value).any():
+            if (np.abs(eigenvalues - value) <= REPEATED_EIGENVALUES * value).any():
                 continue
             copies = self._newton(float(value))
             if copies is None or not self.low <= copies[0] <= self.high:
                 continue
-            if not (np.abs(eigenvalues - copies[0]) <= COPIES_WITHIN * value).any():
+            if not (np.abs(eigenvalues - copies[0]) <= REPEATED_EIGENVALUES * value).any():
                 eigenvalues = np.sort(np.concatenate([eigenvalues, copies]))
         return eigenvalues
 
@@ -172,7 +170,7 @@ class _ContourSearch:
         """Eigenvalues next to z by the linearised problem T(z) x = mu T'(z) x."""
         mu = self._steps(z)
         mu = mu[np.abs(mu) <= STRAY * abs(z)]
-        return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + COPIES_WITHIN * abs(z)].real
+        return z - mu[np.abs(mu.imag) <= 0.1 * np.abs(mu) + REPEATED_EIGENVALUES * abs(z)].real
 
     def _newton(self, z: float) -> Array | None:
         """The eigenvalue next to z, as often as it is repeated; None when none is near."""
@@ -181,7 +179,7 @@ class _ContourSearch:
             mu = self._steps(z)
             if not len(mu) or abs(mu[0]) > STRAY * z or abs(z - start) > STRAY * start:
                 return None
-            close = COPIES_WITHIN * abs(z)
+            close = REPEATED_EIGENVALUES * abs(z)
             copies = mu[np.abs(mu) <= max(close, 3 * abs(mu[0]))] if abs(mu[0]) <= close else mu[:1]
             if np.abs(copies).max() <= close and abs(copies.mean()) <= NEWTON_SETTLED * abs(z):
                 return np.sort(z - copies.real)

@@ -1,4 +1,5 @@
-"""Parts with inertia or stiffness that are not members: rigid bodies, point masses, springs, superelements."""
+"""Parts with inertia, stiffness or damping that are not members: rigid bodies, point masses, springs, dashpots,
+superelements."""
 
 from __future__ import annotations
 
@@ -16,14 +17,18 @@ from flexura.mechanism.quantity import (
     NonNegativeNumber,
     PositiveLength,
     PositiveMass,
+    RotationalDamping,
     RotationalStiffness,
     StiffnessRR,
     StiffnessTR,
     StiffnessTT,
+    TranslationalDamping,
     TranslationalStiffness,
 )
 from flexura.sizes import beyond
 
+OneOrTwo = Annotated[tuple[str, ...], Field(min_length=1, max_length=2)]
+"""A node, or two."""
 Principal = tuple[Inertia, Inertia, Inertia]
 Tensor = tuple[Inertia, Inertia, Inertia, Inertia, Inertia, Inertia]
 InertiaTensor = Principal | Tensor
@@ -133,7 +138,7 @@ class Spring(Part):
     a rigid motion never strains it.
     """
 
-    nodes: Annotated[tuple[str, ...], Field(min_length=1, max_length=2)]
+    nodes: OneOrTwo
     stiffness: DiagonalStiffness | None = None
     matrix: StiffnessMatrix | None = None
     """Full symmetric 6 x 6 stiffness."""
@@ -148,6 +153,27 @@ class Spring(Part):
         if (self.stiffness is None) == (self.matrix is None):
             raise refuse("both, or neither, is given: a spring has either stiffness (by DOF) or matrix (6 x 6)")
         return self
+
+
+class DiagonalDamping(Part):
+    """Viscous coefficients along and about the three axes of a dashpot."""
+
+    tx: TranslationalDamping = 0.0
+    ty: TranslationalDamping = 0.0
+    tz: TranslationalDamping = 0.0
+    rx: RotationalDamping = 0.0
+    ry: RotationalDamping = 0.0
+    rz: RotationalDamping = 0.0
+
+
+class Dashpot(Part):
+    """A viscous damper from a node to ground, or between two nodes; it acts at `at` as a spring does."""
+
+    nodes: OneOrTwo
+    damping: DiagonalDamping
+    at: Vector | None = None
+    rotate: Rotation | None = None
+    """Turns the axes of the dashpot."""
 
 
 LARGEST_ENTRY = 1e150

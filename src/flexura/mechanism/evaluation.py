@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from difflib import get_close_matches
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from types import MappingProxyType, NoneType, UnionType
@@ -14,12 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.duals import Dual, plain, real
-from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
+from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem, did_you_mean
 from flexura.expressions import Dimension, Expression
 from flexura.mechanism.base import AnyPart, Part, key_of
-from flexura.mechanism.parameters import Parameter
+from flexura.mechanism.description import Mechanism, Parameter
 from flexura.mechanism.quantity import Quantity, Scalar
-from flexura.mechanism.substructure import Mechanism
 
 Value = float | NDArray[np.float64]
 AnyItem = TypeVar("AnyItem")
@@ -307,7 +305,8 @@ def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, Arra
     lengths: dict[int, str] = {}
     for name, raw in overrides.items():
         if name not in parameters:
-            raise OptionError(f"{name!r} is not a parameter" + _suggest(name, parameters))
+            known = f"known: {', '.join(parameters)}" if parameters else "the mechanism has no parameters"
+            raise OptionError(f"{name!r} is not a parameter; {did_you_mean(name, parameters, known)}")
         try:
             value: Any = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
@@ -325,13 +324,6 @@ def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, Arra
     return given
 
 
-def _suggest(name: str, known: Mapping[str, Any]) -> str:
-    close = get_close_matches(name, known, n=1)
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(known)}" if known else "; the mechanism has no parameters"
-
-
 def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Value], names: Iterable[str]) -> None:
     for name in names:
         parameter = parameters[name]
@@ -344,8 +336,7 @@ def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Valu
                 found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])
                 limit = float(np.broadcast_to(bound, np.shape(broken))[broken].flat[0])
                 side = "below its minimum" if bound is low else "above its maximum"
-                unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
-                raise OptionError(f"parameter {name} = {found:g}{unit} is {side} {limit:g}{unit}")
+                raise OptionError(f"parameter {name} = {parameter.written(found)} is {side} {parameter.written(limit)}")
 
 
 def bounds(name: str, parameter: Parameter, values: Mapping[str, Value]) -> tuple[Value, Value]:

@@ -1,7 +1,6 @@
-"""Who is who in a description: prototypes, instances, node references. Names only, no numbers.
+"""Who is who in a description, and where: prototypes, instances, node references, poses, positions of nodes.
 
-The mechanism itself is the prototype with the empty name.
-"""
+The mechanism itself is the prototype with the empty name."""
 
 from __future__ import annotations
 
@@ -9,12 +8,21 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from itertools import groupby
 
+import numpy as np
+
+from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.expressions import Expression
+from flexura.mechanism.base import Vector
 from flexura.mechanism.channels import Actuator
+from flexura.mechanism.description import Mechanism, Substructure
 from flexura.mechanism.evaluation import evaluated
-from flexura.mechanism.placement import Step, copies
-from flexura.mechanism.specialised import TOP, Specialised
-from flexura.mechanism.substructure import Mechanism, Substructure
+from flexura.mechanism.instances import TOP, Specialised
+from flexura.mechanism.loads import DISPLACEMENTS, Prescribed, command_of
+from flexura.mechanism.placement import Affine, Reflect, Step, Turn, copies, reflect, turn
+from flexura.mechanism.quantity import Scalar
 
 
 @dataclass(frozen=True)
@@ -115,3 +123,94 @@ def matching(text: str, names: Iterable[str]) -> list[str]:
     if not is_pattern(text):
         return [name for name in names if name == text]
     return [name for name in names if fnmatchcase(name, text)]
+
+
+Point = tuple[float, float, float]
+
+
+def node_positions(layout: Layout, values: Mapping[str, float]) -> dict[str, dict[str, Point]]:
+    """Positions (x, y, z) in m of all exposed nodes of every prototype, each in the prototype's own frame.
+
+    `values` are those of the parameters. Interface nodes that do not exist are left out.
+    Raises ExpressionError when a parameter is missing.
+    """
+    found: dict[str, dict[str, Point]] = {}
+    for name, prototype in layout.prototypes.items():
+        here = {node: _point(at, values) for node, at in prototype.nodes.items()}
+        here |= {key: _point(body.centre, values) for key, body in prototype.bodies.items()}
+        for (of, _), group in groupby(layout.children[name], key=_alike):
+            children = list(group)
+            nodes = [node for node in layout.interface(of) if node in found[of]]
+            if nodes:
+                points = _placed(children, values).points(np.array([found[of][node] for node in nodes]))
+                for child, placed in zip(children, points.tolist(), strict=True):
+                    here |= {f"{child.name}.{n}": (p[0], p[1], p[2]) for n, p in zip(nodes, placed, strict=True)}
+        found[name] = here
+    return found
+
+
+def _alike(child: Child) -> tuple[str, tuple[type, ...]]:
+    return child.prototype, tuple(type(step) for step in child.steps)
+
+
+def _placed(children: list[Child], values: Mapping[str, float]) -> Affine:
+    """Placements (n, ...) of children whose steps are alike."""
+    result = Affine(np.broadcast_to(np.eye(3), (len(children), 3, 3)), np.zeros((len(children), 3)))
+    for steps in zip(*(child.steps for child in children), strict=True):
+        result = result.then(_stacked(steps, values))
+    return result
+
+
+def _stacked(steps: tuple[Step, ...], values: Mapping[str, float]) -> Affine:
+    fields = [np.array([_numbers(field, values) for field in column]) for column in zip(*steps, strict=True)]
+    if isinstance(steps[0], Turn):
+        return turn(fields[0], fields[1][:, 0], fields[2])
+    if isinstance(steps[0], Reflect):
+        return reflect(fields[0], fields[1])
+    return Affine(np.broadcast_to(np.eye(3), (len(steps), 3, 3)), fields[0])
+
+
+def _numbers(field: Scalar | Iterable[Scalar], values: Mapping[str, float]) -> list[float]:
+    scalars = field if isinstance(field, tuple) else (field,)
+    return [float(s.evaluate(values)) if isinstance(s, Expression) else float(s) for s in scalars]  # type: ignore[arg-type]
+
+
+def _point(vector: Vector, values: Mapping[str, float]) -> Point:
+    x, y, z = _numbers(vector, values)
+    return x, y, z
+
+
+@verb
+def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
+    """The mechanism described at a pose, about which everything linear then is.
+
+    `move` prescribes displacements from rest by name, as `{"carriage.y": 5e-3}`, m, components of rotation vectors,
+    `platform.rz`, rad, and commands of actuators, `*.piezo`, in the units of their inputs (wildcards allowed). An empty
+    one leads back to rest.
+
+    Raises OptionError for what is neither; nodes that are not there and what is held are named by whatever uses the
+    mechanism.
+    """
+    actuators = Layout(mechanism).actuators()
+    found: dict[str, dict[str, float]] = {}
+    for name, value in move.items():
+        if isinstance(value, str | bool) or np.ndim(value) != 0 or not np.isfinite(value):
+            raise OptionError(f"{name}: {value!r} is refused; a pose takes finite numbers in SI")
+        driven = matching(name, actuators)
+        node, _, axis = name.rpartition(".")
+        if driven:
+            for own in driven:
+                command = command_of(actuators[own])
+                if command is None:
+                    raise OptionError(
+                        f"{own} has no place in a pose: it accelerates the base, which is at rest there; leave it out"
+                    )
+                found[own] = {command: float(value)}
+        elif node and axis in DISPLACEMENTS:
+            found.setdefault(node, {})[axis] = float(value)
+        else:
+            known = f", or one of the actuators {', '.join(actuators)}" if actuators else ""
+            raise OptionError(
+                f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}{known}"
+            )
+    return mechanism.replaced({"at": {name: Prescribed(**own) for name, own in found.items()}})

@@ -1,4 +1,4 @@
-"""Studies: what is asked of many designs, and how these vary. Questions are kept as text."""
+"""Studies: what is asked of many designs, and how these vary; numbers that others give. Questions are kept as text."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, StringConstraints, T
 
 from flexura.expressions import Expression
 from flexura.mechanism.base import Name, Part, refuse
+from flexura.mechanism.member import RootKind
 from flexura.mechanism.quantity import AnyQuantity, PositiveNumber
 
 MOST_SAMPLES = 2**53
@@ -245,3 +246,18 @@ class DescribedStudy(Part):
         """What is described, whichever kind it is."""
         found: SweepStudy | OptimumStudy | ToleranceStudy = getattr(self, self.kind)
         return found
+
+
+class PublishedValue(Part):
+    """A number that a source gives, and how near to it the mechanism is to be."""
+
+    ask: Question
+    """What the number is of, as studies ask it, e.g. `stiffness(stage.x)`, or a formula over such names."""
+    value: Question
+    """The number with its unit, or the closed form over parameters, e.g. `24 * E * I / length^3`."""
+    within: PositiveNumber = 0.01
+    """Largest difference, relative to the number."""
+    root: RootKind = "elastic"
+    """`rigid` for a number that takes all joints as rigid, as closed forms of beams do."""
+    source: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
+    """Author, year, equation or table; what it holds for."""

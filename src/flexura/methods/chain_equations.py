@@ -37,6 +37,7 @@ from flexura.methods.exact_condensation import refuse_large
 from flexura.methods.solution import Solution
 from flexura.reduction import full_order_modes
 from flexura.structure import FullOrderModel, Scatter
+from flexura.thresholds import SAME_SIZE
 
 Array = NDArray[Any]
 
@@ -57,9 +58,6 @@ WRAPPED = 1e-6
 
 LEAST_PIECES = 7
 """At least so many equal pieces in line are a member that carries rays: more than one element of a stepped flexure."""
-
-EQUAL_SECTIONS = 1e-9
-"""Relative difference of sections below which a run of pieces is one uniform ray member."""
 
 IN_LINE = 1e-6
 """Gap between pieces, over their length, below which they are in line."""
@@ -397,11 +395,11 @@ class ReverberationRays(ChainEquations):
         and stepped pieces that follow each other are one run."""
         turn, place = chains.X[..., :3, :3], starts(chains.X)
         reverse, is_rooted = chains.reverse, chains.is_rooted
-        same = (np.abs(np.diff(turn, axis=1)).max(axis=(2, 3)) <= EQUAL_SECTIONS) & (reverse[:, 1:] == reverse[:, :-1])
+        same = (np.abs(np.diff(turn, axis=1)).max(axis=(2, 3)) <= SAME_SIZE) & (reverse[:, 1:] == reverse[:, :-1])
         same &= ~is_rooted[:, 1:] & ~is_rooted[:, :-1]
         for field in chains.beam:
             values = field[chains.kind]
-            same &= np.abs(np.diff(values, axis=1)) <= EQUAL_SECTIONS * np.abs(values[:, 1:])
+            same &= np.abs(np.diff(values, axis=1)) <= SAME_SIZE * np.abs(values[:, 1:])
         length = chains.beam.length[chains.kind]
         along = np.where(reverse[:, 1:, None], -1, 1) * (turn[..., 0, :] * length[..., None])[:, 1:]
         same &= np.abs(np.diff(place, axis=1) - along).max(axis=2) <= IN_LINE * length[:, 1:]

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism
 from flexura.methods.chain_equations import reverberation_ray, spectral_element, transfer_matrix
 from flexura.methods.discrete_models import (
@@ -32,11 +33,9 @@ from flexura.modal import in_order
 from flexura.records import Record
 from flexura.reduction import reduce
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, one_design
 from flexura.tables import Facts, Table, percent
-
-CERTIFIED_WITHIN = 1e-3
-"""Relative error that the certified reduction is asked for."""
+from flexura.thresholds import PROVEN
 
 CERTIFIED_BEYOND = 1.01
 """The certified reduction reaches so many times the highest frequency compared."""
@@ -88,9 +87,9 @@ def _constraint_modes(task: Task) -> Solution:
 
 def _certified(task: Task) -> Solution:
     """The smallest model that is proven to be within the tolerance of the full-order one."""
-    low = reduce(task.plan, task.parameters, tolerance=CERTIFIED_WITHIN, up_to=CERTIFIED_BEYOND * task.top_hz)
+    low = reduce(task.plan, task.parameters, tolerance=PROVEN, up_to=CERTIFIED_BEYOND * task.top_hz)
     solution = low_order_solution(low, task.model, task.n)
-    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else CERTIFIED_WITHIN
+    worst = float(low.certificate.error_bound.max()) if low.certificate is not None else PROVEN
     return replace(solution, note=f"proven within {worst:.1g} of the full-order model; {low.steps[0]}")
 
 

@@ -26,18 +26,13 @@ from flexura.linalg import Eigenpairs, factorise, is_definite, lowest, lowest_mo
 from flexura.methods.solution import Solution
 from flexura.reduction import ChainGroup, LowOrderModel, SegmentChains, chained, low_order_modes, reduce, segment_chains
 from flexura.structure import FullOrderModel, Part, Triplets, block_diagonal, full_order, node_dofs
+from flexura.thresholds import FREE_MOTION
 
 UNOBSERVED = 1e-9
 """Relative differences of frequencies below this may be round-off: no order of convergence is observed from them."""
 
-RANK = 1e-9
-"""Motions that supports hold less than this, relative, are free."""
-
 GAP = 100.0
 """Constraints are so many times stiffer than freedoms, at least; an order of magnitude in frequency."""
-
-FREE_MOTION = 1e-9
-"""A scaled stiffness below this part of the largest is a free motion."""
 
 UNSTIFF = 1e-11
 """A scaled stiffness below this part of the largest before condensation is round-off."""
@@ -292,7 +287,7 @@ def _null_space(rows: Array) -> Array:
     scale = np.ones(6)
     scale[3:] = 1 / np.abs(rows[:, 3:]).max()
     _, size, Vt = np.linalg.svd(rows * scale)
-    rank = int((size > RANK * size[0]).sum())
+    rank = int((size > FREE_MOTION * size[0]).sum())
     return scale[:, None] * Vt[rank:].T
 
 

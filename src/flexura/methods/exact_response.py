@@ -16,8 +16,8 @@ from flexura.linalg import scaled, unit_scale
 from flexura.methods.dynamic_stiffness import DynamicStiffness
 from flexura.methods.exact_chains import beams_at, in_series, twists_inside
 from flexura.methods.solution import Solution
-from flexura.structure import ElementSlice, FullOrderModel, full_order
-from flexura.systems import DampingLaw, InputPort, OutputPort, uniform_loss
+from flexura.structure import ElementSlice, FullOrderModel, InputPort, OutputPort, full_order
+from flexura.systems import DampingLaw, uniform_loss
 
 
 class ExactResponse:

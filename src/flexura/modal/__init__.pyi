@@ -10,7 +10,6 @@ from flexura.modal.criteria import space_mac as space_mac
 from flexura.modal.criteria import trusted_channels as trusted_channels
 from flexura.modal.mode_pairing import CLOSE as CLOSE
 from flexura.modal.mode_pairing import REPEATED as REPEATED
-from flexura.modal.mode_pairing import REPEATED_EIGENVALUES as REPEATED_EIGENVALUES
 from flexura.modal.mode_pairing import ModePairing as ModePairing
 from flexura.modal.mode_pairing import assignment as assignment
 from flexura.modal.mode_pairing import best_pairs as best_pairs

@@ -15,6 +15,7 @@ from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.modal.criteria import mac, space_mac
 from flexura.results import Tabular
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 
 def assignment(cost: NDArray[Any]) -> tuple[Index, Index]:
@@ -232,9 +233,6 @@ def _beyond_chance(share: Array, size: int, sensors: int) -> Array:
     chance = size / sensors
     return np.maximum(share - chance, 0.0) / (1 - chance)
 
-
-REPEATED_EIGENVALUES = 1e-6
-"""Eigenvalues closer than this, relative, are taken as repeated."""
 
 ALONE_SHARE = 1e-3
 """What the shapes one by one count beside the spaces, where modes are close: they decide within a space."""

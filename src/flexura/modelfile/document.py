@@ -1,4 +1,4 @@
-"""YAML text to a tree of plain data in which everything knows its line.
+"""Model files as trees of plain data in which everything knows its line, laid over those that they extend.
 
 Only what a description needs is accepted: one document, no tags, text keys, bounded size. Scalars follow the
 core schema of YAML 1.2, and nothing in the text can make an object or run code.
@@ -9,17 +9,24 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from flexura.errors import ModelError, Path, Problem
+from flexura.errors import ModelError, OptionError, Path, Problem, did_you_mean
+from flexura.files import MISSING, read_bytes
 from flexura.mechanism import CONTROL
 from flexura.sizes import beyond, size_limit
 
-MAX_DEPTH = 30
+VERSION = 1
+"""Of the file format."""
 
+MAX_DEPTH = 30
+MAX_BASES = 10
+KEY = "extends"
+"""The file that a model file is laid over."""
 
 SourcePosition = tuple[str, int]
 """Name of a document, and a line of it."""
@@ -56,7 +63,7 @@ class Node:
         One key more is kept where a mapping lacks it; positions are dropped where there is no list.
         """
         node, place = self, (self.name, self.line)
-        found: list[str | int] = []
+        kept: list[str | int] = []
         for key in path:
             if isinstance(node.value, dict):
                 if key in node.value:
@@ -64,14 +71,14 @@ class Node:
                 elif isinstance(key, int):
                     continue
                 else:
-                    return (*found, key), place
+                    return (*kept, key), place
             elif isinstance(node.value, list) and isinstance(key, int) and key < len(node.value):
                 node = node.value[key]
                 place = (node.name, node.line)
             else:
                 break
-            found.append(key)
-        return tuple(found), place
+            kept.append(key)
+        return tuple(kept), place
 
     def extended(self, over: Node, path: Path = ()) -> Node:
         """This document with what another says in its place: mappings are joined key by key, null takes a key out.
@@ -108,8 +115,8 @@ def parse(text: str, name: str) -> Node:
 
 def parse_any(text: str, name: str) -> Node:
     """Read one YAML document of any kind. Raises ModelError, with `name` and the line, for anything else."""
-    if found := beyond("model_bytes", len(text)):
-        raise _error(name, 1, *found[1:], value=found[0])
+    if excess := beyond("model_bytes", len(text)):
+        raise _error(name, 1, *excess[1:], value=excess[0])
     try:
         return _Builder(text, name).document()
     except MarkedYAMLError as error:
@@ -229,10 +236,10 @@ class _Builder:
     def merged(self, event: Any, path: Path) -> list[Node]:
         """The mappings that a key `<<` joins in, the first of them first (YAML merge key, 2005)."""
         node = self.node(self.next(), path)
-        found = node.value if isinstance(node.value, list) else [node]
-        if not all(isinstance(each.value, dict) for each in found):
+        mappings = node.value if isinstance(node.value, list) else [node]
+        if not all(isinstance(each.value, dict) for each in mappings):
             raise self.fail(event, path, "<< takes a mapping, or a list of them", "e.g. <<: *leaf")
-        return found
+        return mappings
 
     def alias(self, event: Any, path: Path) -> Node:
         if event.anchor not in self.anchors:
@@ -247,8 +254,8 @@ class _Builder:
 
     def grow(self, event: Any, path: Path, count: int) -> None:
         self.count += count
-        if self.count > self.most and (found := beyond("model_values", self.count)):
-            raise self.fail(event, path[:3], *found[1:])
+        if self.count > self.most and (excess := beyond("model_values", self.count)):
+            raise self.fail(event, path[:3], *excess[1:])
 
 
 def _height(node: Node) -> int:
@@ -279,3 +286,88 @@ def resolve(text: str) -> Any:
     if _SPECIAL.fullmatch(text):
         return float(text.replace(".", "", 1))
     return float(text) if _FLOAT.fullmatch(text) else text
+
+
+def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()) -> Node:
+    """A document on top of the one that its key `extends` names, relative to `directory`, and so on.
+
+    Raises ModelError for files that cannot be read, that extend each other in a circle or become too large.
+    """
+    base = root.value.pop(KEY, None)
+    if base is None:
+        return root
+    line = root.key_places.pop(KEY)[1]
+
+    def refused(rule: str, hint: str = "") -> ModelError:
+        return ModelError([Problem((KEY,), repr(base.value), rule, hint, f"{root.name}:{line}")])
+
+    if not isinstance(base.value, str):
+        raise refused("the name of a model file is expected here", "e.g. extends: stage.yaml")
+    file = directory / base.value
+    try:
+        resolved, is_there = file.resolve(), file.is_file()
+    except (OSError, ValueError, RuntimeError) as error:  # names that are too long, null bytes, circles of links
+        raise refused(f"the file cannot be found: {getattr(error, 'strerror', None) or error}") from None
+    if resolved in above:
+        raise refused("the files extend each other in a circle")
+    if len(above) >= MAX_BASES:
+        raise refused(f"at most {MAX_BASES} files extend each other")
+    if not is_there:
+        raise refused("the file does not exist", f"looked in {directory.resolve()}")
+    lower = with_bases(parse(text_of(file), str(file)), file.parent, (*above, resolved))
+    if file.parent != directory:
+        _carry_paths(lower, FilePath(base.value).parent)
+    whole = lower.extended(root)
+    if too_large := beyond("model_values", whole.size):
+        raise refused(*too_large[1:])
+    return whole
+
+
+def files_of(file: FilePath) -> tuple[FilePath, ...]:
+    """A model file and those that it extends, as far as they can be read."""
+    files: list[FilePath] = []
+    extended: FilePath | None = file
+    while extended is not None and len(files) <= MAX_BASES:
+        files.append(extended)
+        try:
+            base = parse(text_of(extended), str(extended)).value.get(KEY)
+        except ModelError:
+            break
+        extended = extended.parent / base.value if base is not None and isinstance(base.value, str) else None
+    return tuple(files)
+
+
+def _carry_paths(node: Node, folder: FilePath) -> None:
+    """Let files that the superelements of a document name be found from another folder."""
+    substructures = node.value.get("substructures")
+    carried: dict[int, Node] = {}  # aliases share nodes
+    holders = [node, *(substructures.value.values() if substructures and isinstance(substructures.value, dict) else ())]
+    for holder in holders:
+        entries = holder.value.get("superelements") if isinstance(holder.value, dict) else None
+        for entry in entries.value.values() if entries and isinstance(entries.value, dict) else ():
+            for matrix in entry.value.values() if isinstance(entry.value, dict) else ():
+                if isinstance(matrix.value, dict) and isinstance(getattr(matrix.value.get("file"), "value", None), str):
+                    carried[id(matrix.value["file"])] = matrix.value["file"]
+    for file in carried.values():
+        file.value = str(folder / file.value)
+
+
+def text_of(file: FilePath) -> str:
+    """Text of a model file. Raises ModelError when it cannot be read."""
+
+    def refused(rule: str, hint: str = "") -> ModelError:
+        return ModelError([Problem((), "", rule, hint, str(file))])
+
+    try:
+        content = read_bytes(file, "model_bytes")
+    except OptionError as error:
+        rule, _, hint = str(error).removeprefix(f"{file}: ").partition("\n    hint: ")
+        if rule == MISSING:
+            nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
+            hint = did_you_mean(file.name, nearby, "", quoted=False)
+        raise refused(rule, hint) from None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ModelError([Problem((), "", "a model file is text in UTF-8", "", f"{file}:{line}")]) from None

@@ -64,8 +64,8 @@ class QuantityReader:
         if dimension == NUMBER and _is_bare(raw):
             return self.bare(value, quantity)
         if quantity.dimension not in (None, dimension):
-            found = dimension.unit() or "a pure number"
-            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            unit = dimension.unit() or "a pure number"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {unit}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
         return value
 
@@ -87,8 +87,7 @@ class QuantityReader:
             if meaningful and not is_unit(unit):
                 return None
             self.known(others)
-        value, exponents = parse_quantity(raw)
-        return value, Dimension(*exponents)
+        return parse_quantity(raw)
 
     def is_expression(self, raw: str, otherwise: bool) -> bool:
         """Whether parameters are all that is named in a text beside units; `otherwise` where it cannot be read."""
@@ -128,8 +127,7 @@ class QuantityReader:
         def unit(number: str, text: str) -> tuple[float, Dimension]:
             units.append(text)
             self.explain(text)
-            value, exponents = parse_quantity(f"{number} [{text}]")
-            return value, Dimension(*exponents)
+            return parse_quantity(f"{number} [{text}]")
 
         expression = Expression.parse(raw, unit, self.is_unit)
         literal = self.as_literal(raw, expression, quantity)
@@ -145,15 +143,15 @@ class QuantityReader:
         """Check the dimension of an expression without parameters, which is about to become a number."""
         dimension = expression.dimension({})
         if quantity.dimension is not None and dimension not in (None, quantity.dimension):
-            found = dimension.unit() or "a pure number"
-            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            unit = dimension.unit() or "a pure number"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {unit}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
 
     def as_literal(self, raw: str, expression: Expression, quantity: Quantity) -> float | None:
         """Value of `2810 kg/m^3` where m is a parameter too, but only the unit gives the dimension expected."""
         try:
-            value, exponents = parse_quantity(raw)
-            if Dimension(*exponents) != quantity.dimension:
+            value, dimension = parse_quantity(raw)
+            if dimension != quantity.dimension:
                 return None
         except ExpressionError:
             return None

@@ -1,226 +1,182 @@
 """Reading a model file into a Mechanism, with everything that is wrong with it at once.
 
-Which keys a place in a model file may have.
-
-Values of parameters that stand elsewhere in a model file: each is read with the dimension of its parameter.
+What is wrong is taken out of the data, so that the rest can be checked too.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path as FilePath
-from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Any
 
 from pydantic import ValidationError
 
 from flexura.arguments import verb
-from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
-from flexura.expressions import Call, Dimension, Expression, Name
+from flexura.errors import ModelError, OptionError, Path, Problem
+from flexura.expressions import Expression
 from flexura.mechanism import (
     CONTEXT_KEY,
     UNKNOWN_KEY,
     Mechanism,
-    Parameter,
     Part,
-    Quantity,
-    Scalar,
-    Superelement,
     entry_of,
-    key_of,
     problems_of,
-    suggestion,
     validated,
 )
 from flexura.mechanism import problems as problems_of_whole
-from flexura.modelfile.document import Node, parse
-from flexura.modelfile.extension import text_of, with_bases
-from flexura.modelfile.parameters import measure, prepare_parameters
-from flexura.modelfile.pruning import Pruned, entry_of_place
+from flexura.modelfile.document import VERSION, Node, parse, text_of, with_bases
+from flexura.modelfile.parameters import entries, holders, prepare_bound_values, prepare_parameters
 from flexura.modelfile.quantities import QuantityReader
+from flexura.modelfile.schema import unknown_key_hint
 from flexura.modelfile.superelements import prepare_superelement
-from flexura.units import format_quantity
 
-_SYMMETRIC = re.compile(r"\s*(?:±|\+\s*/?\s*-)\s*(\S.*)", re.DOTALL)
-_SIDE = re.compile(r"([+-]?)\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-_PERCENT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*%\s*")
-_DEVIATIONS = ("uniform", "triangular", "normal")
-_VARIED = ("from", "to", "measured", *_DEVIATIONS)
-
-
-def prepare_bound_values(data: dict[str, Any], dimensions: Mapping[str, Dimension | None]) -> list[Problem]:
-    """Replace values of parameters in studies and instances by numbers in SI and expressions, in place, and short
-    forms of spreads by long ones. Returns what cannot be read."""
-    reader = _Values(dimensions)
-    for path, values in _of_instances(data):
-        for name in values:
-            values[name] = reader.read((*path, name), values[name], name)
-    for path, vary in _varied(data):
-        for name, entry in vary.items():
-            if isinstance(entry, str) and path[2] == "tolerance":
-                vary[name] = reader.spread((*path, name), entry, name)
-                continue
-            holders = [(entry, key) for key in _VARIED if key in entry] if isinstance(entry, dict) else [(vary, name)]
-            for holder, key in holders:
-                at = (*path, name) if holder is vary else (*path, name, key)
-                holder[key] = reader.read(at, holder[key], name, key in _DEVIATIONS and holder is entry)
-    return reader.problems
-
-
-def _of_instances(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """The values that instances have of their own."""
-    holders: list[tuple[Path, Any]] = [((), data)]
-    holders += [(("substructures", name), holder) for name, holder in _entries(data, "substructures")]
-    for path, holder in holders:
-        for key, instance in _entries(holder, "instances"):
-            above: Path = (*path, "instances", key)
-            groups: dict[Path, Any] = {(*above, "copies", copy): own for copy, own in _entries(instance, "copies")}
-            inside: Path = (*above, "with")
-            groups[inside] = instance.get("with") if isinstance(instance, dict) else None
-            yield from ((place, own) for place, own in groups.items() if isinstance(own, dict))
-
-
-def _entries(holder: Any, key: str) -> list[tuple[str, Any]]:
-    """The entries of a mapping below a key, as far as these are mappings."""
-    own = holder.get(key) if isinstance(holder, dict) else None
-    return list(own.items()) if isinstance(own, dict) else []
-
-
-def _varied(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """What varies in studies."""
-    for name, study in _entries(data, "studies"):
-        for kind, own in study.items() if isinstance(study, dict) else ():
-            if isinstance(own, dict) and isinstance(own.get("vary"), dict):
-                yield ("studies", name, kind, "vary"), own["vary"]
-
-
-class _Values:
-    """Reads values of parameters, and notes what cannot be read."""
-
-    def __init__(self, dimensions: Mapping[str, Dimension | None]) -> None:
-        self.reader, self.dimensions = QuantityReader(dimensions), dimensions
-        self.problems: list[Problem] = []
-
-    def read(self, path: Path, raw: Any, name: str, is_deviation: bool = False) -> Any:
-        """A value of the parameter, or a deviation from it, or several; what is no number stays as it is."""
-        if isinstance(raw, list):
-            return [self.read((*path, i), entry, name, is_deviation) for i, entry in enumerate(raw)]
-        if raw is None or isinstance(raw, dict | bool | Expression):
-            return raw
-        try:
-            return self.deviation(raw, name) if is_deviation and isinstance(raw, str) else self.value(raw, name)
-        except ExpressionError as error:
-            self.problems.append(Problem(path, repr(raw), error.rule, error.hint))
-            return raw
-
-    def value(self, raw: Any, name: str) -> Scalar:
-        """One value of the parameter, SI; raises ExpressionError."""
-        dimension = self.dimensions.get(name)
-        if dimension is None:
-            return measure(self.reader, raw)[0]
-        return self.reader(raw, Quantity(f"value of {name}", dimension, format_quantity(1e-3, dimension)))
-
-    def spread(self, path: Path, text: str, name: str) -> Any:
-        """The long form of `± 0.02 mm`, `± 5 %` or `+0.01/-0.03 mm`; other text stays as it is."""
-        try:
-            return {"uniform": self.deviations(text, name)}
-        except ExpressionError as error:
-            self.problems.append(Problem(path, repr(text), error.rule, error.hint))
-            return text
-
-    def deviations(self, text: str, name: str) -> list[Scalar]:
-        """The lower and the upper deviation that a text gives; raises ExpressionError."""
-        symmetric = _SYMMETRIC.fullmatch(text)
-        if symmetric is not None:
-            high = self.deviation(symmetric[1], name)
-            return [-high, high]
-        sides = [_SIDE.fullmatch(own.strip()) for own in text.split("/")]
-        if len(sides) != 2 or sides[0] is None or sides[1] is None:
-            raise ExpressionError(
-                "this is no spread, which is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}"
-            )
-        both = sorted((float(sign + number), unit) for sign, number, unit in (own.groups() for own in sides if own))
-        if any(own and not own[1] and float(own[2]) for own in sides):
-            raise ExpressionError("a sign is missing: each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
-        shared = next((unit for _, unit in both if unit), "")
-        return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
-
-    def deviation(self, text: str, name: str) -> Scalar:
-        """A deviation of the parameter; in % it is a share of the parameter's value, whatever its dimension."""
-        percent = _PERCENT.fullmatch(text.strip())
-        if percent is not None:
-            return float(percent[1]) / 100 * Expression(Call("abs", (Name(name),)))
-        return self.value(text, name)
-
-
-_KINDS = ("type", "shape")
-FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}
-_NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",)}
-
-
-def unknown_key_hint(path: Path, data: Any) -> str:
-    """What may stand instead of the last key of `path`, an unknown one; empty when that cannot be told."""
-    part = _part_at(path[:-1], data)
-    if part is None:
-        return ""
-    allowed = [key_of(part, name) for name in part.model_fields if name not in _NOT_IN_FILES.get(part, ())]
-    allowed += FILE_ONLY.get(part, ())
-    close = suggestion(str(path[-1]), allowed, "keys")
-    listed = f"allowed: {', '.join(allowed)}"
-    return f"{close} {listed}" if close.startswith("did you mean") else listed
-
-
-def _part_at(path: Path, data: Any) -> type[Part] | None:
-    annotation: Any = Mechanism
-    for key in path:
-        annotation = _inside(_chosen(annotation, data), key)
-        try:
-            data = data[key]
-        except (KeyError, IndexError, TypeError):
-            return None
-    part = _chosen(annotation, data)
-    return part if isinstance(part, type) and issubclass(part, Part) else None
-
-
-def _inside(annotation: Any, key: str | int) -> Any:
-    if isinstance(annotation, type) and issubclass(annotation, Part):
-        fields = {key_of(annotation, name): field for name, field in annotation.model_fields.items()}
-        return fields[str(key)].annotation if str(key) in fields else None
-    origin, arguments = get_origin(annotation), get_args(annotation)
-    if origin is dict:
-        return arguments[1]
-    if origin is tuple:
-        return arguments[0] if arguments[-1] is Ellipsis or not isinstance(key, int) else arguments[key]
-    return None
-
-
-def _chosen(annotation: Any, data: Any) -> Any:
-    """The alternative of a union that the data are meant for."""
-    while get_origin(annotation) is Annotated:
-        annotation = get_args(annotation)[0]
-    if get_origin(annotation) is tuple and isinstance(data, dict):
-        return _chosen(get_args(annotation)[0], data)
-    if get_origin(annotation) not in (Union, UnionType):
-        return annotation
-    options = [_chosen(option, data) for option in get_args(annotation)]
-    if not isinstance(data, dict):
-        return next((o for o in options if get_origin(o) is tuple), None)
-    parts = [o for o in options if isinstance(o, type) and issubclass(o, Part)]
-    return next((part for part in parts if len(parts) == 1 or _is_kind(part, data)), None)
-
-
-def _is_kind(part: type[Part], data: dict[str, Any]) -> bool:
-    for key in _KINDS:
-        field = part.model_fields.get(key)
-        if field is not None and get_origin(field.annotation) is Literal:
-            return data.get(key) in get_args(field.annotation)
-    return False
-
-
-VERSION = 1
 MAX_ROUNDS = 10
+
+_NAMED = frozenset(
+    [
+        "nodes",
+        "links",
+        "flexures",
+        "springs",
+        "bodies",
+        "masses",
+        "superelements",
+        "dashpots",
+        "actuators",
+        "sensors",
+        "instances",
+        "joints",
+        "interface",
+        "ground",
+        "loads",
+        "at",
+        "parameters",
+        "materials",
+        "sections",
+        "substructures",
+        "studies",
+    ]
+)
+
+
+_STAND_INS: dict[str, Any] = {
+    "profile": {"type": "leaf", "width": "2 mm", "thickness": "1 mm"},
+    "section": {"shape": "circle", "diameter": "1 mm"},
+    "reference": [1, 2, 3],
+    "start_offset": [0, 0, 0],
+    "end_offset": [0, 0, 0],
+    "elements": 1,
+    "integration": "stepped",
+    "theory": "rayleigh",
+    "corrections": "none",
+    "ends": ["clamped", "clamped"],
+    "root": "elastic",
+    "fillet": 0,
+    "mesh_size": None,
+}
+"""What takes the place of a faulty key of a member, so that the nodes, material and section that it names are still
+checked."""
+
+_REFERENCES = ("nodes", "material", "section")
+
+
+class Pruned:
+    """Data of a model file with entries removed, and what was removed.
+
+    `names` are those of removed entries; `whole_kinds` tells that a whole mapping such as `nodes` went, and
+    `everything` that nothing is left to check.
+    """
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data = data
+        self.names: set[str] = set()
+        self.anything: bool = False
+        self.whole_kinds: bool = False
+        self.everything: bool = False
+        self.mended: set[Path] = set()
+        """Members in which stand-ins took the place of what was wrong."""
+        self._origin: dict[Path, list[int]] = {}
+
+    def original(self, path: Path) -> Path:
+        """The path in the file of a path in what is left: entries of lists have moved up."""
+        restored = list(path)
+        for i, key in enumerate(path):
+            origin = self._origin.get(path[:i])
+            if origin is not None and isinstance(key, int) and key < len(origin):
+                restored[i] = origin[key]
+        return tuple(restored)
+
+    def is_news(self, path: Path) -> bool:
+        """False for a problem that a stand-in may have caused: of a mended member only its references are checked."""
+        entry = entry_of_place(path)
+        return entry not in self.mended or path[len(entry) : len(entry) + 1] in [(key,) for key in _REFERENCES]
+
+    def _mend(self, path: Path) -> bool:
+        """Put a stand-in for the faulty key of a member; False when there is none for it."""
+        entry = entry_of_place(path)
+        if len(path) <= len(entry) or path[len(entry) - 2 : len(entry) - 1] not in [("links",), ("flexures",)]:
+            return False
+        key = path[len(entry)]
+        holder: Any = self.data
+        try:
+            for step in entry:
+                holder = holder[step]
+            if key not in _STAND_INS or holder[key] == _STAND_INS[key]:
+                return False
+            holder[key] = deepcopy(_STAND_INS[key])
+        except (KeyError, IndexError, TypeError):
+            return False
+        self.anything = True
+        self.mended.add(entry)
+        return True
+
+    def remove_all(self, places: list[tuple[Path, bool]]) -> None:
+        """Remove unknown keys (True) themselves, and of other places the smallest named entry around them."""
+        places = [(path, unknown) for path, unknown in places if unknown or not self._mend(path)]
+        paths = {path if unknown else entry_of_place(path) for path, unknown in places}
+        for path in sorted(paths, key=_last_first, reverse=True):
+            unknown = (path, True) in places
+            if not path:
+                self.everything = True
+            elif unknown:
+                self.remove(path)
+            else:
+                self.remove_entry(path)
+
+    def remove_entry(self, path: Path) -> None:
+        """Remove a named entry, or a whole kind of them, and remember the name."""
+        self.anything = True
+        if isinstance(path[-1], str):
+            self.names.add(path[-1])
+        if len(path) % 2 == 1 and path[-1] in _NAMED:
+            self.whole_kinds = True
+        self.remove(path)
+
+    def remove(self, path: Path) -> None:
+        """Remove what is at a path, if it is still there."""
+        holder: Any = self.data
+        key: Any = path[-1]
+        try:
+            for step in path[:-1]:
+                holder = holder[step]
+            if isinstance(holder, list):
+                self._origin.setdefault(path[:-1], list(range(len(holder)))).pop(key)
+            del holder[key]
+        except (KeyError, IndexError, TypeError):
+            return
+
+
+def entry_of_place(path: Path) -> Path:
+    """The smallest named entry around a place: a member, a node, a material; or the key at the top level."""
+    start = 2 if path[:1] == ("substructures",) and len(path) > 2 else 0
+    inside = path[start:]
+    return path[: start + (2 if len(inside) > 1 and inside[0] in _NAMED else 1)]
+
+
+def _last_first(path: Path) -> tuple[tuple[bool, int, str], ...]:
+    return tuple((isinstance(key, int), key if isinstance(key, int) else 0, str(key)) for key in path)
 
 
 @verb
@@ -251,25 +207,27 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     root = with_bases(parse(text, name), directory)
     data = root.plain()
     pruned = Pruned(data)
-    found = [*_version(data, pruned), *_superelements(data, pruned, directory)]
-    dimensions, more = prepare_parameters(data["parameters"]) if _has_parameters(data) else ({}, [])
+    problems = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    parameters = data.get("parameters")
+    dimensions, more = prepare_parameters(parameters) if isinstance(parameters, dict) else ({}, [])
     for problem in more:
         if problem.path[2:] == ("unit",):
             pruned.remove_entry(problem.path[:2])
-    found += more
+    problems += more
     for problem in prepare_bound_values(data, dimensions):
         pruned.remove_entry(entry_of_place(problem.path))
-        found.append(problem)
+        problems.append(problem)
     mechanism, more = _validated(data, pruned, QuantityReader(dimensions))
-    found += more
+    problems += more
     if mechanism is not None:
-        whole = problems_of_whole(mechanism, ignore_missing=_missing(pruned), partial=pruned.anything)
+        missing = _All() if pruned.whole_kinds else pruned.names
+        whole = problems_of_whole(mechanism, ignore_missing=missing, partial=pruned.anything)
         for problem in whole:
             path = pruned.original(problem.path)
             if pruned.is_news(path):
-                found.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
-    if found or mechanism is None:
-        raise ModelError(_located(found, root, name))
+                problems.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
+    if problems or mechanism is None:
+        raise ModelError(_located(problems, root, name))
     return mechanism
 
 
@@ -289,10 +247,6 @@ def _as_written(problem: Problem, path: Path, mechanism: Mechanism, root: Node) 
     return problem.value
 
 
-def _has_parameters(data: dict[str, Any]) -> bool:
-    return isinstance(data.get("parameters"), dict)
-
-
 def _version(data: dict[str, Any], pruned: Pruned) -> Iterator[Problem]:
     version = data.get("flexura", VERSION)
     if version is not True and version == VERSION and isinstance(version, int):
@@ -304,38 +258,33 @@ def _version(data: dict[str, Any], pruned: Pruned) -> Iterator[Problem]:
 
 
 def _superelements(data: dict[str, Any], pruned: Pruned, directory: FilePath) -> list[Problem]:
-    substructures = data.get("substructures")
-    holders: list[tuple[Path, Any]] = [((), data)]
-    if isinstance(substructures, dict):
-        holders += [(("substructures", name), holder) for name, holder in substructures.items()]
-    found = []
-    for path, holder in holders:
-        entries = holder.get("superelements") if isinstance(holder, dict) else None
-        for name, entry in list(entries.items()) if isinstance(entries, dict) else ():
+    problems = []
+    for path, holder in holders(data):
+        for name, entry in entries(holder, "superelements"):
             problem = prepare_superelement(entry, directory) if isinstance(entry, dict) else None
             if problem is not None:
                 here = (*path, "superelements", name)
-                found.append(replace(problem, path=(*here, *problem.path)))
+                problems.append(replace(problem, path=(*here, *problem.path)))
                 pruned.remove_entry(here)
-    return found
+    return problems
 
 
 def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> tuple[Mechanism | None, list[Problem]]:
     """Validate the parts, removing and reporting what they refuse; None when nothing is left."""
-    found: list[Problem] = []
+    refused: list[Problem] = []
     for _ in range(MAX_ROUNDS):
         try:
-            return validated(Mechanism, data, {CONTEXT_KEY: reader}), found
+            return validated(Mechanism, data, {CONTEXT_KEY: reader}), refused
         except ValidationError as error:
             problems = problems_of(error, data)
         for problem in problems:
             unknown = problem.rule == UNKNOWN_KEY
             hint = unknown_key_hint(problem.path, data) if unknown else problem.hint
-            found.append(replace(problem, path=pruned.original(problem.path), hint=hint))
+            refused.append(replace(problem, path=pruned.original(problem.path), hint=hint))
         pruned.remove_all([(p.path, p.rule == UNKNOWN_KEY) for p in problems])
         if pruned.everything:
             break
-    return None, found
+    return None, refused
 
 
 class _All(Collection[str]):
@@ -349,10 +298,6 @@ class _All(Collection[str]):
 
     def __len__(self) -> int:
         return 0
-
-
-def _missing(pruned: Pruned) -> Collection[str]:
-    return _All() if pruned.whole_kinds else pruned.names
 
 
 def _located(problems: list[Problem], root: Node, name: str) -> list[Problem]:

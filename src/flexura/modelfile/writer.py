@@ -1,20 +1,22 @@
-"""Writing a Mechanism as a model file that reads back to the same description.
+"""Writing a Mechanism as a model file that reads back to the same description, and files on top of others.
 
-Quantities and expressions as they are written in a model file.
-
-Dimensions of parameters and literals that Python code left out, inferred from where they are used.
+Dimensions of parameters and literals that Python code left out are inferred from where they are used.
 """
 
 from __future__ import annotations
 
 import io
+import json
+import os
 import re
+from collections.abc import Mapping
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, NamedTuple
 
 from flexura.arguments import verb
-from flexura.errors import ExpressionError, ModelError, Path, Problem
+from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
 from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Name, Negative, Number, Tree, format_tree
 from flexura.files import write_file
 from flexura.mechanism import (
@@ -32,8 +34,7 @@ from flexura.mechanism import (
     parameter_dimensions,
     scalars,
 )
-from flexura.modelfile.document import resolve
-from flexura.modelfile.reader import VERSION
+from flexura.modelfile.document import VERSION, files_of, resolve
 from flexura.units import format_number, format_quantity
 
 MaybeDimension = Dimension | None
@@ -292,9 +293,11 @@ def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
     """Keys of a part in the order of its fields, without those at their defaults; those that were given, as the zero
     force of a load, where all are."""
     fields = type(part).model_fields
-    told = [n for n, own in fields.items() if n in _KINDS or own.is_required() or getattr(part, n) != own.default]
+    given = [
+        n for n, field in fields.items() if n in _KINDS or field.is_required() or getattr(part, n) != field.default
+    ]
     result: dict[str, Any] = {}
-    for name in told or [name for name in fields if name in part.model_fields_set]:
+    for name in given or [name for name in fields if name in part.model_fields_set]:
         key = key_of(type(part), name)
         result[key] = _data(getattr(part, name), (*path, key), written)
     return result
@@ -372,3 +375,39 @@ def _text(text: str) -> Any:
     if not text.isprintable() or not isinstance(resolve(text), str) or set(text) & set(_INDICATORS):
         return DoubleQuotedScalarString(text)
     return text
+
+
+class Changed(NamedTuple):
+    """A new value of a parameter, SI, where it comes from, and a comment on its line."""
+
+    value: float
+    source: str
+    comment: str = ""
+
+
+def refuse_base(target: FilePath, base: FilePath) -> None:
+    """Raise OptionError where `target` is the model file `base`, or one that this extends: nothing would be left."""
+    for file in files_of(base):
+        with suppress(OSError):
+            if target.samefile(file):
+                raise OptionError(f"{target} is the model file that is read, or one that it extends: give another name")
+
+
+def variant_text(
+    mechanism: Mechanism, name: str, base: FilePath, target: FilePath, changed: Mapping[str, Changed]
+) -> str:
+    """The text of a model file `target` with a name of its own that extends `base`, the file of `mechanism`, with
+    `changed` values of parameters; what `base` says of their bounds stays. Raises OptionError as `refuse_base`."""
+    refuse_base(target, base)
+    dimensions = parameter_dimensions(mechanism.parameters)
+    above = FilePath(os.path.relpath(base.resolve(), target.resolve().parent)).as_posix()
+    lines = [f"flexura: {VERSION}", f"extends: {_quoted(above)}", f"name: {_quoted(name)}", "", "parameters:"]
+    for key, change in changed.items():
+        number = format_quantity(change.value, dimensions[key] or NUMBER)
+        comment = f"  # {change.comment}" if change.comment else ""
+        lines.append(f"  {key}: {{value: {number}, source: {_quoted(change.source)}}}{comment}")
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)

@@ -23,12 +23,10 @@ from flexura.motion.pose import Pose
 from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
 from flexura.motion.strain import beam_strain
 from flexura.motion.superelements import Superelements
+from flexura.thresholds import FREE_MOTION
 
 BEAM_STEPS = 4
 """Steps of Newton's method for the beam under the same forces."""
-
-RESISTED_MOTION = 1e-9
-"""Stiffness, over the largest with a diagonal of ones, below which a motion meets none."""
 
 
 def softer_as_beams(group: Superelements, frames: Frames, motions: Array) -> Array:
@@ -67,7 +65,7 @@ def _change(K: Array, six: slice, line: Array, d: Array) -> Array:
         return np.zeros((6, 6))
     scale = 1 / np.sqrt(np.diag(k))
     values, vectors = np.linalg.eigh(scale[:, None] * k * scale)
-    meant = values > RESISTED_MOTION * values[-1]
+    meant = values > FREE_MOTION * values[-1]
     kept = scale[:, None] * vectors[:, meant] / np.sqrt(values[meant])
     beam, force, at = beam_strain(k[None], np.array([length]), PLAIN), kept.T @ k @ d, d
     for _ in range(BEAM_STEPS):

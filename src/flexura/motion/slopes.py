@@ -17,12 +17,13 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.duals import Dual, plain, slope_of
 from flexura.linalg import factorise
+from flexura.modal import close_groups
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.model import Loads, MovingModel
 from flexura.motion.pose import Holding, Pose, critical_state, lowest_of_any, material_at
-from flexura.sensitivity import clusters
 from flexura.structure import Design
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 GUARD = 3
 """Eigenvalues worked out beyond those wanted, to see whether the last one is repeated."""
@@ -107,7 +108,7 @@ class SlopedPose:
         X = self.pose.holding.motions(pairs.vectors) if held else pairs.vectors
         groups = []
         masses = [] if self.moving is None else self.moving.equations.model.mass_blocks(self.moving.state.frames)
-        for at in clusters(pairs.values):
+        for at in close_groups(pairs.values, REPEATED_EIGENVALUES):
             if at[0] >= n:
                 break
             value, x = float(np.mean(pairs.values[at])), X[:, at]
@@ -115,7 +116,7 @@ class SlopedPose:
             if held:
                 pull = self._pulled(x, self.pose.K @ x - value * (self.pose.M @ x))
                 slope = slope - pull - np.swapaxes(pull, 1, 2)
-            groups.append(Repeated(at, value, slope))
+            groups.append(Repeated(at.tolist(), value, slope))
         return groups
 
     def buckling_factor(self) -> Repeated | None:
@@ -125,7 +126,7 @@ class SlopedPose:
         if critical is None:
             return None
         factors, shapes = critical
-        at = clusters(factors)[0]
+        at = close_groups(factors, REPEATED_EIGENVALUES)[0].tolist()
         value, x = float(np.mean(factors[at])), self.pose.holding.motions(shapes[:, at])
         rest, whole = (self._form(blocks, x) for blocks in (self._material, self._stiffness))
         force = (1 - value) * (material_at(self.pose) @ x) + value * (self.pose.K @ x)

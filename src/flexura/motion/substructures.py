@@ -18,6 +18,7 @@ from flexura.motion.elements import Frames
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import Logarithm, exponential
 from flexura.motion.superelements import Sagging, Superelements
+from flexura.thresholds import SAME_SIZE
 
 Flags = NDArray[np.bool_]
 
@@ -28,9 +29,6 @@ INSIDE_STEPS = 12
 
 MODES = 12
 """Modes of a substructure by itself that are known at most."""
-
-SAME_SUBSTRUCTURE = 1e-9
-"""Difference of equal substructures over the size of their largest numbers."""
 
 TURNING = ("axes", "arm")
 """What elements hold in global axes; all else that they hold is the same however they lie."""
@@ -99,7 +97,7 @@ class Substructure:
             touching = zip(groups, self.rows, strict=True)
             ends = [group.arm[rows][group.node[rows] == frame] for group, rows in touching if len(rows)]
             arm = np.concatenate(ends)
-            if np.ptp(arm, axis=0).max() <= SAME_SUBSTRUCTURE * max(np.abs(arm).max(), 1e-300):
+            if np.ptp(arm, axis=0).max() <= SAME_SIZE * max(np.abs(arm).max(), 1e-300):
                 arms[j] = arm[0]
         return arms
 
@@ -365,7 +363,7 @@ def _alike(a: Array, b: Array) -> bool:
     if a.shape != b.shape:
         return False
     size = max(np.abs(a).max(initial=0.0), np.abs(b).max(initial=0.0))
-    return bool(np.abs(a - b).max(initial=0.0) <= SAME_SUBSTRUCTURE * size)
+    return bool(np.abs(a - b).max(initial=0.0) <= SAME_SIZE * size)
 
 
 def _axes(elements: Sequence[Any]) -> Array | None:

@@ -29,7 +29,6 @@ from flexura.reduction.condensation import interface_reduction as interface_redu
 from flexura.reduction.condensation import nested as nested
 from flexura.reduction.equal_branches import SplitModel as SplitModel
 from flexura.reduction.equal_branches import split as split
-from flexura.reduction.low_order import TOLERANCE as TOLERANCE
 from flexura.reduction.low_order import Reduction as Reduction
 from flexura.reduction.low_order import reduce as reduce
 from flexura.reduction.low_order import reduction_of as reduction_of

@@ -22,6 +22,7 @@ from flexura.linalg import EPS, Eigenpairs, Pencil, count_below, is_definite, lo
 from flexura.records import Kept, Record
 from flexura.reduction.certificates import Certificate
 from flexura.structure import FullOrderModel
+from flexura.thresholds import SAME_SIZE
 
 SPLIT_FROM = 5000
 """Smaller models are not worth it."""
@@ -42,9 +43,6 @@ STORED_ROUNDING = 32
 
 SPARE_BLOCK_PAIRS = 4
 """Pairs of every problem beyond those asked for."""
-
-EQUAL_WITHIN = 1e-9
-"""Relative difference up to which branches are equal."""
 
 COUPLING_RANK = 1e-12
 """Relative size of a singular value of the coupling that is round-off."""
@@ -291,7 +289,7 @@ def _acts_alike(A: Any, first: Any, dofs: Index, turn: sp.csr_matrix) -> bool:
     motion, whole = np.cos(1.0 + np.arange(dofs.shape[1]) ** 2), np.zeros(A.shape[0])
     whole[dofs] = motion
     acts = (turn.T @ (A @ (turn @ whole)))[dofs]
-    return bool((np.abs(acts - first @ motion) <= EQUAL_WITHIN * (abs(first) @ np.abs(motion))).all())
+    return bool((np.abs(acts - first @ motion) <= SAME_SIZE * (abs(first) @ np.abs(motion))).all())
 
 
 def _coupling(

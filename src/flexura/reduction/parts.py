@@ -23,7 +23,6 @@ import scipy.sparse as sp
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import DENSE_LIMIT, Eigenpairs, count_below, factorise, lowest, scaled, unit_scale
-from flexura.modal import REPEATED_EIGENVALUES
 from flexura.records import Latest, Record
 from flexura.reduction.chains import (
     ChainGroup,
@@ -35,6 +34,7 @@ from flexura.reduction.chains import (
 )
 from flexura.sizes import beyond
 from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 ADDED_ENERGY = 1e-10
 """Relative size below which what a vector adds to the basis counts as round-off."""

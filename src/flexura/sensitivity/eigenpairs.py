@@ -21,9 +21,10 @@ from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, slope_of, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, lowest_groups, scaled
-from flexura.modal import REPEATED_EIGENVALUES, close_groups
+from flexura.modal import close_groups
 from flexura.sensitivity.families import Change, FullOrderFamily
 from flexura.structure import Design, DiscreteElement, PartMatrices, stiffness_and_mass
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 SPARE_EIGENVALUES = 3
 """Eigenvalues computed beyond those wanted, to see whether the last one is repeated."""

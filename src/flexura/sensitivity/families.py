@@ -20,8 +20,9 @@ from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, slope_of, zeros
 from flexura.errors import OptionError
+from flexura.full_order import unloaded
 from flexura.linalg import factorise, inverse_roots, scaled
-from flexura.modal import REPEATED_EIGENVALUES, close_groups
+from flexura.modal import close_groups
 from flexura.reduction import LowOrderModel, reduce
 from flexura.structure import (
     Design,
@@ -34,8 +35,8 @@ from flexura.structure import (
     full_order,
     full_order_model,
     geometric_forces,
-    unloaded,
 )
+from flexura.thresholds import REPEATED_EIGENVALUES
 
 Rows = Callable[[Design], Any]
 """Rows (o, n) over the DOFs of the full-order model that read something off it, for the sizes of a design."""

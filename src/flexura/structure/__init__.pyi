@@ -3,6 +3,14 @@ from flexura.structure.assembly import Triplets as Triplets
 from flexura.structure.assembly import block_diagonal as block_diagonal
 from flexura.structure.assembly import full_order as full_order
 from flexura.structure.assembly import node_dofs as node_dofs
+from flexura.structure.channel import UNITS as UNITS
+from flexura.structure.channel import Action as Action
+from flexura.structure.channel import Channel as Channel
+from flexura.structure.channel import channel_positions as channel_positions
+from flexura.structure.channel import ends_of as ends_of
+from flexura.structure.channel import matched as matched
+from flexura.structure.channel import response_columns as response_columns
+from flexura.structure.channel import unit_of_response as unit_of_response
 from flexura.structure.corrections import Torsion as Torsion
 from flexura.structure.design import Design as Design
 from flexura.structure.design import OfDesign as OfDesign
@@ -14,8 +22,6 @@ from flexura.structure.elements import TAPERED_PIECES as TAPERED_PIECES
 from flexura.structure.elements import Cut as Cut
 from flexura.structure.elements import Elements as Elements
 from flexura.structure.elements import ElementSlice as ElementSlice
-from flexura.structure.full_order import assemble as assemble
-from flexura.structure.full_order import at_rest as at_rest
 from flexura.structure.full_order import checked_design as checked_design
 from flexura.structure.full_order import described_prestress as described_prestress
 from flexura.structure.full_order import dissipation as dissipation
@@ -23,7 +29,6 @@ from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import kinks as kinks
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import tables_left as tables_left
-from flexura.structure.full_order import unloaded as unloaded
 from flexura.structure.model import Drive as Drive
 from flexura.structure.model import FullOrderModel as FullOrderModel
 from flexura.structure.model import Pushes as Pushes
@@ -37,7 +42,12 @@ from flexura.structure.part import PartGeometry as PartGeometry
 from flexura.structure.part import PartMatrices as PartMatrices
 from flexura.structure.plan import Plan as Plan
 from flexura.structure.plan import one_design as one_design
-from flexura.structure.plan import plan_of as plan_of
+from flexura.structure.ports import DERIVATIVE as DERIVATIVE
+from flexura.structure.ports import InputPort as InputPort
+from flexura.structure.ports import OutputPort as OutputPort
+from flexura.structure.ports import Ports as Ports
+from flexura.structure.ports import actuator_names as actuator_names
+from flexura.structure.ports import default_dofs as default_dofs
 from flexura.structure.sections import SectionGroup as SectionGroup
 from flexura.structure.segments import Segments as Segments
 from flexura.structure.segments import segments as segments

@@ -10,16 +10,12 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, circle, notch, rectangle, tube
-from flexura.mechanism import Flexure, Link, Mechanism
-from flexura.mechanism import profile as pr
-from flexura.mechanism import section as sc
+from flexura.mechanism import Flexure, Leaf, Link, Mechanism, Notch, Part, Profile, RoundNotch, TwoAxisNotch
 from flexura.structure.values import ValueTable
+from flexura.thresholds import SAME_SIZE
 
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
-
-SAME_LENGTH = 1e-9
-"""Relative difference of lengths that are the same, as descriptions are checked."""
 
 _CONTOURS: dict[str, Callable[[Array, Array, Sizes], Array]] = {
     "circular": lambda x, _, s: notch.circular(x, s["radius"], s["web"]),
@@ -162,14 +158,14 @@ def _fits(shape: str, half: Array, sizes: Sizes) -> Any:
     """Whether a contour fits between the ends of a notch (..., 1)."""
     match shape:
         case "circular":
-            return sizes["radius"] >= half * (1 - SAME_LENGTH)
+            return sizes["radius"] >= half * (1 - SAME_SIZE)
         case "corner_filleted":
-            return sizes["fillet_radius"] <= half * (1 + SAME_LENGTH)
+            return sizes["fillet_radius"] <= half * (1 + SAME_SIZE)
         case "v_shaped":
             return sizes["angle"] < np.pi / 2
         case "table":
             ends = sizes["positions"][..., 0], sizes["positions"][..., -1] - 2 * half
-            return (np.abs(ends[0]) <= SAME_LENGTH * 2 * half) & (np.abs(ends[1]) <= SAME_LENGTH * 2 * half)
+            return (np.abs(ends[0]) <= SAME_SIZE * 2 * half) & (np.abs(ends[1]) <= SAME_SIZE * 2 * half)
     return np.ones(1, dtype=bool)
 
 
@@ -216,19 +212,19 @@ def section_groups(
     return [(group, n, is_tapered) for (_, _, n, is_tapered), group in groups.items()]
 
 
-def _fields(part: sc.Part | pr.Part) -> dict[str, Any]:
+def _fields(part: Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in type(part).model_fields if name not in ("shape", "type")}
 
 
-def _profile_sizes(profile: pr.Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
+def _profile_sizes(profile: Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
     match profile:
-        case pr.Leaf():
+        case Leaf():
             return ("leaf",), _fields(profile)
-        case pr.Notch():
+        case Notch():
             return ("notch", profile.contour.shape), {"width": profile.width, **_fields(profile.contour)}
-        case pr.RoundNotch():
+        case RoundNotch():
             return ("round", profile.contour.shape), _fields(profile.contour)
-        case pr.TwoAxisNotch():
+        case TwoAxisNotch():
             y, z = profile.y_contour, profile.z_contour
             sizes: dict[str, Any] = {"shift": profile.shift}
             sizes |= {f"y_{name}": value for name, value in _fields(y).items()}

@@ -1,9 +1,3 @@
-from flexura.systems.channel import UNITS as UNITS
-from flexura.systems.channel import Action as Action
-from flexura.systems.channel import Channel as Channel
-from flexura.systems.channel import matched as matched
-from flexura.systems.channel import response_columns as response_columns
-from flexura.systems.channel import unit_of_response as unit_of_response
 from flexura.systems.left_out import NEAR as NEAR
 from flexura.systems.left_out import UNDAMPED as UNDAMPED
 from flexura.systems.left_out import band_limits as band_limits
@@ -14,11 +8,6 @@ from flexura.systems.left_out import resonance_limits as resonance_limits
 from flexura.systems.left_out import truncation_limits as truncation_limits
 from flexura.systems.modal import ComplexModes as ComplexModes
 from flexura.systems.modal import ModalSystem as ModalSystem
-from flexura.systems.ports import DERIVATIVE as DERIVATIVE
-from flexura.systems.ports import InputPort as InputPort
-from flexura.systems.ports import OutputPort as OutputPort
-from flexura.systems.ports import Ports as Ports
-from flexura.systems.ports import actuator_names as actuator_names
 from flexura.systems.reduction import state_space as state_space
 from flexura.systems.reduction import with_residual_modes as with_residual_modes
 from flexura.systems.second_order import DampingLaw as DampingLaw

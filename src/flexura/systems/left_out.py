@@ -16,9 +16,7 @@ from flexura.systems.modal import ModalSystem, coupled_response
 from flexura.systems.second_order import Remainder, SecondOrder
 from flexura.systems.state_space import FAINT, WORTH, Neglected, StateSpace, rounded_up
 from flexura.tables import in_hz
-
-STATIC_ROUNDING = 1e-9
-"""Relative round-off allowed for in static sums."""
+from flexura.thresholds import STATIC_ROUND_OFF
 
 BAND_POINTS = 60
 """Frequencies at which a band is looked at, beside those at resonances."""
@@ -83,7 +81,7 @@ def neglected_bound(modes: ModalSystem, frequency_hz: ArrayLike) -> Array:
     plain = 2 * zeta * w[:, None, None] * _slow(modes, sides, static) / np.where(nearer > 0, nearer, 1.0) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
         bound = second / np.where(room > 0, room, 0.0)[:, None, None] + plain
-    rounding = STATIC_ROUNDING * np.sqrt(np.outer(remainder.whole[rows], remainder.whole[B]))
+    rounding = STATIC_ROUND_OFF * np.sqrt(np.outer(remainder.whole[rows], remainder.whole[B]))
     inside = ((w < modes.next_omega) & (room > 0))[:, None, None]
     return np.where(inside, np.where(second > 0, bound, plain) + rounding, np.inf)
 

@@ -17,7 +17,7 @@ from flexura.arrays import Array, Complex
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
-from flexura.systems.channel import Channel, ends_of, positions
+from flexura.structure import Channel, channel_positions, ends_of
 from flexura.systems.second_order import Remainder, SecondOrder, remainder_of, stiffening
 from flexura.tables import Facts, Table, in_hz, percent
 
@@ -225,7 +225,7 @@ class ModalSystem(Tabular):
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> ModalSystem:
         """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
-        i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
+        i, o = channel_positions(self.inputs, inputs), channel_positions(self.outputs, outputs)
         return replace(
             self,
             system=self.system.selected(inputs, outputs),

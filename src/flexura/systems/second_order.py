@@ -25,9 +25,15 @@ from flexura.mechanism import Damping, evaluated, problems_of, validated
 from flexura.records import Record
 from flexura.reduction import WELL, Flexibility, LowOrderModel, chained, flexibility, stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel, full_order_model
-from flexura.systems.channel import Channel, ends_of, positions
-from flexura.systems.ports import InputPort, OutputPort
+from flexura.structure import (
+    Channel,
+    FullOrderModel,
+    InputPort,
+    OutputPort,
+    channel_positions,
+    ends_of,
+    full_order_model,
+)
 from flexura.tables import Facts, Table
 
 Model = FullOrderModel | LowOrderModel
@@ -252,7 +258,7 @@ class SecondOrder(Result):
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Self:
         """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
-        i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
+        i, o = channel_positions(self.inputs, inputs), channel_positions(self.outputs, outputs)
         return replace(
             self,
             B=self.B[:, i],

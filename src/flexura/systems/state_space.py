@@ -18,8 +18,7 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import leading
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
-from flexura.structure import FullOrderModel
-from flexura.systems.channel import Channel, ends_of, positions
+from flexura.structure import Channel, FullOrderModel, channel_positions, ends_of
 from flexura.tables import Facts, Table, ends, in_hz, number, percent, quantity
 
 WORTH = 0.01
@@ -242,7 +241,7 @@ class StateSpace(Result):
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> StateSpace:
         """The model with some of its inputs and outputs, by name. Raises OptionError for others."""
-        i, o = positions(self.inputs, inputs), positions(self.outputs, outputs)
+        i, o = channel_positions(self.inputs, inputs), channel_positions(self.outputs, outputs)
         B, C, D = self.B[:, i], self.C[o], self.D[np.ix_(o, i)]
         ins, outs = tuple(self.inputs[k] for k in i), tuple(self.outputs[k] for k in o)
         lost = None if self.neglected is None else self.neglected.selected(i, o)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import (
     LowOrderModel,
@@ -24,21 +25,25 @@ from flexura.reduction import (
     static_nodes,
     stored_flexibility,
 )
-from flexura.structure import FullOrderModel, Plan, assemble, dissipation, one_design, plan_of
+from flexura.structure import (
+    DERIVATIVE,
+    FullOrderModel,
+    InputPort,
+    OutputPort,
+    Plan,
+    Ports,
+    default_dofs,
+    dissipation,
+    one_design,
+)
 from flexura.systems.modal import ModalSystem, modal_system
-from flexura.systems.ports import DERIVATIVE, InputPort, OutputPort, Ports, default_dofs
 from flexura.systems.second_order import Model, SecondOrder, damping_law, full_order_of
+from flexura.thresholds import ROUND_OFF, STATIC_ROUND_OFF
 
 Order = Literal["low", "full"]
 
 PROVEN_MODES = 6
 """A system is reduced until so many of its lowest frequencies are proven, unless something else is asked for."""
-
-UNIFORM_LOSS = 1e-12
-"""Relative difference of structural damping from one loss factor for everything that is round-off."""
-
-CORRECTION_ROUNDING = 1e-9
-"""Relative size of a static correction that is round-off."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,7 +112,7 @@ def system(
         whole = all_rows @ flexible(loads)
         lacking = whole - rows @ stored_flexibility(model.K, model.M, flexible.shift)(B)
         scale = np.abs(whole).max(axis=1, keepdims=True, initial=0.0)
-        residual = np.where(np.abs(lacking) > CORRECTION_ROUNDING * scale, lacking, 0.0)
+        residual = np.where(np.abs(lacking) > STATIC_ROUND_OFF * scale, lacking, 0.0)
     return System(
         model,
         model.M,
@@ -221,7 +226,7 @@ def uniform_loss(H: Any, K: Any) -> float | None:
     if not total:
         return 0.0
     ratio = total / float(K.diagonal().sum())
-    return ratio if abs(H - ratio * K).max() <= UNIFORM_LOSS * abs(K).max() else None
+    return ratio if abs(H - ratio * K).max() <= ROUND_OFF * abs(K).max() else None
 
 
 def _projected(A: sp.csc_matrix, recover: Any, K: Any) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.deadline import time_limit
+from flexura.deadline import OutOfTime, time_limit
 from flexura.errors import OptionError, SolverError
 from flexura.sizes import size_limits
 from flexura.study.engine import open_study, run
@@ -212,7 +212,7 @@ def test_what_a_block_raises_is_raised(tmp_path, how):
 
 
 def test_a_time_limit_keeps_what_is_done(tmp_path, undisturbed):
-    with pytest.raises(SolverError, match=r"stopped after 0.2 s\n *\d+ of 1000 designs are kept"), time_limit(0.2):
+    with pytest.raises(OutOfTime, match=r"stopped after 0.2 s\n *\d+ of 1000 designs are kept"), time_limit(0.2):
         run(asked(limit=0.9, seconds=1e-3), space(), folder=tmp_path / "study", workers=1)
     run(asked(limit=0.9, seconds=1e-3), space(), folder=tmp_path / "study", workers=1)
     assert files(tmp_path / "study") == undisturbed

@@ -8,6 +8,7 @@ from scipy.stats import qmc
 
 from flexura.errors import OptionError
 from flexura.study.space import Sobol, Space, Variable
+from helpers.over import over
 
 UNIT = tuple(Variable(name, 0.0, 1.0) for name in "abc")
 
@@ -103,7 +104,7 @@ def test_the_largest_spaces_can_be_numbered():
     assert last["n"].tolist() == [2**53 - 2, 2**53 - 1]
 
 
-@pytest.mark.parametrize(
+@over(
     ("arguments", "said"),
     [
         ((UNIT,), "how many values does it take"),

@@ -6,6 +6,7 @@ import pytest
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.study.space import Space, Variable, variables
+from helpers.over import over
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +56,7 @@ def test_a_unit_is_that_of_the_parameter(guide):
     assert [own.unit for own in variables(guide, {"thickness": (2e-4, 6e-4), "leaves": [1, 2]})] == ["m", "1"]
 
 
-@pytest.mark.parametrize(
+@over(
     ("vary", "said"),
     [
         ("thickness", "NAME=LOW:HIGH"),

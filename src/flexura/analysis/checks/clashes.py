@@ -13,9 +13,7 @@ from flexura.arrays import Array, Index
 from flexura.convex import crossed, overlapping_bounds, separations, shared
 from flexura.structure import ROUND, Bars, Bodies, FullOrderModel
 from flexura.tables import quantity
-
-FLUSH = 1e-6
-"""Gap over the smaller part's least size below which two parts touch."""
+from flexura.thresholds import SAME_PLACE
 
 SHALLOW = 1e-3
 """Depth of an overlap over the smaller part's least size up to which the parts touch rather than overlap."""
@@ -186,7 +184,7 @@ class _Looker:
 
     def clashes(self) -> tuple[list[Clash], int]:
         """What clashes, and how many pairs were left out for the budget of pieces."""
-        flush = FLUSH * self._size[self._pairs].min(axis=1)
+        flush = SAME_PLACE * self._size[self._pairs].min(axis=1)
         solid = (self._spans[:, :, 1] > self._spans[:, :, 0]).all(axis=1)
         near = np.flatnonzero(solid)
         near = near[separations(self._boxes(near, 0), self._boxes(near, 1), are_boxes=True) <= flush[near]]

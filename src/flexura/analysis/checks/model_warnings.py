@@ -19,11 +19,13 @@ from flexura.analysis.model_error import (
 from flexura.analysis.strain import frequency_errors, mesh_warning, part_meshes
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs, bracket, leading, lowest
 from flexura.mechanism import TOP, Link, Mechanism, origin_of
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
-from flexura.structure import Bars, FullOrderModel, assemble
+from flexura.structure import Bars, FullOrderModel
 from flexura.tables import in_hz, quantity
+from flexura.thresholds import SAME_PLACE
 
 LOOSE = 3e-5
 """Part of the highest frequency looked at below which a motion counts as all but free."""
@@ -204,10 +206,6 @@ def nodes_outside(full: FullOrderModel, values: Mapping[str, Any], reported: Col
             )
             warnings.setdefault(body.kind, Diagnostic.about("reach", text, body.kind))
     return list(warnings.values())
-
-
-SAME_PLACE = 1e-6
-"""Distance of nodes at one place, over the size of the mechanism."""
 
 
 def overlapping_nodes(full: FullOrderModel) -> Iterator[Diagnostic]:

@@ -6,6 +6,10 @@ from flexura.analysis.limits.limits import merged as merged
 from flexura.analysis.limits.limits import motion_limits as motion_limits
 from flexura.analysis.limits.limits import stress_limits as stress_limits
 from flexura.analysis.limits.limits import times as times
+from flexura.analysis.limits.pose_limits import coarse_mesh as coarse_mesh
+from flexura.analysis.limits.pose_limits import mesh_errors as mesh_errors
+from flexura.analysis.limits.pose_limits import pose_limits as pose_limits
+from flexura.analysis.limits.pose_limits import solids_that_meet as solids_that_meet
 from flexura.analysis.limits.preload import Preload as Preload
 from flexura.analysis.limits.preload import preload as preload
 from flexura.analysis.limits.stiffening import bent_most as bent_most

@@ -13,8 +13,7 @@ from flexura.analysis.strain import YieldRatios, element_motions, end_forces, ra
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic
-from flexura.structure import FullOrderModel
-from flexura.systems import InputPort, Ports
+from flexura.structure import FullOrderModel, InputPort, Ports
 from flexura.tables import quantity
 
 LARGE_ROTATION = 0.1

@@ -13,8 +13,7 @@ from flexura.analysis.limits.limits import States, largest, member_rows, motion_
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
-from flexura.structure import FullOrderModel
-from flexura.systems import InputPort
+from flexura.structure import FullOrderModel, InputPort
 from flexura.tables import quantity
 
 DIFFERENT_SIZE = 0.02

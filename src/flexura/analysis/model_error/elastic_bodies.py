@@ -18,6 +18,7 @@ from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.mechanism import TOP, Box, Cylinder, Mechanism, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.structure import FullOrderModel
+from flexura.thresholds import SAME_PLACE
 
 ORDER = 8
 """Largest order of the products of Legendre polynomials: 165 functions for each displacement."""
@@ -159,9 +160,6 @@ element axes."""
 DEPTH = 0.25
 """Depth of a block of the ground that is not drawn, over the largest distance that its members span."""
 
-ON_FACE = 1e-6
-"""Distance of a node from a face, relative to the solid's size, up to which it lies on it."""
-
 ONE_WAY = 0.999
 """Cosine of the angle between members up to which they leave one block of the ground."""
 
@@ -297,7 +295,7 @@ def _held(full: FullOrderModel, body: LoadedSolid, cluster: int) -> tuple[Elasti
     for node in np.flatnonzero(topology.is_clamped & (topology.root == cluster)):
         at = body.axes.T @ (full.geometry.positions[node] - body.centre) / half
         axis = int(np.abs(at).argmax())
-        if abs(abs(at[axis]) - 1) < ON_FACE:
+        if abs(abs(at[axis]) - 1) < SAME_PLACE:
             clamped = axis, int(np.sign(at[axis]))
     if clamped is not None:
         return replace(solid, held=clamped), True
@@ -344,7 +342,7 @@ def _blocks(full: FullOrderModel, ends: list[MemberEnd], values: Mapping[str, An
         out, size = end.axes[:, 0], float(np.linalg.norm(end.sides, axis=1).max())
         for group in groups:
             first = group[0]
-            is_level = abs((end.point - first.point) @ first.axes[:, 0]) < ON_FACE + 0.1 * size
+            is_level = abs((end.point - first.point) @ first.axes[:, 0]) < SAME_PLACE + 0.1 * size
             if out @ first.axes[:, 0] > ONE_WAY and is_level:
                 group.append(end)
                 break

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
 from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning, motions
@@ -17,6 +18,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import stage
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism import Mechanism
 from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
@@ -24,7 +26,6 @@ from flexura.records import Record
 from flexura.reduction import (
     HERTZ,
     RESOLVED,
-    TOLERANCE,
     Certificate,
     ChainedModel,
     LowOrderModel,
@@ -40,10 +41,10 @@ from flexura.reduction import (
     split,
     state_of,
 )
-from flexura.registry import registered
 from flexura.results import Tabular, plain
-from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, full_order_model, one_design
 from flexura.tables import Facts, Table, in_hz, quantity
+from flexura.thresholds import PROVEN
 
 LARGEST = 30_000
 """Up to this full order its own modes are worked out beside those of the low order."""
@@ -141,7 +142,7 @@ class Modes(Tabular):
     certificate: Certificate
     steps: tuple[str, ...] = ()
     """What the reduction kept and why."""
-    tolerance: float = TOLERANCE
+    tolerance: float = PROVEN
     """Relative error that every frequency is held against."""
     warnings: tuple[Diagnostic, ...] = ()
     """What is missing, not proven, or beyond the tolerance."""
@@ -263,7 +264,7 @@ def modes(
         if parameters or order == "full" or given:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
         full = chained(full_order_model(model.design))
-        return _low_modes(full, model, min(n, model.order), one_design(model.parameters), TOLERANCE)
+        return _low_modes(full, model, min(n, model.order), one_design(model.parameters), PROVEN)
     plan, single = plan_of(model, parameters), one_design(parameters)
     stage("assembling the full order")
     full = assemble(plan, single)
@@ -281,7 +282,7 @@ def modes(
         n = low.order
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
-    return _low_modes(chained(full), low, min(n, low.order), single, wanted.get("tolerance", TOLERANCE))
+    return _low_modes(chained(full), low, min(n, low.order), single, wanted.get("tolerance", PROVEN))
 
 
 def _split_modes(parts: SplitModel, n: int, parameters: dict[str, float]) -> Modes:
@@ -289,7 +290,7 @@ def _split_modes(parts: SplitModel, n: int, parameters: dict[str, float]) -> Mod
     proof, pairs, full = parts.certificate(n), parts.lowest(n), parts.model
     u = full.node_displacements(pairs.vectors)
     modes = [  # a model is split only where its stiffness is definite: nothing is rigid
-        _mode(k, proof, motion, (float(proof.frequency_hz[k]), 0.0, 1.0), free=0, tolerance=TOLERANCE)
+        _mode(k, proof, motion, (float(proof.frequency_hz[k]), 0.0, 1.0), free=0, tolerance=PROVEN)
         for k, motion in enumerate(motions(full, u))
     ]
     return _result(
@@ -300,7 +301,7 @@ def _split_modes(parts: SplitModel, n: int, parameters: dict[str, float]) -> Mod
         order=full.order,
         parameters=parameters,
         steps=(parts.summary, *state_of(full.design)),
-        tolerance=TOLERANCE,
+        tolerance=PROVEN,
         full_residual=parts.residual(n),
     )
 
@@ -424,7 +425,6 @@ def _result(
         is_counted=proof.is_counted,
     )
     modes, mesh_warnings = _with_mesh_errors(full, modes, u)
-    pose_limits = registered("pose_limits")(full) if full.plan.is_posed else ()
     return Modes(
         name=full.plan.mechanism.name,
         order=order,
@@ -437,8 +437,8 @@ def _result(
         model=full,
         certificate=proof,
         steps=steps,
-        tolerance=min(tolerance, TOLERANCE),
-        warnings=(*_unproven(modes, proof, tolerance), *mesh_warnings, *pose_limits),
+        tolerance=min(tolerance, PROVEN),
+        warnings=(*_unproven(modes, proof, tolerance), *mesh_warnings, *pose_limits(full)),
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
 from flexura.charts import Axis, Chart, Curve, Mark, Panel
-from flexura.systems import unit_of_response
+from flexura.structure import unit_of_response
 from flexura.tables import counted, in_hz
 
 MOST_CURVES = 8

@@ -11,21 +11,31 @@ import numpy as np
 import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
+from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, model_errors_near
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble, plan_of
 from flexura.linalg import count_below, inverse_roots, scaled
 from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
+from flexura.motion import at_pose
 from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
 from flexura.results import Tabular
-from flexura.structure import Design, FullOrderModel, Plan, assemble, one_design, plan_of, stiffness_and_mass
+from flexura.structure import (
+    Channel,
+    Design,
+    FullOrderModel,
+    Plan,
+    one_design,
+    response_columns,
+    stiffness_and_mass,
+    unit_of_response,
+)
 from flexura.systems import (
     NEAR,
-    Channel,
     ModalSystem,
     Order,
     SecondOrder,
@@ -38,11 +48,9 @@ from flexura.systems import (
     reduced,
     remainder_of_response,
     resonance_limits,
-    response_columns,
     stiffening,
     system,
     truncation_limits,
-    unit_of_response,
 )
 from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
 
@@ -385,7 +393,7 @@ def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -
     has one; without frequencies up to there, reduced as `system` reduces a mechanism of which nothing is said."""
     described = plan.mechanism.reduction
     tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
-    K, M = stiffness_and_mass(Design.of(plan, parameters))
+    K, M = stiffness_and_mass(at_pose(Design.of(plan, parameters)))
     single = one_design(parameters)
     if count_below(K, M, (2 * np.pi * top) ** 2):
         return reduce(plan, single, tolerance=tolerance, up_to=top, coordinates="substructures")

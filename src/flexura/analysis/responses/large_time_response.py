@@ -31,8 +31,8 @@ from flexura.motion import (
     described_loads,
     rotation_vector,
 )
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel, OutputPort, System
+from flexura.structure import Channel, FullOrderModel, OutputPort
+from flexura.systems import System
 from flexura.tables import in_hz, quantity
 
 MODES = 6

@@ -18,8 +18,8 @@ from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, inverse_roots
 from flexura.records import Record
 from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
-from flexura.structure import Design, FullOrderModel, Plan
-from flexura.systems import DampingLaw, Ports, System, damping_law, load_of, system
+from flexura.structure import Design, FullOrderModel, Plan, Ports
+from flexura.systems import DampingLaw, System, damping_law, load_of, system
 from flexura.tables import in_hz
 
 BEYOND = 4.0

@@ -18,19 +18,10 @@ from flexura.errors import Diagnostic
 from flexura.linalg import leading
 from flexura.reduction import stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel
-from flexura.systems import (
-    FAINT,
-    UNDAMPED,
-    WORTH,
-    Channel,
-    ModalSystem,
-    Ports,
-    SecondOrder,
-    input_loads,
-    rounded_up,
-)
+from flexura.structure import Channel, FullOrderModel, Ports
+from flexura.systems import FAINT, UNDAMPED, WORTH, ModalSystem, SecondOrder, input_loads, rounded_up
 from flexura.tables import Facts, Table, in_hz, percent, quantity
+from flexura.thresholds import ROUND_OFF, STATIC_ROUND_OFF
 
 BLOCK = 10_000_000
 """Modal coordinates that are held at a time."""
@@ -192,12 +183,6 @@ VALUES = 20_000_000
 OVERDAMPED = 0.7
 """Damping ratio from which decay is not counted on."""
 
-SUM_ROUND_OFF = 1e-9
-"""Relative round-off of sums over all modes."""
-
-NO_JUMP = 1e-12
-"""Relative size of a jump at time zero that is none."""
-
 MOST_OUTPUTS = 4
 """Outputs that a sentence names."""
 
@@ -297,7 +282,7 @@ def _patterns(signals: Array) -> tuple[Array, Array]:
             continue
         for g, pattern in enumerate(patterns):
             ratio = float(signal @ pattern) / float(pattern @ pattern)
-            if np.abs(signal - ratio * pattern).max() <= NO_JUMP * np.abs(signal).max():
+            if np.abs(signal - ratio * pattern).max() <= ROUND_OFF * np.abs(signal).max():
                 turn[k, g] = ratio
                 break
         else:
@@ -337,7 +322,7 @@ def _sizes(modes: ModalSystem, turn: Array) -> tuple[Array, Array, NDArray[np.bo
             free = np.where(W.any(axis=0), np.einsum("ij,ij->j", np.where(W, W, 0.0), np.where(W, agile, 0.0)), 0.0)
         whole = np.stack([free, np.einsum("ij,ij->j", W, X), np.einsum("ij,ij->j", X, full.M @ X)])
         part = np.stack([(kept**2 / (modes.omega**2 + shift)[:, None] ** k).sum(axis=0) for k in range(3)])
-        sums.append(np.vstack([np.maximum(whole - part, 0.0) + SUM_ROUND_OFF * whole + known * part, whole]))
+        sums.append(np.vstack([np.maximum(whole - part, 0.0) + STATIC_ROUND_OFF * whole + known * part, whole]))
         solved.append((W, X, agile))
     (W, X, agile), (loads, Y, _) = solved
     moments = (agile.T @ loads if np.isfinite(agile).all() else None, X.T @ loads, X.T @ (full.M @ Y))
@@ -422,4 +407,4 @@ def _tail(u: Array, dt: float, hold: Hold, start: float, *, w: float, least: flo
     level = gain * jump + total / w
     first = np.array([level + 2 * zeta * steep / w, level + 2 * steep / w, level + bend / w**2])
     smooth = np.array([total + 2 * zeta * steep, total + 2 * steep, total + bend / w])
-    return np.stack([first, np.full(3, np.inf) if jump > NO_JUMP * np.abs(u).max(initial=0.0) else smooth], axis=1)
+    return np.stack([first, np.full(3, np.inf) if jump > ROUND_OFF * np.abs(u).max(initial=0.0) else smooth], axis=1)

@@ -33,12 +33,13 @@ from flexura.analysis.strain import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, plan_of
-from flexura.systems import Channel, ModalSystem, Order, System, actuator_names, matched, system, with_residual_modes
-from flexura.tables import ROUND_OFF, Facts, Table, counted, in_hz, quantity
+from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched
+from flexura.systems import ModalSystem, Order, System, system, with_residual_modes
+from flexura.tables import SHOWN_AS_ZERO, Facts, Table, counted, in_hz, quantity
 
 Method = Literal["exact", "generalised_alpha"]
 Motion = Literal["small", "large"]
@@ -172,7 +173,9 @@ def _extremes(channels: Sequence[Channel], signals: Array, time: Array) -> dict[
     largest, and the times of the first two."""
 
     def texts(at: Any) -> list[str]:
-        values = [y[k] if abs(y[k]) > ROUND_OFF * np.abs(y).max() else 0.0 for y, k in zip(signals, at, strict=True)]
+        values = [
+            y[k] if abs(y[k]) > SHOWN_AS_ZERO * np.abs(y).max() else 0.0 for y, k in zip(signals, at, strict=True)
+        ]
         return [quantity(float(value), channel.unit) for value, channel in zip(values, channels, strict=True)]
 
     columns: dict[str, list[str]] = {}

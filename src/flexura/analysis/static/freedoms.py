@@ -18,6 +18,7 @@ from flexura.records import Record
 from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
 from flexura.tables import Facts, Table, counted, in_mm, number, quantity
+from flexura.thresholds import STATIC_ROUND_OFF
 
 LEAST_GAP = 10.0
 """Least ratio of compliances between freedoms and constraints where there are no actuators."""
@@ -36,9 +37,6 @@ REPEATED_STIFFNESS = 1e-3
 
 SAME_DIRECTION = 1e-6
 """Directions are the same when their components differ by no more."""
-
-COMPLIANCE_NOISE = 1e-9
-"""Compliances below so much of the largest are round-off."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -148,7 +146,7 @@ def _scaled(C: Array, length: float) -> tuple[Array, Array]:
     """Compliances (6,), m/N, largest first, and their axes (6, 6), rotations as lengths."""
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     values, axes = la.eigh(C * scale[:, None] * scale)
-    return np.maximum(values[::-1], COMPLIANCE_NOISE * values[-1]), axes[:, ::-1]
+    return np.maximum(values[::-1], STATIC_ROUND_OFF * values[-1]), axes[:, ::-1]
 
 
 def _largest_gap(values: Array) -> tuple[int, float, float]:
@@ -157,7 +155,7 @@ def _largest_gap(values: Array) -> tuple[int, float, float]:
     What is held does not move at all: the step down to it counts only where there is no gap above it.
     """
     ratio = values[:-1] / values[1:]
-    elastic = np.where(values[1:] > COMPLIANCE_NOISE * values[0], ratio, 1.0)
+    elastic = np.where(values[1:] > STATIC_ROUND_OFF * values[0], ratio, 1.0)
     if elastic.max() < LEAST_GAP and (elastic < ratio).any():
         elastic = ratio
     first = int(np.argmax(elastic))
@@ -210,7 +208,7 @@ def stiffness_without_springs(model: FullOrderModel) -> sp.csc_matrix | None:
                 B = sp.csr_matrix(np.kron(np.eye(len(discrete.nodes)), turned)) @ rows
                 K = K - B.T @ sp.csc_matrix(discrete.K) @ B
     has_springs = any(part.springs for part in model.plan.parts.values())
-    if not has_springs or (K.diagonal() < COMPLIANCE_NOISE * model.K.diagonal()).any():
+    if not has_springs or (K.diagonal() < STATIC_ROUND_OFF * model.K.diagonal()).any():
         return None
     K = sp.csc_matrix((K + K.T) / 2)
     return K if is_definite(K) else None
@@ -228,7 +226,7 @@ def screws(basis: Array, C: Array, model: FullOrderModel) -> list[tuple[Array, s
     _, cosines, Vt = la.svd(basis[3:])
     cosines = np.append(cosines, np.zeros(max(0, basis.shape[1] - len(cosines))))
     turning = cosines > TURNING_SHARE
-    K = np.asarray(la.pinvh(C, rtol=COMPLIANCE_NOISE), dtype=np.float64)
+    K = np.asarray(la.pinvh(C, rtol=STATIC_ROUND_OFF), dtype=np.float64)
     axes = _member_axes(model)
     turns = _along_axes(basis @ Vt[turning].T, slice(3, 6), K, axes)
     slides = _along_axes(basis @ Vt[~turning].T, slice(0, 3), K, axes)

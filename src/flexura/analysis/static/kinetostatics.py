@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from flexura.analysis.limits import States, motion_limits, not_looked_at, workspace_limits
 from flexura.analysis.model_error import NO_ERRORS, ModelError, errors_of
 from flexura.analysis.static.freedoms import (
-    COMPLIANCE_NOISE,
     LEAST_GAP,
     ComplianceSpectrum,
     Freedom,
@@ -28,24 +27,19 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import Channel, InputPort, Ports
-from flexura.tables import ROUND_OFF, Facts, Table, in_mm, number, percent, quantity, scale_for
+from flexura.structure import Channel, FullOrderModel, InputPort, Plan, Ports
+from flexura.tables import SHOWN_AS_ZERO, Facts, Table, in_mm, number, percent, quantity, scale_for
+from flexura.thresholds import CROSS_COMPLIANCE, STATIC_ROUND_OFF
 
 OWNED_SHARE = 0.5
 """Share of a compliance that locking the actuators takes away, from which it is a freedom."""
 
-LOCKED_COMPLIANCE = 1e-9
-"""Compliances with actuators locked below so much of those with actuators free are none."""
-
 LEAST_DRIFT = 1e-7
 """Drifts below this, m or rad, are round-off."""
-
-COMPLIANCE_ROUND_OFF = 1e-8
-"""Compliances below so much of their bound, sqrt(S_ii S_jj), are round-off."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -174,7 +168,7 @@ class Kinetostatics(Result):
         for j, channel in enumerate(self.inputs):
             per = f"({channel.unit})" if "*" in channel.unit else channel.unit
             cells = [
-                quantity(x if abs(x) > ROUND_OFF * largest[k > 2] else 0.0, f"{UNITS[k > 2]}/{per}", 4)
+                quantity(x if abs(x) > SHOWN_AS_ZERO * largest[k > 2] else 0.0, f"{UNITS[k > 2]}/{per}", 4)
                 for k, x in enumerate(self.coupling[:, j].tolist())
             ]
             unit = STIFFNESS_UNITS[channel.quantity == "moment"]
@@ -186,7 +180,7 @@ class Kinetostatics(Result):
         where they take it within their limits."""
 
         def stiffness(compliance: float, k: int, unlocked: float = 0.0) -> str:
-            is_held = compliance <= LOCKED_COMPLIANCE * unlocked
+            is_held = compliance <= STATIC_ROUND_OFF * unlocked
             return "held" if is_held else quantity(1 / compliance, STIFFNESS_UNITS[k > 2], 4)
 
         mounted, free, locked = (
@@ -245,7 +239,7 @@ def kinetostatics(
     S = rows @ moved
     S = (S + S.T) / 2
     size = np.sqrt(np.outer(np.diagonal(S), np.diagonal(S)))
-    S[np.abs(S) < COMPLIANCE_ROUND_OFF * size] = 0.0
+    S[np.abs(S) < CROSS_COMPLIANCE * size] = 0.0
     k = np.array([port.stiffness or 0.0 for port in inputs])
     gain = np.array([(port.stiffness * port.stroke if port.stiffness else 1.0) for port in inputs])
     free = _without_stiffness(S, k)
@@ -385,7 +379,7 @@ class _Platform:
             if not spectrum.is_clear:
                 notes.append(spectrum.why_unclear)
         freedoms = []
-        couples = free[:, 3:] @ la.pinvh(free[3:, 3:], rtol=COMPLIANCE_NOISE)
+        couples = free[:, 3:] @ la.pinvh(free[3:, 3:], rtol=STATIC_ROUND_OFF)
         for motion, kind in screws(basis, free, self.model):
             by_couple = kind == "R" and not self.inputs
             twist = (couples @ motion[3:] if by_couple else motion) / scale
@@ -396,7 +390,7 @@ class _Platform:
     def _with_wrench(self, freedom: Freedom) -> Freedom:
         """The freedom with the stroke at which something yields under the wrench at the node that makes its twist."""
         scale = self.scale
-        stiffness = la.pinvh(self.free * scale[:, None] * scale, rtol=COMPLIANCE_NOISE)
+        stiffness = la.pinvh(self.free * scale[:, None] * scale, rtol=STATIC_ROUND_OFF)
         wrench = scale * (stiffness @ (scale * np.array(freedom.twist)))
         return _with_yield(freedom, response_to(self.model, loads={self.node: wrench}))
 

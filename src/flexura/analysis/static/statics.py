@@ -17,6 +17,7 @@ from flexura.analysis.limits import (
     force_limits,
     motion_limits,
     not_looked_at,
+    pose_limits,
     preload,
     stiffening_limits,
     stress_limits,
@@ -33,16 +34,15 @@ from flexura.analysis.strain import (
     motion_meshes,
     stress_profiles,
 )
-from flexura.analysis.strokes import pose_limits
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble, dead_load
-from flexura.systems import Ports, matched
-from flexura.tables import ROUND_OFF, Facts, Table, quantity
+from flexura.structure import FullOrderModel, Plan, Ports, dead_load, matched
+from flexura.tables import SHOWN_AS_ZERO, Facts, Table, quantity
 
 NOTCH_FACTOR_ERROR = 0.05
 """How far off, relative, the stress factors of notches may be."""
@@ -211,7 +211,7 @@ class Statics(Tabular):
         first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
         headings = list(table)
         for alike in (headings[1:4], headings[4:]):
-            least = ROUND_OFF * max(np.abs(table[name]).max(initial=0.0) for name in alike)
+            least = SHOWN_AS_ZERO * max(np.abs(table[name]).max(initial=0.0) for name in alike)
             table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in alike}
         yield Table({name: [column[k] for k in first] for name, column in table.items()}, "nodes", count=len(moved))
         yield Table(self.reading_columns(), "sensors")
@@ -223,7 +223,7 @@ class Statics(Tabular):
         units = {out.channel.name: out.channel.unit for out in Ports(self.model.design).outputs(list(self.readings))}
         largest = {unit: max(abs(self.readings[n]) for n in units if units[n] == unit) for unit in units.values()}
         readings = [
-            quantity(value if abs(value) > ROUND_OFF * largest[units[name]] else 0.0, units[name])
+            quantity(value if abs(value) > SHOWN_AS_ZERO * largest[units[name]] else 0.0, units[name])
             for name, value in self.readings.items()
         ]
         errors = {name: interval_text(interval) for name, interval in self.model_error.items()}

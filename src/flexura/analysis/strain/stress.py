@@ -31,14 +31,12 @@ from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Part, SectionGroup
 from flexura.tables import ROWS, Facts, Table, number
+from flexura.thresholds import ROUND_OFF
 
 Model = FullOrderModel | Design
 
 STATIONS = 41
 """Stations along every member, both ends included."""
-
-NO_STRESS = 1e-12
-"""Stresses below so much of the largest in the mechanism are none."""
 
 BLOCK = 2_000_000
 """Internal forces that are held at a time."""
@@ -173,7 +171,7 @@ def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
             ends = forces(name)
             for group, n, _ in part.table.groups:
                 members += _reported(model, part, group, _worst_of(model, part, group, n, ends))
-    least = NO_STRESS * max((m.von_mises for m in members if m.von_mises and isfinite(m.von_mises)), default=0.0)
+    least = ROUND_OFF * max((m.von_mises for m in members if m.von_mises and isfinite(m.von_mises)), default=0.0)
     none = {"von_mises": 0.0, "nominal": 0.0}
     members = [m if m.von_mises is None or m.von_mises > least else replace(m, **none) for m in members]
     order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in members])

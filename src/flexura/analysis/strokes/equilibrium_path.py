@@ -34,8 +34,7 @@ from flexura.motion import (
     unstable,
     why_it_ends,
 )
-from flexura.structure import Design
-from flexura.systems import Ports
+from flexura.structure import Design, Ports
 
 AXES = {"x": 0, "y": 1, "z": 2, **{name: k for k, name in enumerate(DOF_NAMES)}}
 

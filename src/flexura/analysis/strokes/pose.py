@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.analysis.limits import mesh_errors
 from flexura.analysis.model_error import ModelError
 from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
-from flexura.analysis.strokes.pose_limits import mesh_errors
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.linalg import Matrix, counted_intervals, inverse_roots, leading, scaled
@@ -20,6 +20,7 @@ from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor
 from flexura.records import Record
 from flexura.tables import number
+from flexura.thresholds import STATIC_ROUND_OFF
 
 FORCE_NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -28,9 +29,6 @@ FEW_NODES = 2
 
 SAME_MODE_MAC = 0.5
 """MAC of a mode with one of the pose before from which on it is the same: else another has come among the lowest."""
-
-HELD_COMPLIANCE = 1e-9
-"""Part of the compliance with actuators free that is left where these hold a displacement, by round-off."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -220,14 +218,14 @@ def _support_stiffness(pose: Pose, node: int | None) -> tuple[float, ...]:
         return (np.nan,) * 6
     support, loose = (np.diag(pose.compliance(node, held=held)) for held in (True, False))
     with np.errstate(divide="ignore"):
-        return tuple(np.where(np.abs(support) > HELD_COMPLIANCE * np.abs(loose), 1 / support, np.nan).tolist())
+        return tuple(np.where(np.abs(support) > STATIC_ROUND_OFF * np.abs(loose), 1 / support, np.nan).tolist())
 
 
 def _stiffness(C: Array, loose: Array) -> Array:
     """The stiffness (6, 6) of a compliance; NaN where a motion that may be there when it is `loose` is held."""
     d = inverse_roots(np.diag(loose))
     unitless = scaled(C, d)
-    if not np.abs(np.linalg.eigvalsh(unitless)).min() > HELD_COMPLIANCE:
+    if not np.abs(np.linalg.eigvalsh(unitless)).min() > STATIC_ROUND_OFF:
         return np.full(C.shape, np.nan)
     return scaled(np.linalg.inv(unitless), d)
 

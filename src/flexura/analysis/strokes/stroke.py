@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.checks import corrected
+from flexura.analysis.limits import coarse_mesh, solids_that_meet
 from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors
 from flexura.analysis.strain import (
     EndForces,
@@ -33,16 +34,16 @@ from flexura.analysis.strokes.equilibrium_path import (
 )
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion, low_order_motion
 from flexura.analysis.strokes.pose import Requested, StrokePose, pose_columns, short_columns, stroke_poses
-from flexura.analysis.strokes.pose_limits import coarse_mesh, solids_that_meet
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import at_rest
 from flexura.linalg import leading
 from flexura.mechanism import ForceSensor, Mechanism
 from flexura.motion import Equations, Equilibrium, Frames, MovingModel, beyond, end_force_changes, end_forces
 from flexura.results import Tabular, plain
-from flexura.structure import FullOrderModel, Plan, at_rest
+from flexura.structure import FullOrderModel, Plan
 from flexura.systems import Order
 from flexura.tables import Facts, Table, counted
 

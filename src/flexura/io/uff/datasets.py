@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,9 +16,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.errors import ExpressionError, OptionError
-from flexura.extras import need
-from flexura.files import read_bytes
-from flexura.io.uff.text import readable, restore_names
+from flexura.files import read_bytes, scratch_folder
+from flexura.lazy import need
 from flexura.sizes import within
 from flexura.testing.measurement import (
     ChannelDescriptions,
@@ -42,6 +43,12 @@ _FORCES = {"force": 1, "moment": 1}
 TIME_AXIS, FREQUENCY_AXIS = 17, 18
 NOTHING = ("", "NONE", "NULL")
 
+_NUMBERS = re.compile(rb"^[ \t\d.+\-EeDd]*\d[Dd][+-]?\d[ \t\d.+\-EeDd]*\r?$", re.MULTILINE)
+_EXPONENT = re.compile(rb"(?<=\d)[Dd](?=[+-]?\d)|(?<=\d\.)[Dd](?=[+-]?\d)")
+_HEAD = re.compile(rb"^ *-1 *\r?\n +58b?\b[^\n]*\n(?:[^\n]*\n){5}([^\n]*)\n", re.MULTILINE)
+_ENDS = re.compile(r".{30} *(\S.*?)\s+(-?\d+)\s+(-?\d+)\s+(\S.*?)\s+(-?\d+)\s+(-?\d+)\s*")
+_COLUMNS = 80
+
 
 @dataclass(frozen=True)
 class NodeFrames:
@@ -60,11 +67,11 @@ def read_sets(path: Path) -> list[dict[str, Any]]:
     if not re.match(rb"\s*-1\s*[\r\n]", content[:400]):
         raise OptionError(f"{path}: not a universal file: its first line is not -1")
     _refuse_counts(path, content)
-    with readable(path) as text:
+    with _readable(path, content) as text:
         sets = _parsed(pyuff, text, path)
     if not sets:
         raise OptionError(f"{path}: no datasets in the file")
-    restore_names(sets, content, path)
+    _restore_names(sets, content, path)
     return sets
 
 
@@ -104,6 +111,40 @@ def _refuse_counts(path: Path, content: bytes) -> None:
             raise OptionError(f"{path}:{line}: {count} points, in a file of {len(content)} bytes: is it complete?")
 
 
+@contextmanager
+def _readable(path: Path, content: bytes) -> Iterator[Path]:
+    """The path itself, or of a file in ASCII with exponents such as 1.0D+01 one of a copy that has E in their place."""
+    if b"58b" in content or not _NUMBERS.search(content):
+        yield path
+        return
+    with scratch_folder() as folder:
+        copy = folder / path.name
+        copy.write_bytes(_NUMBERS.sub(lambda line: _EXPONENT.sub(b"E", line[0]), content))
+        yield copy
+
+
+def _restore_names(sets: list[dict[str, Any]], content: bytes, path: Path) -> None:
+    """Put right the ends of datasets 58 whose names of more than ten letters have moved what stands behind them.
+
+    Raises OptionError for a line of ends that is too long in any other way.
+    """
+    lines = [match[1].decode("utf-8", "replace").rstrip() for match in _HEAD.finditer(content)]
+    functions = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
+    if len(lines) != len(functions):
+        return
+    for line, (k, s) in zip(lines, functions, strict=True):
+        if len(line) <= _COLUMNS:
+            continue
+        ends = _ENDS.fullmatch(line)
+        if ends is None:
+            raise OptionError(
+                f"{path}: dataset {k + 1}: its response and reference are not readable: {line[30:].strip()!r}"
+            )
+        for at, which in ((1, "rsp"), (4, "ref")):
+            s[f"{which}_ent_name"] = ends[at]
+            s[f"{which}_node"], s[f"{which}_dir"] = int(ends[at + 1]), int(ends[at + 2])
+
+
 _KNOWN = (15, 18, 55, 58, 82, 151, 164, 2411, 2420)
 
 
@@ -114,7 +155,7 @@ def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
     if units is not None and units["length"] > 0 and units["force"] > 0:
         length, force = 1 / units["length"], 1 / units["force"]
     frames = _frames(sets)
-    found = NodeFrames(length=length, force=force)
+    nodes = NodeFrames(length=length, force=force)
     for s in sets:
         if s["type"] in (15, 2411):
             points = np.stack([np.asarray(s[a], dtype=float) for a in "xyz"], axis=1) * (length or 1.0)
@@ -122,10 +163,10 @@ def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
                 raise ValueError("coordinates of nodes that are no finite numbers")
             for number, at, system in zip(s["node_nums"], points, s["disp_cs"], strict=True):
                 x, y, z = (float(v) for v in at)
-                found.positions[int(number)] = (x, y, z)
+                nodes.positions[int(number)] = (x, y, z)
                 if int(system) in frames:
-                    found.axes[int(number)] = frames[int(system)]
-    return found
+                    nodes.axes[int(number)] = frames[int(system)]
+    return nodes
 
 
 def _frames(sets: list[dict[str, Any]]) -> dict[int, Array]:
@@ -187,11 +228,11 @@ def _end(dataset: dict[str, Any], which: str, axis: str, descriptions: ChannelDe
     line, word, key = {"rsp": ("id2", "response", "at"), "ref": ("id3", "reference", "from")}[which]
     written = re.fullmatch(word + r" (\S.*?) \[[^\]]*\]", str(dataset.get(line, "")).strip())
     dof = AXIS_NAMES[abs(code) - 1] if 1 <= abs(code) <= 6 else ""
-    said = exact_of(dataset)
+    exact = exact_of(dataset)
     if written is not None:
         title = written[1]
-        if {"role", "by", "df"} & said.keys():
-            node = said.get(key, "")
+        if {"role", "by", "df"} & exact.keys():
+            node = exact.get(key, "")
         elif title.endswith(f".{dof}") and dof:
             node = title.removesuffix(f".{dof}")
     else:
@@ -327,8 +368,8 @@ def exact_of(dataset: dict[str, Any]) -> dict[str, str]:
     if not str(dataset.get("id2", "")).startswith("response "):
         return {}
     parts = (part.partition("=") for line in ("id4", "id5") for part in str(dataset.get(line, "")).split(";"))
-    found = {key.strip(): value.strip() for key, equals, value in parts if equals}
-    return {k: v for k, v in found.items() if k not in _FORMS or re.fullmatch(_FORMS[k], v)}
+    entries = {key.strip(): value.strip() for key, equals, value in parts if equals}
+    return {k: v for k, v in entries.items() if k not in _FORMS or re.fullmatch(_FORMS[k], v)}
 
 
 _FORMS = {"k0": r"\d{1,9}", "n": r"\d{1,9}"} | dict.fromkeys(("rate", "decay", "df"), r"\d+\.?\d*(e[-+]?\d{1,2})?")

@@ -8,35 +8,31 @@ from typing import Any
 
 import numpy as np
 
-from flexura._version import __version__
 from flexura.analysis import Modes
 from flexura.arrays import Array
 from flexura.errors import OptionError
-from flexura.extras import need
 from flexura.files import write_file
 from flexura.io.contents import Response
-from flexura.io.lines import lines_of
-from flexura.io.uff.channel_numbers import ChannelNumbers, entity
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel
+from flexura.io.meshes import lines_of
+from flexura.io.uff.writing import (
+    DATA_TYPES,
+    GENERAL,
+    axes_along,
+    axes_sets,
+    direction_code,
+    headers,
+    refuse_infinite,
+    text_of,
+)
+from flexura.lazy import need
+from flexura.mechanism import DOF_NAMES
+from flexura.structure import Channel, FullOrderModel
 
-# specific data type, exponents of length and force (universal file dataset 58, record 9)
-_DATA_TYPES = {
-    "displacement": (8, 1, 0),
-    "rotation": (8, 0, 0),
-    "velocity": (11, 1, 0),
-    "angular_velocity": (11, 0, 0),
-    "acceleration": (12, 1, 0),
-    "angular_acceleration": (12, 0, 0),
-    "force": (13, 0, 1),
-    "moment": (13, 1, 1),
-    "expansion": (8, 1, 0),
-    "stress": (2, -2, 1),
-}
-_GENERAL = (1, 0, 0)
-_LINE = 80
 _LONGEST_TRACE = 250
 _SMALLEST = 1e-90
+
+_STRAIGHT = 1e-9
+"""A direction is along an axis when its other components are no larger: far below the 6 digits of the format."""
 
 
 def write_results_uff(what: Any, path: str | Path, geometry: Modes | FullOrderModel | None = None) -> Path:
@@ -60,7 +56,7 @@ def write_results_uff(what: Any, path: str | Path, geometry: Modes | FullOrderMo
     model = _model(geometry, things)
     responses = [thing for thing in things if not isinstance(thing, Modes)]
     numbers = ChannelNumbers(model, [c for r in responses for c in (*r.outputs, *r.inputs)])
-    sets = _headers(things[0].name) + numbers.sets()
+    sets = headers(things[0].name, "low-order model of a compliant mechanism") + numbers.sets()
     if model is not None:
         sets += _traces(model)
     for thing in things:
@@ -75,22 +71,87 @@ def write_results_uff(what: Any, path: str | Path, geometry: Modes | FullOrderMo
 def _model(geometry: Any, things: list[Any]) -> FullOrderModel | None:
     """The one model that numbers the nodes. Raises OptionError for several."""
     models = [m for m in (geometry, *things) if isinstance(m, Modes | FullOrderModel)]
-    found = [m.model if isinstance(m, Modes) else m for m in models]
+    full_models = [m.model if isinstance(m, Modes) else m for m in models]
     if geometry is not None and not isinstance(geometry, Modes | FullOrderModel):
         raise OptionError(f"geometry is that of modes or of a full-order model, not of a {type(geometry).__name__}")
-    if any(m.plan.topology.node_names != found[0].plan.topology.node_names for m in found[1:]):
+    if any(m.plan.topology.node_names != full_models[0].plan.topology.node_names for m in full_models[1:]):
         raise OptionError("modes in one universal file are of one mechanism; write a file for each")
-    return found[0] if found else None
+    return full_models[0] if full_models else None
 
 
-def _headers(name: str) -> list[dict[str, Any]]:
-    about = {"type": 151, "model_name": _text(name), "description": "low-order model of a compliant mechanism"}
-    program = f"flexura {__version__}"
-    units = {"type": 164, "units_code": 1, "units_description": "SI: m, N, kg, s", "temp_mode": 1}
-    return [
-        {**about, "db_app": program, "program": program},
-        {**units, "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15},
-    ]
+_Key = tuple[str, tuple[float, ...] | None, tuple[float, ...] | None]
+"""Node, or the name of a channel without one; its position and direction where a number of its own is due."""
+
+
+class ChannelNumbers:
+    """Numbers of nodes: those of a model from 1 in order, then those of channels that are at none or are oblique."""
+
+    def __init__(self, model: FullOrderModel | None, channels: Sequence[Channel]) -> None:
+        self._table: dict[_Key, int] = {}
+        self._positions: dict[int, Array] = {}
+        self._axes: dict[int, Array] = {}
+        self._at: dict[str, Array] = {}
+        if model is not None:
+            topology, positions = model.plan.topology, model.positions
+            for k, name in enumerate(topology.node_names):
+                self._table[name, None, None], self._at[name] = k + 1, positions[k]
+            self._positions = {int(k) + 1: positions[k] for k in np.flatnonzero(topology.has_position)}
+        for channel in channels:
+            if channel.position is not None:
+                self._at.setdefault(_named(channel)[0], np.array(channel.position))
+        for channel in channels:
+            self._add(channel)
+
+    def _add(self, channel: Channel) -> None:
+        key = self._key(channel)
+        if key in self._table:
+            return
+        number = self._table[key] = max(self._table.values(), default=0) + 1
+        position = self._at.get(key[0]) if key[1] is None else np.array(key[1])
+        if key[2] is not None:
+            self._axes[number] = axes_along(np.array(key[2]))
+            # axes belong to nodes, also those of a motion of the base, which is at no place
+            position = np.zeros(3) if position is None else position
+        if position is not None:
+            self._positions[number] = position
+
+    def _key(self, channel: Channel) -> _Key:
+        node, _ = _named(channel)
+        position, d = channel.position, channel.direction
+        if position is not None and np.allclose(position, self._at[node], 0, 1e-9):
+            position = None
+        is_oblique = d is not None and channel.against is None and np.sum(np.abs(d) > _STRAIGHT) > 1
+        return node, position, d if is_oblique else None
+
+    def of(self, channel: Channel) -> tuple[int, int]:
+        """Number of the node and code of the direction; 0 for a scalar."""
+        key, d = self._key(channel), channel.direction
+        number = self._table[key]
+        if channel.against is not None:
+            return number, 0
+        if d is None:
+            return number, _named(channel)[1]
+        return number, direction_code(d, channel.quantity, key[2] is not None)
+
+    def sets(self) -> list[dict[str, Any]]:
+        """Datasets of axes and of all nodes."""
+        datasets = axes_sets(self._axes)
+        if self._positions:
+            labels = list(self._positions)
+            places = np.round(np.array(list(self._positions.values())), 12) + 0.0
+            zero = [0] * len(labels)
+            systems = [n if n in self._axes else 0 for n in labels]
+            nodes = {"type": 15, "node_nums": labels, "def_cs": zero, "disp_cs": systems, "color": zero}
+            datasets.append({**nodes, **dict(zip("xyz", places.T.tolist(), strict=True))})
+        return datasets
+
+
+def _named(channel: Channel) -> tuple[str, int]:
+    """Node and direction code of a channel: its own node, and else what a name such as `platform.tz` says."""
+    node, _, dof = channel.name.partition(":")[0].rpartition(".")
+    if not node or dof not in DOF_NAMES:
+        return channel.node or channel.name, 0
+    return channel.node or node, DOF_NAMES.index(dof) + 1
 
 
 def _traces(model: FullOrderModel) -> list[dict[str, Any]]:
@@ -103,30 +164,30 @@ def _traces(model: FullOrderModel) -> list[dict[str, Any]]:
         for start in range(0, max(len(trace) - 1, 0), _LONGEST_TRACE - 1):
             piece = trace[start : start + _LONGEST_TRACE]
             if len(piece) > 1:
-                sets.append({"type": 82, "trace_num": len(sets) + 1, "color": 0, "id": _text(name), "nodes": piece})
+                sets.append({"type": 82, "trace_num": len(sets) + 1, "color": 0, "id": text_of(name), "nodes": piece})
     return sets
 
 
 def _trace(ends: np.ndarray) -> np.ndarray:
     """Nodes along lines (e, 2); 0 lifts the pen."""
-    found: list[int] = []
+    nodes: list[int] = []
     for a, b in ends.tolist():
-        found += [b] if found and found[-1] == a else [*([0] if found else []), a, b]
-    return np.array(found, dtype=int)
+        nodes += [b] if nodes and nodes[-1] == a else [*([0] if nodes else []), a, b]
+    return np.array(nodes, dtype=int)
 
 
 def _modes(modes: Modes) -> list[dict[str, Any]]:
     has_position = modes.model.plan.topology.has_position
     shapes = modes.shapes[has_position]
-    _refuse_infinite(shapes)
+    refuse_infinite(shapes)
     shapes = np.where(np.abs(shapes) < _SMALLEST, 0.0, shapes)
     common = {"type": 55, "model_type": 1, "analysis_type": 2, "data_ch": 3, "spec_data_type": 8, "load_case": 0}
-    ids = {"id1": _text(modes.name), "id2": "mode shape, displacement m, rotation rad, modal mass 1 kg"}
+    ids = {"id1": text_of(modes.name), "id2": "mode shape, displacement m, rotation rad, modal mass 1 kg"}
     return [
         {
             **common,
             **ids,
-            "id3": _text(f"order {modes.order} of {modes.full_order}"),
+            "id3": text_of(f"order {modes.order} of {modes.full_order}"),
             "id4": f"mode {mode.number}, {mode.frequency_hz:.6g} Hz",
             "id5": f"model error, how far the part may be from it: {error}",
             "node_nums": (np.flatnonzero(has_position) + 1).tolist(),
@@ -143,7 +204,7 @@ def _modes(modes: Modes) -> list[dict[str, Any]]:
 
 def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any]]:
     hz, H = np.asarray(response.frequency_hz, dtype=float), np.asarray(response.response, dtype=complex)
-    _refuse_infinite(H)
+    refuse_infinite(H)
     if len(hz) < 2:
         raise OptionError("a frequency response in a universal file has at least two frequencies")
     outs = [numbers.of(channel) for channel in response.outputs]
@@ -156,15 +217,15 @@ def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any
                     "type": 58,
                     "binary": 0,
                     "func_type": 4,
-                    "id1": _text(response.name),
-                    "id2": _text(f"response {out}"),
-                    "id3": _text(f"reference {inp}"),
-                    "id4": _text(_between("response", out)),
-                    "id5": _text(_between("reference", inp)),
-                    "rsp_ent_name": _text(entity(out), 10),
+                    "id1": text_of(response.name),
+                    "id2": text_of(f"response {out}"),
+                    "id3": text_of(f"reference {inp}"),
+                    "id4": text_of(_between("response", out)),
+                    "id5": text_of(_between("reference", inp)),
+                    "rsp_ent_name": text_of(_named(out)[0], 10),
                     "rsp_node": node,
                     "rsp_dir": direction,
-                    "ref_ent_name": _text(entity(inp), 10),
+                    "ref_ent_name": text_of(_named(inp)[0], 10),
                     "ref_node": at,
                     "ref_dir": along,
                     "abscissa_spacing": int(_evenly_spaced(hz)),
@@ -181,7 +242,7 @@ def _response(response: Response, numbers: ChannelNumbers) -> list[dict[str, Any
 
 
 def _axis(which: str, channel: Channel) -> dict[str, Any]:
-    kind, length, force = _DATA_TYPES.get(channel.quantity, _GENERAL)
+    kind, length, force = DATA_TYPES.get(channel.quantity, GENERAL)
     return {
         f"{which}_spec_data_type": kind,
         f"{which}_len_unit_exp": length,
@@ -194,11 +255,11 @@ def _axis(which: str, channel: Channel) -> dict[str, Any]:
 def scalar_notes(what: Any) -> list[str]:
     """What a universal file cannot say of the channels of a response: that they act between two nodes."""
     things = [what] if isinstance(what, Response) else []
-    found = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
+    channels = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
     return [
         f"{c.name} acts between {c.against} and {c.node}: a universal file has one node for it, so it is written at "
         f"{c.node} as a scalar, direction 0, and its ID lines say between which"
-        for c in found
+        for c in channels
     ]
 
 
@@ -211,13 +272,3 @@ def _evenly_spaced(hz: Array) -> bool:
     """True when first frequency and step with 6 digits, as the format has them, give all frequencies."""
     first, step = (float(f"{v:.5e}") for v in (hz[0], hz[1] - hz[0]))
     return step > 0 and bool(np.allclose(first + step * np.arange(len(hz)), hz, rtol=1e-9, atol=1e-9 * step))
-
-
-def _refuse_infinite(values: np.ndarray) -> None:
-    if not np.isfinite(values).all():
-        raise OptionError("there are numbers that are not finite, which universal files cannot hold")
-
-
-def _text(text: str, length: int = _LINE) -> str:
-    """One line of ASCII of at most so many characters."""
-    return " ".join(text.encode("ascii", "replace").decode().split())[:length] or "NONE"

@@ -9,24 +9,28 @@ from typing import Any
 
 import numpy as np
 
-from flexura._version import __version__
 from flexura.arrays import Array
 from flexura.errors import OptionError
-from flexura.extras import need
-from flexura.io.uff.channel_numbers import axes_along
-from flexura.io.uff.datasets import FORCES, MOTIONS, TURNING
+from flexura.io.uff.datasets import TURNING
+from flexura.io.uff.writing import (
+    DATA_TYPES,
+    GENERAL,
+    axes_along,
+    axes_sets,
+    direction_code,
+    headers,
+    refuse_infinite,
+    text_of,
+)
+from flexura.lazy import need
 from flexura.testing.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 
-_LINE = 80
 _AXIS = "{:10d}{:5d}{:5d}{:5d} {:<20} {:<20}"
 _FORM = "{:10d}{:10d}{:10d}{:13.5e}{:13.5e}{:13.5e}"
 _ENDS = "{:5d}{:10d}{:5d}{:10d} {:<10}{:10d}{:4d} {:<10}{:10d}{:4d}"
 _BINARY = "{:6d}b{:6d}{:6d}{:12d}{:12d}{:6d}{:6d}{:12d}{:12d}"
 _NO_AXIS = _AXIS.format(0, 0, 0, 0, "NONE", "NONE")
 _END = "    -1"
-_ALONG = {name: code for code, name in MOTIONS.items()} | {"force": FORCES[-1]}
-_ABOUT = {turning: _ALONG[name] for name, turning in TURNING.items()}
-_EXPONENTS = {"force": (0, 1), "moment": (1, 1), "displacement": (1, 0), "velocity": (1, 0), "acceleration": (1, 0)}
 
 
 def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None:
@@ -40,7 +44,7 @@ def write_uff(measurement: Measurement, path: Path, binary: bool = True) -> None
     pyuff = need("pyuff", "experiment")
     numbers = _Numbers(measurement)
     pyuff.UFF(str(path)).write_sets(
-        _headers(measurement.name) + numbers.sets() + _modes(measurement, numbers), "overwrite"
+        headers(measurement.name, "test data") + numbers.sets() + _modes(measurement, numbers), "overwrite"
     )
     with path.open("ab") as stream:
         for record in measurement.recordings:
@@ -73,12 +77,12 @@ class _Numbers:
         for channel in dict.fromkeys(channels):
             key = self._key(channel)
             if key not in self.table:
-                own = int(channel.node) if channel.node is not None and channel.node.isdigit() else 0
-                if key[1] is not None or not own or own in given:
-                    own = max(used, default=0) + 1
-                given.add(own)
-                used.add(own)
-                self.table[key] = own
+                number = int(channel.node) if channel.node is not None and channel.node.isdigit() else 0
+                if key[1] is not None or not number or number in given:
+                    number = max(used, default=0) + 1
+                given.add(number)
+                used.add(number)
+                self.table[key] = number
             number = self.table[key]
             if channel.position is not None:
                 self.positions.setdefault(number, channel.position)
@@ -94,52 +98,30 @@ class _Numbers:
         key = self._key(channel)
         if channel.direction is None:
             return self.table[key], 0
-        turns = 3 if channel.quantity in _ABOUT else 0
-        if key[1] is not None:
-            return self.table[key], 1 + turns
-        axis = int(np.argmax(np.abs(channel.direction)))
-        return self.table[key], int(np.sign(channel.direction[axis])) * (axis + 1 + turns)
+        return self.table[key], direction_code(channel.direction, channel.quantity, key[1] is not None)
 
     def sets(self) -> list[dict[str, Any]]:
         """Datasets of axes and nodes."""
-        found: list[dict[str, Any]] = []
-        own = sorted(self.axes)
-        if own:
-            frames = np.array([self.axes[n] for n in own])
-            zero = np.zeros((len(own), 3))
-            axes = {"type": 18, "cs_num": own, "ref_cs_num": [0] * len(own), "cs_name": [f"node {n}" for n in own]}
-            found.append({**axes, "ref_o": zero, "x_point": frames[:, 0], "xz_point": frames[:, 2]})
+        datasets = axes_sets(self.axes)
         numbers = sorted(set(self.positions) | set(self.axes))
         if numbers:
             places = np.array([self.positions.get(n, (0.0, 0.0, 0.0)) for n in numbers])
             systems = [n if n in self.axes else 0 for n in numbers]
             nodes = {"type": 2411, "node_nums": numbers, "def_cs": [0] * len(numbers), "disp_cs": systems}
-            found.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
-        return found
+            datasets.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
+        return datasets
 
 
-def _headers(name: str) -> list[dict[str, Any]]:
-    program = f"flexura {__version__}"
-    about = {"type": 151, "model_name": _text(name), "description": "test data", "db_app": program, "program": program}
-    units = {"type": 164, "units_code": 1, "units_description": "SI: m, N, kg, s", "temp_mode": 1}
-    return [about, {**units, "length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15}]
-
-
-def _text(text: str) -> str:
-    return " ".join(text.encode("ascii", "replace").decode().split())[:_LINE] or "NONE"
-
-
-def _said(**values: Any) -> str:
+def _id_line(**values: Any) -> str:
     """ID line of `key=value`, those that are known."""
     return "; ".join(f"{k}={str(v).replace(';', ',')}" for k, v in values.items() if v not in ("", None)) or "NONE"
 
 
 def _axis_record(channel: MeasuredChannel, code: int) -> str:
     """Record 9 or 10: data type, exponents, label and unit."""
-    kind = (_ALONG | _ABOUT).get(channel.quantity, 1)
-    if code == 0 and channel.quantity in _ABOUT:
-        kind = 1
-    length, force = _EXPONENTS.get(channel.quantity, (0, 0))
+    kind, length, force = DATA_TYPES.get(channel.quantity, GENERAL)
+    if code == 0 and channel.quantity in TURNING.values():  # a scalar of that type is read as a motion along an axis
+        kind = GENERAL[0]
     return _AXIS.format(kind, length, force, 0, channel.quantity[:20], channel.unit)
 
 
@@ -158,8 +140,7 @@ class _Function:
     def encoded(self, binary: bool) -> bytes:
         """The dataset as 58b, or as ASCII. Raises OptionError for numbers that are not finite."""
         data = np.asarray(self.data)
-        if not np.isfinite(data).all():
-            raise OptionError("there are numbers that are not finite, which universal files cannot hold")
+        refuse_infinite(data)
         parts: list[Any] = [np.real(data), np.imag(data)] if np.iscomplexobj(data) else [data]
         even = self.x is None
         values = np.stack(parts if self.x is None else [self.x, *parts], axis=1)
@@ -167,7 +148,7 @@ class _Function:
         form = _FORM.format(6 if len(parts) == 2 else 4, len(data), int(even), first, step, 0.0)
         raw = values.astype("<f8").tobytes() if binary else _ascii(values, not even).encode()
         mark = _BINARY.format(58, 1, 2, 11, len(raw), 0, 0, 0, 0) if binary else f"{58:6d}{'':74}"
-        ids = (f"{_text(line):<80}" for line in self.ids)
+        ids = (f"{text_of(line):<80}" for line in self.ids)
         head = [_END, mark, *ids, self.ends, form, *self.axes, _NO_AXIS]
         return "\n".join(head).encode() + b"\n" + raw + f"{_END}\n".encode()
 
@@ -178,23 +159,23 @@ def _ascii(values: Array, uneven: bool) -> str:
         flat = [f"{v:20.11e}" for v in values.ravel()]
         rows = ["".join(flat[k : k + 4]) for k in range(0, len(flat), 4)]
     else:
-        own = [f"{row[0]:13.5e}" + "".join(f"{v:20.11e}" for v in row[1:]) for row in values]
+        cells = [f"{row[0]:13.5e}" + "".join(f"{v:20.11e}" for v in row[1:]) for row in values]
         per_line = 1 if values.shape[1] == 3 else 2
-        rows = ["".join(own[k : k + per_line]) for k in range(0, len(own), per_line)]
+        rows = ["".join(cells[k : k + per_line]) for k in range(0, len(cells), per_line)]
     return "\n".join(rows) + "\n"
 
 
 def _entity(channel: MeasuredChannel) -> str:
-    return _text(channel.node or channel.name)[:10].strip()
+    return text_of(channel.node or channel.name)[:10].strip()
 
 
 def _time_record(record: Recording, k: int, numbers: _Numbers, name: str) -> _Function:
     channel = record.channels[k]
     node, code = numbers.of(channel)
     role = "input" if k in record.inputs else "output"
-    where = _said(at=channel.node, record=record.name, setup=record.setup)
+    where = _id_line(at=channel.node, record=record.name, setup=record.setup)
     return _Function(
-        (name, f"response {channel}", "NONE", where, _said(role=role, rate=repr(float(record.sample_rate)))),
+        (name, f"response {channel}", "NONE", where, _id_line(role=role, rate=repr(float(record.sample_rate)))),
         _ENDS.format(1, 0, 0, 0, _entity(channel), node, code, "NONE", 0, 0),
         (_AXIS.format(17, 0, 0, 0, "time", "s"), _axis_record(channel, code), _NO_AXIS),
         record.samples[k],
@@ -213,11 +194,11 @@ def _responses(frf: MeasuredFRF, numbers: _Numbers, name: str) -> Iterator[_Func
     even = bool(np.allclose(step * (first + np.arange(len(hz))), hz, rtol=1e-12, atol=0))
     lines = {"k0": first, "df": repr(step)} if even else {}
     decay = f"{frf.decay:.12g}" if frf.decay else ""
-    how = _said(by=frf.estimator, n=frf.averages, decay=decay, **lines)
+    how = _id_line(by=frf.estimator, n=frf.averages, decay=decay, **lines)
     for i, out in enumerate(frf.outputs):
         for j, into in enumerate(frf.inputs):
             (node, code), (at, along) = numbers.of(out), numbers.of(into)
-            where = _said(**{"at": out.node, "from": into.node, "setup": frf.setup})
+            where = _id_line(**{"at": out.node, "from": into.node, "setup": frf.setup})
             ids = (name, f"response {out}", f"reference {into}", where, how)
             ends = (0, 0, 0, _entity(out), node, code, _entity(into), at, along)
             axis = _AXIS.format(18, 0, 0, 0, "frequency", "Hz")
@@ -242,7 +223,7 @@ def _modes(measurement: Measurement, numbers: _Numbers) -> list[dict[str, Any]]:
         raise OptionError("complex modes with rotations cannot be written to a universal file")
     if any(c == 0 for _, c in codes):
         raise OptionError("modes can be written to a universal file when the direction of every channel is known")
-    found = []
+    datasets = []
     for k, pole in enumerate(modes.poles):
         shape = np.zeros((columns, len(nodes)), dtype=float if is_real else complex)
         for (node, code), value in zip(codes, modes.shapes[:, k], strict=True):
@@ -253,6 +234,6 @@ def _modes(measurement: Measurement, numbers: _Numbers) -> list[dict[str, Any]]:
         if not is_real:
             kind = {"analysis_type": 3, "eig": complex(pole)}
         rows = {f"r{i + 1}": row for i, row in enumerate(shape)}
-        ids = {"id1": _text(modes.name), "id2": f"mode {k + 1}, {hz:.6g} Hz, damping ratio {ratio:.4g}"}
-        found.append({**common, **kind, **ids, "mode_n": k + 1, "node_nums": nodes, **rows})
-    return found
+        ids = {"id1": text_of(modes.name), "id2": f"mode {k + 1}, {hz:.6g} Hz, damping ratio {ratio:.4g}"}
+        datasets.append({**common, **kind, **ids, "mode_n": k + 1, "node_nums": nodes, **rows})
+    return datasets

@@ -8,32 +8,31 @@ from fnmatch import translate
 
 from flexura.errors import Path
 from flexura.mechanism.body import RigidBody
-from flexura.mechanism.channels import ForceActuator, ForceSensor, PiezoStack
-from flexura.mechanism.checks.assembly import number_of_copies
-from flexura.mechanism.checks.modal_test import check_test
-from flexura.mechanism.checks.survey import Survey, Use, prefix, suggestion
+from flexura.mechanism.channels import ForceActuator, ForceSensor, MotionSensor, PiezoStack
+from flexura.mechanism.checks.survey import Survey, Use, number_of_copies, prefix, suggestion
+from flexura.mechanism.description import Substructure
+from flexura.mechanism.instances import origin_of
 from flexura.mechanism.layout import TOP, is_pattern, matching
+from flexura.mechanism.loads import COMMANDS, DISPLACEMENTS, Moved, Prescribed, command_of
 from flexura.mechanism.material import CATALOGUE
-from flexura.mechanism.motion import Moved
-from flexura.mechanism.pose import COMMANDS, DISPLACEMENTS, Prescribed, command_of
-from flexura.mechanism.specialised import origin_of
-from flexura.mechanism.substructure import Substructure
+from flexura.mechanism.member import Link
 
 
 def check_references(survey: Survey) -> None:
     """Report unknown and ambiguous names, and note which nodes every part uses."""
-    _aliases(survey)
+    for name, material in survey.layout.mechanism.materials.items():
+        if isinstance(material, str) and material not in CATALOGUE:
+            hint = suggestion(material, CATALOGUE, "materials of the catalogue")
+            survey.report(("materials", name), material, "the catalogue has no such material", hint)
     _materials_and_sections(survey)
     for name in survey.layout.prototypes:
         _names_used_twice(survey, name)
         nodes = _Nodes(survey, name)
         survey.uses[name] = [*_between_nodes(survey, name, nodes), *_bodies(survey, name, nodes)]
         _interface(survey, name, nodes)
-    survey.uses[TOP] += _ground(survey)
-    survey.uses[TOP] += _loads(survey)
-    survey.uses[TOP] += _pose(survey)
-    survey.uses[TOP] += _motion(survey)
-    survey.uses[TOP] += check_test(survey, _Nodes(survey, TOP).find)
+    nodes = _Nodes(survey, TOP)
+    for what in (_ground, _loads, _pose_and_motion, _test):
+        survey.uses[TOP] += what(survey, nodes)
 
 
 class _Nodes:
@@ -84,18 +83,9 @@ class _Nodes:
         if instance is not None and instance.pattern:
             return f"the copies of {head} are {head}1, {head}2, ...: write {head}1.{node or 'NODE'}"
         if instance is not None and not node:
-            return f"{head} is an instance; its nodes: {', '.join(f'{head}.{n}' for n in self._below(head))}"
+            inside = self.survey.layout.interface(self.children[head])[:12]
+            return f"{head} is an instance; its nodes: {', '.join(f'{head}.{n}' for n in inside)}"
         return suggestion(text, self.exposed, "nodes")
-
-    def _below(self, instance: str) -> list[str]:
-        return self.survey.layout.interface(self.children[instance])[:12]
-
-
-def _aliases(survey: Survey) -> None:
-    for name, material in survey.layout.mechanism.materials.items():
-        if isinstance(material, str) and material not in CATALOGUE:
-            hint = suggestion(material, CATALOGUE, "materials of the catalogue")
-            survey.report(("materials", name), material, "the catalogue has no such material", hint)
 
 
 def _materials_and_sections(survey: Survey) -> None:
@@ -103,15 +93,14 @@ def _materials_and_sections(survey: Survey) -> None:
     mechanism = survey.layout.mechanism
     materials, sections = _Uses(), _Uses()
     for name, prototype in survey.layout.prototypes.items():
-        for kind in ("links", "flexures"):
-            for key, member in getattr(prototype, kind).items():
-                materials.add(member.material, (*prefix(name), kind, key), "material")
+        for kind, key, member in prototype.members():
+            path = (*prefix(name), kind, key)
+            materials.add(member.material, path, "material")
+            if isinstance(member, Link) and isinstance(member.section, str):
+                sections.add(member.section, path, "section")
         for key, body in prototype.bodies.items():
             if body.solid is not None:
                 materials.add(body.solid.material, (*prefix(name), "bodies", key), "solid", "material")
-        for key, link in prototype.links.items():
-            if isinstance(link.section, str):
-                sections.add(link.section, (*prefix(name), "links", key), "section")
     for uses, known, what in (
         (materials, [*mechanism.materials, *CATALOGUE], "material"),
         (sections, list(mechanism.sections), "section"),
@@ -223,7 +212,8 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
         for i, text in enumerate(body.carries):
             for node in nodes.find((*path, "carries", i), text, wild=True):
                 if node == key:
-                    survey.report((*path, "carries", i), text, f"the body carries its own node {key}", _OWN_NODE)
+                    hint = "the node at its centre belongs to the body anyway; name the others"
+                    survey.report((*path, "carries", i), text, f"the body carries its own node {key}", hint)
                 elif node in carrier:
                     again = "this body" if carrier[node] == key else f"body {carrier[node]}"
                     survey.report((*path, "carries", i), text, f"the node {node} is already carried by {again}")
@@ -232,9 +222,6 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
                     carried.append(node)
         yield Use(path, [key, *carried], joins=True)
     _carried_in_a_circle(survey, name, carrier, survey.layout.prototypes[name].bodies)
-
-
-_OWN_NODE = "the node at its centre belongs to the body anyway; name the others"
 
 
 def _carried_in_a_circle(survey: Survey, name: str, carrier: dict[str, str], bodies: dict[str, RigidBody]) -> None:
@@ -259,22 +246,21 @@ def _interface(survey: Survey, name: str, nodes: _Nodes) -> None:
             survey.report(path, text, "this node is already in the interface")
 
 
-def _ground(survey: Survey) -> Iterator[Use]:
-    nodes = _Nodes(survey, TOP)
+def _ground(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
     holder: dict[str, str] = {}
     for text in survey.layout.mechanism.ground:
         path = ("ground", text)
         found = nodes.find(path, text, wild=True)
         for node in found:
             if node in holder:
-                survey.report(path, text, f"the node {node} is already held by {holder[node]}", _ONE_SUPPORT)
+                hint = "give one support with all the DOFs it holds"
+                survey.report(path, text, f"the node {node} is already held by {holder[node]}", hint)
             holder.setdefault(node, text)
         yield Use(path, found, joins=False)
     _still_channels(survey, holder)
 
 
-def _loads(survey: Survey) -> Iterator[Use]:
-    nodes = _Nodes(survey, TOP)
+def _loads(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
     mechanism = survey.layout.mechanism
     clamped = {n for text, support in mechanism.ground.items() if all(support.held) for n in nodes.matches(text)}
     loaded: dict[str, str] = {}
@@ -283,7 +269,8 @@ def _loads(survey: Survey) -> Iterator[Use]:
         found = nodes.find(path, text, wild=True)
         for node in found:
             if node in loaded:
-                survey.report(path, text, f"the node {node} is already loaded by {loaded[node]}", _ONE_LOAD)
+                hint = "give one load with all its forces and moments"
+                survey.report(path, text, f"the node {node} is already loaded by {loaded[node]}", hint)
             loaded.setdefault(node, text)
         idle = [node for node in found if node in clamped]
         if idle and len(idle) == len(found):
@@ -291,25 +278,21 @@ def _loads(survey: Survey) -> Iterator[Use]:
         yield Use(path, found, joins=False)
 
 
-def _pose(survey: Survey) -> Iterator[Use]:
-    yield from _prescribed(survey, ("at",), survey.layout.mechanism.at)
-
-
-def _motion(survey: Survey) -> Iterator[Use]:
-    motion, nodes = survey.layout.mechanism.motion, _Nodes(survey, TOP)
+def _pose_and_motion(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
+    mechanism, motion = survey.layout.mechanism, survey.layout.mechanism.motion
+    yield from _prescribed(survey, nodes, ("at",), mechanism.at)
     if motion is None:
         return
-    yield from _prescribed(survey, ("motion", "move"), motion.move)
-    for kind in ("loads", "follower"):
-        for text in getattr(motion, kind):
-            yield Use(("motion", kind, text), nodes.find(("motion", kind, text), text), joins=False)
-    for k, text in enumerate(motion.nodes):
-        yield Use(("motion", "nodes", k), nodes.find(("motion", "nodes", k), text), joins=False)
+    yield from _prescribed(survey, nodes, ("motion", "move"), motion.move)
+    places: list[tuple[Path, str]] = [(("motion", "loads", text), text) for text in motion.loads]
+    places += [(("motion", "follower", text), text) for text in motion.follower]
+    places += [(("motion", "nodes", k), text) for k, text in enumerate(motion.nodes)]
+    for path, text in places:
+        yield Use(path, nodes.find(path, text), joins=False)
 
 
-def _prescribed(survey: Survey, at: Path, entries: Mapping[str, Prescribed | Moved]) -> Iterator[Use]:
+def _prescribed(survey: Survey, nodes: _Nodes, at: Path, entries: Mapping[str, Prescribed | Moved]) -> Iterator[Use]:
     """Nodes that are moved, and actuators with a command."""
-    nodes = _Nodes(survey, TOP)
     mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
     for text, own in entries.items():
@@ -331,9 +314,6 @@ def _prescribed(survey: Survey, at: Path, entries: Mapping[str, Prescribed | Mov
         yield Use(path, found, joins=False)
 
 
-_ONE_LOAD = "give one load with all its forces and moments"
-
-
 def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
     """Report actuators and sensors of the mechanism itself at nodes that are held in their direction."""
     mechanism = survey.layout.mechanism
@@ -350,9 +330,6 @@ def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
                 survey.report((kind, key), "", rule, "name a node that is free in this direction")
 
 
-_ONE_SUPPORT = "give one support with all the DOFs it holds"
-
-
 def check_not_empty(survey: Survey) -> None:
     """Report a mechanism in which nothing has stiffness or inertia."""
     kinds = ("links", "flexures", "springs", "superelements", "bodies")
@@ -365,3 +342,48 @@ def check_not_empty(survey: Survey) -> None:
 def _has(prototype: Substructure, kinds: tuple[str, ...]) -> bool:
     stacks = any(isinstance(actuator, PiezoStack) for actuator in prototype.actuators.values())
     return stacks or any(getattr(prototype, kind) for kind in kinds)
+
+
+_TYPES = ("force", "acceleration")
+
+
+def _test(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
+    """Nodes of a modal test; reports actuators, sensors and accelerometers of it that are not there."""
+    test = survey.layout.mechanism.test
+    if test is None:
+        return
+    for group, points, kind in (
+        ("hammer", test.hammer, "actuators"),
+        ("accelerometers", test.accelerometers, "sensors"),
+    ):
+        for key, point in points.items():
+            path: Path = ("test", group, key)
+            if isinstance(point, str):
+                _test_channel(survey, path, point, kind)
+            else:
+                yield Use(path, nodes.find((*path, "node"), point.node), joins=False)
+    for key, members in test.placements.items():
+        for i, member in enumerate(members):
+            if member not in test.accelerometers:
+                hint = suggestion(member, test.accelerometers, "accelerometers")
+                survey.report(("test", "placements", key, i), member, "the test has no such accelerometer", hint)
+
+
+def _test_channel(survey: Survey, path: Path, name: str, kind: str) -> None:
+    """Report a name that is no force, or no sensor of acceleration at one node, of the mechanism or an instance."""
+    what = "a force at one node" if kind == "actuators" else "a sensor of acceleration at one node"
+    *inside, key = name.split(".")
+    known: dict[str, object] = {}
+    for place, prototype in survey.layout.instances() if inside else [((), "")]:
+        own = getattr(survey.layout.prototypes[prototype], kind)
+        known |= {".".join((*place, k)): part for k, part in own.items()}
+    found = known.get(name)
+    if found is None:
+        if key not in survey.ignored and not (set(inside) & survey.lost[""]):
+            survey.report(path, name, f"this is the name of none of the {kind}", suggestion(name, known, kind))
+    elif (
+        not isinstance(found, ForceActuator | MotionSensor)
+        or len(found.nodes) > 1
+        or found.type not in ("force", "acceleration")
+    ):
+        survey.report(path, name, f"{what} is expected here", "or a mapping with node and direction")

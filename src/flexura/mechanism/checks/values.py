@@ -1,7 +1,5 @@
-"""Checks of parameters and expressions: names, cycles, bounds, dimensions, and values at the defaults.
-
-Checks of what expressions are made of: that their parameters exist, and that their units make sense.
-"""
+"""Checks of numbers: parameters and expressions with their units and bounds, studies, values that instances have of
+their own, and the parts with these values."""
 
 from __future__ import annotations
 
@@ -16,11 +14,20 @@ from pydantic import TypeAdapter, ValidationError
 from flexura.errors import ExpressionError, Path, Problem
 from flexura.expressions import CONSTANTS, FUNCTIONS, Dimension, Expression
 from flexura.mechanism.base import Part, Vector, entry_of, problems_of, validated
-from flexura.mechanism.checks.survey import shown, suggestion
-from flexura.mechanism.evaluation import evaluated, parameter_at, parameter_dimensions, parameter_order, scalars
-from flexura.mechanism.parameters import Parameter
+from flexura.mechanism.checks.survey import prefix, shown, suggestion
+from flexura.mechanism.description import Instance, Mechanism, Parameter, Substructure
+from flexura.mechanism.evaluation import (
+    evaluated,
+    expressions,
+    parameter_at,
+    parameter_dimensions,
+    parameter_order,
+    scalars,
+)
+from flexura.mechanism.layout import Layout
+from flexura.mechanism.placement import copies
 from flexura.mechanism.quantity import Quantity, Scalar
-from flexura.mechanism.substructure import Mechanism, Substructure
+from flexura.mechanism.studies import Range, Spread
 
 SYMBOLS = frozenset(("m", "mm", "um", "s", "kg", "g", "N", "rad", "deg", "V"))
 """Symbols of units that stand in expressions where no number with a unit is before them."""
@@ -29,14 +36,32 @@ COMPOUND = "a unit stands right behind its number, e.g. 2700 kg/m^3"
 Dimensions = Mapping[str, Dimension | None]
 
 
-def undefined(mechanism: Mechanism, ignored: Collection[str]) -> Iterator[Problem]:
-    """Parameters that expressions name and nobody defines; `ignored` are known to be missing."""
+class Known(dict[str, float]):
+    """Parameter values that are NaN where they could not be worked out."""
+
+    def __missing__(self, _: str) -> float:
+        return math.nan
+
+
+def check_values(mechanism: Mechanism, ignored: Collection[str]) -> tuple[Known, list[Problem]]:
+    """Values of the parameters as far as they have any, and what is wrong with parameters and expressions; names
+    `ignored` are known to be missing."""
+    found = []
+    for name in mechanism.parameters:
+        if name in FUNCTIONS or name in CONSTANTS:
+            kind = "function" if name in FUNCTIONS else "constant"
+            found.append(Problem(("parameters", name), "", f"{name} is the name of a {kind}", "choose another name"))
     for path, _, value in scalars(mechanism):
-        if isinstance(value, Expression):
-            for name in sorted(value.names - mechanism.parameters.keys()):
-                if name not in ignored:
-                    hint = COMPOUND if name in SYMBOLS else suggestion(name, mechanism.parameters, "parameters")
-                    yield Problem(path, str(value), f"parameter {name!r} is not defined", hint)
+        names = value.names - mechanism.parameters.keys() if isinstance(value, Expression) else ()
+        for name in sorted(set(names).difference(ignored)):
+            hint = COMPOUND if name in SYMBOLS else suggestion(name, mechanism.parameters, "parameters")
+            found.append(Problem(path, str(value), f"parameter {name!r} is not defined", hint))
+    found += wrong_dimensions(mechanism)
+    values, problems = defaults(mechanism.parameters)
+    found += problems
+    found += [p for name in values for p in outside_bounds(name, mechanism.parameters[name], values)]
+    found += invalid_at(mechanism, (), values)
+    return values, found
 
 
 @dataclass(frozen=True)
@@ -79,10 +104,10 @@ def wrong_dimensions(mechanism: Mechanism) -> list[Problem]:
         for path, quantity, value in scalars(mechanism)
         if isinstance(value, Expression) and value.names <= parameters.keys()
     ]
-    of = parameter_dimensions(parameters)
     found = []
-    broken = [(use, problem) for use in uses if (problem := use.problem(parameters, of)) is not None]
-    while broken:
+    while True:
+        of = parameter_dimensions(parameters)
+        broken = [(use, problem) for use in uses if (problem := use.problem(parameters, of)) is not None]
         culprit = _culprit(parameters, uses, [use for use, _ in broken])
         if culprit is None:
             return [*found, *(problem for _, problem in broken)]
@@ -95,9 +120,6 @@ def wrong_dimensions(mechanism: Mechanism) -> list[Problem]:
         path, value = ("parameters", name, "value"), parameters[name].value
         found.append(Problem(path, str(value), rule, f"e.g. {first.quantity.example}"))
         parameters = _with_unit(parameters, name, meant)
-        of = parameter_dimensions(parameters)
-        broken = [(use, problem) for use in uses if (problem := use.problem(parameters, of)) is not None]
-    return found
 
 
 def _culprit(
@@ -143,30 +165,6 @@ def named(dimension: Dimension) -> str:
     return dimension.unit() or "1 (a pure number)"
 
 
-class Known(dict[str, float]):
-    """Parameter values that are NaN where they could not be worked out."""
-
-    def __missing__(self, _: str) -> float:
-        return math.nan
-
-
-def check_values(mechanism: Mechanism, ignored: Collection[str]) -> tuple[Known, list[Problem]]:
-    """Values of the parameters as far as they have any, and what is wrong with parameters and expressions."""
-    found = [*_names(mechanism), *undefined(mechanism, ignored), *wrong_dimensions(mechanism)]
-    values, problems = defaults(mechanism.parameters)
-    found += problems
-    found += [p for name in values for p in outside_bounds(name, mechanism.parameters[name], values)]
-    found += invalid_at(mechanism, (), values)
-    return values, found
-
-
-def _names(mechanism: Mechanism) -> Iterator[Problem]:
-    for name in mechanism.parameters:
-        if name in FUNCTIONS or name in CONSTANTS:
-            kind = "function" if name in FUNCTIONS else "constant"
-            yield Problem(("parameters", name), "", f"{name} is the name of a {kind}", "choose another name")
-
-
 def defaults(parameters: Mapping[str, Parameter]) -> tuple[Known, list[Problem]]:
     """Values of parameters as far as they have any, and those that have none."""
     order, cycles = parameter_order(parameters)
@@ -180,16 +178,13 @@ def defaults(parameters: Mapping[str, Parameter]) -> tuple[Known, list[Problem]]
     ]
     values = Known()
     for name in order:
-        value = _number(parameters[name].value, values)
-        if not math.isnan(value) and math.isfinite(value):
+        given = parameters[name].value
+        value = _number(given, values)
+        if math.isfinite(value):
             values[name] = value
-        elif isinstance(parameters[name].value, Expression) and _computable(parameters[name].value, values):
-            found.append(Problem(("parameters", name, "value"), str(parameters[name].value), "has no finite value"))
+        elif isinstance(given, Expression) and given.names <= values.keys():
+            found.append(Problem(("parameters", name, "value"), str(given), "has no finite value"))
     return values, found
-
-
-def _computable(value: Scalar, values: Mapping[str, float]) -> bool:
-    return not isinstance(value, Expression) or value.names <= values.keys()
 
 
 def _number(value: Scalar, values: Known) -> float:
@@ -203,22 +198,21 @@ def outside_bounds(name: str, parameter: Parameter, values: Known) -> Iterator[P
     """What is wrong with the bounds of a parameter, or with its value between them."""
     low = -math.inf if parameter.minimum is None else _number(parameter.minimum, values)
     high = math.inf if parameter.maximum is None else _number(parameter.maximum, values)
-    unit = f" {parameter.unit}" if parameter.unit not in ("", "1") else ""
-    path, value = ("parameters", name, "value"), f"{values[name]:g}{unit}"
+    least, most = parameter.written(low), parameter.written(high)
+    path, value = ("parameters", name, "value"), parameter.written(values[name])
     if low > high:
-        rule = f"the minimum {low:g}{unit} is above the maximum {high:g}{unit}"
-        yield Problem(("parameters", name, "minimum"), "", rule)
+        yield Problem(("parameters", name, "minimum"), "", f"the minimum {least} is above the maximum {most}")
     elif values[name] < low:
-        yield Problem(path, value, f"the value is below the minimum {low:g}{unit}")
+        yield Problem(path, value, f"the value is below the minimum {least}")
     elif values[name] > high:
-        yield Problem(path, value, f"the value is above the maximum {high:g}{unit}")
+        yield Problem(path, value, f"the value is above the maximum {most}")
 
 
 def invalid_at(prototype: Substructure, above: Path, values: Known) -> Iterator[Problem]:
     """What the parts at a path themselves refuse once their expressions have values."""
     for path, entry in _entries(prototype, above):
-        expressions = _expressions(entry)
-        if expressions and all(e.names <= values.keys() for e in expressions):
+        written = list(expressions(entry))
+        if written and all(e.names <= values.keys() for e in written):
             yield from _refused(path, entry, values)
 
 
@@ -232,13 +226,6 @@ def _entries(prototype: Substructure, path: Path) -> Iterator[tuple[Path, Any]]:
         elif isinstance(entries, dict) and kind != "parameters":
             for name, entry in entries.items():
                 yield (*path, kind, name), entry
-
-
-def _expressions(entry: Any) -> list[Expression]:
-    numbers = (
-        entry if isinstance(entry, tuple) else (v for _, _, v in scalars(entry)) if isinstance(entry, Part) else ()
-    )
-    return [number for number in numbers if isinstance(number, Expression)]
 
 
 _VECTOR = TypeAdapter(Vector)
@@ -255,18 +242,109 @@ def _refused(path: Path, entry: Any, values: Known) -> Iterator[Problem]:
     except ValidationError as error:
         for problem in problems_of(error, data):
             written, value = _at(entry, problem.path), _at(data, problem.path)
-            found = (
-                f"{written} = {shown(value)}" if isinstance(written, Expression) else shown_part(problem.value, value)
-            )
+            if isinstance(written, Expression):
+                found = f"{written} = {shown(value)}"
+            else:  # a whole part is not repeated
+                found = problem.value if isinstance(value, float | int | str) else ""
             yield Problem((*path, *problem.path), found, problem.rule, problem.hint or "at the default parameters")
-
-
-def shown_part(text: str, value: Any) -> str:
-    """The text of a value that is no larger than a number or a name; a whole part is not repeated."""
-    return text if isinstance(value, float | int | str) else ""
 
 
 def _at(data: Any, path: Path) -> Any:
     for key in path:
         data = entry_of(data, str(key)) if isinstance(data, Part) else data[key]  # type: ignore[index]
     return data
+
+
+def check_studies(mechanism: Mechanism, values: Known, ignored: Collection[str]) -> list[Problem]:
+    """What is wrong with the studies of a mechanism at the default values of its parameters."""
+    found: list[Problem] = []
+    for name, study in mechanism.studies.items():
+        for key, varied in study.own.vary.items():
+            path = ("studies", name, study.kind, "vary", key)
+            parameter = mechanism.parameters.get(key)
+            if parameter is None:
+                if key not in ignored:
+                    hint = suggestion(key, mechanism.parameters, "parameters")
+                    found.append(Problem(path, key, "there is no such parameter", hint))
+                continue
+            own = evaluated(varied, values) if isinstance(varied, Range | Spread) else varied
+            bounded = evaluated(parameter, values)
+            if isinstance(own, Range):
+                found += _range(path, own, bounded)
+            elif isinstance(own, Spread):  # how far deviations reach is a question when the study is asked
+                measured = [(i, value) for i, value in enumerate(own.measured or ()) if isinstance(value, float)]
+                found += [p for i, value in measured for p in _outside((*path, "measured", i), value, bounded)]
+            else:
+                numbers = [_number(x, values) for x in own]
+                found += [p for i, x in enumerate(numbers) for p in _outside((*path, i), x, bounded)]
+    return found
+
+
+def _range(path: Path, own: Range, parameter: Parameter) -> Iterator[Problem]:
+    ends = {"from": own.from_, "to": own.to}
+    bounds = {"from": parameter.minimum, "to": parameter.maximum}
+    for key, end in ends.items():
+        if end is None and bounds[key] is None:
+            side = "minimum" if key == "from" else "maximum"
+            yield Problem(path, "", f"the range has no {key}, and the parameter no {side}", "e.g. {from: ..., to: ...}")
+        elif isinstance(end, float):
+            yield from _outside((*path, key), end, parameter)
+    low, high = (bounds[key] if end is None else end for key, end in ends.items())
+    if isinstance(low, float) and isinstance(high, float):
+        if low >= high:
+            rule = f"there is nothing between {shown(low)} and {shown(high)}"
+            yield Problem(path, "", rule, "a range goes from the smaller value to the larger one")
+        elif own.scale == "log" and low <= 0:
+            yield Problem(path, shown(low), "a range with equal ratios has positive ends", "write scale: linear")
+        elif own.integer and math.ceil(low) > math.floor(high):
+            yield Problem(path, "", f"there is no whole number between {shown(low)} and {shown(high)}")
+
+
+def _outside(path: Path, value: float, parameter: Parameter) -> Iterator[Problem]:
+    """The problem of a value that the bounds of the parameter leave out."""
+    low, high, written = parameter.minimum, parameter.maximum, parameter.written
+    if isinstance(low, float) and value < low:
+        yield Problem(path, written(value), f"this is below the minimum {written(low)} of the parameter")
+    elif isinstance(high, float) and value > high:
+        yield Problem(path, written(value), f"this is above the maximum {written(high)} of the parameter")
+
+
+def check_own_values(layout: Layout, values: Known, ignored: Collection[str]) -> list[Problem]:
+    """What is wrong with values that instances have of their own; these are added to the values of parameters."""
+    described = layout.specialised.mechanism
+    found = [
+        problem
+        for name, part in {"": described, **described.substructures}.items()
+        for key, instance in part.instances.items()
+        for problem in _of_instance(layout, (*prefix(name), "instances", key), instance, ignored)
+    ]
+    own = layout.specialised.parameters
+    known, _ = defaults({**layout.mechanism.parameters, **own})
+    for name in own:
+        if name in known:
+            values[name] = known[name]
+            for problem in outside_bounds(name, own[name], known):
+                found.append(Problem(layout.specialised.places[name], problem.value, problem.rule, problem.hint))
+    for name, part in layout.specialised.substructures.items():
+        found += invalid_at(part, prefix(name), values)
+    return found
+
+
+def _of_instance(layout: Layout, path: Path, instance: Instance, ignored: Collection[str]) -> Iterator[Problem]:
+    names = [copy for copy, _ in copies(str(path[-1]), instance)] if instance.copies else []
+    for copy in instance.copies:
+        if copy not in names:
+            hint = suggestion(copy, names, "copies")
+            yield Problem((*path, "copies", copy), copy, "there is no such copy", hint)
+    depends = layout.specialised.depends(instance.of)
+    groups = {(*path, "with"): instance.with_, **{(*path, "copies", c): own for c, own in instance.copies.items()}}
+    for place, own in groups.items():
+        for name in own:
+            if name in ignored:
+                continue
+            if name not in layout.mechanism.parameters:
+                hint = suggestion(name, layout.mechanism.parameters, "parameters")
+                yield Problem((*place, name), name, "there is no such parameter", hint)
+            elif name not in depends:
+                hint = suggestion(name, sorted(depends), "parameters that it depends on")
+                yield Problem((*place, name), name, f"the substructure {instance.of} does not depend on it", hint)

@@ -10,13 +10,14 @@ import scipy.linalg as la
 
 from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs, factorise
 from flexura.mechanism import Mechanism, has_solid_members
 from flexura.modal import track_modes
 from flexura.pages.live.sliders import Slider, sliders_of
 from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
 from flexura.reduction import full_order_modes
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan
 
 SPARE = 4
 """Modes beyond those shown that are followed, so that one that rises out of them is known when it comes back."""

@@ -26,13 +26,13 @@ from flexura.analysis import (
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES, UNITS
+from flexura.motion import at_pose
 from flexura.pages.live.described import Described, FollowedModes, Identified, lowest_shapes, scene_message
 from flexura.pages.live.sliders import blamed, moved_bounds, parameters_of
 from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_drawing, to_message
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.results import plain
-from flexura.structure import Design, FullOrderModel, Plan, full_order_model
-from flexura.systems import Ports
+from flexura.structure import Design, FullOrderModel, Plan, Ports, full_order_model
 from flexura.tables import ends, quantity
 
 LARGEST = 1 << 17
@@ -164,7 +164,7 @@ class Designs:
         with _timed(timing, "frequencies"):
             f, lower, upper, indexed, rigid = _proven(plan, parameters, self._count(ask))
         with _timed(timing, "shapes"):
-            model = full_order_model(Design.of(plan, parameters))
+            model = full_order_model(at_pose(Design.of(plan, parameters)))
             found = lowest_shapes(model, self._count(ask), self._near)
             modes = self._followed.follow(model, found)
         self._near = modes.shapes
@@ -307,7 +307,7 @@ def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Ar
             found = found.resolved()
         if found.lower_hz.all():
             return found.frequency_hz, found.lower_hz, found.upper_hz, found.upper_hz > 0, 0
-    model = chained(full_order_model(Design.of(plan, parameters)))
+    model = chained(full_order_model(at_pose(Design.of(plan, parameters))))
     proof = certificate(model, lowest_pairs(model, n), n)
     n = min(n, len(proof.frequency_hz))
     f, lower, upper, indexed = proof.frequency_hz[:n], proof.lower_hz[:n], proof.upper_hz[:n], proof.is_indexed[:n]

@@ -15,6 +15,7 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, told
 from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
 from flexura.pages.report.curves import frequency_responses, over_the_stroke
@@ -37,7 +38,7 @@ from flexura.pages.report.subject import Commands, Subject
 from flexura.pages.report.understood import scene_content, understood
 from flexura.pages.viewer import page
 from flexura.results import Result
-from flexura.structure import one_design, plan_of
+from flexura.structure import one_design
 from flexura.tables import Facts as ShownFacts
 from flexura.tables import counted
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from flexura.analysis import Kinetostatics, Modes, kinetostatics, modes
 from flexura.expressions import Expression
+from flexura.full_order import assemble
 from flexura.mechanism import (
     DOF_NAMES,
     Layout,
@@ -20,8 +21,7 @@ from flexura.mechanism import (
     matching,
     parameter_dimensions,
 )
-from flexura.structure import FullOrderModel, Plan, assemble
-from flexura.systems import InputPort, Ports
+from flexura.structure import FullOrderModel, InputPort, Plan, Ports
 from flexura.units import format_number, format_quantity
 
 POSED = {"displacement": "m", "rotation": "rad", "expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}

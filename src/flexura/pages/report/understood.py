@@ -14,6 +14,7 @@ from PIL import Image
 from flexura.analysis import CheckReport, Modes, check
 from flexura.errors import FlexuraError
 from flexura.expressions import Expression
+from flexura.full_order import assemble
 from flexura.mechanism import CATALOGUE, Layout, parameter_dimensions
 from flexura.pages.report.document import (
     Block,
@@ -29,7 +30,6 @@ from flexura.pages.report.document import (
 )
 from flexura.pages.report.subject import Subject
 from flexura.pages.viewer import Shown, scene_of, to_json
-from flexura.structure import assemble
 from flexura.tables import counted, in_mm, quantity, vector
 from flexura.units import format_quantity
 from flexura.view import draw_mechanism, draw_sheet, draw_warnings
@@ -186,7 +186,7 @@ def _materials(subject: Subject) -> Block:
     mechanism = layout.mechanism
     parts = layout.prototypes.values()
     solids = [body.solid for part in parts for body in part.bodies.values() if body.solid is not None]
-    members = [m for part in parts for m in (*part.links.values(), *part.flexures.values())]
+    members = [member for part in parts for _, _, member in part.members()]
     named = [name for own in (*members, *solids) if (name := getattr(own, "material", None)) in CATALOGUE]
     used = dict.fromkeys([*mechanism.materials, *named])
     rows = []

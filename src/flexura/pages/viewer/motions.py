@@ -47,7 +47,7 @@ from flexura.pages.viewer.scene import (
     ShownMotion,
     Triple,
 )
-from flexura.systems import Ports
+from flexura.structure import Ports
 from flexura.tables import ends, in_hz, number, quantity, scale_for
 from flexura.view import (
     Solids,

@@ -13,6 +13,7 @@ import numpy as np
 
 from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, Statics, Stroke
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
 from flexura.pages.viewer.facts import Facts
 from flexura.pages.viewer.geometry import Cells, Drawing
@@ -28,7 +29,7 @@ from flexura.pages.viewer.motions import (
 from flexura.pages.viewer.scene import Buffer, Fact, PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
 from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions, verified_motions, verified_shapes
 from flexura.solid.verification import Verification
-from flexura.structure import FullOrderModel, Plan, assemble, solids_of
+from flexura.structure import FullOrderModel, Plan, solids_of
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
 from flexura.view import COLOURS, HIDDEN, NAMES, Kind, Solids, customary_camera, draw_mechanism, visible_flexures

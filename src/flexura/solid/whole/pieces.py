@@ -10,17 +10,14 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.errors import ModelError, Problem
+from flexura.fem import BodySolid, MemberSolid, body_solids, solids
 from flexura.mechanism import matching
-from flexura.solid.geometry import BodySolid, MemberSolid, body_solids, solids
 from flexura.structure import FullOrderModel, solids_of
+from flexura.thresholds import SAME_PLACE
 
 DEPTHS = (6.0, 3.0, 1.5)
 """Depths of a block of ground, and how far it reaches beyond the faces of its member, in thicknesses of this: the first
 that touches nothing else."""
-ON_SURFACE = 1e-6
-"""Distance over the thickness up to which a point lies on a surface."""
-ON_FACE = 1e-6
-"""Distance of a node from a face that it lies on, over the size of the body."""
 
 
 @dataclass(frozen=True)
@@ -214,7 +211,7 @@ def _held_faces(
 
 def _face_at(block: Block, point: Array) -> tuple[int, int] | None:
     """The face of a block that a point lies on."""
-    if abs(float(block.beyond(point))) > ON_FACE * 2 * float(block.half.max()):
+    if abs(float(block.beyond(point))) > SAME_PLACE * 2 * float(block.half.max()):
         return None
     local = block.local(point)
     if block.is_round:
@@ -289,7 +286,7 @@ def extended(member: MemberSolid, end: int, hosts: list[Piece]) -> float:
     middle = member.end_point(end)[None]
     for by in np.concatenate([[0.0], np.linspace(0.02, 1.0, 50)]) * thin:
         points = np.concatenate([member.end_samples(end, -float(by)), middle])
-        inside = np.min([host.beyond(points) for host in hosts], axis=0) <= ON_SURFACE * thin
+        inside = np.min([host.beyond(points) for host in hosts], axis=0) <= SAME_PLACE * thin
         if inside.all():
             return float(by)
         if not inside.any():

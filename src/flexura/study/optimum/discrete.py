@@ -14,6 +14,7 @@ from flexura.deadline import Listener, Progress, unheard
 from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, Solved, best_of, is_better
 from flexura.study.optimum.landscape import Box, FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
+from flexura.thresholds import PROVEN
 
 Levels = tuple[int, ...]
 """A combination: numbers of the levels of all discrete variables."""
@@ -21,11 +22,8 @@ Levels = tuple[int, ...]
 FEW_SOLVED, FEW_ALONE = 24, 20_000
 """Combinations that are all solved, and that are all worked out where nothing else varies."""
 
-CERTIFIED = 1e-3
-"""How far values of many designs at once may be from those of full order, over their scale."""
-
 MOST_TIES = 64
-"""Designs as good within `CERTIFIED` of which the best is found by their values of full order."""
+"""Designs as good within `PROVEN` of which the best is found by their values of full order."""
 
 COMBINATIONS_AT_ONCE = 256
 """Designs that are worked out at once."""
@@ -144,7 +142,7 @@ def _best_among(
     mixed: Mixed, some: Iterable[Levels], known: dict[Levels, tuple[float, float]], report: Listener = unheard
 ) -> Levels | None:
     """The best of some combinations, the first of those that are as good; goals and violations are added to those that
-    are `known`, which they are but for `CERTIFIED`."""
+    are `known`, which they are but for `PROVEN`."""
     ranked, waiting = list[Levels](), iter(some)
     while block := list(islice(waiting, COMBINATIONS_AT_ONCE)):
         report(Progress("combinations", len(ranked), mixed.count))
@@ -155,7 +153,7 @@ def _best_among(
 
     def rank(levels: Levels) -> tuple[bool, float]:
         goal, violation = known[levels]
-        return violation <= CERTIFIED, goal if violation <= CERTIFIED else -violation
+        return violation <= PROVEN, goal if violation <= PROVEN else -violation
 
     ranked = [levels for levels in dict.fromkeys(ranked) if np.isfinite(known[levels]).all()]
     ranked.sort(key=rank, reverse=True)
@@ -163,7 +161,7 @@ def _best_among(
     for levels in ranked[:MOST_TIES]:
         if best is not None:
             feasible = best[1].violation <= FEASIBLE_VIOLATION
-            if rank(levels) < (feasible, (best[1].goal if feasible else -best[1].violation) - CERTIFIED):
+            if rank(levels) < (feasible, (best[1].goal if feasible else -best[1].violation) - PROVEN):
                 break
         try:
             sample = mixed.land.at(mixed.land.box.positions(mixed.values(levels)))

@@ -11,8 +11,9 @@ import numpy as np
 from flexura.analysis import Modes, Stroke, modes, stroke
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
-from flexura.structure import Plan, plan_of
+from flexura.structure import Plan
 from flexura.study.optimum.climb import (
     FEASIBLE_VIOLATION,
     NO_ANSWER_BEYOND,
@@ -37,21 +38,16 @@ from flexura.study.optimum.rows import numbered
 from flexura.study.optimum.task import Task
 from flexura.study.questions import Margins, Quantity, Relation, questions
 from flexura.tables import counted, quantity
+from flexura.thresholds import PROVEN, ROUND_OFF
 
 FEWEST_DESIGNS = 4
 """Designs at which a goal is looked at, at least."""
-
-CONSTANT_GOAL = 1e-12
-"""Relative difference of goals that are the same."""
 
 MISSED = 10 * FEASIBLE_VIOLATION
 """Violation, over the scale of a limit, from which on it is reported as missed."""
 
 OPTIMUM_DIGITS = 9
 """Significant digits of the values of an optimum, which are those that it is proven with."""
-
-PROOF_TOLERANCE = 1e-3
-"""Relative difference between the search and what is worked out anew from which on it is a warning."""
 
 NOWHERE = "none of this proves that no design meets the limits"
 LOCAL = "each search leads to an optimum nearby; none of this proves that no better one is elsewhere"
@@ -250,10 +246,10 @@ def _goal_warnings(task: Task, known: Array) -> Iterator[Diagnostic]:
     for aim in task.aims:
         values = task.value(aim.formula, quantities)
         values = values[np.isfinite(values)]
-        if len(values) > 1 and np.ptp(values) <= CONSTANT_GOAL * np.abs(values).max():
+        if len(values) > 1 and np.ptp(values) <= ROUND_OFF * np.abs(values).max():
             varied = ", ".join(task.names)
             text = f"{aim.text}: the same in all {len(values)} designs looked at, whatever {varied} may be"
-            yield Diagnostic("goal", aim.text, float(np.ptp(values)), CONSTANT_GOAL, "1", text)
+            yield Diagnostic("goal", aim.text, float(np.ptp(values)), ROUND_OFF, "1", text)
 
 
 def _search_warnings(solved: Solved | None, violations: Sequence[Violation]) -> Iterator[Diagnostic]:
@@ -392,7 +388,7 @@ def proof(
     mechanism: Mechanism, design: Mapping[str, float], quantities: Sequence[Quantity], numbers: Mapping[str, float]
 ) -> tuple[tuple[Proof, ...], list[Diagnostic]]:
     """Every quantity of a design anew beside its number in the search, and warnings: those of the verbs, what differs
-    by more than `PROOF_TOLERANCE` and is not within its interval, and what could not be worked out."""
+    by more than `PROVEN` and is not within its interval, and what could not be worked out."""
     parameters = dict(mechanism.parameters)
     for name, value in design.items():
         parameters[name] = parameters[name].model_copy(update={"value": value})
@@ -400,7 +396,7 @@ def proof(
     proofs, warnings = list[Proof](), list[Diagnostic]()
 
     def warn(text: str, difference: float, words: str) -> None:
-        warnings.append(Diagnostic("proof", text, difference, PROOF_TOLERANCE, "1", words))
+        warnings.append(Diagnostic("proof", text, difference, PROVEN, "1", words))
 
     for asked in quantities:
         text = asked.text
@@ -411,7 +407,7 @@ def proof(
     for one in proofs:
         text, checked = one.text, one.checked
         low, high = one.interval or (checked, checked)
-        if one.difference > PROOF_TOLERANCE and not low <= one.value <= high:
+        if one.difference > PROVEN and not low <= one.value <= high:
             words = f"{text} is {checked:.6g} {one.unit} by {one.by} and was {one.value:.6g} in the search:"
             warn(text, one.difference, f"{words} the optimum is that of the search, which differs")
     return tuple(proofs), [*warnings, *anew.warnings]

@@ -14,13 +14,10 @@ from flexura.arrays import Array, Bools, Index
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
-from flexura.structure import Design, Plan
+from flexura.structure import Action, Design, Plan, Ports
 from flexura.study.questions.grammar import Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.systems import Action, Ports
-
-FREQUENCY_TOLERANCE = 1e-3
-"""Relative error within which frequencies are to be proven."""
+from flexura.thresholds import CROSS_COMPLIANCE, PROVEN
 
 
 class Bounded(NamedTuple):
@@ -66,7 +63,7 @@ class Answers(Record):
 def are_proven(value: Array, lower: Array, upper: Array) -> Bools:
     """Where bounds are within 0.1 %, or a value is proven to be zero."""
     with np.errstate(all="ignore"):
-        return (upper - lower <= FREQUENCY_TOLERANCE * lower) | ((value == 0) & (lower == 0))
+        return (upper - lower <= PROVEN * lower) | ((value == 0) & (lower == 0))
 
 
 FAILURES = (FlexuraError, ArithmeticError, np.linalg.LinAlgError, ValueError)
@@ -203,13 +200,10 @@ def mass_of(design: Design, quantity: Quantity) -> Array:
 STATIC = ("compliance", "stiffness", "coupling", "amplification")
 """Kinds that follow from the flexibility."""
 
-CROSS_ROUND_OFF = 1e-8
-"""Compliances below so much of their bound, sqrt(C_ii C_jj), are round-off."""
-
 
 def without_round_off(displacement: Any, bound: Any) -> Any:
     """Displacements by forces elsewhere, zero where they are round-off of the bound that stands for C_ii C_jj."""
-    return np.where(abs(displacement) < CROSS_ROUND_OFF * np.sqrt(abs(bound)), 0.0, displacement)
+    return np.where(abs(displacement) < CROSS_COMPLIANCE * np.sqrt(abs(bound)), 0.0, displacement)
 
 
 class Statics:

@@ -11,27 +11,19 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Bools, Index
 from flexura.errors import OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.reduction import independent_frequencies, independent_motions
 from flexura.sensitivity import free_names
-from flexura.structure import Design, Plan, one_design, plan_of
-from flexura.study.questions.blocks import (
-    FAILURES,
-    FREQUENCY_TOLERANCE,
-    STATIC,
-    Answers,
-    Block,
-    Statics,
-    are_proven,
-    mass_of,
-    reason_of,
-)
+from flexura.structure import Design, Plan, one_design
+from flexura.study.questions.blocks import FAILURES, STATIC, Answers, Block, Statics, are_proven, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity, askable, separate
 from flexura.study.questions.reading import Freedom, Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
 from flexura.study.questions.states import MODES_FOLLOWED, ModalMotion, clear_mode
+from flexura.thresholds import PROVEN
 
 
 @verb
@@ -254,7 +246,7 @@ class _Frequencies:
     def _answer(self, designs: Index, count: int) -> None:
         """Take so many frequencies of some designs as answers."""
         answers, parameters = self.answers, self.block.some(designs)
-        found = independent_frequencies(self.block.plan, parameters, n=count, tolerance=FREQUENCY_TOLERANCE)
+        found = independent_frequencies(self.block.plan, parameters, n=count, tolerance=PROVEN)
         for q, place in enumerate(self.places):
             number = self.numbers[designs, q]
             known = np.flatnonzero(number >= 0)

@@ -14,6 +14,7 @@ from flexura.analysis import DisplacementPath, SlopedResponse, frequency_respons
 from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
+from flexura.full_order import at_rest
 from flexura.motion import (
     NO_LOADS,
     Drive,
@@ -26,8 +27,8 @@ from flexura.motion import (
     described_loads,
     end_forces,
 )
-from flexura.structure import Design, Plan, at_rest
-from flexura.study.questions.blocks import CROSS_ROUND_OFF, Bounded
+from flexura.structure import Design, Plan
+from flexura.study.questions.blocks import Bounded
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import (
@@ -40,6 +41,7 @@ from flexura.study.questions.states import (
     least_margin,
 )
 from flexura.tables import in_hz
+from flexura.thresholds import CROSS_COMPLIANCE
 
 FIRST_STEP = 1e-4
 """First step, over the size of the mechanism or in rad, from which the stroke to yield is estimated."""
@@ -329,9 +331,9 @@ class OneDesign:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
         match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
-                return CROSS_ROUND_OFF * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
+                return CROSS_COMPLIANCE * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
-                return CROSS_ROUND_OFF * state.free.largest_possible(kind, actuator, to)
+                return CROSS_COMPLIANCE * state.free.largest_possible(kind, actuator, to)
         return 0.0
 
     def mode(self, quantity: Quantity) -> tuple[int, str]:

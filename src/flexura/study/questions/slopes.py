@@ -13,21 +13,20 @@ from flexura.analysis import LinearState, displaced_state, settled
 from flexura.arrays import Array, Bools
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
+from flexura.full_order import assemble
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
-from flexura.structure import Design, Plan, assemble, kinks, tables_left
+from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Members, Port, Reader, pose_text
 from flexura.study.questions.single import OneDesign, Response, sloped_stroke_to_yield
 from flexura.study.questions.states import MODES_FOLLOWED, UNKNOWN_STRESS
+from flexura.thresholds import ROUND_OFF
 
 DIFFERENCE_STEP = 1e-3
 """Relative step of differences."""
-
-EQUAL_STRESSES = 1e-12
-"""Relative difference up to which members are stressed alike."""
 
 CROSS_MOTIONS = ("compliance", "coupling", "amplification")
 """Kinds that may be of a motion by a force elsewhere."""
@@ -332,7 +331,7 @@ def _parting(state: Any, quantity: Quantity, names: Sequence[str]) -> str:
     if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
         return ""
     members, stresses = _stresses(state, quantity, share=1.0)
-    tied = np.flatnonzero(plain(stresses) >= plain(largest) * (1 - EQUAL_STRESSES))
+    tied = np.flatnonzero(plain(stresses) >= plain(largest) * (1 - ROUND_OFF))
     reasons = []
     for p in np.flatnonzero(np.isnan(largest.slope)).tolist():
         sides = stresses.slope[p, tied] / (1 if quantity.kind == "stress" else -(plain(largest) ** 2))

@@ -13,6 +13,7 @@ however its modes have crossed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -24,12 +25,12 @@ from flexura.errors import SolverError
 from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
 from flexura.modal import REPEATED, close_groups
-from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
+from flexura.motion import Holding, Pose, PosedDesign, at_pose, buckling_factor, reached
 from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
-from flexura.structure import Design, FullOrderModel, Plan, full_order_model
+from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, full_order_model
 from flexura.study.questions.blocks import Bounded, without_round_off
 from flexura.study.questions.reading import Freedom, Members, Port, pose_text
-from flexura.systems import InputPort, Ports
+from flexura.thresholds import REPEATED_EIGENVALUES, STATIC_ROUND_OFF, STILL
 
 MODES_FOLLOWED = 12
 """So many of the lowest modes are looked at."""
@@ -37,17 +38,11 @@ MODES_FOLLOWED = 12
 AMBIGUOUS = 0.8
 """Share of a displacement, over that of the leading mode, from which another mode has nearly as much."""
 
-STILL_MOTION = 1e-7
-"""Part of the largest motion of its kind below which something does not move."""
-
 CLEARLY_STILL_MOTION = 1e-4
 """The same, of modes that are a little off."""
 
 CLEARLY_LESS = 0.5
 """Share of a displacement, over that of the leading mode, that others close to one another have at most."""
-
-EQUAL_FREQUENCIES = 1e-6
-"""Relative difference of frequencies that are equal in such modes."""
 
 ORDERED = 2e-3
 """Least gap of others, relative, with which it is sure which of them is the lower one."""
@@ -76,7 +71,7 @@ def leading_mode(motion: ModalMotion, name: str) -> tuple[int, str]:
     hertz, moved, largest = motion
     groups = close_groups(hertz, REPEATED)
     squares = np.array([(moved[group] ** 2).sum() for group in groups])
-    if not squares.max(initial=0.0) > (STILL_MOTION * largest) ** 2:
+    if not squares.max(initial=0.0) > (STILL * largest) ** 2:
         raise SolverError(f"{name} does not move in the lowest {len(hertz)} modes")
     shares = squares / np.maximum([hertz[group[0]] for group in groups], SLOWEST * hertz.max())
     leading = int(np.argmax(shares))
@@ -96,7 +91,7 @@ def clear_mode(motion: ModalMotion, name: str) -> int | None:
         return None
     number, _ = leading_mode(motion, name)
     gap, share = abs(hertz / hertz[number] - 1), moved**2 / hertz
-    is_equal = gap <= EQUAL_FREQUENCIES
+    is_equal = gap <= REPEATED_EIGENVALUES
     others, leading = np.where(is_equal, 0.0, share), share[is_equal].sum()
     gap = np.where(is_equal, np.inf, gap)
     together = max(others[group].sum() for group in close_groups(hertz, MIXING_GAP))
@@ -119,9 +114,6 @@ def _row_of(model: FullOrderModel, freedom: Freedom) -> Array:
     return model.design.node_rows(number).toarray()[freedom.component]
 
 
-HELD_BY_POSE = 1e-9
-"""Part of the compliance of something free that is left of it where a pose holds it, by round-off."""
-
 UNKNOWN_STRESS = "no stress is known of sections that are given by constants"
 
 
@@ -141,7 +133,7 @@ class ReferenceState:
     @cached_property
     def model(self) -> FullOrderModel:
         """Its full-order model."""
-        return full_order_model(Design.of(self.plan, self.parameters))
+        return full_order_model(at_pose(Design.of(self.plan, self.parameters)))
 
     @cached_property
     def _ports(self) -> Ports:
@@ -268,7 +260,8 @@ class PosedState:
 
     @cached_property
     def _model(self) -> FullOrderModel:
-        return FullOrderModel(Design.of(self.plan, self.parameters), self._posed.K, self._posed.M)
+        design = replace(Design.of(self.plan, self.parameters), pose=self._posed)
+        return FullOrderModel(design, self._posed.K, self._posed.M)
 
     def compliance(self, to: Freedom, by: Freedom) -> float:
         """Displacement per force or moment, the displacements of the pose held but for those asked of.
@@ -283,7 +276,7 @@ class PosedState:
         free_rows = holding.rows(rows)
         free_sizes = np.linalg.norm(free_rows / scale[holding.left], axis=1)
         for end, free, whole in zip((to, by), free_sizes, np.linalg.norm(rows / scale, axis=1), strict=True):
-            if not free > HELD_BY_POSE * whole:
+            if not free > STATIC_ROUND_OFF * whole:
                 raise SolverError(f"{end.name} is held by the pose")
         C = free_rows @ factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(free_rows.T))
         return float(without_round_off((C[0, 1] + C[1, 0]) / 2, C[0, 0] * C[1, 1]))

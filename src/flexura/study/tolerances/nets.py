@@ -15,6 +15,7 @@ from flexura.arrays import Array, Bools, Index
 from flexura.errors import OptionError
 from flexura.records import Record
 from flexura.study.space import Sobol, Variable
+from flexura.thresholds import ROUND_OFF
 
 FEWEST_SCRAMBLINGS = 12
 """Below 24 unless the nets would exceed `LARGEST_NET`."""
@@ -247,10 +248,6 @@ def _student(means: Array, confidence: float) -> float:
     return quantile * float(np.std(means, ddof=1)) / np.sqrt(len(means))
 
 
-SPREAD_ROUND_OFF = 1e-12
-"""Spread, relative to the value, that is none."""
-
-
 @dataclass(frozen=True)
 class SobolIndices:
     """First-order and total indices (g, q) of g tolerances for q quantities; `_half` half the widths of intervals.
@@ -301,7 +298,7 @@ def _estimate(rows: list[tuple[Array, Array, Array]]) -> Array:
     A, B, AB = (np.concatenate([row[m] for row in rows], axis=-1) for m in range(3))
     both = np.concatenate([A, B])
     scale = float(np.ptp(both))
-    if scale <= SPREAD_ROUND_OFF * float(np.max(np.abs(both))):
+    if scale <= ROUND_OFF * float(np.max(np.abs(both))):
         return np.full((2, len(AB)), np.nan)
     A, B, AB = ((values - both.mean()) / scale for values in (A, B, AB))
     variance = 0.5 * float(np.mean((A - B) ** 2))

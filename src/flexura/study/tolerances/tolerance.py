@@ -14,8 +14,9 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, Parameter, Spread, parameter_values, with_own_copies
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, Questions, Relation, questions, relation
 from flexura.study.space import Variable, variables
@@ -39,6 +40,7 @@ from flexura.study.tolerances.worst_case import (
     variance_shares,
 )
 from flexura.tables import counted
+from flexura.thresholds import ROUND_OFF
 
 Vary = Mapping[str, str | Spread] | Sequence[str] | str
 """Tolerances by parameter, or texts NAME=TOLERANCE."""
@@ -52,9 +54,6 @@ ALL_REQUIREMENTS = "all of them"
 
 FAR_FROM_LINEAR = 0.1
 """Relative difference between the standard deviations of slopes and of samples from which on it is reported."""
-
-CONSTANT_QUANTITY = 1e-12
-"""Spread over the largest value, per sample, up to which a quantity is the same in all of them."""
 
 MOST_SIZES_LISTED = 6
 """Sizes of a tolerance that a note names."""
@@ -325,7 +324,7 @@ def _correlation(values: Array) -> Array:
         return np.full((values.shape[1],) * 2, np.nan)
     deviations = known - known.mean(axis=0)
     size = np.sqrt(np.sum(deviations**2, axis=0))
-    size[size <= CONSTANT_QUANTITY * np.abs(known).max(axis=0) * np.sqrt(len(known))] = np.nan
+    size[size <= ROUND_OFF * np.abs(known).max(axis=0) * np.sqrt(len(known))] = np.nan
     return (deviations / size).T @ (deviations / size)
 
 

@@ -11,12 +11,10 @@ import numpy as np
 from flexura.arrays import Array, Bools
 from flexura.duals import Dual
 from flexura.study.questions import Questions, Relation, Slopes
+from flexura.thresholds import ROUND_OFF
 
 MOST_VERTEX_STEPS = 32
 """Steps from vertex to vertex at most."""
-
-EFFECT_ROUND_OFF = 1e-12
-"""What a size does across its range, relative to the value, that is nothing."""
 
 NEGLIGIBLE_EFFECT = 1e-9
 """The same, relative to what that size does which does most."""
@@ -31,7 +29,7 @@ Evaluate = Callable[[Array], tuple[float, Array]]
 def significant(slope: Array, width: Array, value: float) -> Array:
     """Slopes (d,) of a value by sizes with ranges of this `width`, with zeros for those that are round-off."""
     effect = np.abs(slope * width)
-    least = max(NEGLIGIBLE_EFFECT * effect.max(initial=0.0), EFFECT_ROUND_OFF * abs(value))
+    least = max(NEGLIGIBLE_EFFECT * effect.max(initial=0.0), ROUND_OFF * abs(value))
     return np.where(effect > least, slope, 0.0)
 
 

@@ -18,8 +18,8 @@ from flexura.linalg import is_definite, scaled, unit_scale
 from flexura.modal import DEPENDENT_SHAPES, frac
 from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel
-from flexura.systems import Channel, system
+from flexura.structure import Channel, FullOrderModel
+from flexura.systems import system
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import MeasuredFRF
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels

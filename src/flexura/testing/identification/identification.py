@@ -14,7 +14,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
-from flexura.systems import Channel
+from flexura.structure import Channel
 from flexura.tables import in_hz
 from flexura.testing.identification.evidence import (
     ALIKE_RESIDUES,

@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
+from flexura.expressions import Dimension
+from flexura.full_order import plan_of
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modelfile import parse, text_of
-from flexura.structure import Design, Plan, plan_of
-from flexura.systems import UNITS, Channel, Ports
-from flexura.units import Exponents, parse_quantity, parse_unit
+from flexura.motion import at_pose
+from flexura.structure import UNITS, Channel, Design, Plan, Ports
+from flexura.units import parse_quantity, parse_unit
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def frequency_factor(label: str, what: str) -> float:
     return factor
 
 
-def dimension(unit: str) -> Exponents:
+def dimension(unit: str) -> Dimension:
     """Dimension of a unit of `UNITS`."""
     return parse_unit(unit)[1]
 
@@ -287,7 +289,7 @@ def described_channels(mechanism: Mechanism | Plan, names: Sequence[str]) -> dic
     cannot be used.
     """
     plan = plan_of(mechanism)
-    design = Design.of(plan)
+    design = at_pose(Design.of(plan))
     ports = Ports(design)
     described: dict[str, ChannelDescription] = {}
     for name in names:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
-from flexura.systems import UNITS
+from flexura.structure import UNITS
 from flexura.tables import ends, in_hz
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, grouped

@@ -15,8 +15,7 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
 from flexura.sensitivity import Reading
-from flexura.structure import FullOrderModel
-from flexura.systems import DERIVATIVE, Ports
+from flexura.structure import DERIVATIVE, FullOrderModel, Ports
 from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement import FORCES, MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints

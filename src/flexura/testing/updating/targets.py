@@ -25,7 +25,7 @@ from flexura.modal import pair_modes
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
 from flexura.sensitivity import Change, Cluster, Reader, clusters, modal_response
-from flexura.systems import DERIVATIVE
+from flexura.structure import DERIVATIVE
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of
 

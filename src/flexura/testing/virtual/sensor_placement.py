@@ -13,27 +13,23 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
 from flexura.modal import DEPENDENT_SHAPES, largest_motion, mac
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan
 from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
+from flexura.thresholds import EQUAL_BY_SYMMETRY, SAME_PLACE
 
 ADD_MORE = "add other directions, or nodes such as those of the mesh within members (candidates '*.t*')"
 
-ONE_PLACE = 1e-6
-"""Sensors nearer than this are at one place, relative to half of the longest side."""
-
 STILL = 1e-12
 """A place moves that has more than this share of the largest motion in some mode."""
-
-EQUAL_BY_SYMMETRY = 1e-6
-"""Relative difference of determinants and contributions that symmetry would make equal."""
 
 MOST_EXCHANGES = 100
 """Most exchanges of sensors."""
@@ -208,7 +204,7 @@ def _candidates(
     shapes[turns] *= reach
     keys = np.zeros((len(names), 5))
     keys[:, 0] = -1.0 - np.arange(len(names))
-    keys[dofs] = np.column_stack([topology.root[number], dof, np.round(x[number] / (ONE_PLACE * (reach or 1.0)))])
+    keys[dofs] = np.column_stack([topology.root[number], dof, np.round(x[number] / (SAME_PLACE * (reach or 1.0)))])
     first = np.sort(np.unique(keys, axis=0, return_index=True)[1])
     first = first[(np.abs(shapes[first]) > STILL * largest_motion(u, reach)).any(axis=1)]
     chosen = tuple(names[k] for k in first)

@@ -15,9 +15,9 @@ from matplotlib.ticker import MaxNLocator
 from flexura.analysis import Freedom, Kinetostatics, Preload, Statics
 from flexura.arguments import verb
 from flexura.mechanism import DOF_NAMES
-from flexura.structure import FullOrderModel
-from flexura.systems import Ports
+from flexura.structure import FullOrderModel, Ports
 from flexura.tables import quantity
+from flexura.thresholds import ROUND_OFF
 from flexura.view.drawing import (
     DPI,
     HIDDEN,
@@ -59,9 +59,6 @@ from flexura.view.scene import Array, Solids, solids, stresses_along
 
 BAR_AREA: Box = (0.895, 0.27, 0.017, 0.34)
 """Where the scale of colours stands."""
-
-NO_LOAD = 1e-12
-"""Forces below so much of the largest are none."""
 
 MOST_ARROWS = 24
 """Loads that are drawn."""
@@ -217,7 +214,7 @@ def _force_and_moment(at: Array, load: Array) -> Iterator[Arrow]:
     """The arrows of a force and a moment."""
     for vector, unit, turns in ((load[:3], "N", False), (load[3:], "N m", True)):
         size = float(np.linalg.norm(vector))
-        if size > NO_LOAD * np.abs(load).max():
+        if size > ROUND_OFF * np.abs(load).max():
             yield Arrow(at, vector, quantity(size, unit), turns)
 
 

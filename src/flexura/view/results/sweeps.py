@@ -22,6 +22,7 @@ from flexura.charts import WIDE
 from flexura.errors import OptionError, foremost
 from flexura.study.engine import StudyTable, jumps_of
 from flexura.tables import Scale, counted, scale_for
+from flexura.thresholds import PROVEN
 from flexura.view.drawing import (
     DPI,
     INK,
@@ -66,9 +67,6 @@ ALONG = 200
 
 MOST_LINES = 2000
 """Designs that are drawn one by one."""
-
-PROVEN_WIDTH = 1e-3
-"""Width of the interval of a proven value, over its lower end, is no more."""
 
 CONSTANT_SPREAD = 1e-9
 """Spread, relative to the value, of a quantity that does not change."""
@@ -144,7 +142,7 @@ class _Designs:
         """Designs (n,) that have a value of something that can be proven, without an interval as narrow as that of a
         proven one."""
         with np.errstate(invalid="ignore"):
-            is_narrow = self.upper[heading] - self.lower[heading] <= PROVEN_WIDTH * self.lower[heading]
+            is_narrow = self.upper[heading] - self.lower[heading] <= PROVEN * self.lower[heading]
         return np.isfinite(self.quantities[heading]) & ~self.is_proven & ~is_narrow
 
 

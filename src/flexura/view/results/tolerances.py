@@ -15,6 +15,7 @@ from flexura.study.influence import Sensitivity
 from flexura.study.tolerances import QuantitySpread, Tolerance, Yield
 from flexura.tables import Scale, number, quantity, scale_for
 from flexura.testing.updating import Calibration
+from flexura.thresholds import ROUND_OFF
 from flexura.view.drawing import (
     DPI,
     FAINT,
@@ -47,9 +48,6 @@ MOST_ROWS = 4
 MOST_PANELS = 6
 """Quantities of a picture of sensitivities."""
 
-NO_SCATTER = 1e-12
-"""Spread, relative to the value, that is none."""
-
 
 @verb
 def save_tolerance(result: Tolerance, folder: Path | str, *, dpi: float = DPI) -> list[Path]:
@@ -77,7 +75,7 @@ def draw_tolerance(result: Tolerance, *, dpi: float = DPI) -> Figure:
         label = scale.label(shortened(spread.text, 44))
         title = f"nominal {scale.text(spread.nominal)}" if np.isfinite(spread.nominal) else ""
         left.set_title(title, fontsize=8, loc="left")
-        if not len(limits) or not np.ptp(limits) > NO_SCATTER * np.abs(limits).max():
+        if not len(limits) or not np.ptp(limits) > ROUND_OFF * np.abs(limits).max():
             _leave_empty((left, middle, right), label, "does not scatter" if len(limits) else "no sample has a value")
             continue
         required = [one for one in result.yields if one.quantity == spread.text]

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
+from flexura.fem import SurfaceShape
 from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack, matching
 from flexura.motion import Frames, pose_of
-from flexura.solid.mesh import SurfaceShape
 from flexura.structure import Copies, FullOrderModel
+from flexura.thresholds import SAME_PLACE
 from flexura.view.scene.discrete_elements import add_discrete_elements
 from flexura.view.scene.members import add_members, stresses_along
 from flexura.view.scene.meshes import Array, Index, Mesh, box, cone, frame_along, sphere
@@ -31,9 +32,6 @@ PICTURE = Look()
 
 MOST_NODES = 160
 """More nodes than this are not marked; they would hide the mechanism."""
-
-SAME_PLACE = 1e-6
-"""Nodes nearer to each other, over the size of the mechanism and a mm, are at one place."""
 
 LENGTH, WIDTH, BALL = 0.13, 0.011, 0.014
 """Length and half width of an arrow, and radius of a sensor, relative to the mechanism."""

@@ -1,0 +1,330 @@
+"""Members as boundary representations in gmsh's OpenCASCADE kernel, in millimetres, and STEP files of them.
+
+A STEP file has members and those rigid bodies that have a form, as named solids.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from itertools import combinations, pairwise
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from flexura.arguments import verb
+from flexura.arrays import Array, Index
+from flexura.errors import ModelError, OptionError, Problem, SolverError
+from flexura.fem.geometry import MILLIMETRE, MODELLED, BodySolid, MemberSolid, Outline, body_solids, joints, solids
+from flexura.files import complete_file
+from flexura.lazy import need
+from flexura.structure import FullOrderModel
+from flexura.tables import quantity
+
+Entity = tuple[int, int]
+
+OVERLAP = 1e-3
+"""Share of the smaller member's volume that another may take up before they count as intersecting."""
+BURIED = 0.6
+"""The same share for members that meet at a node, whose corners may overlap."""
+
+
+@contextmanager
+def session() -> Iterator[ModuleType]:
+    """A quiet gmsh session of its own, left as it was found.
+
+    Within an open session of the caller a model is added and removed again. Raises OptionError when gmsh is missing and
+    SolverError for whatever gmsh reports.
+    """
+    gmsh = need("gmsh", "solid")
+    is_new = not gmsh.isInitialized()
+    before = "" if is_new else gmsh.model.getCurrent()
+    kept: dict[str, float] = {}
+    if is_new:
+        gmsh.initialize([], readConfigFiles=False, run=False, interruptible=False)
+    try:
+        for option, value in _OPTIONS.items():
+            kept[option] = gmsh.option.getNumber(option)
+            gmsh.option.setNumber(option, value)
+        gmsh.model.add("flexura")
+        try:
+            yield gmsh
+        except Exception as error:
+            if type(error) is not Exception:  # as which gmsh raises all that it reports
+                raise
+            raise SolverError(f"gmsh: {error}; change sizes of the parts that touch, or the size of the mesh") from None
+    finally:
+        if is_new:
+            gmsh.finalize()
+        else:
+            gmsh.model.setCurrent("flexura")
+            gmsh.model.remove()
+            for option, value in kept.items():
+                gmsh.option.setNumber(option, value)
+            if before:
+                gmsh.model.setCurrent(before)
+
+
+_OPTIONS = {
+    "General.Terminal": 0,
+    "General.NumThreads": 1,
+    "Mesh.MeshSizeFromPoints": 0,
+    "Mesh.MeshSizeExtendFromBoundary": 0,
+    "Mesh.MeshSizeFromCurvature": 0,
+    "Mesh.RandomSeed": 1,
+    "Mesh.SecondOrderLinear": 0,
+    "Mesh.TransfiniteTri": 0,
+    "Mesh.Algorithm": 6,
+    "Mesh.Algorithm3D": 1,
+    "Mesh.HighOrderPassMax": 5,
+    "Geometry.OCCBoundsUseStl": 0,
+}
+
+
+def outline(gmsh: ModuleType, points: Sequence[Array]) -> int:
+    """A closed wire through runs of points (n, 3), mm: a line where a run has two or all are in line, else a spline.
+
+    Each run starts where the one before it ended.
+    """
+    occ = gmsh.model.occ
+    first = [occ.addPoint(*run[0]) for run in points]
+    curves = []
+    for run, a, b in zip(points, first, [*first[1:], first[0]], strict=True):
+        along = run[-1] - run[0]
+        off = np.linalg.norm(np.cross(run - run[0], along), axis=1).max() / (along @ along)
+        if len(run) == 2 or off < 1e-9:
+            curves.append(occ.addLine(a, b))
+        else:
+            curves.append(occ.addSpline([a, *(occ.addPoint(*p) for p in run[1:-1]), b]))
+    return occ.addCurveLoop(curves)
+
+
+def volume(gmsh: ModuleType, member: MemberSolid, shape: Outline) -> int:
+    """The member with `shape` as one volume."""
+    occ = gmsh.model.occ
+
+    def placed(x: Array | float, y: Array | float, z: Array | float) -> Array:
+        return member.placed(np.stack(np.broadcast_arrays(x, y, z), axis=-1)) / MILLIMETRE
+
+    along = member.axes[0] / MILLIMETRE
+    if shape.family in ("circle", "tube"):
+        base = [*placed(0.0, 0.0, 0.0), *(shape.length * along)]
+        outer = occ.addCylinder(*base, float(shape.y[0]) / MILLIMETRE)
+        if shape.inner == 0:
+            return outer
+        inner = occ.addCylinder(*base, shape.inner / MILLIMETRE)
+        return occ.cut([(3, outer)], [(3, inner)])[0][0][1]
+    if shape.family == "round":
+        wire = outline(gmsh, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
+        face = occ.addPlaneSurface([wire])
+        made = occ.revolve([(2, face)], *placed(0.0, 0.0, 0.0), *along, 2 * math.pi)
+        return only_volume(made)
+    y = float(shape.y.max())
+    wire = outline(gmsh, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
+    made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * y * member.axes[1] / MILLIMETRE))
+    first = only_volume(made)
+    if np.ptp(shape.y) <= 1e-9 * y:
+        return first
+    z = float(shape.z.max())
+    wire = outline(gmsh, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
+    made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * z * member.axes[2] / MILLIMETRE))
+    common, _ = occ.intersect([(3, first)], [(3, only_volume(made))])
+    return only_volume(common)
+
+
+def first_owners(pieces: Sequence[Sequence[Entity]], dim: int) -> dict[int, int]:
+    """For every entity of a dimension, by tag, the first of some shapes that it is a fragment of."""
+    owner: dict[int, int] = {}
+    for k, fragments in enumerate(pieces):
+        for tag in (tag for own_dim, tag in fragments if own_dim == dim):
+            owner.setdefault(tag, k)
+    return owner
+
+
+def elements(gmsh: ModuleType, kind: int, count: int, owner: Mapping[int, int]) -> tuple[Array, Index, Index]:
+    """Points (n, 3), m, elements (c, count) of a kind of gmsh's of some entities by tag, and the owner (c,) of each."""
+    cells = {tag: np.reshape(gmsh.model.mesh.getElementsByType(kind, tag)[1], (-1, count)) for tag in owner}
+    used, connected = np.unique(np.concatenate(list(cells.values())).astype(np.intp), return_inverse=True)
+    numbers, flat, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(numbers)
+    points = flat.reshape(-1, 3)[order[np.searchsorted(numbers[order], used)]] * MILLIMETRE
+    owners = np.repeat(list(owner.values()), [len(of_entity) for of_entity in cells.values()])
+    return points, connected.reshape(-1, count), owners
+
+
+def only_volume(made: Iterable[Entity]) -> int:
+    """The tag of the volume among what was made. Raises SolverError unless there is exactly one."""
+    volumes = [tag for dim, tag in made if dim == 3]
+    if len(volumes) != 1:
+        raise SolverError(f"a solid became {len(volumes)} volumes instead of one; its contour is too sharp")
+    return volumes[0]
+
+
+def check_volumes(gmsh: ModuleType, members: Sequence[MemberSolid], tags: Sequence[int], tolerance: float) -> None:
+    """Compare volumes with the integrals of the members' areas. Raises SolverError beyond a relative tolerance."""
+    for member, tag in zip(members, tags, strict=True):
+        in_kernel = gmsh.model.occ.getMass(3, tag) * MILLIMETRE**3
+        if not abs(in_kernel / member.volume - 1) <= tolerance:
+            rule = f"{member.name}: its solid has {quantity(in_kernel, 'm^3', 6)}"
+            raise SolverError(f"{rule} where its sections give {quantity(member.volume, 'm^3', 6)}")
+
+
+def check_intersections(members: Sequence[MemberSolid]) -> None:
+    """Refuse members that take up the same space without meeting at a node, or most of it where they do.
+
+    Members that touch, or that are carried by one body, may lie side by side. Raises ModelError naming all pairs.
+    gmsh is needed where bounding boxes overlap.
+    """
+    clashes: list[Problem] = []
+    apart: list[tuple[MemberSolid, MemberSolid]] = []
+    for one, other in combinations(members, 2):
+        if not _boxes_overlap(one, other):
+            continue
+        if not set(one.roots) & set(other.roots):
+            apart.append((one, other))
+            continue
+        small, large = sorted((one, other), key=lambda member: member.volume)
+        share = float(large.holds(small.samples(), 0.0).mean())
+        if share > BURIED:
+            clashes.append(_clash(one, other, share * small.volume))
+    if apart:
+        with session() as gmsh:
+            clashes += _clashes(gmsh, apart)
+    if clashes:
+        raise ModelError(clashes)
+
+
+def _clashes(gmsh: ModuleType, pairs: Sequence[tuple[MemberSolid, MemberSolid]]) -> list[Problem]:
+    occ = gmsh.model.occ
+    clashes: list[Problem] = []
+    tag_of = {
+        name: volume(gmsh, member, modelled(member)) for name, member in {m.name: m for p in pairs for m in p}.items()
+    }
+    for one, other in pairs:
+        shared, _ = occ.intersect(
+            [(3, tag_of[one.name])], [(3, tag_of[other.name])], removeObject=False, removeTool=False
+        )
+        common = sum(occ.getMass(3, tag) for dim, tag in shared if dim == 3) * MILLIMETRE**3
+        occ.remove(shared, recursive=True)
+        if common > OVERLAP * min(one.volume, other.volume):
+            clashes.append(_clash(one, other, common))
+    return clashes
+
+
+def _boxes_overlap(one: MemberSolid, other: MemberSolid) -> bool:
+    """Whether the boxes around two members overlap, along the global axes and those of both."""
+    shared = np.minimum(one.box[1], other.box[1]) - np.maximum(one.box[0], other.box[0])
+    if (shared <= 1e-6 * min(one.length, other.length)).any():
+        return False
+    for a, b in ((one, other), (other, one)):
+        half = np.array([a.length / 2, a.outline.y.max(), a.outline.z.max()])
+        corners = a.local(b.corners) - [a.length / 2, 0.0, 0.0]
+        margin = 1e-6 * half[1:].min()
+        if (corners.min(axis=0) >= half - margin).any() or (corners.max(axis=0) <= margin - half).any():
+            return False
+    return True
+
+
+def modelled(member: MemberSolid) -> Outline:
+    """The shape that the kernel can handle: that of the member, without the thinnest tips where two contours cross."""
+    return member.outline.blunted(MODELLED) if member.shape.kind[0] == "two_axis" else member.outline
+
+
+def write(gmsh: ModuleType, path: Path) -> None:
+    """Write the model to a file, without what the kernel prints on the way."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        gmsh.write(str(path))
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
+
+
+def _clash(one: MemberSolid, other: MemberSolid, common: float) -> Problem:
+    return Problem(
+        path=(one.name,),
+        value=f"{common * 1e9:.4g} mm^3 in common with {other.name}",
+        rule="two members do not take up the same space but for corners where they meet at a node",
+        hint="move them apart, or join the nodes at which they are one part",
+    )
+
+
+@verb
+def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = None) -> Path:
+    """Write members and bodies as named solids to a STEP file, in millimetres.
+
+    Members that are one piece are one solid, `leaf1 + arm1`. Bodies that have a form are solids of their own, which may
+    overlap members on them; those of mass and inertia alone, point masses and rigid arms have none. The file appears
+    complete or not at all. `only` is the path of an instance or member. Raises OptionError when the file cannot be
+    written or a section has no solid, ModelError when members intersect, and SolverError when a solid has not the
+    volume of its member.
+    """
+    if Path(path).suffix.lower() not in (".step", ".stp"):
+        raise OptionError(f"{path}: a STEP file is named .step or .stp")
+    members = solids(model, only)
+    bodies = body_solids(model, only)
+    groups = joints(model, members).groups
+    check_intersections(members)
+    with complete_file(path) as temporary:
+        with session() as gmsh:
+            tags = [volume(gmsh, member, modelled(member)) for member in members]
+            check_volumes(gmsh, members, tags, 1e-3)
+            names = {body_volume(gmsh, body): body.name for body in bodies}
+            for group in groups:
+                first, *rest = ((3, tags[k]) for k in group)
+                piece = gmsh.model.occ.fuse([first], rest)[0] if rest else [first]
+                names[only_volume(piece)] = " + ".join(members[k].name for k in group)
+            gmsh.model.occ.synchronize()
+            _remove_loose(gmsh)
+            ordered = [names[tag] for _, tag in gmsh.model.getEntities(3)]
+            write(gmsh, temporary)
+        text = temporary.read_text(encoding="ascii")
+        temporary.write_text(_named(text, ordered, model.plan.mechanism.name or "mechanism"), encoding="ascii")
+    return Path(path)
+
+
+def body_volume(gmsh: ModuleType, body: BodySolid) -> int:
+    """A body as one volume."""
+    x, y, z = 2 * body.half[:, None] * body.axes / MILLIMETRE
+    corner = body.centre / MILLIMETRE - (x + y + z) / 2
+    if body.is_round:
+        return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(body.half[1]) / MILLIMETRE)
+    corners = [corner, corner + x, corner + x + y, corner + y, corner]
+    face = gmsh.model.occ.addPlaneSurface([outline(gmsh, [np.array(side) for side in pairwise(corners)])])
+    return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
+
+
+def _remove_loose(gmsh: ModuleType) -> None:
+    """Remove points and lines of construction, on which no volume stands."""
+    kept = gmsh.model.getEntities(3)
+    for dim in (2, 1, 0):
+        kept = gmsh.model.getBoundary(kept, combined=False, oriented=False)
+        gmsh.model.occ.remove(sorted(set(gmsh.model.getEntities(dim)) - set(kept)))
+    gmsh.model.occ.synchronize()
+
+
+_PRODUCT = re.compile(r"PRODUCT\('(Open CASCADE[^']*)',\s*'\1'")
+
+
+def _named(text: str, names: Sequence[str], whole: str) -> str:
+    """The file with the names of its solids, in their order, instead of those that the kernel makes up."""
+    wanted = [*([whole] if len(names) > 1 else []), *names]
+    if len(_PRODUCT.findall(text)) != len(wanted):
+        raise SolverError(f"the STEP file does not list {len(names)} solids one by one; the kernel wrote another form")
+    rest = iter(wanted)
+    return _PRODUCT.sub(lambda _: "PRODUCT('{0}','{0}'".format(_encoded(next(rest))), text)
+
+
+def _encoded(name: str) -> str:
+    """A string of ISO 10303-21: quotes and backslashes doubled, other characters than ASCII by number."""
+    plain = name.replace("\\", "\\\\").replace("'", "''")
+    return "".join(c if " " <= c <= "~" else f"\\X4\\{ord(c):08X}\\X0\\" for c in plain)
