@@ -1,6 +1,6 @@
 """How well `check` estimates what elastic bodies do: frequencies with solid blocks against rigid ones.
 
-Prints the table of docs/theory.md: the lowering of each mode, %, measured with flexura's own solids and estimated.
+Prints a table: the lowering of each mode, %, measured with flexura's own solids and estimated.
 """
 
 from __future__ import annotations

@@ -35,9 +35,9 @@ class _Face(ModuleType):
         module = self.__dict__["_module_of"].get(name)
         if module is None:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        own = import_module(module)
-        is_module = own is self or not hasattr(own, name)
-        value = import_module(f"{module}.{name}") if is_module else getattr(own, name)
+        imported = import_module(module)
+        is_module = imported is self or not hasattr(imported, name)
+        value = import_module(f"{module}.{name}") if is_module else getattr(imported, name)
         self.__dict__[name] = value
         return value
 
@@ -85,5 +85,5 @@ def need(module: str, extra: str) -> ModuleType:
         except OSError as error:
             raise OptionError(f"{module} needs a library of the system, by its package manager: {error}") from None
         except Exception as error:  # whatever a package raises that was built for another release of NumPy
-            said = f"{module} is installed, but cannot be imported ({' '.join(str(error).split())[:200]})"
-            raise OptionError(f"{said}: pip install --upgrade 'flexura[{extra}]'") from None
+            reason = f"{module} is installed, but cannot be imported ({' '.join(str(error).split())[:200]})"
+            raise OptionError(f"{reason}: pip install --upgrade 'flexura[{extra}]'") from None

@@ -11,7 +11,6 @@ from flexura.analysis.responses.frequency_response import FrequencyResponse as F
 from flexura.analysis.responses.frequency_response import frequency_response as frequency_response
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
-from flexura.analysis.responses.slopes import SlopedResponse as SlopedResponse
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response
