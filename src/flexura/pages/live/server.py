@@ -18,9 +18,8 @@ from threading import Thread
 from typing import Any
 
 from flexura.arguments import verb
-from flexura.errors import FlexuraError, OptionError
+from flexura.errors import FlexuraError, OptionError, need
 from flexura.files import scratch_folder
-from flexura.lazy import need
 from flexura.modelfile import files_of
 from flexura.pages.live.designs import LARGEST, MOST_MODES, read_message, told
 from flexura.pages.live.opened import Opened, problems_of, signature
