@@ -594,7 +594,7 @@ class DisplacementPath:
         """The state at displacements (d,), from the last one. Raises SolverError where no equilibrium leads there."""
         for drive, target in zip(self.equations.drives, targets.tolist(), strict=True):
             drive.refuse_half_turn(target)
-        state = next(iter(self._path.through([Point(targets, self.loads)])))
+        state = self._path.to(Point(targets, self.loads))
         if isinstance(state, Stopped):
             place = ", ".join(f"{name} = {target:.4g}" for name, target in zip(self.names, targets, strict=True))
             share = f"{100 * state.share:.3g} %"
