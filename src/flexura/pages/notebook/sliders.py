@@ -10,9 +10,8 @@ from functools import cache
 from typing import Any
 
 from flexura.arguments import verb
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.full_order import plan_of
-from flexura.lazy import need
 from flexura.mechanism import Mechanism
 from flexura.pages.live import MOST_MODES, Ask, Described, Designs, FollowedModes, Shown, Slider, notes_of, told
 from flexura.pages.viewer import bundle

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from flexura._version import __version__
 from flexura.arguments import verb
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
 from flexura.full_order import plan_of
@@ -110,7 +110,7 @@ def report(
     if isinstance(n, bool) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     subject, digest = _subject(model, one_design(parameters), file, at or {}, n, solid)
-    say = told(progress)
+    say = announcer(progress)
     sections, seconds = list[Section](), dict[str, float]()
     for name, (heading, make) in MAKERS.items():
         say(heading)
