@@ -20,12 +20,12 @@ from flexura.analysis import LargestStresses, Rounding, driven_displacement, lar
 from flexura.analysis import end_forces as linear_end_forces
 from flexura.arrays import Array, Index
 from flexura.beam import skew
+from flexura.derivatives.eigenpairs import clusters
 from flexura.derivatives.families import FullOrderFamily
 from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import critical_shapes, factorise, is_definite
 from flexura.mechanism import DISPLACEMENTS
-from flexura.modal import close_groups
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -51,7 +51,7 @@ from flexura.motion import (
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.structure import Design, FullOrderModel, InputPort, Ports, dead_load, full_order_model, one_design
-from flexura.thresholds import CROSS_COMPLIANCE, REPEATED_EIGENVALUES, ROUND_OFF, STATIC_ROUND_OFF
+from flexura.thresholds import CROSS_COMPLIANCE, ROUND_OFF, STATIC_ROUND_OFF
 
 LOWEST_FACTORS = 4
 """Buckling factors that are worked out, to see whether the lowest is repeated."""
@@ -86,8 +86,8 @@ class Repeated(NamedTuple):
 
 def _groups(values: Array, vectors: Array) -> Iterator[tuple[list[int], float, Array]]:
     """Eigenvalues that are repeated together: their numbers, their mean, and their vectors (n, m)."""
-    for group in close_groups(values, REPEATED_EIGENVALUES):
-        yield group.tolist(), float(np.mean(values[group])), vectors[:, group]
+    for at in clusters(values):
+        yield at, float(np.mean(values[at])), vectors[:, at]
 
 
 class State(Record):

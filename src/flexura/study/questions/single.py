@@ -301,8 +301,8 @@ class OneDesign:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
         match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
-                own, other = (state.held.compliance(end.name, end.name) for end in (to, by))
-                return CROSS_COMPLIANCE * sqrt(abs(own * other))
+                first, second = (state.held.compliance(end.name, end.name) for end in (to, by))
+                return CROSS_COMPLIANCE * sqrt(abs(first * second))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
                 return CROSS_COMPLIANCE * state.free.largest_possible(kind, actuator, to)
         return 0.0
