@@ -61,8 +61,8 @@ def size_limits(**limits: float) -> Iterator[None]:
 
     Raises OptionError for unknown names and for values that are not positive.
     """
-    own = {name: _checked(name, value, f"size_limits({name}={value!r})") for name, value in limits.items()}
-    token = _raised.set({**_raised.get(), **own})
+    given = {name: _checked(name, value, f"size_limits({name}={value!r})") for name, value in limits.items()}
+    token = _raised.set({**_raised.get(), **given})
     try:
         yield
     finally:

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.components import Component, own_components, turned
@@ -148,7 +148,7 @@ def with_solid_parts(
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = full_order_model(checked_design(plan, parameters))
-    tell = told(progress)
+    tell = announcer(progress)
     changed = {}
     for name, members in chosen.items():
         part: Substructure = model if name == TOP else model.substructures[name]

@@ -149,11 +149,11 @@ def renamed(item: AnyItem, names: Mapping[str, str]) -> AnyItem:
 def substituted(item: AnyItem, values: Mapping[str, Scalar]) -> AnyItem:
     """A part, or an expression, with values in the place of some parameters; nothing is validated anew."""
 
-    def own(expression: Expression) -> Scalar:
+    def value(expression: Expression) -> Scalar:
         found = expression.substituted(values)
         return found if found.names else float(found.evaluate({}))
 
-    return _with_expressions(item, own)
+    return _with_expressions(item, value)
 
 
 def expressions(item: Any) -> Iterator[Expression]:
@@ -173,8 +173,8 @@ def _with_expressions(item: Any, change: Callable[[Expression], Any]) -> Any:
     if isinstance(item, Expression):
         return change(item)
     if isinstance(item, Part):
-        own = item.__dict__.items()
-        changed = {name: new for name, old in own if (new := _with_expressions(old, change)) is not old}
+        fields = item.__dict__.items()
+        changed = {name: new for name, old in fields if (new := _with_expressions(old, change)) is not old}
         return item.replaced(changed) if changed else item
     if isinstance(item, tuple):
         entries = tuple(_with_expressions(entry, change) for entry in item)

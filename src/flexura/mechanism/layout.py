@@ -199,13 +199,12 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
         driven = matching(name, actuators)
         node, _, axis = name.rpartition(".")
         if driven:
-            for own in driven:
-                command = command_of(actuators[own])
+            for actuator in driven:
+                command = command_of(actuators[actuator])
                 if command is None:
-                    raise OptionError(
-                        f"{own} has no place in a pose: it accelerates the base, which is at rest there; leave it out"
-                    )
-                found[own] = {command: float(value)}
+                    rule = "it accelerates the base, which is at rest there; leave it out"
+                    raise OptionError(f"{actuator} has no place in a pose: {rule}")
+                found[actuator] = {command: float(value)}
         elif node and axis in DISPLACEMENTS:
             found.setdefault(node, {})[axis] = float(value)
         else:
@@ -213,4 +212,4 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
             raise OptionError(
                 f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}{known}"
             )
-    return mechanism.replaced({"at": {name: Prescribed(**own) for name, own in found.items()}})
+    return mechanism.replaced({"at": {name: Prescribed(**given) for name, given in found.items()}})

@@ -79,9 +79,9 @@ def _times_placed(survey: Survey) -> dict[str, int]:
 
 def _islands(survey: Survey, name: str, open_: dict[str, list[_Island]]) -> list[_Island]:
     layout = survey.layout
-    own = layout.own_nodes(name)
-    groups = _Groups(dict.fromkeys([*own, *layout.exposed(name)]))
-    size = dict.fromkeys(own, 1)
+    declared = layout.own_nodes(name)
+    groups = _Groups(dict.fromkeys([*declared, *layout.exposed(name)]))
+    size = dict.fromkeys(declared, 1)
     used = dict.fromkeys(layout.prototypes[name].bodies, True)
     for child in layout.children[name]:
         for island in open_[child.prototype]:

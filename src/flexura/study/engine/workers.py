@@ -26,8 +26,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 from flexura._version import __version__
-from flexura.errors import FlexuraError, OptionError, SolverError
-from flexura.lazy import need
+from flexura.errors import FlexuraError, OptionError, SolverError, need
 from flexura.sizes import ENVIRONMENT, LIMITS, size_limit
 from flexura.study.engine.work import Columns, Work
 

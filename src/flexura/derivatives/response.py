@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,14 +10,15 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from flexura.analysis.responses.frequency_response import SEEN, lost_digits
+from flexura.analysis import SEEN, lost_digits
 from flexura.arrays import Array, Complex
-from flexura.duals import Dual, plain
+from flexura.derivatives.eigenpairs import Cluster, moved_clusters, whole_clusters
+from flexura.derivatives.families import Change, FullOrderFamily
+from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, inverse_roots
 from flexura.records import Record
-from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
-from flexura.structure import Design, FullOrderModel, Plan, Ports
+from flexura.structure import Design, FullOrderModel, Ports
 from flexura.systems import DampingLaw, System, damping_law, load_of, system
 from flexura.tables import in_hz
 
@@ -28,21 +28,21 @@ BEYOND = 4.0
 
 @dataclass(frozen=True, repr=False)
 class SlopedResponse(Record):
-    """The response of one output to one input of a design of a plan, solved at each frequency, with slopes by the
-    parameters `names`, up to frequencies of `top`, Hz; slopes at rest, or under loads, but not at a pose."""
+    """The response of one output to one input of a design, solved at each frequency, up to frequencies of `top`, Hz,
+    with slopes where the design has some; these at rest, or under loads, but not at a pose."""
 
-    _shown = ("names",)
+    _shown = ("output", "input")
 
-    plan: Plan
-    parameters: Mapping[str, float]
-    names: Sequence[str]
+    design: Design
     output: str
     input: str
     top: float
 
     @cached_property
     def _system(self) -> System:
-        return system(self.plan, self.parameters, inputs=[self.input], outputs=[self.output], order="full")
+        return system(
+            self.design.plan, self.design.still.parameters, inputs=[self.input], outputs=[self.output], order="full"
+        )
 
     @property
     def is_known(self) -> bool:
@@ -62,24 +62,17 @@ class SlopedResponse(Record):
     def _moved(self) -> tuple[list[Cluster], Array]:
         """How these modes move, and M' Phi (P, n, r)."""
         own, pairs = self._system, self._modes
-        changes = self._family.changes(self.parameters, list(self.names), pairs.vectors)
+        changes = self._changes(pairs.vectors)
         return moved_clusters(own.K, own.M, pairs, changes), np.stack([c.M for c in changes])
 
-    @property
-    def _family(self) -> FullOrderFamily:
-        return FullOrderFamily(self.plan)
-
-    @cached_property
-    def _sloped(self) -> Design:
-        if not self.names:
-            return self._system.model.design
-        return Design.with_slopes(self.plan, self.parameters, list(self.names))
+    def _changes(self, X: Array) -> list[Change]:
+        return FullOrderFamily(self.design.plan).changes_of(self.design, X)
 
     @cached_property
     def _law(self) -> DampingLaw:
         """The damping of the mechanism as a whole, with slopes."""
-        design = self._sloped
-        return damping_law(self.plan.mechanism.damping, self.plan.parameter_values(design.parameters), None)
+        plan = self.design.plan
+        return damping_law(plan.mechanism.damping, plan.parameter_values(self.design.parameters), None)
 
     @cached_property
     def _omega(self) -> Array:
@@ -91,16 +84,21 @@ class SlopedResponse(Record):
         """Of the damped modes (r,), with slopes."""
         return self._law.modal_ratios(self._omega / (2 * np.pi))
 
+    @property
+    def _count(self) -> int:
+        """Number of slopes."""
+        return len(slope_of(self.design.values)) if isinstance(self.design.values, Dual) else 0
+
     def _slope(self, x: Any) -> Array:
         """Slopes (P, ...) of something, zero without."""
-        return x.slope if isinstance(x, Dual) else np.zeros((len(self.names), *np.shape(x)))
+        return x.slope if isinstance(x, Dual) else np.zeros((self._count, *np.shape(x)))
 
     @cached_property
     def _ends(self) -> tuple[Array, Array, Array]:
         """Slopes of the row (P, n) that is read, of the load (P, n), and (P,) of what is fed directly."""
-        own, ports = self._system, Ports(self._sloped)
+        own, ports = self._system, Ports(self.design)
         [out], [into] = ports.outputs([self.output]), ports.inputs([self.input])
-        load = load_of(into, FullOrderModel(self._sloped, own.K, own.M))
+        load = load_of(into, FullOrderModel(self.design, own.K, own.M))
         row, load, direct = map(self._slope, (out.row, load, out.direct(into)))
         return row, load, direct
 
@@ -156,9 +154,9 @@ class SlopedResponse(Record):
         H, scale = self._read(w, x)
         row, load, direct = self._ends
         parts = np.stack([x.real, x.imag], axis=1)
-        changes = self._family.changes(self.parameters, list(self.names), parts)
+        changes = self._changes(parts)
         law = self._law
-        lost = self._family.dissipated(self._sloped, parts, law.loss_factor)
+        lost = FullOrderFamily(self.design.plan).dissipated(self.design, parts, law.loss_factor)
         K, M = (_complex(np.stack(of)) for of in zip(*((c.K, c.M) for c in changes), strict=True))
         C, L = (_complex(self._slope(of)) for of in lost)
         Kx, Mx = own.K @ x, own.M @ x
@@ -173,7 +171,7 @@ class SlopedResponse(Record):
     def _modal(self, x: Complex, y: Complex, Mx: Complex) -> Complex:
         """y' C' x (P,) of C = M Phi diag(2 zeta omega) Phi' M, with M' x (P, n)."""
         own, Phi = self._system, self._modes.vectors
-        out = np.zeros(len(self.names), dtype=complex)
+        out = np.zeros(self._count, dtype=complex)
         if not Phi.shape[1]:
             return out
         found, moved = self._moved
