@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.pages.viewer.fields import DISPLACEMENT
-from flexura.pages.viewer.geometry import Drawing, still, vibrating
+from flexura.pages.viewer.geometry import DISPLACEMENT, Drawing, still, vibrating
 from flexura.pages.viewer.motions import triple
 from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
 from flexura.solid.verification import ShapePairs, Verification

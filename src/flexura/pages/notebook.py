@@ -1,7 +1,4 @@
-"""Sliders of a mechanism in a notebook: in Jupyter, VS Code and marimo, by anywidget.
-
-What the sliders of a notebook ask of a mechanism, and what they are told.
-"""
+"""Sliders of a mechanism in a notebook, in Jupyter, VS Code or marimo by anywidget: what they ask and are told."""
 
 from __future__ import annotations
 
