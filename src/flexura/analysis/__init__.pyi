@@ -22,6 +22,7 @@ from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup
 from flexura.analysis.responses.curves import heard as heard
 from flexura.analysis.responses.curves import phase_in_degrees as phase_in_degrees
+from flexura.analysis.responses.curves import response_chart as response_chart
 from flexura.analysis.responses.curves import response_group as response_group
 from flexura.analysis.responses.curves import response_units as response_units
 from flexura.analysis.responses.frequency_response import SEEN as SEEN
@@ -62,6 +63,7 @@ from flexura.analysis.strain.tangent import ScrewAxis as ScrewAxis
 from flexura.analysis.strain.tangent import drift as drift
 from flexura.analysis.strain.tangent import screw_axis as screw_axis
 from flexura.analysis.strain.tangent import tangent_stiffness as tangent_stiffness
+from flexura.analysis.strokes.charts import stroke_chart as stroke_chart
 from flexura.analysis.strokes.equilibrium_path import driven_displacement as driven_displacement
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
 from flexura.analysis.strokes.stroke import Stroke as Stroke

@@ -13,9 +13,8 @@ import rich.table
 from rich.console import Console, RenderableType
 from rich.text import Text
 
-from flexura.errors import Diagnostic, OptionError, foremost
+from flexura.errors import Diagnostic, OptionError, foremost, need
 from flexura.files import write_file
-from flexura.lazy import need
 from flexura.tables import Facts, Item, Line, Table, is_right, number, text_columns
 
 MOST_OF_A_KIND = 3

@@ -1,3 +1,6 @@
+from flexura.derivatives.displaced import DisplacedState as DisplacedState
+from flexura.derivatives.displaced import DisplacementPath as DisplacementPath
+from flexura.derivatives.displaced import displaced_state as displaced_state
 from flexura.derivatives.eigenpairs import Cluster as Cluster
 from flexura.derivatives.eigenpairs import FrequencySlopes as FrequencySlopes
 from flexura.derivatives.eigenpairs import clusters as clusters
@@ -22,9 +25,6 @@ from flexura.derivatives.sensitivities import modal_response as modal_response
 from flexura.derivatives.sensitivities import mode_sensitivities as mode_sensitivities
 from flexura.derivatives.sensitivities import response_sensitivities as response_sensitivities
 from flexura.derivatives.sensitivities import static_vectors as static_vectors
-from flexura.derivatives.states import DisplacedState as DisplacedState
-from flexura.derivatives.states import DisplacementPath as DisplacementPath
 from flexura.derivatives.states import LinearState as LinearState
 from flexura.derivatives.states import State as State
-from flexura.derivatives.states import displaced_state as displaced_state
 from flexura.derivatives.states import without_round_off as without_round_off

@@ -52,18 +52,18 @@ class SlopedResponse(Record):
     @cached_property
     def _modes(self) -> Eigenpairs:
         """Modes that are damped by ratios."""
-        own = self._system
-        count = count_below(own.K, own.M, (2 * np.pi * BEYOND * self.top) ** 2) if self._law.is_modal else 0
+        built = self._system
+        count = count_below(built.K, built.M, (2 * np.pi * BEYOND * self.top) ** 2) if self._law.is_modal else 0
         if not count:
-            return Eigenpairs(np.zeros(0), np.zeros((own.order, 0)))
-        return whole_clusters(own.K, own.M, count)
+            return Eigenpairs(np.zeros(0), np.zeros((built.order, 0)))
+        return whole_clusters(built.K, built.M, count)
 
     @cached_property
     def _moved(self) -> tuple[list[Cluster], Array]:
         """How these modes move, and M' Phi (P, n, r)."""
-        own, pairs = self._system, self._modes
+        built, pairs = self._system, self._modes
         changes = self._changes(pairs.vectors)
-        return moved_clusters(own.K, own.M, pairs, changes), np.stack([c.M for c in changes])
+        return moved_clusters(built.K, built.M, pairs, changes), np.stack([c.M for c in changes])
 
     def _changes(self, X: Array) -> list[Change]:
         return FullOrderFamily(self.design.plan).changes_of(self.design, X)
@@ -96,40 +96,40 @@ class SlopedResponse(Record):
     @cached_property
     def _ends(self) -> tuple[Array, Array, Array]:
         """Slopes of the row (P, n) that is read, of the load (P, n), and (P,) of what is fed directly."""
-        own, ports = self._system, Ports(self.design)
+        built, ports = self._system, Ports(self.design)
         [out], [into] = ports.outputs([self.output]), ports.inputs([self.input])
-        load = load_of(into, FullOrderModel(self.design, own.K, own.M))
+        load = load_of(into, FullOrderModel(self.design, built.K, built.M))
         row, load, direct = map(self._slope, (out.row, load, out.direct(into)))
         return row, load, direct
 
     def _solved(self, w: float) -> Complex:
         """Displacements (n, 2) by the load and by a unit force along what is read (theory eq. T14)."""
-        own = self._system
-        W = np.asarray(own.M @ self._modes.vectors)
-        d = inverse_roots(own.K.diagonal())
+        built = self._system
+        W = np.asarray(built.M @ self._modes.vectors)
+        d = inverse_roots(built.K.diagonal())
         S = sp.diags(d)
         edge = d[:, None] * W
-        K = own.K if own.H is None else own.K + 1j * own.H
-        Z = S @ sp.csc_matrix(K + 1j * w * own.C - w**2 * own.M) @ S
-        right = d[:, None] * np.stack([own.B[:, 0], own.rows[0]], axis=1).astype(complex)
+        K = built.K if built.H is None else built.K + 1j * built.H
+        Z = S @ sp.csc_matrix(K + 1j * w * built.C - w**2 * built.M) @ S
+        right = d[:, None] * np.stack([built.B[:, 0], built.rows[0]], axis=1).astype(complex)
         if W.shape[1]:
             size = np.linalg.norm(edge, axis=0)
             gain = 2j * w * plain(self._ratios) * self._omega * size**2
             Z = sp.bmat([[Z, (edge / size) * gain], [(edge / size).T, -sp.eye(W.shape[1])]])
             right = np.concatenate([right, np.zeros((W.shape[1], 2))])
         try:
-            found = spla.splu(sp.csc_matrix(Z)).solve(right)[: own.order]
+            solution = spla.splu(sp.csc_matrix(Z)).solve(right)[: built.order]
         except RuntimeError:
-            found = np.full((own.order, 2), np.nan)
-        if not np.isfinite(found).all():
+            solution = np.full((built.order, 2), np.nan)
+        if not np.isfinite(solution).all():
             raise SolverError(f"nothing damps the resonance at {in_hz(w / (2 * np.pi))}; describe `damping`")
-        return np.asarray(d[:, None] * found, dtype=complex)
+        return np.asarray(d[:, None] * solution, dtype=complex)
 
     def _read(self, w: float, x: Complex) -> tuple[complex, complex]:
         """The response, and what the motion that is read is multiplied by in it."""
-        own = self._system
-        scale = (1j * w) ** int(own.derivative[0])
-        return complex(scale * (own.rows[0] @ x) + own.D[0, 0]), scale
+        built = self._system
+        scale = (1j * w) ** int(built.derivative[0])
+        return complex(scale * (built.rows[0] @ x) + built.D[0, 0]), scale
 
     def at(self, hz: float) -> complex:
         """The response at a frequency. Raises SolverError at a resonance that nothing damps."""
@@ -138,18 +138,18 @@ class SlopedResponse(Record):
 
     def by_frequency(self, hz: float) -> float:
         """How the squared magnitude grows with the frequency. Raises SolverError as `at`."""
-        own, w = self._system, 2 * np.pi * hz
+        built, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
-        order, Phi = int(own.derivative[0]), self._modes.vectors
-        damped = own.C @ x + own.M @ (Phi @ (2 * plain(self._ratios) * self._omega * (Phi.T @ (own.M @ x))))
+        order, Phi = int(built.derivative[0]), self._modes.vectors
+        damped = built.C @ x + built.M @ (Phi @ (2 * plain(self._ratios) * self._omega * (Phi.T @ (built.M @ x))))
         H, scale = self._read(w, x)
-        change = scale * (order / w * (own.rows[0] @ x) - y @ (1j * damped - 2 * w * (own.M @ x)))
+        change = scale * (order / w * (built.rows[0] @ x) - y @ (1j * damped - 2 * w * (built.M @ x)))
         return float((change * np.conj(H)).real)
 
     def magnitude(self, hz: float) -> Dual:
         """The magnitude at a frequency, with slopes there (theory eq. V10); NaN at kinks and where it is zero. Raises
         SolverError as `at`."""
-        own, w = self._system, 2 * np.pi * hz
+        built, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
         H, scale = self._read(w, x)
         row, load, direct = self._ends
@@ -159,7 +159,7 @@ class SlopedResponse(Record):
         lost = FullOrderFamily(self.design.plan).dissipated(self.design, parts, law.loss_factor)
         K, M = (_complex(np.stack(of)) for of in zip(*((c.K, c.M) for c in changes), strict=True))
         C, L = (_complex(self._slope(of)) for of in lost)
-        Kx, Mx = own.K @ x, own.M @ x
+        Kx, Mx = built.K @ x, built.M @ x
         C = C + plain(law.alpha) * M + plain(law.beta) * K
         C = C + self._slope(law.alpha)[:, None] * Mx + self._slope(law.beta)[:, None] * Kx
         slope = row @ x + load @ y - (K + 1j * L + 1j * w * C - w**2 * M) @ y - 1j * w * self._modal(x, y, M)
@@ -170,19 +170,19 @@ class SlopedResponse(Record):
 
     def _modal(self, x: Complex, y: Complex, Mx: Complex) -> Complex:
         """y' C' x (P,) of C = M Phi diag(2 zeta omega) Phi' M, with M' x (P, n)."""
-        own, Phi = self._system, self._modes.vectors
+        built, Phi = self._system, self._modes.vectors
         out = np.zeros(self._count, dtype=complex)
         if not Phi.shape[1]:
             return out
-        found, moved = self._moved
+        groups, moved = self._moved
         zeta = plain(self._ratios)
         gain, bend = 2 * zeta * self._omega, zeta / np.where(self._omega > 0, self._omega, np.inf)
-        a, b = Phi.T @ (own.M @ x), Phi.T @ (own.M @ y)
+        a, b = Phi.T @ (built.M @ x), Phi.T @ (built.M @ y)
         out += np.einsum("n,pnr,r->p", y, moved, gain * a) + (Mx @ Phi) @ (gain * b)
         out += self._slope(self._ratios) @ (2 * self._omega * a * b)
-        for c in found:
+        for c in groups:
             at = c.at
-            by_x, by_y = (np.einsum("n,pnr->pr", own.M @ z, c.outer) for z in (x, y))
+            by_x, by_y = (np.einsum("n,pnr->pr", built.M @ z, c.outer) for z in (x, y))
             out += by_y @ (gain[at] * a[at]) + by_x @ (gain[at] * b[at])
             turned = bend[at[0]] * c.slope - gain[at[0]] * c.mass
             out += np.einsum("i,pij,j->p", b[at], turned, a[at])

@@ -88,13 +88,11 @@ class Layout:
     def exposed(self, name: str) -> list[str]:
         """Nodes that a prototype's own parts may refer to: its own and the interfaces of its instances."""
         of_children = [
-            f"{child.name}.{node}" for child in self.children[name] for node in self.interface(child.prototype)
+            f"{child.name}.{node}"
+            for child in self.children[name]
+            for node in self.prototypes[child.prototype].interface
         ]
         return self.own_nodes(name) + of_children
-
-    def interface(self, name: str) -> list[str]:
-        """Interface nodes of a prototype, as its parent writes them behind the instance's name."""
-        return list(self.prototypes[name].interface)
 
     def actuators(self) -> dict[str, Actuator]:
         """Actuators as placed, by `NAME` or `INSTANCE.NAME`."""
@@ -140,7 +138,7 @@ def node_positions(layout: Layout, values: Mapping[str, float]) -> dict[str, dic
         here |= {key: _point(body.centre, values) for key, body in prototype.bodies.items()}
         for (of, _), group in groupby(layout.children[name], key=_alike):
             children = list(group)
-            nodes = [node for node in layout.interface(of) if node in found[of]]
+            nodes = [node for node in layout.prototypes[of].interface if node in found[of]]
             if nodes:
                 points = _placed(children, values).points(np.array([found[of][node] for node in nodes]))
                 for child, placed in zip(children, points.tolist(), strict=True):

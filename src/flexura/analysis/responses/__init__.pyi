@@ -4,6 +4,7 @@ from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup
 from flexura.analysis.responses.curves import heard as heard
 from flexura.analysis.responses.curves import phase_in_degrees as phase_in_degrees
+from flexura.analysis.responses.curves import response_chart as response_chart
 from flexura.analysis.responses.curves import response_group as response_group
 from flexura.analysis.responses.curves import response_units as response_units
 from flexura.analysis.responses.frequency_response import FrequencyResponse as FrequencyResponse

@@ -83,7 +83,7 @@ class _Nodes:
         if instance is not None and instance.pattern:
             return f"the copies of {head} are {head}1, {head}2, ...: write {head}1.{node or 'NODE'}"
         if instance is not None and not node:
-            inside = self.survey.layout.interface(self.children[head])[:12]
+            inside = prototypes[self.children[head]].interface[:12]
             return f"{head} is an instance; its nodes: {', '.join(f'{head}.{n}' for n in inside)}"
         return suggestion(text, self.exposed, "nodes")
 

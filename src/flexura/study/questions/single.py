@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from flexura.analysis import frequency_response, ratios_to_yield
+from flexura.analysis import driven_displacement, frequency_response, ratios_to_yield
 from flexura.arrays import Array
 from flexura.derivatives import DisplacementPath, SlopedResponse
 from flexura.duals import Dual, slope_of
@@ -18,7 +18,6 @@ from flexura.errors import SolverError
 from flexura.full_order import at_rest
 from flexura.motion import (
     NO_LOADS,
-    Drive,
     Equations,
     Equilibrium,
     MovingModel,
@@ -65,9 +64,7 @@ class _Displacement:
         self.full = at_rest(design.plan, design.parameters)
         self.freedom = freedom
         model = MovingModel.of(self.full.design)
-        number = int(self.full.plan.topology.numbers([freedom.node])[0])
-        drive = Drive(freedom.name, number, int(model.root[number]), freedom.component)
-        self.equations = Equations(model, [drive])
+        self.equations = Equations(model, [driven_displacement(model, freedom.name)])
         self.equations.independent()
         self.loads = described_loads(self.full.design)
         self.size = 1.0 if freedom.turns else self.equations.size
@@ -75,7 +72,7 @@ class _Displacement:
 
     def state(self, start: Equilibrium, at: Point, value: float) -> Equilibrium:
         """The state at a value, from another one. Raises SolverError where there is none."""
-        state = next(iter(Path(self.equations, start, at).through([self.point(value)])))
+        state = Path(self.equations, start, at).to(self.point(value))
         if isinstance(state, Stopped):
             raise SolverError(f"nothing yields before its way ends near {self.freedom.name} = {self.text(start)}")
         return state
@@ -304,8 +301,8 @@ class OneDesign:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
         match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
-                own, other = (state.held.compliance(end.name, end.name) for end in (to, by))
-                return CROSS_COMPLIANCE * sqrt(abs(own * other))
+                first, second = (state.held.compliance(end.name, end.name) for end in (to, by))
+                return CROSS_COMPLIANCE * sqrt(abs(first * second))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
                 return CROSS_COMPLIANCE * state.free.largest_possible(kind, actuator, to)
         return 0.0
