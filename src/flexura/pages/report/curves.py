@@ -23,7 +23,7 @@ from flexura.analysis import (
 from flexura.charts import Axis, Chart
 from flexura.errors import foremost
 from flexura.mechanism import DOF_NAMES
-from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table
+from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table, warned
 from flexura.pages.report.subject import Subject
 from flexura.tables import number, quantity
 from flexura.units import format_number
@@ -38,11 +38,11 @@ def frequency_responses(subject: Subject) -> Content:
     """Magnitude and phase of the pairs that matter, one chart for each unit. Raises FlexuraError."""
     inputs, outputs, why = _channels(subject)
     if not inputs or not outputs:
-        return Content([Paragraph(why, "soft")], "absent")
+        return Content.absent(why)
     band = _band(subject)
     if band is None:
         text = "No band: the mechanism has no frequency above zero among the modes above."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     text = f"{format_number(band[0])},{format_number(band[1])} Hz"
     options = [
         "--band",
@@ -68,8 +68,7 @@ def frequency_responses(subject: Subject) -> Content:
             count = len(group.left_out) + sum(len(curve.pairs) for curve in group.curves)
             text = f"{len(group.left_out)} of {count} responses in {unit} are left out, the smallest."
             blocks.append(Paragraph(text, "soft"))
-    if found.warnings:
-        blocks.append(Bullets([str(w) for w in found.warnings], "warning"))
+    blocks += warned(found.warnings)
     return Content(blocks, warnings=found.warnings)
 
 
@@ -151,7 +150,7 @@ def over_the_stroke(subject: Subject) -> Content:
         asked = subject.commands(
             "stroke", ["--move", f"{node}.z=0:1mm"], f"move={{'{node}.z': (0, 1e-3)}}", posed=False
         )
-        return Content([Paragraph(text, "soft"), Evidence(asked, summary="command")], "absent")
+        return Content.absent(text, asked)
     found = stroke(subject.plan.at_rest(), subject.parameters)
     command = subject.commands("stroke", posed=False)
     if not found.poses:

@@ -148,6 +148,12 @@ class Content:
     warnings: Sequence[Any] = ()
     shown: Sequence[Shown] = ()
 
+    @staticmethod
+    def absent(text: str, command: str = "") -> Content:
+        """Why there is no such section, and the command that asks for it."""
+        asked = [Evidence(command, summary="command")] if command else []
+        return Content([Paragraph(text, "soft"), *asked], "absent")
+
 
 @dataclass(frozen=True)
 class Section:
@@ -156,6 +162,11 @@ class Section:
     id: str
     heading: str
     content: Content
+
+
+def warned(warnings: Sequence[Diagnostic]) -> list[Block]:
+    """Warnings one below another; nothing where there are none."""
+    return [Bullets([str(own) for own in warnings], "warning")] if warnings else []
 
 
 def grouped(warnings: Sequence[Diagnostic]) -> list[str]:

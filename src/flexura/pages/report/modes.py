@@ -9,7 +9,7 @@ import numpy as np
 from flexura.analysis import Freedom, Kinetostatics, Mode
 from flexura.errors import SolverError
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS
-from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table
+from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Folded, Paragraph, Table, warned
 from flexura.pages.report.subject import Subject
 from flexura.tables import number, quantity
 
@@ -65,8 +65,7 @@ def certified_modes(subject: Subject) -> Content:
         ),
         table,
     ]
-    if found.warnings:
-        blocks.append(Bullets([str(w) for w in found.warnings], "warning"))
+    blocks += warned(found.warnings)
     blocks += [
         Bullets(
             [
@@ -110,17 +109,17 @@ def freedoms(subject: Subject) -> Content:
     """Freedoms with their screw axes, coupling, stiffness, workspace. Raises FlexuraError."""
     if subject.platform is None:
         text = "No rigid body is there to be a platform; `flexura kinetostatics FILE --platform NODE` takes a node."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     if subject.plan.is_posed:
         text = f"Freedoms of {subject.platform} are of the undeformed mechanism alone; this report is about a pose."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     try:
         found = subject.kinetostatics
     except SolverError:
         if not any(mode.is_rigid for mode in subject.modes.modes):
             raise
         text = f"Parts of the mechanism float: freedoms of {subject.platform} are counted where elastic parts hold it."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     named = ["--platform", found.platform]
     command = subject.commands("kinetostatics", named, f"platform={found.platform!r}", posed=False)
     why = "actuators own more than half of the compliance of each" if found.inputs else "compliances above a clear gap"
@@ -137,8 +136,12 @@ def freedoms(subject: Subject) -> Content:
     elif not found.inputs:
         blocks.append(_spectrum(found, evidence))
     if found.inputs:
-        blocks.append(_coupling(found, command))
-    blocks.append(_stiffness(found, command))
+        blocks.append(
+            Table.of(found.coupling_columns(), "motion of the platform per unit of each command", Evidence(command))
+        )
+    blocks.append(
+        Table.of(found.stiffness_columns(), "stiffness of the platform, one coordinate at a time", Evidence(command))
+    )
     blocks.append(
         _compliance(
             found, subject.commands("kinetostatics", [*named, "--json"], f"platform={found.platform!r}", posed=False)
@@ -146,7 +149,7 @@ def freedoms(subject: Subject) -> Content:
     )
     if not found.inputs:
         blocks.append(Paragraph("No actuators are described: coupling, amplification and workspace need them.", "soft"))
-    blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
+    blocks += warned(found.warnings)
     facts = [Fact(f"freedoms of {found.platform}", found.kind)]
     facts += [
         Fact(f"range of commands {_along(own)}", f"± {quantity(own.stroke, UNITS[own.kind == 'R'], 4)}")
@@ -175,16 +178,6 @@ def _spectrum(found: Kinetostatics, evidence: Evidence) -> Table:
     own = found.spectrum
     caption = f"compliances on one scale, rotations counted at {quantity(own.length, 'm', 4)}"
     return Table.of({"": range(1, 7), "compliance [m/N]": own.compliance}, caption, evidence)
-
-
-def _coupling(found: Kinetostatics, command: str) -> Table:
-    caption = "motion of the platform per unit of each command"
-    return Table.of(found.coupling_columns(), caption, Evidence(command))
-
-
-def _stiffness(found: Kinetostatics, command: str) -> Table:
-    caption = "stiffness of the platform, one coordinate at a time"
-    return Table.of(found.stiffness_columns(), caption, Evidence(command))
 
 
 def _compliance(found: Kinetostatics, command: str) -> Folded:

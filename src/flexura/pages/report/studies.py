@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from flexura.errors import Diagnostic, FlexuraError, foremost
 from flexura.mechanism import DescribedStudy, OptimumStudy, Range, SweepStudy, ToleranceStudy
-from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table
+from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table, warned
 from flexura.pages.report.subject import Subject
 from flexura.pages.report.understood import png_of
 from flexura.solid.verification import verify
@@ -59,10 +59,10 @@ def studies(subject: Subject) -> Content:
         )
         asked = ["--vary", "NAME=LOW:HIGH:9", "--ask", "f1"]
         command = subject.commands("sweep", asked, "vary={'NAME': (LOW, HIGH, 9)}, ask='f1'", posed=False)
-        return Content([Paragraph(text, "soft"), Evidence(command, summary="command")], "absent")
+        return Content.absent(text, command)
     if subject.commands.pose:
         text = "Studies are of the mechanism as its file describes it; this report is about a pose that was asked for."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     blocks, facts, warnings, state = list[Block](), list[Fact](), list[Diagnostic](), "shown"
     for name, own in described.items():
         blocks.append(Paragraph(f"{name}: {own.words}"))
@@ -218,8 +218,7 @@ def against_the_solid(subject: Subject) -> Content:
             "The validity of beams on this mechanism is not in this report: solid finite elements take seconds"
             " to minutes. --solid puts them in; alone they are:"
         )
-        blocks = [Paragraph(text, "soft"), Evidence(command, summary="command")]
-        return Content(blocks, "absent")
+        return Content.absent(text, command)
     found = verify(subject.mechanism, dict(subject.parameters), n=subject.n)
     columns = found.to_columns()
     rows = [[_cell(columns[name][k]) for name in columns] for k in range(len(next(iter(columns.values()), ())))]
@@ -227,7 +226,7 @@ def against_the_solid(subject: Subject) -> Content:
     lines = [("note", note) for note in found.notes]
     headings = [HEADINGS.get(name, name) for name in columns]
     made: list[Block] = [Table(headings, rows, numbers, evidence=Evidence(f"{command} --json", lines, essential=True))]
-    made += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
+    made += warned(found.warnings)
     return Content(made, warnings=found.warnings)
 
 
@@ -245,12 +244,12 @@ def tested(subject: Subject) -> Content:
             "The file describes no test (`test:`), so none is simulated; `flexura calibrate` fits parameters to"
             " measured frequencies."
         )
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     command = subject.commands("virtual-test", posed=False)
     samples = subject.samples
     if samples > QUICK:
         text = f"The test has {samples:.3g} samples, too many to simulate for a report; by itself it is:"
-        return Content([Paragraph(text, "soft"), Evidence(command, summary="command")], "absent")
+        return Content.absent(text, command)
     found = virtual_test(subject.mechanism, dict(subject.parameters))
     headings = [
         "mode",

@@ -13,7 +13,7 @@ from flexura.analysis import Stresses, element_strains, energies
 from flexura.arrays import Array, Index
 from flexura.pages.viewer.scene import Buffer, ByPart, Colouring
 from flexura.structure import FullOrderModel
-from flexura.tables import number, quantity
+from flexura.tables import number, percent, quantity
 from flexura.view import Grid, Kind, Look, Solids, mode_scale, solids
 
 PAGE = Look(faces=8_000, most_faces=16_000, most=1_000, plain=True, channels=True)
@@ -226,11 +226,6 @@ def by_part(drawing: Drawing, label: str, kinds: set[Kind], told: Mapping[str, s
     return ByPart(
         label, tuple(told.get(names[n], "") if Kind(kind) in held else "" for n, kind in drawing.parts.tolist())
     )
-
-
-def percent(share: float) -> str:
-    """A share in percent, three digits."""
-    return f"{100 * share:.3g} %"
 
 
 def _names(model: FullOrderModel, grid: Grid, copy: int) -> list[str]:

@@ -33,7 +33,6 @@ from flexura.pages.viewer.geometry import (
     Energy,
     by_part,
     displaced,
-    percent,
     still,
     stress_by_part,
     stress_colouring,
@@ -48,7 +47,7 @@ from flexura.pages.viewer.scene import (
     Triple,
 )
 from flexura.structure import Ports
-from flexura.tables import ends, in_hz, number, quantity, scale_for
+from flexura.tables import ends, in_hz, number, percent, quantity, scale_for
 from flexura.view import (
     Solids,
     mode_scale,
@@ -284,7 +283,7 @@ def _freedom_facts(result: Kinetostatics, freedom: Freedom) -> list[Fact]:
     unit = "rad" if freedom.kind == "R" else "m"
     found: list[Fact] = [("twist", ", ".join(number(own, 4) for own in freedom.twist))]
     if np.isfinite(freedom.share):
-        found.append(("share that the actuators own", f"{100 * freedom.share:.3g} %"))
+        found.append(("share that the actuators own", percent(freedom.share)))
     if freedom.stroke is not None:
         found.append(("stroke to either side", quantity(freedom.stroke, unit, 4)))
     if freedom.yield_stroke is not None:
