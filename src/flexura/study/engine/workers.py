@@ -136,7 +136,7 @@ class _Processes:
     """A thread for each process, which asks it for one block after another."""
 
     largest_bundle = 1
-    deadly = ()
+    deadly: tuple[type[Exception], ...] = ()
 
     def __init__(self, work: Work, workers: int, say: Callable[[str], None]) -> None:
         self.in_flight: int = (1 + WAITING_BLOCKS) * workers
