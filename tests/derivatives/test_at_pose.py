@@ -26,7 +26,8 @@ SMALL = 1e-2
 
 STEPS = (0.01, 0.009, 0.0075)
 """Steps of differences: small beside the twentieth of the thickness of its leaves over which the lowest buckling factor
-of the XY stage veers from its third."""
+of the XY stage veers from its third. The pivot, whose compliances with free drives carry round-off of 3e-9, takes steps
+twice as large."""
 
 MANY = 4
 """Parameters from which all are changed at once."""
@@ -85,7 +86,7 @@ def test_readings_at_a_pose_have_the_derivatives_of_differences(example):
         there = lambda x, way=way: numbers(  # noqa: E731
             displaced_state(Design.of(plan, dict(zip(names, values + x * way, strict=True))), move), node, alone
         )
-        slope, apart = (own / sizes for own in derivative(there, 0.0, STEPS))
+        slope, apart = (own / sizes for own in derivative(there, 0.0, np.array(STEPS) * (2 if example == "pivot" else 1)))
         allowed = 1e-7 * np.maximum(1.0, np.abs(slope))
         assert (apart < 10 * allowed).all(), way
-        assert (np.abs(way @ slopes / sizes - slope) < allowed + 4 * apart).all(), way
+        assert (np.abs(way @ slopes / sizes - slope) < allowed + 2 * apart).all(), way
