@@ -86,7 +86,8 @@ def test_readings_at_a_pose_have_the_derivatives_of_differences(example):
         there = lambda x, way=way: numbers(  # noqa: E731
             displaced_state(Design.of(plan, dict(zip(names, values + x * way, strict=True))), move), node, alone
         )
-        slope, apart = (own / sizes for own in derivative(there, 0.0, np.array(STEPS) * (2 if example == "pivot" else 1)))
+        steps = tuple((2 if example == "pivot" else 1) * step for step in STEPS)
+        slope, apart = (own / sizes for own in derivative(there, 0.0, steps))
         allowed = 1e-7 * np.maximum(1.0, np.abs(slope))
         assert (apart < 10 * allowed).all(), way
         assert (np.abs(way @ slopes / sizes - slope) < allowed + 2 * apart).all(), way
