@@ -1,23 +1,29 @@
 """Files in and out: ordinary ones of bounded size are read, and new ones appear in one step.
 
-What was there before stays until the new file is complete.
+What NumPy archives claim is checked before it is made, and nothing in them is unpickled. What was there before stays
+until a new file is complete.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import re
 import shutil
 import stat
 import tempfile
+import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
-from flexura.errors import OptionError
+import numpy as np
+from numpy.typing import NDArray
+
+from flexura.errors import FlexuraError, OptionError
 from flexura.sizes import within
 
 _KINDS = {
@@ -108,6 +114,45 @@ def _unpacked(content: bytes, place: str, limit: str) -> bytes:
 
 def _reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
+
+
+def read_arrays(path: str | Path) -> dict[str, NDArray[Any]]:
+    """The arrays of a NumPy archive by name.
+
+    Raises OptionError when it is none, is damaged, holds Python objects, or claims more than the limits of size or
+    more than it has.
+    """
+    try:
+        with open_ordinary(path) as stream, zipfile.ZipFile(stream) as archive:
+            entries = archive.infolist()
+            within("arrays", len(entries), str(path))
+            within("file_bytes", sum(entry.file_size for entry in entries), f"{path}, unpacked")
+            return {entry.filename.removesuffix(".npy"): _array(archive, entry) for entry in entries}
+    except FlexuraError:
+        raise
+    except Exception as error:  # zipfile, zlib, tokenize and ast each have their own
+        raise OptionError(f"{path}: not a NumPy archive of arrays: {error}") from None
+
+
+def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
+    """One array, whose header is held against the bytes that follow it."""
+    with archive.open(entry) as stream:
+        shape, dtype, begin = _header(stream)  # pyright: ignore[reportArgumentType]
+        claimed = math.prod(shape) * dtype.itemsize
+        if dtype.hasobject:
+            raise ValueError(f"{entry.filename} holds Python objects")
+        if begin + claimed != entry.file_size:
+            raise ValueError(f"{entry.filename} claims {claimed} bytes by its shape, it has {entry.file_size - begin}")
+    with archive.open(entry) as stream:
+        return np.asarray(np.lib.format.read_array(stream, allow_pickle=False))
+
+
+def _header(stream: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any], int]:
+    """Shape, type, and where the data begin."""
+    version = np.lib.format.read_magic(stream)
+    read = {(1, 0): np.lib.format.read_array_header_1_0}.get(version, np.lib.format.read_array_header_2_0)
+    shape, _, dtype = read(stream)
+    return shape, dtype, stream.tell()
 
 
 @contextmanager

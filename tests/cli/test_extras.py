@@ -3,7 +3,7 @@
 import pytest
 
 from flexura.errors import OptionError
-from flexura.extras import need
+from flexura.lazy import need
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 
 from flexura import describe
 from flexura.analysis.checks import model_warnings
-from flexura.expressions import expression
+from flexura.expressions import CONSTANTS, FUNCTIONS, parser
 from flexura.mechanism import description
 from flexura.mechanism import member as members
 from flexura.mechanism.checks import survey
@@ -136,7 +136,7 @@ def test_catalogue():
 
 def test_functions_and_dofs():
     listed = set(names(section("file-format.md", "Expressions").split("* Functions:")[1].split("*")[0]))
-    assert listed == {*expression.FUNCTIONS, *expression.CONSTANTS}
+    assert listed == {*FUNCTIONS, *CONSTANTS}
     assert " ".join(describe.DOF_NAMES) in section("file-format.md", "Ground")
 
 
@@ -145,7 +145,7 @@ def test_grammar_is_that_of_the_parser():
         block for block in re.findall(r"```text\n(.*?)```", section("file-format.md", "Expressions"), re.DOTALL)
     )
     for line in grammar.splitlines():
-        assert " ".join(line.split()) in " ".join(expression.__doc__.split())
+        assert " ".join(line.split()) in " ".join(parser.__doc__.split())
 
 
 def test_limits():
@@ -157,10 +157,10 @@ def test_limits():
 
     expected = {
         "nesting of the file": document.MAX_DEPTH,
-        "characters in an expression": expression.MAX_LENGTH,
-        "numbers and names in an expression": expression.MAX_OPERANDS,
-        "nesting of an expression": expression.MAX_DEPTH,
-        "exponent": expression.MAX_EXPONENT,
+        "characters in an expression": parser.MAX_LENGTH,
+        "numbers and names in an expression": parser.MAX_OPERANDS,
+        "nesting of an expression": parser.MAX_DEPTH,
+        "exponent": parser.MAX_EXPONENT,
         "files below one that extends others": document.MAX_BASES,
         "elements of a member": most(members.ElementCount),
         "copies of one pattern": most(description.PatternCount),

@@ -12,10 +12,9 @@ import pytest
 
 import flexura as fx
 from flexura.errors import ModelError, OptionError
-from flexura.files import read_bytes
+from flexura.files import read_arrays, read_bytes
 from flexura.io import read_measurement
 from flexura.modelfile import load, loads
-from flexura.npz import read_arrays
 from flexura.reduction import parts as reduction_parts
 from flexura.sizes import LIMITS, size_limit, size_limits
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from flexura.errors import ExpressionError, ModelError
 from flexura.expressions import Expression, parameter, parts_of
 from flexura.expressions.dimension import AREA, INERTIA, LENGTH, MASS, NUMBER, PRESSURE, Dimension
-from flexura.expressions.expression import Binary, Call, Name, Negative, Number, Tree
+from flexura.expressions.tree import Binary, Call, Name, Negative, Number, Tree
 from flexura.mechanism import Circle, Parameter
 from helpers.over import over
 

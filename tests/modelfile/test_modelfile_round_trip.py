@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from flexura.errors import ModelError, OptionError
 from flexura.expressions import Expression, parameter
-from flexura.expressions.expression import Call, Number
+from flexura.expressions.tree import Call, Number
 from flexura.mechanism import (
     Circle,
     CircularContour,

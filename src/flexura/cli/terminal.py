@@ -14,8 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from flexura.errors import Diagnostic, OptionError, foremost
-from flexura.extras import need
 from flexura.files import write_file
+from flexura.lazy import need
 from flexura.tables import text_columns
 
 MOST_OF_A_KIND = 3

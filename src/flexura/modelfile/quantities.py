@@ -87,8 +87,7 @@ class QuantityReader:
             if meaningful and not is_unit(unit):
                 return None
             self.known(others)
-        value, exponents = parse_quantity(raw)
-        return value, Dimension(*exponents)
+        return parse_quantity(raw)
 
     def is_expression(self, raw: str, otherwise: bool) -> bool:
         """Whether parameters are all that is named in a text beside units; `otherwise` where it cannot be read."""
@@ -128,8 +127,7 @@ class QuantityReader:
         def unit(number: str, text: str) -> tuple[float, Dimension]:
             units.append(text)
             self.explain(text)
-            value, exponents = parse_quantity(f"{number} [{text}]")
-            return value, Dimension(*exponents)
+            return parse_quantity(f"{number} [{text}]")
 
         expression = Expression.parse(raw, unit, self.is_unit)
         literal = self.as_literal(raw, expression, quantity)
@@ -152,8 +150,8 @@ class QuantityReader:
     def as_literal(self, raw: str, expression: Expression, quantity: Quantity) -> float | None:
         """Value of `2810 kg/m^3` where m is a parameter too, but only the unit gives the dimension expected."""
         try:
-            value, exponents = parse_quantity(raw)
-            if Dimension(*exponents) != quantity.dimension:
+            value, dimension = parse_quantity(raw)
+            if dimension != quantity.dimension:
                 return None
         except ExpressionError:
             return None

@@ -185,10 +185,10 @@ def _units(raw: Any) -> tuple[float, float, float]:
         if key not in _UNITS:
             raise _RefusedError(("units", key), "", "unknown key", "allowed: length, mass, time")
         try:
-            factor, exponents = parse_unit(str(text))
+            factor, dimension = parse_unit(str(text))
         except ExpressionError as error:
             raise _RefusedError(("units", key), repr(text), error.rule, error.hint) from None
-        if Dimension(*exponents) != _UNITS[key]:
+        if dimension != _UNITS[key]:
             raise _RefusedError(("units", key), repr(text), f"a unit of {key} is expected here", hint)
         factors[key] = float(factor)
     return factors["length"], factors["mass"], factors["time"]

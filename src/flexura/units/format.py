@@ -7,7 +7,8 @@ from fractions import Fraction
 from functools import cache
 
 from flexura.errors import ExpressionError
-from flexura.units.parse import Exponents, parse_unit, to_si
+from flexura.expressions import Dimension
+from flexura.units.parse import parse_unit, to_si
 
 _PRETTY = (
     ("m", "mm", "um", "km", "nm"),
@@ -42,7 +43,7 @@ def format_number(value: float) -> str:
     return repr(float(value)).removesuffix(".0")
 
 
-def format_quantity(value: float, exponents: Exponents, *, angle: bool = False) -> str:
+def format_quantity(value: float, dimension: Dimension, *, angle: bool = False) -> str:
     """Write an SI value with a unit, e.g. `0.3 mm`, `71.7 GPa`, `90 deg`; pure numbers carry none.
 
     Of the customary units of the dimension, takes the one that is easiest to read among those that read
@@ -50,23 +51,23 @@ def format_quantity(value: float, exponents: Exponents, *, angle: bool = False) 
     """
     if angle:
         units: tuple[str, ...] = _ANGLES
-    elif not any(exponents):
+    elif not any(dimension):
         return format_number(value)
     else:
-        units = _customary().get(exponents, ())
+        units = _customary().get(dimension, ())
     written = [text for unit in units if (text := _exact(value, unit)) is not None]
     if not written:
-        return f"{format_number(value)} {_base_unit(exponents)}"
+        return f"{format_number(value)} {_base_unit(dimension)}"
     return min(written, key=_clumsiness)
 
 
-def customary_unit(exponents: Exponents) -> str | None:
+def customary_unit(dimension: Dimension) -> str | None:
     """The customary unit of a dimension, e.g. `N*s/m`; None where there is none."""
-    return _customary().get(exponents, (None,))[0]
+    return _customary().get(dimension, (None,))[0]
 
 
 @cache
-def _customary() -> dict[Exponents, tuple[str, ...]]:
+def _customary() -> dict[Dimension, tuple[str, ...]]:
     return {parse_unit(units[0])[1]: units for units in _PRETTY}
 
 
@@ -88,8 +89,8 @@ def _clumsiness(text: str) -> tuple[bool, int, bool]:
     return "e" in number, len(digits), not 0.1 <= float(number) < 1000
 
 
-def _base_unit(exponents: Exponents) -> str:
-    length, mass, time, current, temperature = exponents
+def _base_unit(dimension: Dimension) -> str:
+    length, mass, time, current, temperature = dimension
     powers = {"kg": mass, "m": length, "s": time, "A": current, "K": temperature}
     parts = []
     for symbol, power in powers.items():

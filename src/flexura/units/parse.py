@@ -1,7 +1,6 @@
 """Reading the text of units.
 
 Names that are not of the SI go to the unit library, each distinct one once; it never sees a number.
-Dimensions are exponents of (length, mass, time, current, temperature).
 """
 
 from __future__ import annotations
@@ -14,14 +13,11 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from flexura.errors import ExpressionError
+from flexura.expressions import NUMBER, Dimension
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-Exponents = tuple[Fraction, Fraction, Fraction, Fraction, Fraction]
-"""Exponents of length, mass, time, electric current and temperature."""
-
-NO_DIMENSION: Exponents = (Fraction(0), Fraction(0), Fraction(0), Fraction(0), Fraction(0))
 MAX_LENGTH = 60
 MAX_QUANTITY_LENGTH = 1000
 MAX_EXPONENT = 12
@@ -44,18 +40,18 @@ FAMILIAR = (
 
 
 @lru_cache(maxsize=1024)
-def parse_unit(text: str) -> tuple[Fraction, Exponents]:
+def parse_unit(text: str) -> tuple[Fraction, Dimension]:
     """Read a unit such as `mm`, `N*m/rad`, `kg/m^3`, `kg/(m*s^2)` or `deg`.
 
-    Returns the factor to the coherent SI unit, and the exponents of its dimension; angles are pure numbers.
+    Returns the factor to the coherent SI unit, and its dimension; angles are pure numbers.
     Raises ExpressionError when the text is no unit, or one with an offset (degC) or a logarithm (dB).
     """
     if len(text) > MAX_LENGTH or not _ALLOWED.fullmatch(text):
         raise _not_a_unit(text)
-    factor, exponents = _Reader(text).read()
-    if max(map(abs, exponents)) > MAX_EXPONENT:
+    factor, dimension = _Reader(text).read()
+    if max(map(abs, dimension)) > MAX_EXPONENT:
         raise ExpressionError(_TOO_HIGH)
-    return factor, exponents
+    return factor, dimension
 
 
 def is_unit(text: str) -> bool:
@@ -67,14 +63,14 @@ def is_unit(text: str) -> bool:
     return True
 
 
-def parse_quantity(text: str) -> tuple[float, Exponents]:
+def parse_quantity(text: str) -> tuple[float, Dimension]:
     """Read a number followed by a unit, such as `0.3 mm`: value in SI, rounded once, and dimension.
 
     Raises ExpressionError when the text is not that.
     """
     number, unit = split_quantity(text)
-    factor, exponents = parse_unit(unit) if unit else (Fraction(1), NO_DIMENSION)
-    return to_si(number, factor), exponents
+    factor, dimension = parse_unit(unit) if unit else (Fraction(1), NUMBER)
+    return to_si(number, factor), dimension
 
 
 def split_quantity(text: str) -> tuple[str, str]:
@@ -124,7 +120,7 @@ class _Reader:
         self.tokens.append(("", "", ""))
         self.at = 0
 
-    def read(self) -> tuple[Fraction, Exponents]:
+    def read(self) -> tuple[Fraction, Dimension]:
         result = self.product()
         if self.at != len(self.tokens) - 1:
             raise _not_a_unit(self.text)
@@ -137,29 +133,29 @@ class _Reader:
             return operator
         return ""
 
-    def product(self) -> tuple[Fraction, Exponents]:
-        factor, exponents = self.factor()
+    def product(self) -> tuple[Fraction, Dimension]:
+        factor, dimension = self.factor()
         while operator := self.take("*", "/"):
             other, more = self.factor()
             sign = 1 if operator == "*" else -1
             factor *= other**sign
-            exponents = _sum(exponents, more, Fraction(sign))
-        return factor, exponents
+            dimension = dimension.times(more, sign)
+        return factor, dimension
 
-    def factor(self) -> tuple[Fraction, Exponents]:
+    def factor(self) -> tuple[Fraction, Dimension]:
         name, number, _ = self.tokens[self.at]
         if self.take("("):
-            factor, exponents = self.product()
+            factor, dimension = self.product()
             if not self.take(")"):
                 raise _not_a_unit(self.text)
         elif name or number == "1":
             self.at += 1
-            factor, exponents = _unit(name) if name else (Fraction(1), NO_DIMENSION)
+            factor, dimension = _unit(name) if name else (Fraction(1), NUMBER)
         else:
             raise _not_a_unit(self.text)
-        return self.power(factor, exponents) if name and self.take("^", "**") else (factor, exponents)
+        return self.power(factor, dimension) if name and self.take("^", "**") else (factor, dimension)
 
-    def power(self, factor: Fraction, exponents: Exponents) -> tuple[Fraction, Exponents]:
+    def power(self, factor: Fraction, dimension: Dimension) -> tuple[Fraction, Dimension]:
         parenthesis = self.take("(")
         number = self.tokens[self.at][1]
         self.at += 1
@@ -171,15 +167,10 @@ class _Reader:
         if abs(power) > MAX_EXPONENT:
             raise ExpressionError(_TOO_HIGH)
         raised = factor**power if power.denominator == 1 else Fraction(float(factor) ** float(power))
-        return Fraction(raised), _sum(NO_DIMENSION, exponents, power)
+        return Fraction(raised), dimension.power(power)
 
 
-def _sum(a: Exponents, b: tuple[int, ...] | Exponents, times: Fraction) -> Exponents:
-    length, mass, time, current, temperature = (x + times * y for x, y in zip(a, b, strict=True))
-    return length, mass, time, current, temperature
-
-
-def _si_units() -> dict[str, tuple[Fraction, Exponents]]:
+def _si_units() -> dict[str, tuple[Fraction, Dimension]]:
     """Exact factors and dimensions of the SI units of mechanics with their prefixes, and of a few others."""
     powers = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
     bases = {
@@ -202,7 +193,7 @@ def _si_units() -> dict[str, tuple[Fraction, Exponents]]:
     found |= {"t": (ten**3, mass), "cm": (ten**-2, length), "in": (Fraction("0.0254"), length)}
     found |= {"deg": (Fraction(math.pi / 180), angle), "°": (Fraction(math.pi / 180), angle)}
     found |= {"min": (Fraction(60), (0, 0, 1, 0, 0))}
-    return {name: (factor, _sum(NO_DIMENSION, own, Fraction(1))) for name, (factor, own) in found.items()}
+    return {name: (factor, Dimension(*map(Fraction, own))) for name, (factor, own) in found.items()}
 
 
 _SI = _si_units()
@@ -217,13 +208,13 @@ def _registry() -> UnitRegistry:
     return UnitRegistry(non_int_type=exact, cache_folder=None)
 
 
-def _unit(name: str) -> tuple[Fraction, Exponents]:
+def _unit(name: str) -> tuple[Fraction, Dimension]:
     """Exact factor and dimension of one unit, prefix included."""
     return _SI[name] if name in _SI else _of_library(name)
 
 
 @lru_cache(maxsize=1024)
-def _of_library(name: str) -> tuple[Fraction, Exponents]:
+def _of_library(name: str) -> tuple[Fraction, Dimension]:
     """The same from the unit library."""
     registry: Any = _registry()
     try:
@@ -239,8 +230,7 @@ def _of_library(name: str) -> tuple[Fraction, Exponents]:
         raise _not_a_unit(name, f"{name} is not a unit of mechanics")
     if factor.denominator > _RATIONAL:
         factor = Fraction(float(factor))
-    length, mass, time, current, temperature = (Fraction(dimensionality.get(base, 0)) for base in _BASE)
-    return factor, (length, mass, time, current, temperature)
+    return factor, Dimension(*(Fraction(dimensionality.get(base, 0)) for base in _BASE))
 
 
 def _not_a_unit(text: str, rule: str = "") -> ExpressionError:

@@ -10,7 +10,7 @@ from hmac import compare_digest
 from typing import Any
 
 from flexura.errors import FlexuraError, OptionError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.modelfile import files_of
 from flexura.pages.live.layout import live_page
 from flexura.pages.live.messages import LARGEST, read_message, told

@@ -14,8 +14,8 @@ from threading import Thread
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.extras import need
 from flexura.files import scratch_folder
+from flexura.lazy import need
 from flexura.pages.live.layout import redirection
 from flexura.pages.live.messages import LARGEST, MOST_MODES
 from flexura.pages.live.opened import Opened

@@ -11,7 +11,7 @@ from typing import Any
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.mechanism import Mechanism
 from flexura.pages.live import MOST_MODES, Ask, Described, Designs, FollowedModes, Shown, Slider, notes_of, told
 from flexura.pages.viewer import bundle

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from flexura._version import __version__
 from flexura.errors import OptionError
-from flexura.files import write_file
-from flexura.npz import read_arrays
+from flexura.files import read_arrays, write_file
 from flexura.sizes import size_limits
 
 Arrays = dict[str, NDArray[Any]]

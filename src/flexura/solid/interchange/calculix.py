@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.extras import need
 from flexura.files import complete_file, read_bytes, read_text, scratch_folder
+from flexura.lazy import need
 from flexura.modelfile import unit_factors
 from flexura.sizes import within
 from flexura.solid.fem import mesh_mass

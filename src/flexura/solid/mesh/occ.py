@@ -20,8 +20,8 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError
-from flexura.extras import need
 from flexura.files import complete_file
+from flexura.lazy import need
 from flexura.solid.geometry import (
     MILLIMETRE,
     MODELLED,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import ModelError, OptionError, Problem, SolverError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.linalg import available_memory
 from flexura.mechanism import DOF_NAMES
 from flexura.solid.geometry import MILLIMETRE, MemberSolid

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.solid.geometry import MILLIMETRE, MemberSolid
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended
 

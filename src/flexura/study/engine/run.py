@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flexura.deadline import Listener, Progress, checkpoint
 from flexura.errors import FlexuraError, OptionError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.sizes import within
 from flexura.study.engine.shards import Folder, Identity
 from flexura.study.engine.table import StudyTable, Summary, described

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.errors import Diagnostic, OptionError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table

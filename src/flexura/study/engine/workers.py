@@ -27,7 +27,7 @@ from typing import Any, NamedTuple, Protocol
 
 from flexura._version import __version__
 from flexura.errors import FlexuraError, OptionError, SolverError
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.sizes import ENVIRONMENT, LIMITS, size_limit
 from flexura.study.engine.work import Columns, Work
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.deadline import Listener, Progress, unheard
-from flexura.extras import need
+from flexura.lazy import need
 from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, climb
 from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import stationarity

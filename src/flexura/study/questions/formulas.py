@@ -229,8 +229,7 @@ def _dimensions(quantities: Sequence[Quantity]) -> dict[str, Dimension | None]:
 
 
 def _unit(number: str, text: str) -> tuple[float, Dimension]:
-    value, exponents = parse_quantity(f"{number} [{text}]")
-    return value, Dimension(*exponents)
+    return parse_quantity(f"{number} [{text}]")
 
 
 def _clash(tree: Tree, quantities: Sequence[Quantity]) -> str:

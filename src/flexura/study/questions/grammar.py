@@ -100,7 +100,7 @@ class Quantity:
     @property
     def dimension(self) -> Dimension:
         """Physical dimension."""
-        return Dimension(*parse_unit(self.unit)[1])
+        return parse_unit(self.unit)[1]
 
     @property
     def is_bounded(self) -> bool:
@@ -272,8 +272,8 @@ def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
             )
         name, written = match["name"] or match["stroke"], match["value"]
         try:
-            value, exponents = parse_quantity(written)
-            dimension = Dimension(*exponents) if split_quantity(written)[1] else None
+            value, dimension = parse_quantity(written)
+            dimension = dimension if split_quantity(written)[1] else None
         except ExpressionError as error:
             raise OptionError(f"at {name} = {written.strip()}: {error}") from None
         if name in {place.name for place in places}:

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
-from flexura.expressions import LENGTH, NUMBER, Dimension
+from flexura.expressions import LENGTH, NUMBER
 from flexura.mechanism import DOF_NAMES, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
 from flexura.study.questions.grammar import (
@@ -205,12 +205,12 @@ class Reader:
     def hertz(self, name: str, text: str) -> Hertz:
         """A frequency to ask at."""
         try:
-            value, exponents = parse_quantity(text)
+            value, dimension = parse_quantity(text)
         except ExpressionError as error:
             raise OptionError(f"{name}(HZ): {error}") from None
         if not split_quantity(text)[1]:
             raise OptionError(f"{name}(HZ): the unit of {text!r} is missing; write {text} Hz")
-        if Dimension(*exponents) != HERTZ or "Hz" not in text or value <= 0:
+        if dimension != HERTZ or "Hz" not in text or value <= 0:
             raise OptionError(f"{name}(HZ): a positive frequency in Hz or kHz is expected, e.g. 20 Hz, not {text!r}")
         return Hertz(value)
 

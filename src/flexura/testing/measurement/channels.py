@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
+from flexura.expressions import Dimension
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modelfile import parse, text_of
 from flexura.structure import UNITS, Channel, Design, Plan, Ports, plan_of
-from flexura.units import Exponents, parse_quantity, parse_unit
+from flexura.units import parse_quantity, parse_unit
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def frequency_factor(label: str, what: str) -> float:
     return factor
 
 
-def dimension(unit: str) -> Exponents:
+def dimension(unit: str) -> Dimension:
     """Dimension of a unit of `UNITS`."""
     return parse_unit(unit)[1]
 
