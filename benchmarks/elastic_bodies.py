@@ -1,6 +1,6 @@
 """How well `check` estimates what elastic bodies do: frequencies with solid blocks against rigid ones.
 
-Prints the table of docs/theory.md: the lowering of each mode, %, measured with flexura's own solids and estimated.
+Prints a table: the lowering of each mode, %, measured with flexura's own solids and estimated.
 """
 
 from __future__ import annotations
@@ -9,8 +9,9 @@ import numpy as np
 
 import flexura as fx
 from flexura.analysis import lowered_by_bodies
-from flexura.solid.fem import solid_modes, with_solid_parts
-from flexura.structure import assemble
+from flexura.fem.parts import with_solid_parts
+from flexura.full_order import assemble
+from flexura.solid.modes import solid_modes
 
 STEEL = "spring-steel"
 CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)

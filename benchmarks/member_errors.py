@@ -35,9 +35,10 @@ from flexura.analysis.model_error.measured import (
     beam_stiffness,
     member_between_faces,
 )
+from flexura.fem.geometry import solids
 from flexura.files import write_file
-from flexura.solid.geometry import solids
-from flexura.structure import Plan, assemble, one_design
+from flexura.full_order import assemble
+from flexura.structure import Plan, one_design
 
 D = fx.describe
 TABLE = Path(__file__).parent.parent / "src/flexura/analysis/model_error/member_errors.csv"

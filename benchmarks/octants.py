@@ -14,9 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 from pypardiso import PyPardisoSolver
 
-from flexura.solid.fem import elastic_matrices
-from flexura.solid.geometry import MemberSolid
-from flexura.solid.mesh import SolidMesh, shape_of
+from flexura.fem.geometry import MemberSolid
+from flexura.fem.matrices import elastic_matrices
+from flexura.fem.solid_mesh import SolidMesh, shape_of
 
 KIND = "hexahedron27"
 SAMPLES = 400

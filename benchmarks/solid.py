@@ -75,10 +75,9 @@ def assembled() -> Iterator[tuple[str, str, int, float, float, float]]:
     from skfem import Basis, BilinearForm, ElementHex2, ElementTetP2, ElementVector, MeshHex, MeshTet
     from skfem.helpers import ddot, dot, sym_grad, trace
 
-    from flexura.solid.fem.matrices import elastic_matrices
-    from flexura.solid.geometry import SolidMaterial
-    from flexura.solid.mesh import SolidMesh
-    from flexura.solid.mesh.solid_mesh import shape_of
+    from flexura.fem.geometry import SolidMaterial
+    from flexura.fem.matrices import elastic_matrices
+    from flexura.fem.solid_mesh import SolidMesh, shape_of
 
     metal = SolidMaterial("unit", 1.0, 0.25, 1.0)
     lame, shear = 0.4, 0.4  # of E = 1, nu = 0.25

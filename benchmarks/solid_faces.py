@@ -14,10 +14,11 @@ import numpy as np
 
 import flexura as fx
 from flexura.beam import rigid_arm
+from flexura.fem.parts import with_solid_parts
+from flexura.full_order import assemble
 from flexura.mechanism import Faces
-from flexura.solid.fem import solid_modes, with_solid_parts
+from flexura.solid.modes import solid_modes
 from flexura.solid.verification import verify
-from flexura.structure import assemble
 
 METAL = {"metal": fx.describe.Material(E=71.7e9, nu=0.33, rho=2810.0)}
 SHARED = {"material": "metal", "reference": "z"}

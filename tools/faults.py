@@ -38,7 +38,7 @@ SOURCE = ROOT / "src"
 LIST = ROOT / "tools" / "faults.jsonl"
 ROOMS = [
     "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity",
-    "analysis", "solid/fem", "testing/identification",
+    "analysis", "fem", "testing/identification",
 ]  # fmt: skip
 SECONDS = 200
 PROCESSOR_SECONDS = 20

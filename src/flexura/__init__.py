@@ -11,8 +11,5 @@ Names are imported on first use, so that `import flexura` stays quick.
 """
 
 from flexura.lazy import face
-from flexura.registry import register
 
 face(__name__, former={"Doubt": "Diagnostic", "Exceeded": "Diagnostic"})
-register("with_solid_parts", "flexura.solid.fem")
-register("posed", "flexura.motion")

@@ -50,6 +50,8 @@ from flexura.errors import ModelError as ModelError
 from flexura.errors import OptionError as OptionError
 from flexura.errors import Problem as Problem
 from flexura.errors import SolverError as SolverError
+from flexura.fem import with_solid_parts as with_solid_parts
+from flexura.full_order import assemble as assemble
 from flexura.io import export as export
 from flexura.io import read_measurement as read_measurement
 from flexura.io import to_control as to_control
@@ -86,14 +88,12 @@ from flexura.sensitivity import ResponseSensitivities as ResponseSensitivities
 from flexura.sensitivity import mode_sensitivities as mode_sensitivities
 from flexura.sensitivity import response_sensitivities as response_sensitivities
 from flexura.sizes import size_limits as size_limits
-from flexura.solid.fem import with_solid_parts as with_solid_parts
 from flexura.solid.verification import Verification as Verification
 from flexura.solid.verification import WholeVerification as WholeVerification
 from flexura.solid.verification import verify as verify
 from flexura.structure import Channel as Channel
 from flexura.structure import FullOrderModel as FullOrderModel
 from flexura.structure import Plan as Plan
-from flexura.structure import assemble as assemble
 from flexura.study.engine import StudyTable as StudyTable
 from flexura.study.engine import open_study as open_study
 from flexura.study.influence import Sensitivity as Sensitivity

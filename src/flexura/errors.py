@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
+from difflib import get_close_matches
 from itertools import chain
 from math import isfinite, nan
 from typing import Any
@@ -19,6 +20,14 @@ MOST_ALIKE = 3
 
 MOST_PLACES = 4
 """Places that the text of a warning names."""
+
+
+def did_you_mean(name: str, known: Iterable[str], otherwise: str, quoted: bool = True) -> str:
+    """A hint towards the known name that is most like another; `otherwise` where none is."""
+    close = get_close_matches(name, list(known), n=1)
+    if not close:
+        return otherwise
+    return f"did you mean {close[0]!r}?" if quoted else f"did you mean {close[0]}?"
 
 
 class FlexuraError(Exception):

@@ -8,7 +8,7 @@ import pytest
 import flexura as fx
 from flexura.analysis.model_error.elastic_bodies import ElasticSolid, Patch
 from flexura.analysis.model_error.model_error import model_errors_of_modes
-from flexura.structure import assemble
+from flexura.full_order import assemble
 
 E, NU, RHO = 206e9, 0.3, 7850.0
 CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)

@@ -14,7 +14,8 @@ from skfem.helpers import ddot, sym_grad, trace
 import flexura as fx
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, fillet_shares, root_coefficients, root_flexibility
 from flexura.duals import Dual
-from flexura.structure import Design, assemble
+from flexura.full_order import assemble
+from flexura.structure import Design
 
 NAMES = ("u_u", "rx_rx", "v_v", "v_rz", "rz_rz", "w_w", "w_ry", "ry_ry", "u_w", "u_ry", "v_rx", "rx_rz")
 

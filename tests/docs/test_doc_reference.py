@@ -176,7 +176,7 @@ def test_limits_of_size():
 
 
 def test_doubts():
-    text = section("theory.md", "Where the theory stops")
+    text = section("theory/validity.md", "Where the theory stops")
     for words, value in (
         ("from 1 % on", 100 * model_warnings.WORTH_A_WARNING),
         ("length over depth above 500", model_warnings.SLENDER),

@@ -1,6 +1,7 @@
 """Equations of the theory pages are numbered in order, and the code cites only those that exist.
 
-docs/theory.md numbers its equations 1, 2, ...; every page in docs/theory/ has a letter of its own: F1, F2, ...
+Those of docs/theory.md are 1, 2, ..., those of a page in docs/theory/ have a letter: F1, F2, ... A page may go on where
+another one with the same letter, or with none, has ended.
 """
 
 import re
@@ -31,16 +32,21 @@ def cited(text: str) -> set[str]:
     return found
 
 
-@over("page", PAGES)
-def test_equations_are_numbered_in_order(page):
-    numbers = tags(page)
-    letter = numbers[0][:1] if numbers[0][:1].isalpha() else ""
-    assert numbers == [f"{letter}{k + 1}" for k in range(len(numbers))]
+def letter_of(page: Path) -> str:
+    """The letter of a page's equations."""
+    return tags(page)[0].rstrip("0123456789")
 
 
-def test_pages_have_letters_of_their_own():
-    letters = [tags(page)[0].rstrip("0123456789") for page in PAGES]
-    assert len(set(letters)) == len(letters)
+def numbers(page: Path) -> list[int]:
+    """Numbers of its equations without the letter."""
+    return [int(tag.removeprefix(letter_of(page))) for tag in tags(page)]
+
+
+@over("letter", sorted({letter_of(page) for page in PAGES}))
+def test_equations_are_numbered_in_order(letter):
+    """From page to page, each of which goes on where another one has ended."""
+    pages = sorted(numbers(page) for page in PAGES if letter_of(page) == letter)
+    assert [number for page in pages for number in page] == list(range(1, 1 + sum(map(len, pages))))
 
 
 def test_code_cites_existing_equations():

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from flexura.full_order import assemble
 from flexura.linalg import count_below, lowest
 from flexura.mechanism import Link, Material, Mechanism
 from flexura.reduction.low_order import reduce
-from flexura.structure import FullOrderModel, assemble
+from flexura.structure import FullOrderModel
 
 XY = ("tx", "ty", "rz")
 """DOFs of the xy plane."""

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.errors import SolverError
+from flexura.fem.solid_mesh import SolidMesh
 from flexura.files import scratch_folder
 from flexura.solid.interchange.calculix import run_calculix, write_calculix
-from flexura.solid.mesh.solid_mesh import SolidMesh
 
 Array = NDArray[np.float64]
 

@@ -35,7 +35,7 @@ ROOT = Path(__file__).parents[2]
 MADE = {"changelog.md", "contributing.md"}
 """Pages that the build of the site writes into the folder of the others."""
 
-FOLDERS = (".", "_examples", "start", "how-to")
+FOLDERS = (".", "_examples", "start", "how-to", "theory")
 PAGES = [ROOT / "README.md", *(page for own in FOLDERS for page in sorted((ROOT / "docs" / own).glob("*.md")))]
 PAGES = [page for page in PAGES if page.name not in MADE]
 PROGRAMS = ("flexura", ".venv/bin/flexura")

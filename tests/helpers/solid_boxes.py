@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from flexura.solid.geometry import SolidMaterial
-from flexura.solid.mesh.solid_mesh import SolidMesh, shape_of
+from flexura.fem.geometry import SolidMaterial
+from flexura.fem.solid_mesh import SolidMesh, shape_of
 
 ALUMINIUM = SolidMaterial("aluminium", 71.7e9, 0.33, 2810.0)
 

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
-from flexura.solid.geometry import ENDS, joints, solids
-from flexura.solid.mesh import occ
-from flexura.solid.mesh.meshing import group_mesh
-from flexura.solid.mesh.solid_mesh import SolidMesh
+from flexura.fem import occ
+from flexura.fem.geometry import ENDS, joints, solids
+from flexura.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.fem.meshing import group_mesh
+from flexura.fem.solid_mesh import SolidMesh
 from flexura.structure.assembly import full_order
 from helpers.direct_solids import lowest_modes
 

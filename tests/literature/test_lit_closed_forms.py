@@ -13,10 +13,10 @@ Tolerances: 1e-5 for cubic elements, more where convergence is of second order (
 import numpy as np
 import pytest
 
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Circle, Link, Material, Mechanism, PointMass, Rectangle, RigidBody
 from flexura.reduction.low_order import reduce
-from flexura.structure import assemble
 from helpers.beam_models import HELD, XY, frequencies, in_plane, roots, straight
 from helpers.verification_report import Case
 

@@ -8,10 +8,10 @@ steps, with the second-order error of these: 5e-4 for 96 of them.
 import numpy as np
 import pytest
 
+from flexura.full_order import assemble
 from flexura.mechanism import Link, Material, Mechanism, Rectangle, SectionConstants, Tube
 from flexura.mechanism.description import DOF_NAMES
 from flexura.methods.dynamic_stiffness import count_below, dynamic_stiffness
-from flexura.structure import assemble
 from helpers.beam_models import HELD, XY, last_decimal, last_digit, roots, straight
 from helpers.literature_cases import HAN_RATIOS, LABUSCHAGNE
 from helpers.nafems import (

@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from flexura.full_order import assemble
 from flexura.mechanism import CircularContour, Flexure, Material, Mechanism, Notch
 from flexura.reduction.assembly import low_order
 from flexura.reduction.low_order import reduce
-from flexura.structure import Plan, assemble
+from flexura.structure import Plan
 from flexura.structure.design import Design
 from helpers.verification_report import Case
 

@@ -14,10 +14,10 @@ mass changes no digit compared. Tolerance 1e-6, and half a unit of the last digi
 import numpy as np
 import pytest
 
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Box, Link, Material, Mechanism, Rectangle, RigidBody
 from flexura.reduction import certify, reduce
-from flexura.structure import assemble
 from helpers.beam_models import EVERY_MODE, frequencies, hertz, last_digit
 from helpers.verification_report import Case
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.solid.fem.matrices import elastic_matrices
+from flexura.fem.matrices import elastic_matrices
 from helpers.beam_models import last_digit
 from helpers.direct_solids import lowest_modes
 from helpers.solid_wholes import solid_mesh

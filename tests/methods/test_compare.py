@@ -10,13 +10,14 @@ import pytest
 
 import flexura as fx
 from flexura.deadline import checkpoint
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import with_rigid_roots
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.solution import pair
 from flexura.modal.mode_pairing import in_order
-from flexura.structure import Plan, assemble
+from flexura.structure import Plan
 
 ROOT = Path(__file__).parents[2]
 MODULE = import_module("flexura.methods.compare")

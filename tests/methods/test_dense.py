@@ -3,10 +3,10 @@
 import pytest
 
 import flexura as fx
+from flexura.full_order import assemble
 from flexura.methods import compare, exact_condensation
 from flexura.methods.chain_equations import spectral_element, transfer_matrix
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
-from flexura.structure import assemble
 
 
 def comb(teeth):

@@ -13,12 +13,12 @@ from scipy.optimize import brentq
 import flexura as fx
 from flexura.beam.dynamic import BeamSeries, dynamic_beam
 from flexura.beam.element import UniformBeam
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
 from flexura.methods.exact_condensation import ExactCondensation
 from flexura.methods.exact_response import inside_member
-from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.nodal_stiffness import NodalStiffness, end_stiffness
 from helpers.stages import E, G, guide

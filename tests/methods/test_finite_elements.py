@@ -8,10 +8,10 @@ from scipy.optimize import brentq
 
 import flexura as fx
 from flexura.beam import element_mass, element_stiffness
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Flexure, Link, Material, Mechanism, Rectangle, RoundNotch, SectionConstants
 from flexura.methods.discrete_models import chained, convergence, finite_elements
-from flexura.structure import assemble
 from flexura.structure.segments import segments
 
 E, G, RHO, LENGTH = 70e9, 26e9, 2700.0, 0.2

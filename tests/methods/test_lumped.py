@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Link, Material, Mechanism, Rectangle, RigidBody
 from flexura.methods.discrete_models import GAP, lumped_model, lumped_parameter
-from flexura.structure import assemble
 from helpers.stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 OWN = RHO * L * B * T

@@ -8,10 +8,10 @@ from scipy.sparse.linalg import spsolve
 
 import flexura as fx
 from flexura.beam import rigid_arm
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Box, Flexure, Leaf, Link, Material, Mechanism, Rectangle, RigidBody, Support
 from flexura.methods.discrete_models import pseudo_rigid_body, pseudo_rigid_body_model
-from flexura.structure import assemble
 from helpers.stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
 EXAMPLES = ("guide", "pivot", "xy_stage", "amplifier", "rpr", "tip_tilt")

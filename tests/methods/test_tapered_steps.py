@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.methods.discrete_models import chained
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
-from flexura.structure import assemble
 from flexura.structure.elements import ElementSlice
 
 

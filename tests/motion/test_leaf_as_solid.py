@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.solid.geometry import SolidMaterial
+from flexura.fem.geometry import SolidMaterial
 from flexura.solid.interchange.calculix import run_calculix, write_calculix
 from helpers.solid_boxes import grid, mesh_of
 

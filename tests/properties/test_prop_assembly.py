@@ -9,9 +9,9 @@ import scipy.linalg as la
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import Instance, Mechanism, Rotation, Substructure
-from flexura.structure import assemble
 from helpers.flat_meshes import about, flatten, renamed, rigid_mass, scaled, split
 from helpers.random_mechanisms import FEW, mechanisms, vector
 

@@ -5,10 +5,10 @@ import numpy as np
 from hypothesis import given
 from scipy.sparse.linalg import splu
 
+from flexura.full_order import assemble
 from flexura.linalg import scaled
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import dynamic_stiffness
-from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.nodal_stiffness import NodalStiffness
 from helpers.random_mechanisms import FEW, mechanisms

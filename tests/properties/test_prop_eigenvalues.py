@@ -11,10 +11,10 @@ import scipy.sparse as sp
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexura.full_order import assemble
 from flexura.linalg import count_below, lowest
 from flexura.linalg.factor import DENSE_LIMIT
 from flexura.mechanism import Circle, CircularPattern, Instance, Link, Material, Mechanism, RigidBody, Substructure
-from flexura.structure import assemble
 from helpers.random_mechanisms import FEW, mechanisms
 
 

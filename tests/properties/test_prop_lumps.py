@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.mechanism import (
     Circle,
@@ -19,7 +20,6 @@ from flexura.mechanism import (
     Superelement,
 )
 from flexura.reduction.low_order import reduce
-from flexura.structure import assemble
 from helpers.random_mechanisms import FEW, METALS, across, parts, section, vector
 
 seeds = st.integers(0, 2**32 - 1)

@@ -5,9 +5,9 @@ import numpy as np
 from hypothesis import assume, given
 
 from flexura.beam import element_mass, element_stiffness, rigid_arm
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.methods.discrete_models import chained, pseudo_rigid_body_model
-from flexura.structure import assemble
 from flexura.structure.segments import segments
 from helpers.random_mechanisms import FEW, mechanisms
 

@@ -10,13 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexura.expressions import parameter
+from flexura.full_order import assemble
 from flexura.linalg import lowest
 from flexura.linalg.subspaces import lowest_values
 from flexura.mechanism import CircularPattern, Instance, Link, Mechanism, Parameter, Rectangle, RigidBody, Substructure
 from flexura.reduction.assembly import low_order
 from flexura.reduction.low_order import reduce
 from flexura.reduction.unproven import unproven_frequencies
-from flexura.structure import Plan, assemble
+from flexura.structure import Plan
 from flexura.structure.design import Design
 from helpers.flat_meshes import scaled
 from helpers.random_mechanisms import FEW, METALS, mechanisms

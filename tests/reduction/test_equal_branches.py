@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.full_order import assemble
 from flexura.linalg import count_below, lowest
 from flexura.reduction.equal_branches import split
 from flexura.reduction.model import STATE
-from flexura.structure import assemble
 
 MODULE = import_module("flexura.reduction.equal_branches")
 LEAF = {"material": "spring-steel", "reference": "y", "profile": fx.describe.Leaf(width=12e-3, thickness=0.4e-3)}

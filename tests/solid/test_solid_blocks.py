@@ -5,9 +5,9 @@ import pytest
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.solid.fem.matrices import mesh_mass
-from flexura.solid.geometry import solids
-from flexura.solid.mesh.meshing import KIND, group_mesh, section_mesh
+from flexura.fem.geometry import solids
+from flexura.fem.matrices import mesh_mass
+from flexura.fem.meshing import KIND, group_mesh, section_mesh
 
 W, T, R = 10e-3, 0.5e-3, 4e-3
 ELLIPSE = fx.describe.EllipticalContour(depth=3e-3, web=T)

@@ -10,8 +10,8 @@ import pytest
 import scipy.sparse as sp
 
 from flexura.errors import OptionError
-from flexura.solid.fem import cache
-from flexura.solid.fem.cache import cache_folder, content_key, remembered
+from flexura.fem import cache
+from flexura.fem.cache import cache_folder, content_key, remembered
 from helpers.solid_boxes import box
 
 

@@ -13,14 +13,14 @@ import pytest
 import scipy.sparse as sp
 
 from flexura.errors import OptionError, SolverError
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry import SolidMaterial
+from flexura.fem.geometry import SolidMaterial
+from flexura.fem.matrices import elastic_matrices
+from flexura.fem.solid_mesh import SolidMesh, quadrature, shape_of
 from flexura.solid.interchange.calculix import (
     calculix_matrices,
     run_calculix,
     write_calculix,
 )
-from flexura.solid.mesh.solid_mesh import SolidMesh, quadrature, shape_of
 from helpers.calculix import calculix_frequencies, read_frequencies
 from helpers.direct_solids import lowest_modes
 from helpers.solid_boxes import box, distorted, mesh_of

@@ -11,11 +11,11 @@ import pytest
 import scipy.sparse as sp
 
 import flexura as fx
+from flexura.fem.components import components
+from flexura.fem.geometry import solids
+from flexura.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.full_order import assemble
 from flexura.linalg.factor import factorise_large
-from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
-from flexura.solid.fem.modes import components
-from flexura.solid.geometry import solids
-from flexura.structure import assemble
 from helpers.solid_wholes import solid_mesh
 
 UNIT = {"unit": fx.describe.Material(E=1.0, nu=0.3, rho=1.0)}

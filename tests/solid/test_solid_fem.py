@@ -17,14 +17,14 @@ import scipy.sparse as sp
 
 import flexura as fx
 from flexura.errors import OptionError, SolverError
+from flexura.fem.geometry import SolidMaterial
+from flexura.fem.matrices import averaged_rows, elastic_matrices, face_products, mesh_mass
+from flexura.fem.reduced import constraint_modes
+from flexura.fem.solid_mesh import CELLS, SolidMesh, face_rule, faces_of, quadrature, rigid_motions, shape_of
 from flexura.linalg import Pencil, factor, residuals
 from flexura.linalg.eigen import ShiftInvert
 from flexura.linalg.factor import available_memory, factorise_large
 from flexura.mechanism import Flexure, Leaf, Material, Mechanism, RigidBody
-from flexura.solid.fem.matrices import averaged_rows, elastic_matrices, face_products, mesh_mass
-from flexura.solid.fem.reduced import constraint_modes
-from flexura.solid.geometry import SolidMaterial
-from flexura.solid.mesh.solid_mesh import CELLS, SolidMesh, face_rule, faces_of, quadrature, rigid_motions, shape_of
 from helpers.direct_solids import lowest_modes, negative_count
 from helpers.solid_boxes import ALUMINIUM, KUHN, box, distorted, leaf_and_block, mesh_of
 from helpers.solid_wholes import set_ties, with_discrete_elements

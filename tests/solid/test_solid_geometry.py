@@ -13,11 +13,11 @@ from scipy.integrate import quad
 
 import flexura as fx
 from flexura.errors import ModelError, OptionError, SolverError
-from flexura.solid.fem.matrices import elastic_matrices, face_products, mesh_mass
-from flexura.solid.geometry import SolidMaterial, body_solids, joints, normalised, solids
-from flexura.solid.mesh import meshing, occ
-from flexura.solid.mesh.meshing import estimated_points, group_mesh, jacobians
-from flexura.solid.mesh.occ import write_step
+from flexura.fem import meshing, occ
+from flexura.fem.geometry import SolidMaterial, body_solids, joints, normalised, solids
+from flexura.fem.matrices import elastic_matrices, face_products, mesh_mass
+from flexura.fem.meshing import estimated_points, group_mesh, jacobians
+from flexura.fem.occ import write_step
 from helpers.direct_solids import lowest_modes
 from helpers.solid_wholes import solid_mesh, tied_names
 

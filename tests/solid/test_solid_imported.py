@@ -22,7 +22,7 @@ from scipy.sparse.linalg import eigsh
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.fem.matrices import Face, elastic_matrices, face_ties
 from flexura.solid.interchange.calculix import calculix_matrices, read_deck
 from helpers.solid_boxes import ALUMINIUM, box, distorted
 

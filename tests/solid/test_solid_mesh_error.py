@@ -15,10 +15,10 @@ import scipy.linalg as la
 import flexura as fx
 from flexura.cli import main
 from flexura.errors import LimitError, ModelError, OptionError
-from flexura.solid.fem import reduced
-from flexura.solid.fem.parts import stiffness_error
-from flexura.solid.fem.reduced import EndTie, Piece, reduced_piece
-from flexura.solid.geometry import MemberShape, MemberSolid, SolidMaterial
+from flexura.fem import reduced
+from flexura.fem.geometry import MemberShape, MemberSolid, SolidMaterial
+from flexura.fem.parts import stiffness_error
+from flexura.fem.reduced import EndTie, Piece, reduced_piece
 
 AL = "Al-7075-T6"
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from flexura.errors import OptionError
+from flexura.fem.components import components
+from flexura.full_order import assemble
 from flexura.mechanism import (
     CircularPattern,
     Instance,
@@ -24,9 +26,8 @@ from flexura.mechanism import (
 from flexura.mechanism.member import Flexure
 from flexura.mechanism.section import Circle, Rectangle
 from flexura.modelfile import load
-from flexura.solid.fem import modes
-from flexura.solid.fem.modes import beam_mass, components, solid_modes
-from flexura.structure import assemble
+from flexura.solid import modes
+from flexura.solid.modes import beam_mass, solid_modes
 from helpers.solid_wholes import whole_frequencies
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

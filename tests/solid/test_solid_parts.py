@@ -17,16 +17,16 @@ import flexura as fx
 from flexura.beam import member_frame, rectangle, rigid_arm
 from flexura.cli import main
 from flexura.errors import ModelError, OptionError
+from flexura.fem import reduced
+from flexura.fem.cache import cache_folder
+from flexura.fem.geometry import MemberShape, MemberSolid, SolidMaterial
+from flexura.fem.matrices import Face, elastic_matrices, face_ties
+from flexura.fem.meshing import group_mesh
+from flexura.fem.parts import as_beams, with_solid_parts
+from flexura.fem.reduced import EndTie, Piece, Section, constraint_modes, reduced_piece
+from flexura.full_order import assemble
 from flexura.mechanism import with_rigid_roots
-from flexura.solid.fem import reduced
-from flexura.solid.fem.cache import cache_folder
-from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties
-from flexura.solid.fem.modes import solid_modes
-from flexura.solid.fem.parts import as_beams, with_solid_parts
-from flexura.solid.fem.reduced import EndTie, Piece, Section, constraint_modes, reduced_piece
-from flexura.solid.geometry import MemberShape, MemberSolid, SolidMaterial
-from flexura.solid.mesh.meshing import group_mesh
-from flexura.structure import assemble
+from flexura.solid.modes import solid_modes
 
 BLOCK_HZ = np.array([127.1, 607.0, 1399, 3696])
 LEAVES = {  # L/b, t/b: compliance times EI under a constant moment, torsional stiffness over GJ/L

@@ -7,10 +7,9 @@ from scipy.spatial import cKDTree
 from skfem import Basis, BilinearForm, ElementHex2, ElementTetP2, ElementVector, MeshHex, MeshTet
 from skfem.helpers import ddot, dot, sym_grad, trace
 
-from flexura.solid.fem.matrices import elastic_matrices
-from flexura.solid.geometry import SolidMaterial
-from flexura.solid.mesh import SolidMesh
-from flexura.solid.mesh.solid_mesh import shape_of
+from flexura.fem.geometry import SolidMaterial
+from flexura.fem.matrices import elastic_matrices
+from flexura.fem.solid_mesh import SolidMesh, shape_of
 
 METAL = SolidMaterial("metal", 71.7e9, 0.33, 2810.0)
 LAME = METAL.E * METAL.nu / ((1 + METAL.nu) * (1 - 2 * METAL.nu))

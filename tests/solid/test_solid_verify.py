@@ -12,15 +12,15 @@ import pytest
 from flexura.cli import main
 from flexura.cli.verification import verification_text
 from flexura.errors import OptionError
+from flexura.fem.reduced import MOST_MODES
+from flexura.full_order import assemble
 from flexura.mechanism import Leaf, Material, Mechanism, RigidBody
 from flexura.mechanism.body import Box
 from flexura.mechanism.member import Flexure
 from flexura.mechanism.section import CircularContour, Notch
 from flexura.modelfile import load
-from flexura.solid.fem.modes import SURE, solid_modes
-from flexura.solid.fem.reduced import MOST_MODES
+from flexura.solid.modes import SURE, solid_modes
 from flexura.solid.verification import progressively, verify
-from flexura.structure import assemble
 from flexura.view import draw_mode_pair
 from helpers.over import over
 

@@ -13,9 +13,9 @@ import pytest
 
 from flexura import verify
 from flexura.errors import ModelError, OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
 from flexura.solid.whole import ORDER, WholeModes, WholePart, elements
-from flexura.structure import assemble
 from helpers.shell import flexura
 
 ng = pytest.importorskip("ngsolve")

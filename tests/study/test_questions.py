@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.structure import plan_of
+from flexura.full_order import plan_of
 from flexura.study.questions import questions
 from helpers.over import over
 

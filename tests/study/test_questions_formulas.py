@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.structure import plan_of
+from flexura.full_order import plan_of
 from flexura.study.questions import formula, questions, relation
 
 GUIDE = plan_of(fx.load(Path(__file__).parents[2] / "examples" / "guide" / "guide.yaml"))

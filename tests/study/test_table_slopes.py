@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.structure import plan_of
+from flexura.full_order import plan_of
 from flexura.study.questions import questions
 from helpers.shell import flexura
 

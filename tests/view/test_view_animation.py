@@ -10,7 +10,7 @@ from PIL import Image
 
 import flexura as fx
 from flexura.errors import OptionError
-from flexura.structure import assemble
+from flexura.full_order import assemble
 from flexura.view import Animation, animate_mode, animate_stroke, save_animation, save_modes, save_stroke
 from helpers.pictures import guide
 from helpers.shell import flexura

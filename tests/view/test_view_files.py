@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexura.errors import FlexuraError, OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import Circle, Link, Mechanism
-from flexura.structure import assemble
 from flexura.view import save_pictures
 from flexura.view.mechanisms import files as view_files
 

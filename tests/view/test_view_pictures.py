@@ -11,8 +11,8 @@ from matplotlib.colors import rgb_to_hsv
 from PIL import Image
 
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import Box, Link, Mechanism, Rectangle, RigidBody
-from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, draw_mode, draw_sheet, solids
 from flexura.view.drawing.figures import COLOURS, NAMES, new_figure
 from flexura.view.drawing.labels import frame

@@ -5,6 +5,7 @@ import pytest
 
 from flexura.errors import OptionError
 from flexura.expressions import parameter
+from flexura.full_order import assemble
 from flexura.mechanism import (
     Box,
     Circle,
@@ -36,7 +37,6 @@ from flexura.mechanism import (
     Tube,
     TwoAxisNotch,
 )
-from flexura.structure import assemble
 from flexura.view import Kind, draw_mechanism, solids
 from flexura.view.drawing.painting import MODE_SIZE, MOST_TURN, mode_scale
 from flexura.view.scene.discrete_elements import body_mesh, equivalent_box

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.cli.app import app
 from flexura.errors import OptionError
-from flexura.structure import assemble
+from flexura.full_order import assemble
 from flexura.view import (
     Kind,
     draw_buckling,

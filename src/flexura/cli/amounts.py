@@ -344,11 +344,13 @@ class CommandReader:
     @cached_property
     def _ports(self) -> Any:
         """The inputs of the mechanism, worked out once and only when a unit is to be judged."""
-        from flexura.structure import Design, Ports, plan_of
+        from flexura.full_order import plan_of
+        from flexura.motion import at_pose
+        from flexura.structure import Design, Ports
 
         plan = plan_of(self._mechanism)
         plan.verify(self._parameters)
-        return Ports(Design.of(plan, self._parameters))
+        return Ports(at_pose(Design.of(plan, self._parameters)))
 
 
 def _times_second(unit: str) -> str:

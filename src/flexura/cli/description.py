@@ -35,7 +35,7 @@ def check_command(
     from flexura.analysis import check
 
     def pictures(report: CheckReport, folder: Path) -> list[Path]:
-        from flexura.structure import assemble
+        from flexura.full_order import assemble
         from flexura.view import save_warnings
 
         return save_warnings(report, folder, model=assemble(mechanism, parameters))
@@ -67,7 +67,7 @@ def view_command(
     set: Settings = None,
 ) -> None:
     """Draw the mechanism, undeformed or at a pose, or show it in three dimensions with its modes."""
-    from flexura.structure import assemble
+    from flexura.full_order import assemble
 
     mechanism, parameters = read(file, set, at)
     model = assemble(mechanism, parameters)

@@ -119,7 +119,7 @@ def export_command(
             raise OptionError("a response needs a --band FROM,TO, e.g. '5,200 Hz'")
         thing = frequency_response(mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping)
     elif kind == "full":
-        from flexura.structure import assemble
+        from flexura.full_order import assemble
 
         thing = assemble(mechanism, parameters)
     else:
@@ -142,8 +142,8 @@ def _low_order(
     mechanism: Any, parameters: dict[str, float], keep: int | None, n: int | None, up_to: float | None
 ) -> Any:
     """The low-order model in the coordinates of its substructures."""
+    from flexura.full_order import plan_of
     from flexura.reduction import reduce, reduction_of
-    from flexura.structure import plan_of
 
     chosen = reduction_of(plan_of(mechanism), {"keep": keep}, n or 6, up_to)
     coordinates = {"coordinates": "substructures"} if "tolerance" in chosen else {}

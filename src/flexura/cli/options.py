@@ -251,7 +251,7 @@ def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) 
     if pose:
         mechanism = at(mechanism, prescribed_of(mechanism, pose))
     if has_solid_members(mechanism):
-        from flexura.solid.fem import with_solid_parts
+        from flexura.fem import with_solid_parts
 
         # parts in the cache say nothing, and neither does a pipe
         mechanism = with_solid_parts(mechanism, parameters, progress=say if sys.stderr.isatty() else None)

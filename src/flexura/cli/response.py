@@ -111,7 +111,7 @@ def kinetostatics_command(
 ) -> Answer:
     """How actuators move a platform: freedoms and their screw axes, coupling, amplification, stiffness, workspace."""
     from flexura.analysis import kinetostatics
-    from flexura.structure import assemble
+    from flexura.full_order import assemble
 
     model = assemble(mechanism, parameters)
     result = kinetostatics(model, platform=platform, actuators=actuator)

@@ -87,9 +87,9 @@ def verify_command(
 
 
 def _write_step(mechanism: Any, parameters: dict[str, float], path: Path) -> Path:
-    from flexura.solid.fem import as_beams
+    from flexura.fem import as_beams
+    from flexura.full_order import assemble
     from flexura.solid.interchange import write_step
-    from flexura.structure import assemble
 
     say(f"solids to {path}")
     return write_step(assemble(as_beams(mechanism, "auto"), parameters), path)

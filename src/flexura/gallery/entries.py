@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
-from flexura.errors import OptionError
+from flexura.errors import OptionError, did_you_mean
 
 FOLDER = Path(__file__).parent
 
@@ -35,8 +34,7 @@ def entry(name: str) -> Entry:
     known = {own.name: own for own in entries()}
     asked = name.strip().removesuffix(".yaml").replace("-", "_")
     if asked not in known:
-        close = get_close_matches(asked, known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else "flexura examples lists them"
+        hint = did_you_mean(asked, known, "flexura examples lists them")
         raise OptionError(f"there is no {name!r} in the gallery; {hint}")
     return known[asked]
 

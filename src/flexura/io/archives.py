@@ -43,44 +43,44 @@ def _measurement(path: Path, arrays: Mapping[str, Any], descriptions: ChannelDes
     groups: dict[str, Arrays] = {}
     for name, value in arrays.items():
         lead, dot, rest = name.partition(".")
-        is_own = dot and lead.rstrip("0123456789") in ("recording", "frf")
-        groups.setdefault(lead if is_own else "", {})[rest if is_own else name] = value
+        is_grouped = dot and lead.rstrip("0123456789") in ("recording", "frf")
+        groups.setdefault(lead if is_grouped else "", {})[rest if is_grouped else name] = value
     bare = groups.pop("", {})
     if "samples" in bare or "response" in bare:
         groups["single"] = bare
     recordings, frfs = [], []
     for label in sorted(groups, key=lambda g: (len(g), g)):
-        own, where = groups[label], f"{path}: {label}" if label != "single" else str(path)
-        if "response" in own:
-            frfs.append(_frf(own, where, descriptions))
+        arrays_of, where = groups[label], f"{path}: {label}" if label != "single" else str(path)
+        if "response" in arrays_of:
+            frfs.append(_frf(arrays_of, where, descriptions))
         else:
-            recordings += _recordings(own, where, descriptions)
+            recordings += _recordings(arrays_of, where, descriptions)
     if not recordings and not frfs:
         raise OptionError(f"{path}: neither `samples` of a time record nor a `response` is in the file")
     notes = tuple(str(n) for n in np.atleast_1d(bare.get("notes", np.array([], dtype=str))))
     return Measurement(_text(bare, "name") or path.stem, tuple(recordings), tuple(frfs), notes)
 
 
-def _get(own: Arrays, name: str, where: str) -> Any:
-    if name not in own:
-        raise OptionError(f"{where}: there is no array {name!r}; found {', '.join(sorted(own))}")
-    return own[name]
+def _get(arrays: Arrays, name: str, where: str) -> Any:
+    if name not in arrays:
+        raise OptionError(f"{where}: there is no array {name!r}; found {', '.join(sorted(arrays))}")
+    return arrays[name]
 
 
-def _text(own: Arrays, name: str) -> str:
-    value = own.get(name)
+def _text(arrays: Arrays, name: str) -> str:
+    value = arrays.get(name)
     return "" if value is None else value.decode() if isinstance(value, bytes) else str(np.asarray(value)[()])
 
 
 def _channels(
-    own: Arrays, prefix: str, where: str, descriptions: ChannelDescriptions
+    arrays: Arrays, prefix: str, where: str, descriptions: ChannelDescriptions
 ) -> tuple[tuple[MeasuredChannel, ...], Array]:
     """Channels from `channels`, texts `name [unit]`, with `quantities`, `nodes`, `directions` and `positions`."""
-    texts = [str(t) for t in np.atleast_1d(_get(own, f"{prefix}channels", where))]
-    found, factors = [], []
+    texts = [str(t) for t in np.atleast_1d(_get(arrays, f"{prefix}channels", where))]
+    channels, factors = [], []
 
     def entry(name: str, k: int) -> Any:
-        values = own.get(f"{prefix}{name}")
+        values = arrays.get(f"{prefix}{name}")
         return None if values is None or len(values) != len(texts) else values[k]
 
     for k, text in enumerate(texts):
@@ -98,9 +98,9 @@ def _channels(
             _vector(entry("directions", k), f"{where}: {name}", True),
             _vector(entry("positions", k), f"{where}: {name}", False),
         )
-        found.append(channel)
+        channels.append(channel)
         factors.append(factor)
-    return tuple(found), np.array(factors)
+    return tuple(channels), np.array(factors)
 
 
 def _vector(value: Any, where: str, unit: bool) -> tuple[float, float, float] | None:
@@ -115,39 +115,39 @@ def _vector(value: Any, where: str, unit: bool) -> tuple[float, float, float] | 
     return x, y, z
 
 
-def _recordings(own: Arrays, where: str, descriptions: ChannelDescriptions) -> Iterator[Recording]:
+def _recordings(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> Iterator[Recording]:
     """Records of `samples` (c, N), or (n, c, N) of n hits."""
-    samples = np.asarray(_get(own, "samples", where), dtype=float)
-    channels, factors = _channels(own, "", where, descriptions)
+    samples = np.asarray(_get(arrays, "samples", where), dtype=float)
+    channels, factors = _channels(arrays, "", where, descriptions)
     if samples.ndim not in (2, 3) or samples.shape[-2] != len(channels):
         raise OptionError(f"{where}: samples of shape {samples.shape} are not those of {len(channels)} channels")
-    if "sample_rate" in own:
-        rate = float(own["sample_rate"])
+    if "sample_rate" in arrays:
+        rate = float(arrays["sample_rate"])
     else:
-        time = np.asarray(_get(own, "time", where), dtype=float)
+        time = np.asarray(_get(arrays, "time", where), dtype=float)
         steps = np.diff(time)
         if len(time) != samples.shape[-1] or np.ptp(steps) > 1e-3 * abs(steps.mean()):
             raise OptionError(f"{where}: time is not evenly spaced, or not that of the samples: resample the record")
         rate = 1 / float(steps.mean())
     if not (np.isfinite(rate) and rate > 0):
         raise OptionError(f"{where}: the sample rate is {rate:g} Hz")
-    given = own.get("inputs")
+    given = arrays.get("inputs")
     chosen = [k for k, c in enumerate(channels) if c.quantity in ("force", "moment")] if given is None else given
     inputs = tuple(int(k) for k in np.atleast_1d(chosen))
     if any(not 0 <= k < len(channels) for k in inputs):
         raise OptionError(f"{where}: inputs {inputs} are not positions of its {len(channels)} channels")
     hits = samples[None] if samples.ndim == 2 else samples
-    title = _text(own, "name")
+    title = _text(arrays, "name")
     for k, hit in enumerate(hits):
         name = title if len(hits) == 1 else f"{title or 'hit'} {k + 1}"
-        yield Recording(rate, hit * factors[:, None], channels, inputs, _text(own, "setup"), name)
+        yield Recording(rate, hit * factors[:, None], channels, inputs, _text(arrays, "setup"), name)
 
 
-def _frf(own: Arrays, where: str, descriptions: ChannelDescriptions) -> MeasuredFRF:
-    hz = np.atleast_1d(np.asarray(_get(own, "frequency_hz", where), dtype=float))
-    H = np.asarray(_get(own, "response", where), dtype=complex)
-    inputs, below = _channels(own, "input_", where, descriptions)
-    outputs, above = _channels(own, "output_", where, descriptions)
+def _frf(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> MeasuredFRF:
+    hz = np.atleast_1d(np.asarray(_get(arrays, "frequency_hz", where), dtype=float))
+    H = np.asarray(_get(arrays, "response", where), dtype=complex)
+    inputs, below = _channels(arrays, "input_", where, descriptions)
+    outputs, above = _channels(arrays, "output_", where, descriptions)
     if H.shape != (len(hz), len(outputs), len(inputs)):
         raise OptionError(
             f"{where}: a response of shape {H.shape} is not that of {len(hz)} frequencies, {len(outputs)} outputs and "
@@ -155,8 +155,8 @@ def _frf(own: Arrays, where: str, descriptions: ChannelDescriptions) -> Measured
         )
     if np.any(np.diff(hz) <= 0) or not np.isfinite(H).all():
         raise OptionError(f"{where}: frequencies increase and responses are finite numbers; these are not")
-    gamma = own.get("coherence")
-    averages = own.get("averages")
+    gamma = arrays.get("coherence")
+    averages = arrays.get("averages")
     response: Any = H * (above[:, None] / below)
     return MeasuredFRF(
         hz,
@@ -165,10 +165,10 @@ def _frf(own: Arrays, where: str, descriptions: ChannelDescriptions) -> Measured
         outputs,
         None if gamma is None else np.asarray(gamma, dtype=float),
         None if averages is None else int(averages),
-        _text(own, "estimator"),
-        float(own.get("decay", 0.0)),
-        _text(own, "setup"),
-        tuple(str(n) for n in np.atleast_1d(own.get("notes", np.array([], dtype=str)))),
+        _text(arrays, "estimator"),
+        float(arrays.get("decay", 0.0)),
+        _text(arrays, "setup"),
+        tuple(str(n) for n in np.atleast_1d(arrays.get("notes", np.array([], dtype=str)))),
     )
 
 
@@ -191,24 +191,24 @@ def contents(measurement: Measurement) -> Arrays:
     """All arrays of a measurement by name, SI. Raises OptionError for modes, which these files do not hold."""
     if measurement.modes is not None:
         raise OptionError("identified modes are written to universal files")
-    found: Arrays = {"flexura": np.array(__version__), "name": np.array(measurement.name)}
-    found["notes"] = np.array(measurement.notes, dtype=str)
+    arrays: Arrays = {"flexura": np.array(__version__), "name": np.array(measurement.name)}
+    arrays["notes"] = np.array(measurement.notes, dtype=str)
     for k, r in enumerate(measurement.recordings):
-        own: Arrays = {
+        group: Arrays = {
             "sample_rate": np.array(float(r.sample_rate)),
             "samples": r.samples,
             "inputs": np.array(r.inputs),
         }
-        own |= {"setup": np.array(r.setup), "name": np.array(r.name), **_described(r.channels, "")}
-        found |= {f"recording{k}.{name}": value for name, value in own.items()}
+        group |= {"setup": np.array(r.setup), "name": np.array(r.name), **_described(r.channels, "")}
+        arrays |= {f"recording{k}.{name}": value for name, value in group.items()}
     for k, f in enumerate(measurement.frfs):
-        own = {"frequency_hz": f.frequency_hz, "response": f.response, "decay": np.array(float(f.decay))}
-        own |= {"setup": np.array(f.setup), "estimator": np.array(f.estimator), "notes": np.array(f.notes, dtype=str)}
-        own |= {} if f.coherence is None else {"coherence": f.coherence}
-        own |= {} if f.averages is None else {"averages": np.array(f.averages)}
-        own |= _described(f.inputs, "input_") | _described(f.outputs, "output_")
-        found |= {f"frf{k}.{name}": value for name, value in own.items()}
-    return found
+        group = {"frequency_hz": f.frequency_hz, "response": f.response, "decay": np.array(float(f.decay))}
+        group |= {"setup": np.array(f.setup), "estimator": np.array(f.estimator), "notes": np.array(f.notes, dtype=str)}
+        group |= {} if f.coherence is None else {"coherence": f.coherence}
+        group |= {} if f.averages is None else {"averages": np.array(f.averages)}
+        group |= _described(f.inputs, "input_") | _described(f.outputs, "output_")
+        arrays |= {f"frf{k}.{name}": value for name, value in group.items()}
+    return arrays
 
 
 def write_measured_npz(measurement: Measurement, path: Path) -> None:

@@ -149,7 +149,7 @@ def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None)
     """
     from scipy.io import mmwrite
 
-    own = second_order(what, damping)
+    second = second_order(what, damping)
     path = Path(path)
     if path.suffix == ".mtx":
         folder, prefix, make = path.parent, f"{path.stem}_", False
@@ -159,29 +159,29 @@ def write_matrix_market(what: Any, path: str | Path, damping: Any | None = None)
             raise OptionError(
                 f"{path} is a file; matrices go to a folder, or to files named by a prefix ending in .mtx"
             )
-    matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
-    notes = model_error_notes(own.model)
+    matrices = {"K": second.K, "M": second.M} | ({} if second.C is None else {"C": second.C})
+    notes = model_error_notes(second.model)
     with complete_files(folder, make) as scratch:
         for name, A in matrices.items():
             lower = sp.coo_matrix(A)
-            comment = f"{name} of {' '.join(own.name.split())}, SI, rows in {prefix}dofs.csv"
+            comment = f"{name} of {' '.join(second.name.split())}, SI, rows in {prefix}dofs.csv"
             with (scratch / f"{prefix}{name}.mtx").open("wb") as stream:
                 mmwrite(stream, lower, "\n".join((comment, *notes)), symmetry="symmetric", precision=17)
         with (scratch / f"{prefix}dofs.csv").open("w", newline="", encoding="utf-8") as stream:
-            csv.writer(stream, lineterminator="\n").writerows([_COLUMNS, *_rows(own)])
+            csv.writer(stream, lineterminator="\n").writerows([_COLUMNS, *_rows(second)])
         written = sorted(file.name for file in scratch.iterdir())
     return [folder / name for name in written]
 
 
-def _rows(own: SecondOrder) -> list[tuple[Any, ...]]:
+def _rows(second: SecondOrder) -> list[tuple[Any, ...]]:
     """Number, name, node, DOF and place of every coordinate."""
-    topology, x = own.model.plan.topology, own.model.positions
+    topology, x = second.model.plan.topology, second.model.positions
     number = {name: k for k, name in enumerate(topology.node_names) if topology.has_position[k]}
     amplitudes = np.empty(0)
-    if isinstance(own.model, FullOrderModel):
+    if isinstance(second.model, FullOrderModel):
         amplitudes = np.flatnonzero(~topology.has_position[np.nonzero(topology.dof >= 0)[0]])
     skip, rows = set(amplitudes.tolist()), []
-    for k, name in enumerate(own.coordinate_names):
+    for k, name in enumerate(second.coordinate_names):
         node, _, dof = name.rpartition(".")
         if k not in skip and dof in DOF_NAMES and node in number:
             rows.append((k + 1, name, node, dof, *map(repr, x[number[node]].tolist())))

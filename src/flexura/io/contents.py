@@ -12,8 +12,9 @@ import scipy.sparse as sp
 
 from flexura.analysis import model_errors_of_modes
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.reduction import LowOrderModel, NestedModel
-from flexura.structure import Channel, FullOrderModel, assemble
+from flexura.structure import Channel, FullOrderModel
 from flexura.systems import StateSpace
 from flexura.tables import in_hz
 
@@ -59,7 +60,7 @@ def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
     systems with structural damping, which is in no C, and for a C of another size.
     """
     model = what.model if isinstance(what, NestedModel) else what
-    own = None
+    described = None
     if not isinstance(model, FullOrderModel | LowOrderModel):
         whole: Any = what
         model = getattr(what, "model", None)
@@ -71,9 +72,9 @@ def second_order(what: Any, damping: Any | None = None) -> SecondOrder:
             raise OptionError(
                 "structural damping is in no matrix C of this system: export its state space, or give `damping`"
             )
-        own = whole.damping_matrix() if damping is None and whole.is_damped else None
+        described = whole.damping_matrix() if damping is None and whole.is_damped else None
     names = model.dof_names if isinstance(model, FullOrderModel) else list(model.coordinate_names)
-    C = own if damping is None else damping
+    C = described if damping is None else damping
     K, M, C = (None if A is None else _symmetric(A, len(names)) for A in (model.K, model.M, C))
     return SecondOrder(model.plan.mechanism.name, K, M, C, names, model)
 
@@ -111,11 +112,11 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             **_channels("output", what.outputs),
             "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ())), *errors],
         }
-    own = second_order(what, damping)
-    matrices = {"K": own.K, "M": own.M} | ({} if own.C is None else {"C": own.C})
-    notes = [*getattr(own.model, "steps", ()), *model_error_notes(own.model)]
-    texts = {"coordinate_names": own.coordinate_names, "notes": notes}
-    return {"kind": "second-order model", "name": own.name, **matrices, **texts}
+    second = second_order(what, damping)
+    matrices = {"K": second.K, "M": second.M} | ({} if second.C is None else {"C": second.C})
+    notes = [*getattr(second.model, "steps", ()), *model_error_notes(second.model)]
+    texts = {"coordinate_names": second.coordinate_names, "notes": notes}
+    return {"kind": "second-order model", "name": second.name, **matrices, **texts}
 
 
 def notes_of(model: StateSpace) -> list[str]:
@@ -139,9 +140,9 @@ def model_error_notes(model: FullOrderModel | LowOrderModel, highest: float = np
         errors, hz = model_errors_of_modes(full, min(MODES, full.order))
     except SolverError as error:
         return [f"model error, how far the part may be from these frequencies: not known, {error}"]
-    told = [f"{in_hz(f)} {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
-    told += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
-    return [f"model error, how far the part may be from these frequencies: {', '.join(told)}"] * bool(told)
+    named = [f"{in_hz(f)} {text}" for f, text in zip(hz, errors.texts, strict=False) if 0 < f <= highest]
+    named += ["of higher ones not worked out"] * (len(errors.texts) == MODES and bool(hz[MODES - 1] <= highest))
+    return [f"model error, how far the part may be from these frequencies: {', '.join(named)}"] * bool(named)
 
 
 def _of_state_space(model: StateSpace) -> dict[str, Any]:

@@ -115,14 +115,14 @@ def export(
     it has not and files that cannot be written.
     """
     name = format_of(path, format)
-    own = _EXPORTED[name]
+    chosen = _EXPORTED[name]
     if isinstance(result, list | tuple) and name != "uff":
         raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
     kind = kind_of(result)
-    if kind not in own.takes:
+    if kind not in chosen.takes:
         others = [other for other, one in _EXPORTED.items() if kind in one.takes]
         hint = f"; formats that do: {', '.join(others)}" if others else ""
-        raise OptionError(f"{name} takes a {' or a '.join(own.takes)}, not a {kind}{hint}")
+        raise OptionError(f"{name} takes a {' or a '.join(chosen.takes)}, not a {kind}{hint}")
     named = {
         "damping": damping,
         "damping_ratio": damping_ratio,
@@ -133,11 +133,11 @@ def export(
         "binary": binary,
     }
     options = {name: value for name, value in named.items() if value is not None}
-    unknown = sorted(set(options) - set(own.options))
+    unknown = sorted(set(options) - set(chosen.options))
     if unknown:
-        known = ", ".join(own.options) or "none"
+        known = ", ".join(chosen.options) or "none"
         raise OptionError(f"{name} has no option {unknown[0]!r}; its options: {known}")
-    written = own.write(result, path, **options) if own.write else []
+    written = chosen.write(result, path, **options) if chosen.write else []
     return written if isinstance(written, list) else [written]
 
 
@@ -148,10 +148,12 @@ def format_of(path: str | Path, format: str | None = None) -> str:
             raise OptionError(f"there is no format {format!r}; formats: {', '.join(_EXPORTED)}")
         return format
     suffix = Path(path).suffix.lower()
-    for name, own in _EXPORTED.items():
-        if suffix in own.suffixes:
+    for name, known_format in _EXPORTED.items():
+        if suffix in known_format.suffixes:
             return name
-    known = ", ".join(f"{suffix} ({name})" for name, own in _EXPORTED.items() for suffix in own.suffixes)
+    known = ", ".join(
+        f"{suffix} ({name})" for name, known_format in _EXPORTED.items() for suffix in known_format.suffixes
+    )
     raise OptionError(f"{suffix or 'no suffix'} is no known format; name one with `format`, or take one of {known}")
 
 

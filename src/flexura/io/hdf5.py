@@ -63,14 +63,14 @@ def read_datasets(path: Path) -> dict[str, NDArray[Any]]:
 
 def _received(stream: Any, place: str) -> dict[str, NDArray[Any]]:
     """Arrays as `_send` has written them. Raises OptionError in the words of the process, and where it has died."""
-    found: dict[str, NDArray[Any]] = {}
+    arrays: dict[str, NDArray[Any]] = {}
     pipe: Any = SimpleNamespace(read=stream.read)  # NumPy does not take it for a file in which it can seek
     while (kind := pipe.read(1)) == _ARRAY:
         with suppress(ValueError):  # of an array that was cut short
             name = str(np.lib.format.read_array(pipe, allow_pickle=False))
-            found[name] = np.lib.format.read_array(pipe, allow_pickle=False)
+            arrays[name] = np.lib.format.read_array(pipe, allow_pickle=False)
     if kind == _END:
-        return found
+        return arrays
     if kind == _REFUSED:
         raise OptionError(pipe.read(-1).decode())
     raise OptionError(f"{place}: damaged: the HDF5 library fails, or does not end, while it reads the file")
@@ -106,19 +106,19 @@ def _serve(path: Path, seconds: float) -> None:
 def _read(path: Path, take: Callable[[str, NDArray[Any]], None]) -> None:
     """Give the datasets and attributes of a file to `take`. Raises OptionError."""
     h5py = need("h5py", "experiment")
-    found = _Found(h5py, str(path), take)
+    arrays = _Arrays(h5py, str(path), take)
     try:
         with h5py.File(path, "r") as root:
-            found.add("", root)
+            arrays.add("", root)
             _refuse_links(h5py, root, str(path))
-            root.visititems(found.add)
+            root.visititems(arrays.add)
     except FlexuraError:
         raise
     except Exception as error:  # the library has errors of its own and of every kind of damage
         raise OptionError(f"{path}: not an HDF5 file, or damaged: {error}") from None
 
 
-class _Found:
+class _Arrays:
     """Takes arrays within the limits of size."""
 
     def __init__(self, h5py: Any, place: str, take: Callable[[str, NDArray[Any]], None]) -> None:
@@ -128,8 +128,10 @@ class _Found:
     def add(self, name: str, item: Any) -> None:
         """The attributes of a group or dataset, and its data."""
         for key in item.attrs:
-            own = item.attrs.get_id(key)
-            self.take(f"{name}/{key}" if name else key, own.shape, own.dtype, lambda key=key: item.attrs[key])
+            attribute = item.attrs.get_id(key)
+            self.take(
+                f"{name}/{key}" if name else key, attribute.shape, attribute.dtype, lambda key=key: item.attrs[key]
+            )
         if isinstance(item, self.h5py.Dataset):
             if item.external or item.is_virtual:
                 raise OptionError(f"{self.place}: {name} keeps its data in another file, which is not followed")

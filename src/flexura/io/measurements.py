@@ -68,12 +68,12 @@ def read_measurement(
     if setup is not None:
         parts = [_in_setup(part, setup) for part in parts]
     if len(parts) == 1:
-        found = parts[0]
+        measurement = parts[0]
     else:
         modes = [p.modes for p in parts if p.modes is not None]
         if len(modes) > 1:
             raise OptionError("several of the files hold modes: read them one by one")
-        found = Measurement(
+        measurement = Measurement(
             files[0].parent.name or files[0].stem,
             tuple(r for p in parts for r in p.recordings),
             tuple(f for p in parts for f in p.frfs),
@@ -81,57 +81,59 @@ def read_measurement(
             modes[0] if modes else None,
         )
     if isinstance(channels, str | Path):
-        _refuse_missing(found, read_channel_descriptions(channels), str(channels))
-    return found
+        _refuse_missing(measurement, read_channel_descriptions(channels), str(channels))
+    return measurement
 
 
 def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
     listed = [Path(path)] if isinstance(path, str | Path) else [Path(p) for p in path]
     if not listed:
         raise OptionError("no files to read measured data from")
-    found: list[Path] = []
+    files: list[Path] = []
     for file in listed:
         if file.is_dir():
-            own = sorted(f for f in file.iterdir() if f.suffix.lower() in MEASURED)
-            if not own:
+            inside = sorted(f for f in file.iterdir() if f.suffix.lower() in MEASURED)
+            if not inside:
                 raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(MEASURED)}")
-            found += own
+            files += inside
         elif not file.exists():
             raise OptionError(f"{file}: the file does not exist")
         else:
-            found.append(file)
-    return found
+            files.append(file)
+    return files
 
 
 def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
-    beside = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
+    sidecars = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
     descriptions: ChannelDescriptions = {}
     if isinstance(channels, str | Path):
         descriptions = read_channel_descriptions(channels)
     elif channels is None:
-        descriptions = next((read_channel_descriptions(p) for p in beside if p.is_file()), {})
+        descriptions = next((read_channel_descriptions(p) for p in sidecars if p.is_file()), {})
     elif not isinstance(channels, Mechanism | Plan):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
     read = _format_of(file, f"{file}: ").read
     options = {"repeated": repeated} if "repeated" in signature(read).parameters else {}
     try:
         with np.errstate(all="ignore"):
-            found = _with_descriptions(read(file, descriptions, **options), descriptions)
-            refuse_implausible(found, str(file))
+            measurement = _with_descriptions(read(file, descriptions, **options), descriptions)
+            refuse_implausible(measurement, str(file))
     except FlexuraError:
         raise
     except Exception as error:  # what is wrong in a file from anywhere shows in any way
         raise OptionError(f"{file}: not as its format has it: {error or type(error).__name__}") from None
     if isinstance(channels, Mechanism | Plan):
-        found = _with_descriptions(found, described_channels(channels, [c.name for c in _channels(found)]))
-    return found
+        measurement = _with_descriptions(
+            measurement, described_channels(channels, [c.name for c in _channels(measurement)])
+        )
+    return measurement
 
 
 def _channels(measurement: Measurement) -> list[MeasuredChannel]:
-    own = [c for r in measurement.recordings for c in r.channels]
-    own += [c for f in measurement.frfs for c in (*f.inputs, *f.outputs)]
-    own += list(measurement.modes.outputs) if measurement.modes else []
-    return list(dict.fromkeys(own))
+    channels = [c for r in measurement.recordings for c in r.channels]
+    channels += [c for f in measurement.frfs for c in (*f.inputs, *f.outputs)]
+    channels += list(measurement.modes.outputs) if measurement.modes else []
+    return list(dict.fromkeys(channels))
 
 
 def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptions) -> Measurement:
@@ -141,8 +143,8 @@ def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptio
         return tuple(with_description(c, _checked(c, descriptions.get(c.name))) for c in channels)
 
     def record(r: Recording) -> Recording:
-        said = {k: descriptions[c.name].is_input for k, c in enumerate(r.channels) if c.name in descriptions}
-        inputs = [k for k in range(len(r.channels)) if said.get(k) or (said.get(k) is None and k in r.inputs)]
+        is_input = {k: descriptions[c.name].is_input for k, c in enumerate(r.channels) if c.name in descriptions}
+        inputs = [k for k in range(len(r.channels)) if is_input.get(k) or (is_input.get(k) is None and k in r.inputs)]
         return replace(r, channels=of(r.channels), inputs=tuple(inputs))
 
     def response(f: MeasuredFRF) -> MeasuredFRF:
@@ -192,13 +194,13 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
     record or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
     options, and when the file cannot be written.
     """
-    own = _format_of(Path(path))
-    if binary is not None and "binary" not in signature(own.write).parameters:
+    chosen = _format_of(Path(path))
+    if binary is not None and "binary" not in signature(chosen.write).parameters:
         raise OptionError(f"{Path(path).suffix.lower()} has no option 'binary'")
     if not isinstance(measurement, Measurement):
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
     options = {} if binary is None else {"binary": binary}
-    return write_file(path, lambda file: own.write(measurement, file, **options))
+    return write_file(path, lambda file: chosen.write(measurement, file, **options))
 
 
 def _format_of(path: Path, place: str = "") -> MeasuredFormat:

@@ -39,25 +39,27 @@ def lines_of(model: FullOrderModel) -> Lines:
     topology = model.plan.topology
     node = np.flatnonzero(topology.has_position)
     point = np.cumsum(topology.has_position) - 1
-    found: list[tuple[str, str, Index]] = []
+    placed_lines: list[tuple[str, str, Index]] = []
     for name, placed in topology.copies.items():
         part = model.plan.parts[name]
         flexures = set(model.plan.layout.prototypes[name].flexures)
-        own = [
+        part_lines = [
             (m, "flexure" if m in flexures else "link", part.connectivity[part.first[k] : part.first[k + 1]])
             for k, m in enumerate(part.members)
         ]
-        own += [(b, "body", _star(n, part.carried.get(n, []))) for b, (n, _) in part.bodies.items()]
-        own += [(key, "spring", _star(s.nodes[0], s.nodes[1:])) for key, s in part.springs.items()]
-        own += [
+        part_lines += [(b, "body", _star(n, part.carried.get(n, []))) for b, (n, _) in part.bodies.items()]
+        part_lines += [(key, "spring", _star(s.nodes[0], s.nodes[1:])) for key, s in part.springs.items()]
+        part_lines += [
             (s, "superelement", _star(n[0], [k for k in n[1:] if k < part.n_positioned]))
             for s, (n, _, _) in part.superelements.items()
         ]
         for path, offset in zip(placed.paths, placed.offset, strict=True):
-            found += [(".".join((*path, key)), kind, point[offset + ends]) for key, kind, ends in own if len(ends)]
-    part_of = np.repeat(np.arange(len(found)), [len(ends) for _, _, ends in found])
-    ends = np.concatenate([ends for _, _, ends in found]) if found else np.empty((0, 2), dtype=np.intp)
-    names, kinds = [name for name, _, _ in found], [kind for _, kind, _ in found]
+            placed_lines += [
+                (".".join((*path, key)), kind, point[offset + ends]) for key, kind, ends in part_lines if len(ends)
+            ]
+    part_of = np.repeat(np.arange(len(placed_lines)), [len(ends) for _, _, ends in placed_lines])
+    ends = np.concatenate([ends for _, _, ends in placed_lines]) if placed_lines else np.empty((0, 2), dtype=np.intp)
+    names, kinds = [name for name, _, _ in placed_lines], [kind for _, kind, _ in placed_lines]
     return Lines(model.positions[node], node, ends, part_of, names, kinds)
 
 
@@ -86,8 +88,8 @@ def write_vtu(what: Modes | FullOrderModel, path: str | Path, amplitude: float |
     table = path.with_name(f"{path.stem}_parts.csv")
     with complete_files(path.parent) as scratch:
         blocks = [("line", mesh.lines)] if len(mesh.lines) else [("vertex", np.arange(len(mesh.points))[:, None])]
-        own = meshio.Mesh(mesh.points, blocks, data, cells if len(mesh.lines) else None)
-        meshio.write(scratch / path.name, own, file_format="vtu")
+        written = meshio.Mesh(mesh.points, blocks, data, cells if len(mesh.lines) else None)
+        meshio.write(scratch / path.name, written, file_format="vtu")
         with (scratch / table.name).open("w", newline="", encoding="utf-8") as stream:
             rows = zip(range(len(mesh.names)), mesh.names, kinds.tolist(), mesh.kinds, strict=True)
             csv.writer(stream, lineterminator="\n").writerows([("part", "name", "kind", "kind_name"), *rows])

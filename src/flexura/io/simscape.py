@@ -10,11 +10,11 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.io.arrays import save_mat
 from flexura.io.contents import model_error_notes
 from flexura.linalg import lowest
 from flexura.reduction import LowOrderModel, NestedModel, nested
-from flexura.structure import assemble
 
 STRAIN = 1e-9
 """Strain energy of a rigid motion over the sum of its terms' sizes beyond which it is not round-off."""
@@ -54,17 +54,17 @@ def write_simscape(
     if isinstance(low, NestedModel):
         if frames is not None or keep is not None:
             raise OptionError("a nested model has its frames and amplitudes already")
-        own = low
+        floating = low
     else:
         if low.plan.topology.held.any() or any(
-            len(spring.nodes) == 1 for part in low.plan.parts.values() for spring in part.springs.values()
+            len(spring.nodes) == 1 for floating in low.plan.parts.values() for spring in floating.springs.values()
         ):
             raise OptionError(_HELD)
-        own = nested(low, frames, keep=keep)
-    model, names = own.model, list(own.names)
+        floating = nested(low, frames, keep=keep)
+    model, names = floating.model, list(floating.names)
     K, M = np.asarray(model.K), np.asarray(model.M)
     x = model.positions[model.plan.topology.numbers(names)]
-    K = _verified(own, K, M, x)
+    K = _verified(floating, K, M, x)
     pairs = lowest(K, M, len(K))
     elastic = np.isfinite(pairs.values) & (np.arange(len(pairs.values)) >= 6)
     omega, shapes = np.sqrt(np.maximum(pairs.values[elastic], 0)), pairs.vectors[:, elastic]
@@ -85,28 +85,28 @@ def write_simscape(
     return save_mat(items, path)
 
 
-def _verified(own: NestedModel, K: Array, M: Array, x: Array) -> Array:
+def _verified(part: NestedModel, K: Array, M: Array, x: Array) -> Array:
     """K freed of the round-off by which rigid motions of the frames strain it.
 
     Raises OptionError when they strain it by more, and SolverError when they have not the mass and inertia of the
     full-order model.
     """
-    R, own_R = np.zeros((len(K), 6)), np.zeros((len(K), 6))
-    R[: 6 * len(x)], own_R[: 6 * len(x)] = (rigid_arm(p).reshape(-1, 6) for p in (x, x - x.mean(axis=0)))
-    strained = np.abs(np.einsum("ik,ij,jk->k", own_R, K, own_R))
-    size = np.einsum("ik,ij,jk->k", np.abs(own_R), np.abs(K), np.abs(own_R))
+    R, centred = np.zeros((len(K), 6)), np.zeros((len(K), 6))
+    R[: 6 * len(x)], centred[: 6 * len(x)] = (rigid_arm(p).reshape(-1, 6) for p in (x, x - x.mean(axis=0)))
+    strained = np.abs(np.einsum("ik,ij,jk->k", centred, K, centred))
+    size = np.einsum("ik,ij,jk->k", np.abs(centred), np.abs(K), np.abs(centred))
     if (strained > STRAIN * size).any():
         raise OptionError(_HELD)
-    full = assemble(own.model.plan, own.model.parameters)
+    full = assemble(part.model.plan, part.model.parameters)
     motions = full.rigid_body_motions()
     expected = motions.T @ (full.M @ motions)
-    found = R.T @ M @ R
+    rigid_mass = R.T @ M @ R
     scale = np.sqrt(np.outer(expected.diagonal(), expected.diagonal()))
-    if (np.abs(found - expected) > MASS * scale).any():
+    if (np.abs(rigid_mass - expected) > MASS * scale).any():
         raise SolverError("the rigid mass of the reduced part is not that of the full-order model: name other frames")
     scale = np.ones(len(K))
     scale[: 6 * len(x)] = np.tile([1.0, 1.0, 1.0, *3 * [1 / (np.ptp(x, axis=0).max() or 1.0)]], len(x))
-    Q = np.linalg.qr(own_R / scale[:, None])[0]
+    Q = np.linalg.qr(centred / scale[:, None])[0]
     K = K * scale * scale[:, None]
     K = K - Q @ (Q.T @ K)
     K = (K - (K @ Q) @ Q.T) / scale / scale[:, None]

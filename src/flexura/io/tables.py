@@ -47,7 +47,7 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     times.
     """
     text = read_text(path)
-    said = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
+    remarks = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     _refuse_frequencies(path, lines[0][1] if lines else "")
     if len(lines) < 3:
@@ -63,11 +63,11 @@ def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     if first.lower() in ("time", "t"):
         factor = _seconds(unit, path)
         return _record(
-            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, said.get("setup", "")
+            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, remarks.get("setup", "")
         )
     if first.lower() in ("frequency", "f"):
         hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
-        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, said)
+        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, remarks)
     raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
 
 
@@ -158,7 +158,12 @@ def _record(
 
 
 def _responses(
-    path: Path, headings: list[str], hz: Array, values: Array, descriptions: ChannelDescriptions, said: dict[str, str]
+    path: Path,
+    headings: list[str],
+    hz: Array,
+    values: Array,
+    descriptions: ChannelDescriptions,
+    remarks: dict[str, str],
 ) -> Measurement:
     if np.any(np.diff(hz) <= 0):
         raise OptionError(f"{path}: frequencies do not increase")
@@ -191,12 +196,14 @@ def _responses(
             gamma[at] = parts["coherence"][1]
     channels = ([known[n][0] for n in names] for names in (ins, outs))
     inputs, outputs = (tuple(c) for c in channels)
-    averages = int(said["averages"]) if said.get("averages", "").isdigit() else None
+    averages = int(remarks["averages"]) if remarks.get("averages", "").isdigit() else None
     try:
-        decay = float(said.get("decay", 0.0))
+        decay = float(remarks.get("decay", 0.0))
     except ValueError:
-        raise OptionError(f"{path}: decay is a rate in 1/s, not {said['decay']!r}") from None
-    frf = MeasuredFRF(hz, H, inputs, outputs, gamma, averages, said.get("estimator", ""), decay, said.get("setup", ""))
+        raise OptionError(f"{path}: decay is a rate in 1/s, not {remarks['decay']!r}") from None
+    frf = MeasuredFRF(
+        hz, H, inputs, outputs, gamma, averages, remarks.get("estimator", ""), decay, remarks.get("setup", "")
+    )
     return Measurement(path.stem, frfs=(frf,))
 
 

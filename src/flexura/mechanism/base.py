@@ -9,7 +9,6 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from difflib import get_close_matches
 from itertools import pairwise
 from textwrap import dedent
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn, Self, TypeVar
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn, Self, Type
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationError
 from pydantic_core import PydanticCustomError
 
-from flexura.errors import ModelError, Path, Problem
+from flexura.errors import ModelError, Path, Problem, did_you_mean
 from flexura.expressions import Expression
 from flexura.mechanism.quantity import Length, Number, Scalar
 
@@ -145,8 +144,8 @@ def _of_part(kind: type[Part], error: ValidationError, data: Any) -> list[Proble
     for problem in problems_of(error, data):
         path, hint = problem.path, problem.hint
         if problem.rule == UNKNOWN_KEY and len(path) == 1:
-            close = get_close_matches(str(path[0]), kind.model_fields, n=1)
-            hint = f"did you mean {close[0]}?" if close else f"allowed: {', '.join(kind.model_fields)}"
+            allowed = f"allowed: {', '.join(kind.model_fields)}"
+            hint = did_you_mean(str(path[0]), kind.model_fields, allowed, quoted=False)
         whole = not path and kind.__name__ != "Mechanism"
         found.append(replace(problem, path=(kind.__name__,) if whole else path, hint=hint))
     return found

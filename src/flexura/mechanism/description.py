@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from flexura.errors import OptionError, did_you_mean
 from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
@@ -253,6 +254,19 @@ class Substructure(Part):
     mesh_size: MeshSize | None = None
     """Relative size of the cells of solid members that do not say so themselves; None takes the mechanism's, or 1."""
 
+    def members(self) -> Iterator[tuple[str, str, Link | Flexure]]:
+        """Links and flexures: `links` or `flexures`, the name, and the member."""
+        for kind, members in (("links", self.links), ("flexures", self.flexures)):
+            for key, member in members.items():
+                yield kind, key, member
+
+    def with_members(self, change: Callable[[Link | Flexure], Link | Flexure]) -> Self:
+        """The same substructure with every link and flexure changed, which is known to be valid."""
+        kinds = {"links": self.links, "flexures": self.flexures}
+        return self.replaced(
+            {kind: {key: change(member) for key, member in members.items()} for kind, members in kinds.items()}
+        )
+
 
 class Support(Part):
     """How a node is held: `clamped`, some DOFs `fixed`, or all but some `free`."""
@@ -341,6 +355,13 @@ class Mechanism(Substructure, Displayed):
         columns = {"parameter": list(own), "value": told("value"), "least": told("minimum"), "most": told("maximum")}
         yield Table({**columns, "source": [p.source for p in own.values()]}, "parameters")
 
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that name. Raises OptionError when there is none."""
+        if name not in self.parameters:
+            known = f"parameters: {', '.join(self.parameters) or 'none'}"
+            raise OptionError(f"{name!r} is not a parameter; {did_you_mean(str(name), self.parameters, known)}")
+        return self.parameters[name]
+
     def material(self, name: str) -> Material:
         """The material of that name: an own one, another name for a catalogue one, or one of the catalogue.
 
@@ -352,25 +373,19 @@ class Mechanism(Substructure, Displayed):
 
 def refined(mechanism: Mechanism, times: int) -> Mechanism:
     """The mechanism with every member cut into so many times the elements."""
-    parts = {name: _refined(part, times) for name, part in mechanism.substructures.items()}
-    return _refined(mechanism, times).replaced({"substructures": parts})
 
+    def finer(part: P) -> P:
+        return part.with_members(lambda member: member.replaced({"elements": times * member.elements}))
 
-def _refined(part: P, times: int) -> P:
-    kinds = {"links": part.links, "flexures": part.flexures}
-    return part.replaced(
-        {
-            kind: {key: own.replaced({"elements": times * own.elements}) for key, own in members.items()}
-            for kind, members in kinds.items()
-        }
-    )
+    parts = {name: finer(part) for name, part in mechanism.substructures.items()}
+    return finer(mechanism).replaced({"substructures": parts})
 
 
 def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
     """Links and flexures of fidelity `solid` declared in a substructure, or with no name in the mechanism itself."""
     part = mechanism.substructures[name] if name else mechanism
     default = part.fidelity or mechanism.fidelity
-    return {key: m for key, m in {**part.links, **part.flexures}.items() if (m.fidelity or default) == "solid"}
+    return {key: member for _, key, member in part.members() if (member.fidelity or default) == "solid"}
 
 
 def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
@@ -388,15 +403,12 @@ def has_solid_members(mechanism: Mechanism) -> bool:
 def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Container[str]] | None = None) -> Mechanism:
     """The same mechanism with rigid roots of its members, at all nodes or at those named of each substructure."""
 
-    def changed(part: Substructure) -> dict[str, Any]:
-        chosen = None if nodes is None else nodes(part)
-        return {
-            kind: {key: _rooted(member, chosen) for key, member in getattr(part, kind).items()}
-            for kind in ("links", "flexures")
-        }
+    def rooted(part: P) -> P:
+        rigid = None if nodes is None else nodes(part)
+        return part.with_members(lambda member: _rooted(member, rigid))
 
-    inner = {name: part.replaced(changed(part)) for name, part in mechanism.substructures.items()}
-    return mechanism.replaced({**changed(mechanism), "substructures": inner})
+    parts = {name: rooted(part) for name, part in mechanism.substructures.items()}
+    return rooted(mechanism).replaced({"substructures": parts})
 
 
 def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flexure:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from difflib import get_close_matches
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from types import MappingProxyType, NoneType, UnionType
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.duals import Dual, plain, real
-from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem
+from flexura.errors import ExpressionError, ModelError, OptionError, Path, Problem, did_you_mean
 from flexura.expressions import Dimension, Expression
 from flexura.mechanism.base import AnyPart, Part, key_of
 from flexura.mechanism.description import Mechanism, Parameter
@@ -306,7 +305,8 @@ def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, Arra
     lengths: dict[int, str] = {}
     for name, raw in overrides.items():
         if name not in parameters:
-            raise OptionError(f"{name!r} is not a parameter" + _suggest(name, parameters))
+            known = f"known: {', '.join(parameters)}" if parameters else "the mechanism has no parameters"
+            raise OptionError(f"{name!r} is not a parameter; {did_you_mean(name, parameters, known)}")
         try:
             value: Any = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
@@ -322,13 +322,6 @@ def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, Arra
         listed = ", ".join(f"{name} has {length}" for length, name in lengths.items())
         raise OptionError(f"overrides that are arrays all have one length: {listed}")
     return given
-
-
-def _suggest(name: str, known: Mapping[str, Any]) -> str:
-    close = get_close_matches(name, known, n=1)
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(known)}" if known else "; the mechanism has no parameters"
 
 
 def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Value], names: Iterable[str]) -> None:

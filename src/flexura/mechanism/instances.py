@@ -7,11 +7,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from typing import Any
 
 from flexura.arguments import verb
-from flexura.errors import OptionError, Path
+from flexura.errors import Path
 from flexura.expressions import Expression, Name
 from flexura.mechanism.base import LONGEST_NAME
 from flexura.mechanism.description import Instance, Mechanism, Parameter, Substructure, bindings
@@ -130,20 +129,13 @@ class Specialised:
         return found
 
     def _renamed(self, part: Substructure, names: Mapping[str, str], label: str) -> Substructure:
-        part = renamed(part, names)
-        changed = {
-            kind: {key: self._member(own, names, label) for key, own in getattr(part, kind).items()}
-            for kind in ("links", "flexures")
-        }
-        bodies = {
-            key: body
-            if body.solid is None
-            else body.replaced(
-                {"solid": body.solid.replaced({"material": self._material(body.solid.material, names, label)})}
-            )
-            for key, body in part.bodies.items()
-        }
-        return part.replaced({**changed, "bodies": bodies})
+        part = renamed(part, names).with_members(lambda member: self._member(member, names, label))
+        bodies = dict(part.bodies)
+        for key, body in part.bodies.items():
+            if body.solid is not None:
+                material = self._material(body.solid.material, names, label)
+                bodies[key] = body.replaced({"solid": body.solid.replaced({"material": material})})
+        return part.replaced({"bodies": bodies})
 
     def _member(self, member: Link | Flexure, names: Mapping[str, str], label: str) -> Link | Flexure:
         """A member with its material and its section as they are here."""
@@ -215,7 +207,7 @@ class Specialised:
 
     def _materials_and_sections(self, part: Substructure) -> tuple[object, ...]:
         own = self.mechanism
-        members = (*part.links.values(), *part.flexures.values())
+        members = [member for _, _, member in part.members()]
         solids = [body.solid for body in part.bodies.values() if body.solid is not None]
         materials = [own.materials.get(item.material) for item in (*members, *solids)]
         sections = [own.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
@@ -239,11 +231,7 @@ def with_own_copies(mechanism: Mechanism, names: Iterable[str]) -> tuple[Mechani
     """
     chosen = tuple(dict.fromkeys(names))
     for name in chosen:
-        if name not in mechanism.parameters:
-            close = get_close_matches(name, mechanism.parameters, n=1)
-            known = ", ".join(mechanism.parameters) or "none"
-            hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
-            raise OptionError(f"{name!r} is not a parameter; {hint}")
+        mechanism.parameter(name)
     return _Copied(mechanism, chosen).result()
 
 

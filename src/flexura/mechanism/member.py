@@ -3,11 +3,11 @@ theory, and how their ends are held."""
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import BeforeValidator, Field
 
+from flexura.errors import did_you_mean
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import NonNegativeLength, NonNegativeNumber
 from flexura.mechanism.section import Circle, Leaf, Notch, Profile, Rectangle, Section, SectionConstants, Tube
@@ -28,8 +28,8 @@ def _corrections(raw: Any) -> Any:
         raise refuse(_RULE, "corrections: none leaves beam theory as it is")
     for name in names:
         if name not in CORRECTIONS:
-            close = get_close_matches(name, (*CORRECTIONS, "auto", "none"), n=1)
-            raise refuse(_RULE, f"did you mean {close[0]}?" if close else f"{name!r} is none of them")
+            known = (*CORRECTIONS, "auto", "none")
+            raise refuse(_RULE, did_you_mean(name, known, f"{name!r} is none of them", quoted=False))
     if len(set(names)) < len(names):
         raise refuse("one is named twice: every correction is named once")
     return tuple(names)

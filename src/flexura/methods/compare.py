@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import Listener, OutOfTime, Progress, time_limit
 from flexura.errors import FlexuraError, OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism
 from flexura.methods.chain_equations import reverberation_ray, spectral_element, transfer_matrix
 from flexura.methods.discrete_models import (
@@ -32,7 +33,7 @@ from flexura.modal import in_order
 from flexura.records import Record
 from flexura.reduction import reduce
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, one_design
 from flexura.tables import Facts, Table, percent
 from flexura.thresholds import PROVEN
 

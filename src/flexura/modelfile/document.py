@@ -9,14 +9,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from pathlib import Path as FilePath
 from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
-from flexura.errors import ModelError, OptionError, Path, Problem
+from flexura.errors import ModelError, OptionError, Path, Problem, did_you_mean
 from flexura.files import MISSING, read_bytes
 from flexura.mechanism import CONTROL
 from flexura.sizes import beyond, size_limit
@@ -64,7 +63,7 @@ class Node:
         One key more is kept where a mapping lacks it; positions are dropped where there is no list.
         """
         node, place = self, (self.name, self.line)
-        found: list[str | int] = []
+        kept: list[str | int] = []
         for key in path:
             if isinstance(node.value, dict):
                 if key in node.value:
@@ -72,14 +71,14 @@ class Node:
                 elif isinstance(key, int):
                     continue
                 else:
-                    return (*found, key), place
+                    return (*kept, key), place
             elif isinstance(node.value, list) and isinstance(key, int) and key < len(node.value):
                 node = node.value[key]
                 place = (node.name, node.line)
             else:
                 break
-            found.append(key)
-        return tuple(found), place
+            kept.append(key)
+        return tuple(kept), place
 
     def extended(self, over: Node, path: Path = ()) -> Node:
         """This document with what another says in its place: mappings are joined key by key, null takes a key out.
@@ -116,8 +115,8 @@ def parse(text: str, name: str) -> Node:
 
 def parse_any(text: str, name: str) -> Node:
     """Read one YAML document of any kind. Raises ModelError, with `name` and the line, for anything else."""
-    if found := beyond("model_bytes", len(text)):
-        raise _error(name, 1, *found[1:], value=found[0])
+    if excess := beyond("model_bytes", len(text)):
+        raise _error(name, 1, *excess[1:], value=excess[0])
     try:
         return _Builder(text, name).document()
     except MarkedYAMLError as error:
@@ -237,10 +236,10 @@ class _Builder:
     def merged(self, event: Any, path: Path) -> list[Node]:
         """The mappings that a key `<<` joins in, the first of them first (YAML merge key, 2005)."""
         node = self.node(self.next(), path)
-        found = node.value if isinstance(node.value, list) else [node]
-        if not all(isinstance(each.value, dict) for each in found):
+        mappings = node.value if isinstance(node.value, list) else [node]
+        if not all(isinstance(each.value, dict) for each in mappings):
             raise self.fail(event, path, "<< takes a mapping, or a list of them", "e.g. <<: *leaf")
-        return found
+        return mappings
 
     def alias(self, event: Any, path: Path) -> Node:
         if event.anchor not in self.anchors:
@@ -255,8 +254,8 @@ class _Builder:
 
     def grow(self, event: Any, path: Path, count: int) -> None:
         self.count += count
-        if self.count > self.most and (found := beyond("model_values", self.count)):
-            raise self.fail(event, path[:3], *found[1:])
+        if self.count > self.most and (excess := beyond("model_values", self.count)):
+            raise self.fail(event, path[:3], *excess[1:])
 
 
 def _height(node: Node) -> int:
@@ -306,16 +305,16 @@ def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()
         raise refused("the name of a model file is expected here", "e.g. extends: stage.yaml")
     file = directory / base.value
     try:
-        own, found = file.resolve(), file.is_file()
+        resolved, is_there = file.resolve(), file.is_file()
     except (OSError, ValueError, RuntimeError) as error:  # names that are too long, null bytes, circles of links
         raise refused(f"the file cannot be found: {getattr(error, 'strerror', None) or error}") from None
-    if own in above:
+    if resolved in above:
         raise refused("the files extend each other in a circle")
     if len(above) >= MAX_BASES:
         raise refused(f"at most {MAX_BASES} files extend each other")
-    if not found:
+    if not is_there:
         raise refused("the file does not exist", f"looked in {directory.resolve()}")
-    lower = with_bases(parse(text_of(file), str(file)), file.parent, (*above, own))
+    lower = with_bases(parse(text_of(file), str(file)), file.parent, (*above, resolved))
     if file.parent != directory:
         _carry_paths(lower, FilePath(base.value).parent)
     whole = lower.extended(root)
@@ -326,16 +325,16 @@ def with_bases(root: Node, directory: FilePath, above: tuple[FilePath, ...] = ()
 
 def files_of(file: FilePath) -> tuple[FilePath, ...]:
     """A model file and those that it extends, as far as they can be read."""
-    found: list[FilePath] = []
-    own: FilePath | None = file
-    while own is not None and len(found) <= MAX_BASES:
-        found.append(own)
+    files: list[FilePath] = []
+    extended: FilePath | None = file
+    while extended is not None and len(files) <= MAX_BASES:
+        files.append(extended)
         try:
-            base = parse(text_of(own), str(own)).value.get(KEY)
+            base = parse(text_of(extended), str(extended)).value.get(KEY)
         except ModelError:
             break
-        own = own.parent / base.value if base is not None and isinstance(base.value, str) else None
-    return tuple(found)
+        extended = extended.parent / base.value if base is not None and isinstance(base.value, str) else None
+    return tuple(files)
 
 
 def _carry_paths(node: Node, folder: FilePath) -> None:
@@ -365,8 +364,7 @@ def text_of(file: FilePath) -> str:
         rule, _, hint = str(error).removeprefix(f"{file}: ").partition("\n    hint: ")
         if rule == MISSING:
             nearby = [p.name for p in file.parent.glob("*") if p.is_file()] if file.parent.is_dir() else []
-            close = get_close_matches(file.name, nearby, n=1)
-            hint = f"did you mean {close[0]}?" if close else ""
+            hint = did_you_mean(file.name, nearby, "", quoted=False)
         raise refused(rule, hint) from None
     try:
         return content.decode("utf-8-sig")

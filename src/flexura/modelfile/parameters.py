@@ -6,7 +6,6 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -75,9 +74,9 @@ def _bounds(name: str, entry: dict[str, Any], dimension: Dimension, reader: Quan
         with suppress(ExpressionError):
             if entry.get(key) is None:
                 continue
-            value, found = measure(reader, entry[key])
-            if found not in (None, dimension) and value != 0:
-                expected, other = dimension.unit() or "a pure number", found.unit() or "a pure number"
+            value, measured = measure(reader, entry[key])
+            if measured not in (None, dimension) and value != 0:
+                expected, other = dimension.unit() or "a pure number", measured.unit() or "a pure number"
                 rule = f"a bound has the dimension of its parameter, {expected}; this is in {other}"
                 problems.append(Problem(("parameters", name, key), repr(entry[key]), rule))
                 del entry[key]
@@ -110,29 +109,32 @@ def _of_instances(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]
     for path, holder in holders(data):
         for key, instance in entries(holder, "instances"):
             above: Path = (*path, "instances", key)
-            groups: dict[Path, Any] = {(*above, "copies", copy): own for copy, own in entries(instance, "copies")}
+            groups: dict[Path, Any] = {(*above, "copies", copy): values for copy, values in entries(instance, "copies")}
             inside: Path = (*above, "with")
             groups[inside] = instance.get("with") if isinstance(instance, dict) else None
-            yield from ((place, own) for place, own in groups.items() if isinstance(own, dict))
+            yield from ((place, values) for place, values in groups.items() if isinstance(values, dict))
 
 
 def holders(data: dict[str, Any]) -> list[tuple[Path, Any]]:
     """What has members: the whole and its substructures, with their paths."""
-    return [((), data), *((("substructures", name), own) for name, own in entries(data, "substructures"))]
+    return [
+        ((), data),
+        *((("substructures", name), substructure) for name, substructure in entries(data, "substructures")),
+    ]
 
 
 def entries(holder: Any, key: str) -> list[tuple[str, Any]]:
     """The entries of a mapping below a key, as far as these are mappings."""
-    own = holder.get(key) if isinstance(holder, dict) else None
-    return list(own.items()) if isinstance(own, dict) else []
+    mapping = holder.get(key) if isinstance(holder, dict) else None
+    return list(mapping.items()) if isinstance(mapping, dict) else []
 
 
 def _varied(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
     """What varies in studies."""
     for name, study in entries(data, "studies"):
-        for kind, own in study.items() if isinstance(study, dict) else ():
-            if isinstance(own, dict) and isinstance(own.get("vary"), dict):
-                yield ("studies", name, kind, "vary"), own["vary"]
+        for kind, question in study.items() if isinstance(study, dict) else ():
+            if isinstance(question, dict) and isinstance(question.get("vary"), dict):
+                yield ("studies", name, kind, "vary"), question["vary"]
 
 
 class _Values:
@@ -175,13 +177,13 @@ class _Values:
         if symmetric is not None:
             high = self.deviation(symmetric[1], name)
             return [-high, high]
-        sides = [_SIDE.fullmatch(own.strip()) for own in text.split("/")]
+        sides = [_SIDE.fullmatch(side.strip()) for side in text.split("/")]
         if len(sides) != 2 or sides[0] is None or sides[1] is None:
             raise ExpressionError(
                 "this is no spread, which is ± 0.02 mm, +0.01/-0.03 mm or a mapping", "e.g. {normal: 0.01 mm}"
             )
-        both = sorted((float(sign + number), unit) for sign, number, unit in (own.groups() for own in sides if own))
-        if any(own and not own[1] and float(own[2]) for own in sides):
+        both = sorted((float(sign + number), unit) for sign, number, unit in (side.groups() for side in sides if side))
+        if any(side and not side[1] and float(side[2]) for side in sides):
             raise ExpressionError("a sign is missing: each side of a spread has its sign", "e.g. +0.01/-0.03 mm")
         shared = next((unit for _, unit in both if unit), "")
         return [self.deviation(f"{size!r} {unit or shared}".strip(), name) if size else 0.0 for size, unit in both]
@@ -203,11 +205,7 @@ def parse_override(mechanism: Mechanism, text: str) -> tuple[str, float]:
     name, equals, written = (part.strip() for part in text.partition("="))
     if not equals or not written:
         raise OptionError(f"{text!r} sets no parameter; write NAME=VALUE, e.g. thickness=0.3 mm")
-    if name not in mechanism.parameters:
-        close = get_close_matches(name, mechanism.parameters, n=1)
-        known = ", ".join(mechanism.parameters) or "none"
-        hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
-        raise OptionError(f"{name!r} is not a parameter; {hint}")
+    mechanism.parameter(name)
     dimension = parameter_dimensions(mechanism.parameters)[name]
     example = format_quantity(_example(mechanism, name), dimension) if dimension is not None else "0.3 mm"
     quantity = ANY if dimension is None else Quantity(f"value of {name}", dimension, example)

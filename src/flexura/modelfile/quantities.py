@@ -64,8 +64,8 @@ class QuantityReader:
         if dimension == NUMBER and _is_bare(raw):
             return self.bare(value, quantity)
         if quantity.dimension not in (None, dimension):
-            found = dimension.unit() or "a pure number"
-            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            unit = dimension.unit() or "a pure number"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {unit}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
         return value
 
@@ -143,8 +143,8 @@ class QuantityReader:
         """Check the dimension of an expression without parameters, which is about to become a number."""
         dimension = expression.dimension({})
         if quantity.dimension is not None and dimension not in (None, quantity.dimension):
-            found = dimension.unit() or "a pure number"
-            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {found}"
+            unit = dimension.unit() or "a pure number"
+            rule = f"{quantity.a_kind} is expected here, in {_expected(quantity)}; this is in {unit}"
             raise ExpressionError(rule, f"e.g. {quantity.example}")
 
     def as_literal(self, raw: str, expression: Expression, quantity: Quantity) -> float | None:

@@ -207,27 +207,27 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     root = with_bases(parse(text, name), directory)
     data = root.plain()
     pruned = Pruned(data)
-    found = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    problems = [*_version(data, pruned), *_superelements(data, pruned, directory)]
     parameters = data.get("parameters")
     dimensions, more = prepare_parameters(parameters) if isinstance(parameters, dict) else ({}, [])
     for problem in more:
         if problem.path[2:] == ("unit",):
             pruned.remove_entry(problem.path[:2])
-    found += more
+    problems += more
     for problem in prepare_bound_values(data, dimensions):
         pruned.remove_entry(entry_of_place(problem.path))
-        found.append(problem)
+        problems.append(problem)
     mechanism, more = _validated(data, pruned, QuantityReader(dimensions))
-    found += more
+    problems += more
     if mechanism is not None:
         missing = _All() if pruned.whole_kinds else pruned.names
         whole = problems_of_whole(mechanism, ignore_missing=missing, partial=pruned.anything)
         for problem in whole:
             path = pruned.original(problem.path)
             if pruned.is_news(path):
-                found.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
-    if found or mechanism is None:
-        raise ModelError(_located(found, root, name))
+                problems.append(replace(problem, path=path, value=_as_written(problem, path, mechanism, root)))
+    if problems or mechanism is None:
+        raise ModelError(_located(problems, root, name))
     return mechanism
 
 
@@ -258,33 +258,33 @@ def _version(data: dict[str, Any], pruned: Pruned) -> Iterator[Problem]:
 
 
 def _superelements(data: dict[str, Any], pruned: Pruned, directory: FilePath) -> list[Problem]:
-    found = []
+    problems = []
     for path, holder in holders(data):
         for name, entry in entries(holder, "superelements"):
             problem = prepare_superelement(entry, directory) if isinstance(entry, dict) else None
             if problem is not None:
                 here = (*path, "superelements", name)
-                found.append(replace(problem, path=(*here, *problem.path)))
+                problems.append(replace(problem, path=(*here, *problem.path)))
                 pruned.remove_entry(here)
-    return found
+    return problems
 
 
 def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> tuple[Mechanism | None, list[Problem]]:
     """Validate the parts, removing and reporting what they refuse; None when nothing is left."""
-    found: list[Problem] = []
+    refused: list[Problem] = []
     for _ in range(MAX_ROUNDS):
         try:
-            return validated(Mechanism, data, {CONTEXT_KEY: reader}), found
+            return validated(Mechanism, data, {CONTEXT_KEY: reader}), refused
         except ValidationError as error:
             problems = problems_of(error, data)
         for problem in problems:
             unknown = problem.rule == UNKNOWN_KEY
             hint = unknown_key_hint(problem.path, data) if unknown else problem.hint
-            found.append(replace(problem, path=pruned.original(problem.path), hint=hint))
+            refused.append(replace(problem, path=pruned.original(problem.path), hint=hint))
         pruned.remove_all([(p.path, p.rule == UNKNOWN_KEY) for p in problems])
         if pruned.everything:
             break
-    return None, found
+    return None, refused
 
 
 class _All(Collection[str]):

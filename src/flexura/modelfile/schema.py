@@ -46,8 +46,8 @@ def schema() -> dict[str, Any]:
     for key in ("rotate", "pattern"):
         _also(parts["Instance"]["properties"], key, parts["Instance"]["properties"][key]["items"])
     _also(result["properties"], "gravity", _AXIS)
-    for key, own in parts["Moved"]["properties"].items():
-        _also(parts["Moved"]["properties"], key, next(a for a in own["anyOf"] if a.get("type") == "array")["items"])
+    for key, axis in parts["Moved"]["properties"].items():
+        _also(parts["Moved"]["properties"], key, next(a for a in axis["anyOf"] if a.get("type") == "array")["items"])
     superelement = parts["Superelement"]["properties"]
     superelement["units"] = {
         "type": "object",
@@ -74,9 +74,9 @@ def schema() -> dict[str, Any]:
 def _short_studies(parts: dict[str, Any]) -> None:
     """Let one question stand for a list of them, and text for a spread."""
     for part in ("SweepStudy", "OptimumStudy", "ToleranceStudy"):
-        own = parts[part]["properties"]
-        for key in own.keys() & {"ask", "require", "subject_to"}:
-            _also(own, key, own[key]["items"])
+        properties = parts[part]["properties"]
+        for key in properties.keys() & {"ask", "require", "subject_to"}:
+            _also(properties, key, properties[key]["items"])
     spreads = parts["ToleranceStudy"]["properties"]["vary"]
     spreads["additionalProperties"] = {"anyOf": [{"type": "string"}, spreads["additionalProperties"]]}
     _also(parts["Spread"]["properties"], "uniform", _SHORTHAND)

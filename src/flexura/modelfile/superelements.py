@@ -70,7 +70,7 @@ def read_entries(content: bytes, header: MatrixHeader) -> Array:
     table = _numbers(content, header.begin, width)
     if len(table) != header.entries:
         raise ValueError(f"its header says {header.entries} entries, there are {len(table)}: is the file complete?")
-    found = np.zeros((header.rows, header.columns))
+    matrix = np.zeros((header.rows, header.columns))
     if header.is_coordinate:
         place = table[:, :2]
         if not ((place >= 1) & (place <= (header.rows, header.columns)) & (place == np.round(place))).all():
@@ -80,15 +80,15 @@ def read_entries(content: bytes, header: MatrixHeader) -> Array:
                        row * header.columns + column)  # fmt: skip
         if (np.diff(seen) == 0).any():
             raise ValueError("an entry is given twice")
-        found[row, column] = table[:, 2]
+        matrix[row, column] = table[:, 2]
         if header.is_symmetric:
-            found[column, row] = table[:, 2]
+            matrix[column, row] = table[:, 2]
     elif header.is_symmetric:  # the lower triangle, column by column
         column, row = np.triu_indices(header.rows)
-        found[row, column] = found[column, row] = table[:, 0]
+        matrix[row, column] = matrix[column, row] = table[:, 0]
     else:
-        found[:] = table[:, 0].reshape(header.columns, header.rows).T
-    return found
+        matrix[:] = table[:, 0].reshape(header.columns, header.rows).T
+    return matrix
 
 
 def _numbers(content: bytes, begin: int, width: int) -> Array:
@@ -224,8 +224,8 @@ def _from_file(raw: dict[str, Any], path: Path, directory: FilePath, order: int 
     try:
         return _read(read_bytes(directory / name), order)
     except _RefusedError as refused:
-        own = refused.problem
-        raise _RefusedError((*path, "file"), own.value or repr(name), own.rule, own.hint) from None
+        problem = refused.problem
+        raise _RefusedError((*path, "file"), problem.value or repr(name), problem.rule, problem.hint) from None
     except OptionError as error:
         rule, _, more = str(error).removeprefix(f"{directory / name}: ").partition("\n    hint: ")
         more = f"looked in {directory}" if rule == MISSING else more
@@ -244,8 +244,8 @@ def _read(content: bytes, order: int | None) -> NDArray[np.float64]:
     if order is not None and rows != order:
         rule = f"the matrices of this part are {order} x {order}: six DOFs for each node, and its amplitudes"
         raise _RefusedError((), f"{rows} x {columns}", rule)
-    if found := beyond("dense_entries", rows * columns):
-        raise _RefusedError((), *found)
+    if excess := beyond("dense_entries", rows * columns):
+        raise _RefusedError((), *excess)
     if (5 if header.is_coordinate else 1) * header.entries > len(content):
         raise ValueError(f"its header says {header.entries} entries, and its {len(content)} bytes cannot hold them")
     return read_entries(content, header)

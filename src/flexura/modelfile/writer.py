@@ -293,9 +293,11 @@ def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
     """Keys of a part in the order of its fields, without those at their defaults; those that were given, as the zero
     force of a load, where all are."""
     fields = type(part).model_fields
-    told = [n for n, own in fields.items() if n in _KINDS or own.is_required() or getattr(part, n) != own.default]
+    given = [
+        n for n, field in fields.items() if n in _KINDS or field.is_required() or getattr(part, n) != field.default
+    ]
     result: dict[str, Any] = {}
-    for name in told or [name for name in fields if name in part.model_fields_set]:
+    for name in given or [name for name in fields if name in part.model_fields_set]:
         key = key_of(type(part), name)
         result[key] = _data(getattr(part, name), (*path, key), written)
     return result
@@ -385,9 +387,9 @@ class Changed(NamedTuple):
 
 def refuse_base(target: FilePath, base: FilePath) -> None:
     """Raise OptionError where `target` is the model file `base`, or one that this extends: nothing would be left."""
-    for own in files_of(base):
+    for file in files_of(base):
         with suppress(OSError):
-            if target.samefile(own):
+            if target.samefile(file):
                 raise OptionError(f"{target} is the model file that is read, or one that it extends: give another name")
 
 
@@ -400,10 +402,10 @@ def variant_text(
     dimensions = parameter_dimensions(mechanism.parameters)
     above = FilePath(os.path.relpath(base.resolve(), target.resolve().parent)).as_posix()
     lines = [f"flexura: {VERSION}", f"extends: {_quoted(above)}", f"name: {_quoted(name)}", "", "parameters:"]
-    for key, own in changed.items():
-        number = format_quantity(own.value, dimensions[key] or NUMBER)
-        comment = f"  # {own.comment}" if own.comment else ""
-        lines.append(f"  {key}: {{value: {number}, source: {_quoted(own.source)}}}{comment}")
+    for key, change in changed.items():
+        number = format_quantity(change.value, dimensions[key] or NUMBER)
+        comment = f"  # {change.comment}" if change.comment else ""
+        lines.append(f"  {key}: {{value: {number}, source: {_quoted(change.source)}}}{comment}")
     return "\n".join(lines) + "\n"
 
 

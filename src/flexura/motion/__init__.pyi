@@ -25,9 +25,9 @@ from flexura.motion.pose import buckling_factor as buckling_factor
 from flexura.motion.pose import end_force_changes as end_force_changes
 from flexura.motion.pose import end_forces as end_forces
 from flexura.motion.posed import PosedDesign as PosedDesign
+from flexura.motion.posed import at_pose as at_pose
 from flexura.motion.posed import commanded as commanded
 from flexura.motion.posed import pose_of as pose_of
-from flexura.motion.posed import posed as posed
 from flexura.motion.posed import reached as reached
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.slopes import Repeated as Repeated

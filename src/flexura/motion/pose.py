@@ -31,6 +31,7 @@ from flexura.motion.layout import MIRRORED
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import rotation_vector
 from flexura.motion.superelements import Superelements
+from flexura.records import Record
 
 SHIFTS = 60
 """Doublings of the shift below the lowest eigenvalue of a state that is unstable."""
@@ -75,7 +76,7 @@ class Holding(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Pose:
+class Pose(Record):
     """A state of equilibrium, with everything that is linear about it.
 
     Displacements are those of frames, m and rotation vectors, rad, global axes, from the state.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
 from flexura.motion.path import Path, Point, Stopped
 from flexura.motion.pose import Ends, Pose, end_force_changes, end_forces, with_members
-from flexura.records import Latest
+from flexura.records import Latest, Record
 from flexura.structure import Design, InputPort, OfDesign, Ports, Scatter
 
 
@@ -46,9 +46,11 @@ def commanded(model: MovingModel, port: InputPort) -> Lever:
     return Lever(name, port.nodes[0], np.append(none, d) if port.channel.quantity == "moment" else np.append(d, none))
 
 
-@dataclass(frozen=True)
-class PosedDesign:
+@dataclass(frozen=True, repr=False)
+class PosedDesign(Record):
     """A design where it has moved, the actuators free under the dead forces that hold it there."""
+
+    _shown = ("words",)
 
     pose: Pose
     words: str
@@ -67,6 +69,11 @@ class PosedDesign:
     def K(self) -> sp.csc_matrix:
         """Tangent stiffness (n, n), N/m, N, N m, symmetric."""
         return sp.csc_matrix(self.pose.K)
+
+    @cached_property
+    def is_stable(self) -> bool:
+        """Whether it stays there with actuators free under the forces that hold it."""
+        return is_definite(self.pose.K)
 
     @cached_property
     def M(self) -> sp.csc_matrix:
@@ -159,16 +166,18 @@ class PosedDesign:
                 yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames), u) / 2
 
 
-def posed(design: Design) -> PosedDesign:
-    """A design at the pose that its description names, as `reached`.
+def at_pose(design: Design) -> Design:
+    """One design at the pose that its description names; as it is where none is, or where it is at one already.
 
-    Raises SolverError also where the pose is unstable with actuators free under the forces that hold it.
+    Raises as `reached`, and SolverError where the pose is unstable with actuators free under the forces that hold it.
     """
-    design_there = reached(design)
-    if not is_definite(design_there.pose.K):
-        place = design_there.words.removeprefix("about the pose ").partition(", actuators free")[0]
+    if design.pose is not None or not design.plan.is_posed:
+        return design
+    there = reached(design)
+    if not there.is_stable:
+        place = there.words.removeprefix("about the pose ").partition(", actuators free")[0]
         raise SolverError(f"at {place} the mechanism is unstable: nothing stays linear about that pose for long")
-    return design_there
+    return replace(design, pose=there)
 
 
 def reached(design: Design) -> PosedDesign:

@@ -16,6 +16,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener, Progress
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism
 from flexura.reduction.assembly import (
     ImpossibleDesignError,
@@ -32,7 +33,7 @@ from flexura.reduction.certificates import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainKind, chain_assembler
 from flexura.reduction.chained_model import chained
 from flexura.results import Tabular
-from flexura.structure import Design, Plan, assemble, plan_of
+from flexura.structure import Design, Plan
 from flexura.tables import Facts, Table, counted, percent
 
 LARGEST_STACKED = 160

@@ -19,8 +19,10 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import checkpoint, stage
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import design_of, plan_of
 from flexura.linalg import Eigenpairs, bracket, lowest, lowest_modes
 from flexura.mechanism import Mechanism, origin_of
+from flexura.motion import at_pose
 from flexura.reduction.assembly import LowOrderAssembler, low_order
 from flexura.reduction.certificates import (
     HERTZ,
@@ -44,7 +46,7 @@ from flexura.reduction.model import (
 )
 from flexura.reduction.parts import free_interface
 from flexura.sizes import within
-from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model, plan_of
+from flexura.structure import FullOrderModel, Plan, full_order_model
 from flexura.tables import counted, in_hz
 from flexura.thresholds import PROVEN
 
@@ -121,12 +123,12 @@ def reduce(
         raise OptionError(f"reduction is one of {', '.join(get_args(Reduction))}, not {reduction!r}")
     if coordinates not in get_args(Coordinates):
         raise OptionError(f"coordinates are modal, physical or substructures, not {coordinates!r}")
-    design = checked_design(model if isinstance(model, FullOrderModel) else plan, parameters)
+    design = design_of(model if isinstance(model, FullOrderModel) else plan, parameters)
     exact_at = static_nodes(assembler, static_at)
     if tolerance is not None:
         goal = Goal(tolerance, up_to, n, best_effort)
         stage("assembling the full order")
-        full = model if isinstance(model, FullOrderModel) else full_order_model(design)
+        full = model if isinstance(model, FullOrderModel) else full_order_model(at_pose(design))
         return reduce_to_tolerance(assembler, chained(full), exact_at, goal, coordinates)
     if reduction == "rubin":
         plan.refuse_pose("free interfaces")
@@ -137,7 +139,7 @@ def reduce(
             for name, reducer in assembler.reducers.items()
         }
         return assembled(assembler, design, parts, exact_at)
-    substructure = substructures(assembler, design)
+    substructure = substructures(assembler, at_pose(design))
     wanted = substructure.counts(counts)
     kept = {
         name: modes.whole(max(wanted[name], modes.count_below(keep_below)))

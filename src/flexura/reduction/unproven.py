@@ -17,6 +17,7 @@ from scipy.linalg import lapack
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import plan_of
 from flexura.linalg import lowest_pairs, lowest_values, scaled, unit_scale
 from flexura.mechanism import Mechanism
 from flexura.reduction.assembly import (
@@ -34,7 +35,7 @@ from flexura.reduction.batch_bounds import arrow_values
 from flexura.reduction.certificates import HERTZ
 from flexura.reduction.chain_assembler import ChainAssembler, chain_assembler
 from flexura.reduction.chained_model import WELL
-from flexura.structure import Design, Plan, plan_of
+from flexura.structure import Design, Plan
 
 MODES_SEARCHED = 1e-6
 """Relative error of an eigenvalue at which the search for modes ends."""

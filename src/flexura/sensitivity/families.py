@@ -20,6 +20,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, slope_of, zeros
 from flexura.errors import OptionError
+from flexura.full_order import unloaded
 from flexura.linalg import factorise, inverse_roots, scaled
 from flexura.modal import close_groups
 from flexura.reduction import LowOrderModel, reduce
@@ -34,7 +35,6 @@ from flexura.structure import (
     full_order,
     full_order_model,
     geometric_forces,
-    unloaded,
 )
 from flexura.thresholds import REPEATED_EIGENVALUES
 

@@ -17,13 +17,14 @@ from flexura.arrays import Array, Complex
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.expressions import Expression
+from flexura.full_order import plan_of
 from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism import DOF_NAMES, HELD, Mechanism
 from flexura.reduction import stored_flexibility
 from flexura.results import Result, Tabular
 from flexura.sensitivity.eigenpairs import Bends, Cluster, branches, moved_clusters, whole_clusters
 from flexura.sensitivity.families import Change, Family, FullOrderFamily, LowOrderFamily, Matrices, ModelOrder, Rows
-from flexura.structure import Design, FullOrderModel, Plan, one_design, plan_of
+from flexura.structure import Design, FullOrderModel, Plan, one_design
 from flexura.tables import Facts, Table, ends, in_hz, percent
 
 FULL = "how they turn is known at order full alone"

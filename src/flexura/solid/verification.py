@@ -18,25 +18,16 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener, told
 from flexura.errors import FlexuraError, OptionError
+from flexura.fem import MOST_MODES, SIZES, SolidMesh, as_beams, elastic_matrices, with_rigid_faces, with_solid_parts
+from flexura.full_order import assemble
 from flexura.mechanism import Mechanism, has_solid_members
 from flexura.methods import Solution, counterparts, dynamic_stiffness, low_order_solution
 from flexura.reduction import full_order_modes, reduce
 from flexura.results import Tabular
-from flexura.solid.fem import (
-    MOST_MODES,
-    SURE,
-    SolidModes,
-    as_beams,
-    beam_mass,
-    elastic_matrices,
-    solid_modes,
-    with_rigid_faces,
-    with_solid_parts,
-)
 from flexura.solid.interchange import calculix_matrices, need_program
-from flexura.solid.mesh import SIZES, SolidMesh
+from flexura.solid.modes import SURE, SolidModes, beam_mass, solid_modes
 from flexura.solid.whole import WholeVerification, verify_whole
-from flexura.structure import FullOrderModel, assemble, one_design
+from flexura.structure import FullOrderModel, one_design
 from flexura.tables import Facts, Table, in_hz, percent, quantity
 
 Solve = Callable[[FullOrderModel, int], Solution]

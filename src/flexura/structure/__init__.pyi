@@ -22,8 +22,6 @@ from flexura.structure.elements import TAPERED_PIECES as TAPERED_PIECES
 from flexura.structure.elements import Cut as Cut
 from flexura.structure.elements import Elements as Elements
 from flexura.structure.elements import ElementSlice as ElementSlice
-from flexura.structure.full_order import assemble as assemble
-from flexura.structure.full_order import at_rest as at_rest
 from flexura.structure.full_order import checked_design as checked_design
 from flexura.structure.full_order import described_prestress as described_prestress
 from flexura.structure.full_order import dissipation as dissipation
@@ -31,7 +29,6 @@ from flexura.structure.full_order import full_order_model as full_order_model
 from flexura.structure.full_order import kinks as kinks
 from flexura.structure.full_order import stiffness_and_mass as stiffness_and_mass
 from flexura.structure.full_order import tables_left as tables_left
-from flexura.structure.full_order import unloaded as unloaded
 from flexura.structure.model import Drive as Drive
 from flexura.structure.model import FullOrderModel as FullOrderModel
 from flexura.structure.model import Pushes as Pushes
@@ -45,7 +42,6 @@ from flexura.structure.part import PartGeometry as PartGeometry
 from flexura.structure.part import PartMatrices as PartMatrices
 from flexura.structure.plan import Plan as Plan
 from flexura.structure.plan import one_design as one_design
-from flexura.structure.plan import plan_of as plan_of
 from flexura.structure.ports import DERIVATIVE as DERIVATIVE
 from flexura.structure.ports import InputPort as InputPort
 from flexura.structure.ports import OutputPort as OutputPort

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain, zeros
-from flexura.records import Latest, Record
-from flexura.registry import registered
+from flexura.records import Record
 from flexura.structure.elements import Elements, ElementSlice
 from flexura.structure.part import DiscreteElement, PartMatrices
 from flexura.structure.plan import Plan
@@ -87,7 +86,8 @@ class Posed(Protocol):
 class Design(Record):
     """One design of a plan, or a stack of them along a leading axis.
 
-    `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything is at rest.
+    `parameters` are those that were replaced, `values` (..., s) the values, `geometry` where everything is at rest, and
+    `pose` where one design has moved to (`flexura.motion.at_pose`).
     Matrices have the leading axis of `values`; whatever does not vary along it may lack it. Parameters may be numbers
     with slopes (`Dual`), as in `with_slopes`; all that follows from them then has slopes too.
     """
@@ -98,6 +98,7 @@ class Design(Record):
     parameters: Mapping[str, ArrayLike]
     values: Array = field(compare=False)
     geometry: Geometry = field(compare=False)
+    pose: Posed | None = field(default=None, compare=False)
 
     @staticmethod
     def of(plan: Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Design:
@@ -134,7 +135,8 @@ class Design(Record):
         if not isinstance(self.values, Dual):
             return self
         parameters = {name: plain(value) for name, value in self.parameters.items()}
-        return Design(self.plan, parameters, plain(self.values), self.geometry.still(self.plan.parts))
+        geometry = self.geometry.still(self.plan.parts)
+        return replace(self, parameters=parameters, values=plain(self.values), geometry=geometry)
 
     def stacked(self) -> Design:
         """A stack of this one design."""
@@ -147,15 +149,9 @@ class Design(Record):
 
     @property
     def posed(self) -> Posed | None:
-        """The pose that is described, None at rest; one design. The last one is kept with the plan.
-
-        Large motion belongs to a room above this one and is registered at the top. Raises SolverError where no
-        equilibrium leads there, and OptionError for what cannot turn.
-        """
-        if not self.plan.is_posed:
-            return None
-        latest: Latest[Posed] = self.plan.prepared.once("pose", Latest)
-        return latest.get(self.values.tobytes(), lambda: registered("posed")(self))
+        """The pose about which the design is linear, None at rest. A pose that is described has to be given."""
+        assert self.pose is not None or not self.plan.is_posed, "the described pose is not given"
+        return self.pose
 
     @property
     def positions(self) -> Array:

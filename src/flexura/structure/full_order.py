@@ -1,4 +1,4 @@
-"""From a mechanism to its full-order model: every node of every placed part (the RPR paper, eqs. 19-20).
+"""The full-order model of a design: every node of every placed part (the RPR paper, eqs. 19-20).
 
 What double precision cannot hold is refused by name before any solver meets it; what has no slopes is named.
 """
@@ -6,52 +6,21 @@ What double precision cannot hold is refused by name before any solver meets it;
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from flexura.arguments import verb
 from flexura.duals import Dual, slope_of
-from flexura.errors import ModelError, OptionError, Path, Problem
-from flexura.mechanism import TOP, Mechanism, origin_of, refined
+from flexura.errors import ModelError, Path, Problem
+from flexura.mechanism import TOP, origin_of
 from flexura.records import Latest
 from flexura.structure.assembly import full_order
 from flexura.structure.design import Design
 from flexura.structure.model import FullOrderModel, Prestress, prestress, refuse_buckled
 from flexura.structure.part import PartMatrices
-from flexura.structure.plan import Plan, one_design, plan_of
-
-
-@verb
-def assemble(
-    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
-) -> FullOrderModel:
-    """Assemble the full-order model, for the default parameters or with some of them replaced, SI.
-
-    A model that is assembled already is returned as it is, and takes no parameters.
-
-    Raises ModelError for a description that cannot be used, OptionError for unknown parameters and what cannot be
-    loaded, and SolverError when its loads and gravity buckle it.
-    """
-    design = checked_design(model, parameters)
-    return model if isinstance(model, FullOrderModel) else full_order_model(design)
-
-
-def at_rest(
-    model: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None, refine: int = 1
-) -> FullOrderModel:
-    """The full-order model as `assemble` makes it, without the pose that may be described, members cut into `refine`
-    times their elements. Raises as `assemble`."""
-    design = checked_design(model, parameters)
-    plan = design.plan.at_rest()
-    if refine > 1:
-        plan = Plan(refined(plan.mechanism, refine))
-    if plan is design.plan:
-        return assemble(model, parameters)
-    return full_order_model(Design.of(plan, design.parameters))
+from flexura.structure.plan import Plan, one_design
 
 
 def full_order_model(design: Design) -> FullOrderModel:
@@ -95,30 +64,13 @@ def described_prestress(design: Design) -> Prestress:
     return latest.get(values.tobytes(), found)
 
 
-def unloaded(
-    mechanism: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None = None
-) -> FullOrderModel:
-    """The full-order model as `assemble` makes it, with the elastic stiffness alone whatever loads are described.
+def checked_design(plan: Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Design:
+    """One design that can be assembled, not yet at the pose that may be described.
 
-    Raises OptionError where a pose is described, and for parameters beside a model that is assembled already.
+    Raises ModelError for what its parameters break and for what double precision cannot hold, and OptionError for
+    unknown ones and arrays.
     """
-    design = checked_design(mechanism, parameters)
-    design.plan.refuse_pose("what linear loads do to stiffness")
-    if not isinstance(mechanism, FullOrderModel):
-        return FullOrderModel(design, *full_order(design.plan).elastic(design))
-    return replace(mechanism, K=full_order(design.plan).elastic(design)[0]) if design.plan.is_loaded else mechanism
-
-
-def checked_design(mechanism: Mechanism | Plan | FullOrderModel, parameters: Mapping[str, ArrayLike] | None) -> Design:
-    """The one design of a mechanism, or of a model, that is to be assembled.
-
-    Raises ModelError and OptionError as `assemble` does, and OptionError for parameters beside an assembled model.
-    """
-    if isinstance(mechanism, FullOrderModel):
-        if parameters:
-            raise OptionError("parameters belong to a mechanism, not to an assembled model")
-        return mechanism.design
-    plan, single = plan_of(mechanism, parameters), one_design(parameters)
+    single = one_design(parameters)
     plan.verify(single)
     design = Design.of(plan, single)
     refuse_unrepresentable(design)

@@ -25,7 +25,6 @@ from flexura.mechanism import (
     ParameterTable,
     Reflect,
     Turn,
-    has_solid_members,
     origin_of,
     problems,
     reflect,
@@ -33,7 +32,6 @@ from flexura.mechanism import (
     turn,
 )
 from flexura.records import Kept, Latest, Record
-from flexura.registry import registered
 from flexura.results import Displayed
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry, settle_ends
@@ -81,26 +79,6 @@ def _step(kind: type, numbers: list[Array]) -> Affine:
     if kind is Turn:
         return turn(numbers[0], numbers[1][..., 0], numbers[2])
     return reflect(*numbers) if kind is Reflect else Affine(IDENTITY.Q, numbers[0])
-
-
-def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
-    """The plan of a mechanism; a plan is returned as it is.
-
-    Solid members are reduced to superelements at `parameters`, those of them that are single numbers, by the verb
-    `with_solid_parts`. It belongs to a room above this one and is registered at the top. Raises ModelError for a
-    description that cannot be used and OptionError for anything else.
-    """
-    if isinstance(mechanism, Plan):
-        return mechanism
-    if not isinstance(mechanism, Mechanism):
-        raise OptionError(
-            f"a Mechanism or a Plan is expected, not a {type(mechanism).__name__}; flexura.load reads a file"
-        )
-    if has_solid_members(mechanism):
-        single = {name: value for name, value in (parameters or {}).items() if np.ndim(value) == 0}
-        reduced: Mechanism = registered("with_solid_parts")(mechanism, single)
-        return Plan(reduced)
-    return Plan(mechanism)
 
 
 def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:

@@ -12,9 +12,10 @@ from flexura.analysis import interval_text
 from flexura.arguments import verb
 from flexura.arrays import Array, Bools
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
 from flexura.results import Tabular
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.questions import Formula, Margins, Questions, formula
 from flexura.tables import Facts, Table, percent, quantity
 

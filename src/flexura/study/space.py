@@ -10,7 +10,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from hashlib import sha256
 from typing import Any, Literal, Protocol, get_args
 
@@ -276,14 +275,10 @@ def with_units(parts: Sequence[str]) -> list[str]:
 
 
 def _parameter(mechanism: Mechanism, name: str) -> Parameter:
-    if name not in mechanism.parameters:
-        close = get_close_matches(str(name), mechanism.parameters, n=1)
-        known = ", ".join(mechanism.parameters) or "none"
-        hint = f"did you mean {close[0]!r}?" if close else f"parameters: {known}"
-        raise OptionError(f"{name!r} is not a parameter; {hint}")
-    if mechanism.parameters[name].is_held:
+    found = mechanism.parameter(name)
+    if found.is_held:
         raise OptionError(f"{name} is {HELD}")
-    return mechanism.parameters[name]
+    return found
 
 
 def _checked_unit(mechanism: Mechanism, variable: Variable, fixed: Iterable[str]) -> str:

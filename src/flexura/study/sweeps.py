@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from flexura.arguments import verb
 from flexura.deadline import Listener
-from flexura.errors import OptionError
+from flexura.errors import OptionError, did_you_mean
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, SweepStudy, parameter_values
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, questions
 from flexura.study.space import Sampling, Space, Variable, Varied, variables
@@ -74,8 +74,7 @@ def described_sweep(mechanism: Mechanism, name: str, parameters: Mapping[str, fl
     """
     known = mechanism.studies
     if name not in known:
-        close = get_close_matches(str(name), known, n=1)
-        hint = f"did you mean {close[0]!r}?" if close else f"studies: {', '.join(known) or 'none'}"
+        hint = did_you_mean(str(name), known, f"studies: {', '.join(known) or 'none'}")
         raise OptionError(f"{name!r} is not a study of the description; {hint}")
     study = known[name].own
     if not isinstance(study, SweepStudy):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import (
     LowOrderModel,
@@ -31,11 +32,9 @@ from flexura.structure import (
     OutputPort,
     Plan,
     Ports,
-    assemble,
     default_dofs,
     dissipation,
     one_design,
-    plan_of,
 )
 from flexura.systems.modal import ModalSystem, modal_system
 from flexura.systems.second_order import Model, SecondOrder, damping_law, full_order_of

@@ -26,10 +26,11 @@ from flexura.analysis.strain import PartMesh, part_meshes
 from flexura.arguments import verb
 from flexura.deadline import stage
 from flexura.errors import Diagnostic
+from flexura.full_order import assemble, plan_of
 from flexura.mechanism import CORRECTIONS, DOF_NAMES, Mechanism
 from flexura.reduction import low_order
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Plan, Ports, assemble, full_order, plan_of, solids_of
+from flexura.structure import FullOrderModel, Plan, Ports, full_order, solids_of
 from flexura.systems import damping_law
 from flexura.tables import Facts, Table, counted, in_hz, number, quantity
 

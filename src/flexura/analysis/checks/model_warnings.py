@@ -19,10 +19,11 @@ from flexura.analysis.model_error import (
 from flexura.analysis.strain import frequency_errors, mesh_warning, part_meshes
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs, bracket, leading, lowest
 from flexura.mechanism import TOP, Link, Mechanism, origin_of
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
-from flexura.structure import Bars, FullOrderModel, assemble
+from flexura.structure import Bars, FullOrderModel
 from flexura.tables import in_hz, quantity
 from flexura.thresholds import SAME_PLACE
 

@@ -85,7 +85,7 @@ STRENGTH = (3e-5, 0.08)
 def material_warnings(layout: Layout, values: Mapping[str, Any]) -> list[Diagnostic]:
     """Warnings about the materials of a mechanism, its own and those in use, at parameter values in SI."""
     parts = layout.prototypes.values()
-    used = [member.material for part in parts for member in (*part.links.values(), *part.flexures.values())]
+    used = [member.material for part in parts for _, _, member in part.members()]
     used += [body.solid.material for part in parts for body in part.bodies.values() if body.solid is not None]
     return [
         Diagnostic.about("material", text, f"materials.{name}")

@@ -16,11 +16,12 @@ from flexura.analysis.strain import finite_numbers
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import unloaded
 from flexura.linalg import critical_factors, critical_shapes, is_definite
 from flexura.mechanism import Mechanism
 from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
-from flexura.structure import Drive, FullOrderModel, InputPort, Plan, Ports, Pushes, prestress, solve_definite, unloaded
+from flexura.structure import Drive, FullOrderModel, InputPort, Plan, Ports, Pushes, prestress, solve_definite
 from flexura.tables import Facts, Table, number
 
 MOST_MEMBERS = 6

@@ -20,6 +20,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.beam import RATIOS, THINNEST, WIDTHS, rigid_arm
+from flexura.full_order import assemble
 from flexura.mechanism import (
     Circle,
     CircularContour,
@@ -42,7 +43,6 @@ from flexura.mechanism import (
     TwoAxisNotch,
     VShapedContour,
 )
-from flexura.structure import assemble
 
 ERRORS = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
 """Stiffnesses that are measured: those of bending about local y and z by moments and between parallel ends."""

@@ -18,6 +18,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import stage
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import assemble, plan_of
 from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism import Mechanism
 from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
@@ -41,7 +42,7 @@ from flexura.reduction import (
     state_of,
 )
 from flexura.results import Tabular, plain
-from flexura.structure import FullOrderModel, Plan, assemble, full_order_model, one_design, plan_of
+from flexura.structure import FullOrderModel, Plan, full_order_model, one_design
 from flexura.tables import Facts, Table, in_hz, quantity
 from flexura.thresholds import PROVEN
 

@@ -17,9 +17,11 @@ from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshe
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble, plan_of
 from flexura.linalg import count_below, inverse_roots, scaled
 from flexura.mechanism import Damping, Mechanism
 from flexura.methods import ExactResponse
+from flexura.motion import at_pose
 from flexura.reduction import LowOrderModel, Reduction, lost_work, reduce, state_of
 from flexura.results import Tabular
 from flexura.structure import (
@@ -27,9 +29,7 @@ from flexura.structure import (
     Design,
     FullOrderModel,
     Plan,
-    assemble,
     one_design,
-    plan_of,
     response_columns,
     stiffness_and_mass,
     unit_of_response,
@@ -393,7 +393,7 @@ def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -
     has one; without frequencies up to there, reduced as `system` reduces a mechanism of which nothing is said."""
     described = plan.mechanism.reduction
     tolerance = TOLERANCE if described is None or described.tolerance is None else described.tolerance
-    K, M = stiffness_and_mass(Design.of(plan, parameters))
+    K, M = stiffness_and_mass(at_pose(Design.of(plan, parameters)))
     single = one_design(parameters)
     if count_below(K, M, (2 * np.pi * top) ** 2):
         return reduce(plan, single, tolerance=tolerance, up_to=top, coordinates="substructures")

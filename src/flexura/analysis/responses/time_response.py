@@ -33,10 +33,11 @@ from flexura.analysis.strain import Stresses, member_stresses
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
-from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched, plan_of
+from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched
 from flexura.systems import ModalSystem, Order, System, system, with_residual_modes
 from flexura.tables import SHOWN_AS_ZERO, Facts, Table, counted, in_hz, quantity
 

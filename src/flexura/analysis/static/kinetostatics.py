@@ -27,10 +27,11 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
-from flexura.structure import Channel, FullOrderModel, InputPort, Plan, Ports, assemble
+from flexura.structure import Channel, FullOrderModel, InputPort, Plan, Ports
 from flexura.tables import SHOWN_AS_ZERO, Facts, Table, in_mm, number, percent, quantity, scale_for
 from flexura.thresholds import CROSS_COMPLIANCE, STATIC_ROUND_OFF
 

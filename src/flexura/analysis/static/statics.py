@@ -37,10 +37,11 @@ from flexura.analysis.strain import (
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
+from flexura.full_order import assemble
 from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, Ports, assemble, dead_load, matched
+from flexura.structure import FullOrderModel, Plan, Ports, dead_load, matched
 from flexura.tables import SHOWN_AS_ZERO, Facts, Table, quantity
 
 NOTCH_FACTOR_ERROR = 0.05

@@ -17,6 +17,7 @@ from flexura.analysis.strokes.equilibrium_path import driven_displacement
 from flexura.arrays import Array
 from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
+from flexura.full_order import assemble
 from flexura.linalg import critical_shapes, is_definite
 from flexura.modal import close_groups
 from flexura.motion import (
@@ -38,7 +39,7 @@ from flexura.motion import (
 from flexura.records import Record
 from flexura.reduction import Flexibility, flexibility
 from flexura.sensitivity import FullOrderFamily
-from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, assemble, dead_load
+from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, dead_load
 from flexura.thresholds import REPEATED_EIGENVALUES
 
 LOWEST_FACTORS = 4
@@ -200,11 +201,8 @@ class DisplacedState(_State):
 
     def coupling(self, actuator: str, node: str) -> tuple[Any, Any]:
         """As `LinearState.coupling`, the prescribed displacements free under their forces."""
-        design = self.design
-        posed = _PosedAt(
-            design.plan, design.parameters, design.values, design.geometry, PosedDesign(self.state.best, "")
-        )
-        port: InputPort = Ports(posed).inputs([actuator])[0]
+        there = replace(self.design, pose=PosedDesign(self.state.best, ""))
+        port: InputPort = Ports(there).inputs([actuator])[0]
         rows = np.concatenate([self.rows(node), port.row[None]])
         moved = self.flexibility(rows, ())[:, -1] * port.gain
         return moved[:-1], moved[-1]
@@ -241,17 +239,6 @@ class DisplacedState(_State):
 
     def _number(self, node: str) -> int:
         return int(self.design.plan.topology.numbers([node])[0])
-
-
-@dataclass(frozen=True, repr=False)
-class _PosedAt(Design):
-    """A design at a pose, wherever its plan says."""
-
-    there: PosedDesign
-
-    @property
-    def posed(self) -> PosedDesign:
-        return self.there
 
 
 def displaced_state(design: Design, move: Mapping[str, Any]) -> DisplacedState:

@@ -38,11 +38,12 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import at_rest
 from flexura.linalg import leading
 from flexura.mechanism import ForceSensor, Mechanism
 from flexura.motion import Equations, Equilibrium, Frames, MovingModel, beyond, end_force_changes, end_forces
 from flexura.results import Tabular, plain
-from flexura.structure import FullOrderModel, Plan, at_rest
+from flexura.structure import FullOrderModel, Plan
 from flexura.systems import Order
 from flexura.tables import Facts, Table, counted
 

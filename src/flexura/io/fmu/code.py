@@ -79,9 +79,9 @@ def balance(A: Array, blocks: Blocks) -> Array:
     """Powers of two s (n,) for which s_i^-1 A_ij s_j has rows and columns of like size (Parlett and Reinsch 1969)."""
     scale = np.ones(len(A))
     for k in np.flatnonzero(blocks.sizes > 1):
-        own = blocks.member[blocks.first[k] : blocks.first[k + 1]]
-        _, (factor, _) = la.matrix_balance(A[np.ix_(own, own)], permute=False, separate=True)
-        scale[own] = factor
+        states = blocks.member[blocks.first[k] : blocks.first[k + 1]]
+        _, (factor, _) = la.matrix_balance(A[np.ix_(states, states)], permute=False, separate=True)
+        scale[states] = factor
     return scale
 
 
@@ -90,8 +90,8 @@ def pole_sizes(A: Array, blocks: Blocks) -> Array:
     size = np.zeros(len(A))
     for k in range(len(blocks.sizes)):
         span = slice(blocks.first[k], blocks.first[k + 1])
-        own = blocks.member[span]
-        size[span] = np.abs(la.eigvals(A[np.ix_(own, own)]))
+        states = blocks.member[span]
+        size[span] = np.abs(la.eigvals(A[np.ix_(states, states)]))
     return np.where(size > 1e-9 * size.max(initial=0.0), size, 0.0)
 
 
@@ -104,15 +104,15 @@ def nominals(model: StateSpace, blocks: Blocks) -> tuple[Array, Array]:
     u = np.array([TYPICAL_INPUT.get(c.quantity, 1.0) for c in model.inputs])
     x = np.zeros(model.order)
     for k in range(len(blocks.sizes)):
-        own = blocks.member[blocks.first[k] : blocks.first[k + 1]]
-        A, B = model.A[np.ix_(own, own)], model.B[own]
+        states = blocks.member[blocks.first[k] : blocks.first[k + 1]]
+        A, B = model.A[np.ix_(states, states)], model.B[states]
         size = np.abs(la.eigvals(A))
         size = np.unique(size[size > 1e-9 * max(size.max(), 1e-300)])
         if len(size) and B.any():
             s = size[np.unique(np.linspace(0, len(size) - 1, 8).astype(int))]
             s = s if (la.eigvals(A).real <= 0).all() else 2 * size[-1:]
-            response = np.linalg.solve(s[:, None, None] * np.eye(len(own)) - A, B)
-            x[own] = 2 * (np.abs(response) @ u).max(axis=0)
+            response = np.linalg.solve(s[:, None, None] * np.eye(len(states)) - A, B)
+            x[states] = 2 * (np.abs(response) @ u).max(axis=0)
     y = np.abs(model.C) @ x + np.abs(model.D) @ u
     return _ordinary(x), _ordinary(y)
 
@@ -186,13 +186,13 @@ def _lines(words: list[str]) -> str:
 def binary_place(identifier: str) -> str:
     """Where the shared library for this machine stands in an FMU. Raises OptionError on others."""
     system = "linux" if sys.platform.startswith("linux") else sys.platform
-    found = PLATFORMS.get((system, platform.machine()))
-    if found is None:
+    target = PLATFORMS.get((system, platform.machine()))
+    if target is None:
         raise OptionError(
             f"shared libraries are built on Linux x86_64 only, not on {sys.platform} {platform.machine()}:"
             " `binary=False` writes an FMU with sources alone, which tools can compile"
         )
-    return f"binaries/{found[0]}/{identifier}{found[1]}"
+    return f"binaries/{target[0]}/{identifier}{target[1]}"
 
 
 def shared_library(sources: dict[str, str]) -> bytes:
@@ -211,8 +211,8 @@ def shared_library(sources: dict[str, str]) -> bytes:
         env = {**os.environ, "TMPDIR": str(folder)}  # the compiler's own files go with the folder
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=env)
         if done.returncode:
-            said = " ".join(done.stderr.split())[:300]
+            output = " ".join(done.stderr.split())[:300]
             raise OptionError(
-                f"the C compiler {compiler} failed (Debian: apt install gcc libc6-dev has all it needs): {said}"
+                f"the C compiler {compiler} failed (Debian: apt install gcc libc6-dev has all it needs): {output}"
             )
         return (folder / "model.bin").read_bytes()

@@ -91,12 +91,12 @@ def description(model: StateSpace, guid: str, sources: Iterable[str]) -> str:
 
 def _kind(root: ET.Element, kind: str, identifier: str, sources: Iterable[str], more: dict[str, str]) -> None:
     can = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
-    own = ET.SubElement(
+    element = ET.SubElement(
         root,
         kind,
         {"modelIdentifier": identifier, **dict.fromkeys((*can, "providesDirectionalDerivative"), "true"), **more},
     )
-    files = ET.SubElement(own, "SourceFiles")
+    files = ET.SubElement(element, "SourceFiles")
     for name in sources:
         ET.SubElement(files, "File", name=name)
 
@@ -127,8 +127,15 @@ def _variables(parent: ET.Element, model: StateSpace, names: Names) -> None:
     x, y = nominals(model, blocks_of(model.A))
 
     def add(name: str, reference: int, causality: str, initial: str | None, real: dict[str, Any]) -> None:
-        own = {"name": name, "valueReference": str(reference), "causality": causality, "variability": "continuous"}
-        scalar = ET.SubElement(parent, "ScalarVariable", own if initial is None else {**own, "initial": initial})
+        attributes = {
+            "name": name,
+            "valueReference": str(reference),
+            "causality": causality,
+            "variability": "continuous",
+        }
+        scalar = ET.SubElement(
+            parent, "ScalarVariable", attributes if initial is None else {**attributes, "initial": initial}
+        )
         ET.SubElement(scalar, "Real", {key: str(value) for key, value in real.items()})
 
     for k, (name, channel) in enumerate(zip(names.inputs, model.inputs, strict=True)):
@@ -149,11 +156,11 @@ def _structure(parent: ET.Element, model: StateSpace) -> None:
     groups = (("Outputs", outputs), ("Derivatives", derivatives), ("InitialUnknowns", [*outputs, *derivatives]))
     for group, unknowns in groups:
         if unknowns:
-            own = ET.SubElement(parent, group)
+            element = ET.SubElement(parent, group)
             for index, dependencies in unknowns:
                 kinds = " ".join(["constant"] * len(dependencies))
                 text = " ".join(map(str, dependencies))
-                ET.SubElement(own, "Unknown", index=str(index), dependencies=text, dependenciesKind=kinds)
+                ET.SubElement(element, "Unknown", index=str(index), dependencies=text, dependenciesKind=kinds)
 
 
 def _dependencies(of_states: Array, of_inputs: Array, m: int, p: int) -> list[int]:

@@ -129,10 +129,10 @@ def _restore_names(sets: list[dict[str, Any]], content: bytes, path: Path) -> No
     Raises OptionError for a line of ends that is too long in any other way.
     """
     lines = [match[1].decode("utf-8", "replace").rstrip() for match in _HEAD.finditer(content)]
-    own = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
-    if len(lines) != len(own):
+    functions = [(k, s) for k, s in enumerate(sets) if s["type"] == 58]
+    if len(lines) != len(functions):
         return
-    for line, (k, s) in zip(lines, own, strict=True):
+    for line, (k, s) in zip(lines, functions, strict=True):
         if len(line) <= _COLUMNS:
             continue
         ends = _ENDS.fullmatch(line)
@@ -155,7 +155,7 @@ def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
     if units is not None and units["length"] > 0 and units["force"] > 0:
         length, force = 1 / units["length"], 1 / units["force"]
     frames = _frames(sets)
-    found = NodeFrames(length=length, force=force)
+    nodes = NodeFrames(length=length, force=force)
     for s in sets:
         if s["type"] in (15, 2411):
             points = np.stack([np.asarray(s[a], dtype=float) for a in "xyz"], axis=1) * (length or 1.0)
@@ -163,10 +163,10 @@ def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
                 raise ValueError("coordinates of nodes that are no finite numbers")
             for number, at, system in zip(s["node_nums"], points, s["disp_cs"], strict=True):
                 x, y, z = (float(v) for v in at)
-                found.positions[int(number)] = (x, y, z)
+                nodes.positions[int(number)] = (x, y, z)
                 if int(system) in frames:
-                    found.axes[int(number)] = frames[int(system)]
-    return found
+                    nodes.axes[int(number)] = frames[int(system)]
+    return nodes
 
 
 def _frames(sets: list[dict[str, Any]]) -> dict[int, Array]:
@@ -228,11 +228,11 @@ def _end(dataset: dict[str, Any], which: str, axis: str, descriptions: ChannelDe
     line, word, key = {"rsp": ("id2", "response", "at"), "ref": ("id3", "reference", "from")}[which]
     written = re.fullmatch(word + r" (\S.*?) \[[^\]]*\]", str(dataset.get(line, "")).strip())
     dof = AXIS_NAMES[abs(code) - 1] if 1 <= abs(code) <= 6 else ""
-    said = exact_of(dataset)
+    exact = exact_of(dataset)
     if written is not None:
         title = written[1]
-        if {"role", "by", "df"} & said.keys():
-            node = said.get(key, "")
+        if {"role", "by", "df"} & exact.keys():
+            node = exact.get(key, "")
         elif title.endswith(f".{dof}") and dof:
             node = title.removesuffix(f".{dof}")
     else:
@@ -368,8 +368,8 @@ def exact_of(dataset: dict[str, Any]) -> dict[str, str]:
     if not str(dataset.get("id2", "")).startswith("response "):
         return {}
     parts = (part.partition("=") for line in ("id4", "id5") for part in str(dataset.get(line, "")).split(";"))
-    found = {key.strip(): value.strip() for key, equals, value in parts if equals}
-    return {k: v for k, v in found.items() if k not in _FORMS or re.fullmatch(_FORMS[k], v)}
+    entries = {key.strip(): value.strip() for key, equals, value in parts if equals}
+    return {k: v for k, v in entries.items() if k not in _FORMS or re.fullmatch(_FORMS[k], v)}
 
 
 _FORMS = {"k0": r"\d{1,9}", "n": r"\d{1,9}"} | dict.fromkeys(("rate", "decay", "df"), r"\d+\.?\d*(e[-+]?\d{1,2})?")

@@ -71,12 +71,12 @@ def write_results_uff(what: Any, path: str | Path, geometry: Modes | FullOrderMo
 def _model(geometry: Any, things: list[Any]) -> FullOrderModel | None:
     """The one model that numbers the nodes. Raises OptionError for several."""
     models = [m for m in (geometry, *things) if isinstance(m, Modes | FullOrderModel)]
-    found = [m.model if isinstance(m, Modes) else m for m in models]
+    full_models = [m.model if isinstance(m, Modes) else m for m in models]
     if geometry is not None and not isinstance(geometry, Modes | FullOrderModel):
         raise OptionError(f"geometry is that of modes or of a full-order model, not of a {type(geometry).__name__}")
-    if any(m.plan.topology.node_names != found[0].plan.topology.node_names for m in found[1:]):
+    if any(m.plan.topology.node_names != full_models[0].plan.topology.node_names for m in full_models[1:]):
         raise OptionError("modes in one universal file are of one mechanism; write a file for each")
-    return found[0] if found else None
+    return full_models[0] if full_models else None
 
 
 _Key = tuple[str, tuple[float, ...] | None, tuple[float, ...] | None]
@@ -135,15 +135,15 @@ class ChannelNumbers:
 
     def sets(self) -> list[dict[str, Any]]:
         """Datasets of axes and of all nodes."""
-        found = axes_sets(self._axes)
+        datasets = axes_sets(self._axes)
         if self._positions:
             labels = list(self._positions)
             places = np.round(np.array(list(self._positions.values())), 12) + 0.0
             zero = [0] * len(labels)
             systems = [n if n in self._axes else 0 for n in labels]
             nodes = {"type": 15, "node_nums": labels, "def_cs": zero, "disp_cs": systems, "color": zero}
-            found.append({**nodes, **dict(zip("xyz", places.T.tolist(), strict=True))})
-        return found
+            datasets.append({**nodes, **dict(zip("xyz", places.T.tolist(), strict=True))})
+        return datasets
 
 
 def _named(channel: Channel) -> tuple[str, int]:
@@ -170,10 +170,10 @@ def _traces(model: FullOrderModel) -> list[dict[str, Any]]:
 
 def _trace(ends: np.ndarray) -> np.ndarray:
     """Nodes along lines (e, 2); 0 lifts the pen."""
-    found: list[int] = []
+    nodes: list[int] = []
     for a, b in ends.tolist():
-        found += [b] if found and found[-1] == a else [*([0] if found else []), a, b]
-    return np.array(found, dtype=int)
+        nodes += [b] if nodes and nodes[-1] == a else [*([0] if nodes else []), a, b]
+    return np.array(nodes, dtype=int)
 
 
 def _modes(modes: Modes) -> list[dict[str, Any]]:
@@ -255,11 +255,11 @@ def _axis(which: str, channel: Channel) -> dict[str, Any]:
 def scalar_notes(what: Any) -> list[str]:
     """What a universal file cannot say of the channels of a response: that they act between two nodes."""
     things = [what] if isinstance(what, Response) else []
-    found = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
+    channels = [c for thing in things for c in dict.fromkeys((*thing.outputs, *thing.inputs)) if c.against is not None]
     return [
         f"{c.name} acts between {c.against} and {c.node}: a universal file has one node for it, so it is written at "
         f"{c.node} as a scalar, direction 0, and its ID lines say between which"
-        for c in found
+        for c in channels
     ]
 
 

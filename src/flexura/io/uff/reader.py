@@ -41,7 +41,7 @@ from flexura.testing.measurement import (
     Repeated,
     grouped,
     merged,
-    said_of,
+    repeated_note,
 )
 
 TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
@@ -93,27 +93,27 @@ def read_uff(
             over[frequency_unit(s, where)[0]] += 1
         pairs.append(_Pair(out, into, hz, H, exact, _codes(s), k + 1))
     if repeated is None or repeated == "average":  # the coherence of a mean is not known
-        once = {key: own[0] for key, own in coherences.items() if len(own) == 1}
+        once = {key: gammas[0] for key, gammas in coherences.items() if len(gammas) == 1}
     else:
-        once = {key: merged(own, repeated) for key, own in coherences.items()}
+        once = {key: merged(gammas, repeated) for key, gammas in coherences.items()}
     notes = [f"{n} datasets of function type {kind} left out" for kind, n in left_out.items()]
     if assumed:
         notes.append(f"{assumed} datasets give no unit: taken as SI")
     notes += [f"frequencies of {n} datasets are in {u}: read as Hz" for u, n in over.items() if u.lower() != "hz"]
-    notes += _doubts(pairs, records, len(coherences) - len(once), once)
+    notes += _channel_notes(pairs, records, len(coherences) - len(once), once)
     responses, again = _responses(pairs, once, path, repeated)
-    notes += [said_of(again, repeated)] if again and repeated else []
+    notes += [repeated_note(again, repeated)] if again and repeated else []
     modes = _modes([s for s in sets if s["type"] == 55], geometry, path)
-    found = Measurement(
+    measurement = Measurement(
         _title(sets, path),
         tuple(_recordings(records, path)),
         tuple(responses),
         tuple(notes),
         modes,
     )
-    if not (found.recordings or found.frfs or found.modes):
+    if not (measurement.recordings or measurement.frfs or measurement.modes):
         _refuse_empty(sets, left_out, path)
-    return found
+    return measurement
 
 
 def _refuse_empty(sets: list[dict[str, Any]], left_out: dict[int, int], path: Path) -> NoReturn:
@@ -158,16 +158,18 @@ class _Pair:
 
     def with_response(self, H: Complex) -> _Pair:
         """The same pair with another response."""
-        own = copy(self)
-        own.H = H
-        return own
+        changed = copy(self)
+        changed.H = H
+        return changed
 
     @property
     def group(self) -> tuple[Any, ...]:
         return self.setup, len(self.hz), float(self.hz[0]), float(self.hz[-1]), self.estimator, self.decay
 
 
-def _doubts(pairs: list[_Pair], records: list[_Row], twice: int, coherences: dict[tuple[Any, ...], Array]) -> list[str]:
+def _channel_notes(
+    pairs: list[_Pair], records: list[_Row], twice: int, coherences: dict[tuple[Any, ...], Array]
+) -> list[str]:
     """Notes on channels without direction, and on coherences that cannot be used."""
     notes = []
     channels = [c for p in pairs for c in (p.out, p.into)] + [r.channel for r in records]
@@ -214,18 +216,18 @@ def _recordings(rows: list[_Row], path: Path) -> list[Recording]:
         if not last or again or other:
             groups.append([])
         groups[-1].append(row)
-    found = []
+    recordings = []
     for k, group in enumerate(groups):
         rates, lengths = {r.rate for r in group}, {len(r.x) for r in group}
         title = group[0].record or f"record {k + 1}"
         if len(rates) > 1 or len(lengths) > 1:
-            said = ", ".join(f"{r.channel.name}: {len(r.x)} at {r.rate:g} Hz" for r in group)
-            raise OptionError(f"{path}: {title}: channels are sampled unequally ({said}): resample them to one rate")
+            listed = ", ".join(f"{r.channel.name}: {len(r.x)} at {r.rate:g} Hz" for r in group)
+            raise OptionError(f"{path}: {title}: channels are sampled unequally ({listed}): resample them to one rate")
         inputs = tuple(i for i, r in enumerate(group) if r.is_input)
         x = np.array([r.x for r in group])
         channels = tuple(r.channel for r in group)
-        found.append(Recording(group[0].rate, x, channels, inputs, group[0].setup, title))
-    return found
+        recordings.append(Recording(group[0].rate, x, channels, inputs, group[0].setup, title))
+    return recordings
 
 
 def _responses(
@@ -236,33 +238,33 @@ def _responses(
 
     Raises OptionError for a pair that is there twice where nothing says how to merge it.
     """
-    found, again = [], []
+    matrices, again = [], []
     for key in dict.fromkeys(p.group for p in pairs):
-        own = [p for p in pairs if p.group == key]
+        group = [p for p in pairs if p.group == key]
         table: dict[tuple[MeasuredChannel, MeasuredChannel], _Pair] = {}
-        for ends, same in grouped(own, lambda p: (p.out, p.into)).items():
+        for ends, same in grouped(group, lambda p: (p.out, p.into)).items():
             if len(same) > 1 and repeated is None:
                 _refuse_again(same[0], same[1], path)
             table[ends] = same[0] if repeated is None else same[0].with_response(merged([p.H for p in same], repeated))
             again += [(f"{same[0].out.name} / {same[0].into.name}", len(same))] if len(same) > 1 else []
         by_outputs: dict[tuple[MeasuredChannel, ...], list[MeasuredChannel]] = {}
-        for into in dict.fromkeys(p.into for p in own):
-            outs = tuple(dict.fromkeys(p.out for p in own if p.into == into))
+        for into in dict.fromkeys(p.into for p in group):
+            outs = tuple(dict.fromkeys(p.out for p in group if p.into == into))
             by_outputs.setdefault(tuple(sorted(outs, key=lambda c: c.name)), []).append(into)
         for outs_sorted, ins in by_outputs.items():
-            outs = [o for o in dict.fromkeys(p.out for p in own) if o in outs_sorted]
+            outs = [o for o in dict.fromkeys(p.out for p in group) if o in outs_sorted]
             H = np.stack([np.stack([table[o, i].H for i in ins], axis=1) for o in outs], axis=1)
             gamma = None
             if all(table[o, i].codes in coherences for o in outs for i in ins):
                 rows = [np.stack([coherences[table[o, i].codes] for i in ins], axis=1) for o in outs]
                 gamma = np.stack(rows, axis=1)
-            lead = own[0]
-            found.append(
+            lead = group[0]
+            matrices.append(
                 MeasuredFRF(
                     lead.hz, H, tuple(ins), tuple(outs), gamma, lead.averages, lead.estimator, lead.decay, lead.setup
                 )
             )
-    return found, again
+    return matrices, again
 
 
 def _refuse_again(first: _Pair, again: _Pair, path: Path) -> NoReturn:

@@ -77,12 +77,12 @@ class _Numbers:
         for channel in dict.fromkeys(channels):
             key = self._key(channel)
             if key not in self.table:
-                own = int(channel.node) if channel.node is not None and channel.node.isdigit() else 0
-                if key[1] is not None or not own or own in given:
-                    own = max(used, default=0) + 1
-                given.add(own)
-                used.add(own)
-                self.table[key] = own
+                number = int(channel.node) if channel.node is not None and channel.node.isdigit() else 0
+                if key[1] is not None or not number or number in given:
+                    number = max(used, default=0) + 1
+                given.add(number)
+                used.add(number)
+                self.table[key] = number
             number = self.table[key]
             if channel.position is not None:
                 self.positions.setdefault(number, channel.position)
@@ -102,17 +102,17 @@ class _Numbers:
 
     def sets(self) -> list[dict[str, Any]]:
         """Datasets of axes and nodes."""
-        found = axes_sets(self.axes)
+        datasets = axes_sets(self.axes)
         numbers = sorted(set(self.positions) | set(self.axes))
         if numbers:
             places = np.array([self.positions.get(n, (0.0, 0.0, 0.0)) for n in numbers])
             systems = [n if n in self.axes else 0 for n in numbers]
             nodes = {"type": 2411, "node_nums": numbers, "def_cs": [0] * len(numbers), "disp_cs": systems}
-            found.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
-        return found
+            datasets.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
+        return datasets
 
 
-def _said(**values: Any) -> str:
+def _id_line(**values: Any) -> str:
     """ID line of `key=value`, those that are known."""
     return "; ".join(f"{k}={str(v).replace(';', ',')}" for k, v in values.items() if v not in ("", None)) or "NONE"
 
@@ -159,9 +159,9 @@ def _ascii(values: Array, uneven: bool) -> str:
         flat = [f"{v:20.11e}" for v in values.ravel()]
         rows = ["".join(flat[k : k + 4]) for k in range(0, len(flat), 4)]
     else:
-        own = [f"{row[0]:13.5e}" + "".join(f"{v:20.11e}" for v in row[1:]) for row in values]
+        cells = [f"{row[0]:13.5e}" + "".join(f"{v:20.11e}" for v in row[1:]) for row in values]
         per_line = 1 if values.shape[1] == 3 else 2
-        rows = ["".join(own[k : k + per_line]) for k in range(0, len(own), per_line)]
+        rows = ["".join(cells[k : k + per_line]) for k in range(0, len(cells), per_line)]
     return "\n".join(rows) + "\n"
 
 
@@ -173,9 +173,9 @@ def _time_record(record: Recording, k: int, numbers: _Numbers, name: str) -> _Fu
     channel = record.channels[k]
     node, code = numbers.of(channel)
     role = "input" if k in record.inputs else "output"
-    where = _said(at=channel.node, record=record.name, setup=record.setup)
+    where = _id_line(at=channel.node, record=record.name, setup=record.setup)
     return _Function(
-        (name, f"response {channel}", "NONE", where, _said(role=role, rate=repr(float(record.sample_rate)))),
+        (name, f"response {channel}", "NONE", where, _id_line(role=role, rate=repr(float(record.sample_rate)))),
         _ENDS.format(1, 0, 0, 0, _entity(channel), node, code, "NONE", 0, 0),
         (_AXIS.format(17, 0, 0, 0, "time", "s"), _axis_record(channel, code), _NO_AXIS),
         record.samples[k],
@@ -194,11 +194,11 @@ def _responses(frf: MeasuredFRF, numbers: _Numbers, name: str) -> Iterator[_Func
     even = bool(np.allclose(step * (first + np.arange(len(hz))), hz, rtol=1e-12, atol=0))
     lines = {"k0": first, "df": repr(step)} if even else {}
     decay = f"{frf.decay:.12g}" if frf.decay else ""
-    how = _said(by=frf.estimator, n=frf.averages, decay=decay, **lines)
+    how = _id_line(by=frf.estimator, n=frf.averages, decay=decay, **lines)
     for i, out in enumerate(frf.outputs):
         for j, into in enumerate(frf.inputs):
             (node, code), (at, along) = numbers.of(out), numbers.of(into)
-            where = _said(**{"at": out.node, "from": into.node, "setup": frf.setup})
+            where = _id_line(**{"at": out.node, "from": into.node, "setup": frf.setup})
             ids = (name, f"response {out}", f"reference {into}", where, how)
             ends = (0, 0, 0, _entity(out), node, code, _entity(into), at, along)
             axis = _AXIS.format(18, 0, 0, 0, "frequency", "Hz")
@@ -223,7 +223,7 @@ def _modes(measurement: Measurement, numbers: _Numbers) -> list[dict[str, Any]]:
         raise OptionError("complex modes with rotations cannot be written to a universal file")
     if any(c == 0 for _, c in codes):
         raise OptionError("modes can be written to a universal file when the direction of every channel is known")
-    found = []
+    datasets = []
     for k, pole in enumerate(modes.poles):
         shape = np.zeros((columns, len(nodes)), dtype=float if is_real else complex)
         for (node, code), value in zip(codes, modes.shapes[:, k], strict=True):
@@ -235,5 +235,5 @@ def _modes(measurement: Measurement, numbers: _Numbers) -> list[dict[str, Any]]:
             kind = {"analysis_type": 3, "eig": complex(pole)}
         rows = {f"r{i + 1}": row for i, row in enumerate(shape)}
         ids = {"id1": text_of(modes.name), "id2": f"mode {k + 1}, {hz:.6g} Hz, damping ratio {ratio:.4g}"}
-        found.append({**common, **kind, **ids, "mode_n": k + 1, "node_nums": nodes, **rows})
-    return found
+        datasets.append({**common, **kind, **ids, "mode_n": k + 1, "node_nums": nodes, **rows})
+    return datasets

@@ -75,8 +75,8 @@ def axes_sets(axes: Mapping[int, Array]) -> list[dict[str, Any]]:
     """The dataset 18 of axes (3, 3), rows, by the number of the node that they belong to; none where there are none."""
     if not axes:
         return []
-    own = sorted(axes)
-    frames = np.array([axes[n] for n in own])
-    names = {"cs_num": own, "ref_cs_num": [0] * len(own), "cs_name": [f"node {n}" for n in own]}
-    places = {"ref_o": np.zeros((len(own), 3)), "x_point": frames[:, 0], "xz_point": frames[:, 2]}
+    numbers = sorted(axes)
+    frames = np.array([axes[n] for n in numbers])
+    names = {"cs_num": numbers, "ref_cs_num": [0] * len(numbers), "cs_name": [f"node {n}" for n in numbers]}
+    places = {"ref_o": np.zeros((len(numbers), 3)), "x_point": frames[:, 0], "xz_point": frames[:, 2]}
     return [{"type": 18, **names, **places}]

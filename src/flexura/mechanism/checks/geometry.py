@@ -45,10 +45,8 @@ def check_members(survey: Survey) -> None:
     if not survey.partial:
         _mesh_sizes(survey)
     for name, prototype in survey.layout.prototypes.items():
-        positions = survey.positions[name]
-        for kind in ("links", "flexures"):
-            for key, member in getattr(prototype, kind).items():
-                _member(survey, (*prefix(name), kind, key), member, positions)
+        for kind, key, member in prototype.members():
+            _member(survey, (*prefix(name), kind, key), member, survey.positions[name])
 
 
 def _mesh_sizes(survey: Survey) -> None:
@@ -61,11 +59,10 @@ def _mesh_sizes(survey: Survey) -> None:
         if prototype.mesh_size is not None and not meshed:
             rule = "none of the members that it is for has fidelity: solid, so that there is no mesh"
             survey.report((*prefix(name), "mesh_size"), f"{prototype.mesh_size:g}", rule, hint)
-        for kind in ("links", "flexures"):
-            for key, member in getattr(prototype, kind).items():
-                if member.mesh_size is not None and key not in solid[name]:
-                    rule = "the member is a beam, which has no mesh"
-                    survey.report((*prefix(name), kind, key, "mesh_size"), f"{member.mesh_size:g}", rule, hint)
+        for kind, key, member in prototype.members():
+            if member.mesh_size is not None and key not in solid[name]:
+                rule = "the member is a beam, which has no mesh"
+                survey.report((*prefix(name), kind, key, "mesh_size"), f"{member.mesh_size:g}", rule, hint)
 
 
 def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[str, Point]) -> None:

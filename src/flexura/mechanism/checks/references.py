@@ -15,6 +15,7 @@ from flexura.mechanism.instances import origin_of
 from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.loads import COMMANDS, DISPLACEMENTS, Moved, Prescribed, command_of
 from flexura.mechanism.material import CATALOGUE
+from flexura.mechanism.member import Link
 
 
 def check_references(survey: Survey) -> None:
@@ -92,15 +93,14 @@ def _materials_and_sections(survey: Survey) -> None:
     mechanism = survey.layout.mechanism
     materials, sections = _Uses(), _Uses()
     for name, prototype in survey.layout.prototypes.items():
-        for kind in ("links", "flexures"):
-            for key, member in getattr(prototype, kind).items():
-                materials.add(member.material, (*prefix(name), kind, key), "material")
+        for kind, key, member in prototype.members():
+            path = (*prefix(name), kind, key)
+            materials.add(member.material, path, "material")
+            if isinstance(member, Link) and isinstance(member.section, str):
+                sections.add(member.section, path, "section")
         for key, body in prototype.bodies.items():
             if body.solid is not None:
                 materials.add(body.solid.material, (*prefix(name), "bodies", key), "solid", "material")
-        for key, link in prototype.links.items():
-            if isinstance(link.section, str):
-                sections.add(link.section, (*prefix(name), "links", key), "section")
     for uses, known, what in (
         (materials, [*mechanism.materials, *CATALOGUE], "material"),
         (sections, list(mechanism.sections), "section"),

@@ -155,7 +155,7 @@ def _too_large(prototypes: dict[str, Substructure], order: list[str]) -> Problem
 
 def _own_sizes(prototype: Substructure) -> Counter[str]:
     """What one copy of a prototype adds to the limits of size, before any of it is laid out."""
-    cut = [member.elements for member in (*prototype.links.values(), *prototype.flexures.values())]
+    cut = [member.elements for _, _, member in prototype.members()]
     amplitudes = sum(-(-part.amplitudes // 6) for part in prototype.superelements.values())
     nodes = len(prototype.nodes) + len(prototype.bodies) + sum(cut) - len(cut) + amplitudes
     return Counter({"copies": 1, "nodes": nodes, "elements": sum(cut)})

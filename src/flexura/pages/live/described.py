@@ -8,12 +8,13 @@ from functools import cached_property
 import numpy as np
 
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs
 from flexura.mechanism import Mechanism, has_solid_members
 from flexura.pages.live.followed import lowest_shapes
 from flexura.pages.live.sliders import Slider, sliders_of
 from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan
 
 
 @dataclass(frozen=True)

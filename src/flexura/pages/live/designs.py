@@ -24,6 +24,7 @@ from flexura.analysis import (
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES, UNITS
+from flexura.motion import at_pose
 from flexura.pages.live.described import Described, scene_message
 from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
 from flexura.pages.live.messages import Ask, Load, Response, told
@@ -88,7 +89,7 @@ class Designs:
         with _timed(timing, "frequencies"):
             f, lower, upper, indexed, rigid = _proven(plan, parameters, self._count(ask))
         with _timed(timing, "shapes"):
-            model = full_order_model(Design.of(plan, parameters))
+            model = full_order_model(at_pose(Design.of(plan, parameters)))
             found = lowest_shapes(model, self._count(ask), self._near)
             modes = self._followed.follow(model, found)
         self._near = modes.shapes
@@ -231,7 +232,7 @@ def _proven(plan: Plan, parameters: dict[str, float], n: int) -> tuple[Array, Ar
             found = found.resolved()
         if found.lower_hz.all():
             return found.frequency_hz, found.lower_hz, found.upper_hz, found.upper_hz > 0, 0
-    model = chained(full_order_model(Design.of(plan, parameters)))
+    model = chained(full_order_model(at_pose(Design.of(plan, parameters))))
     proof = certificate(model, lowest_pairs(model, n), n)
     n = min(n, len(proof.frequency_hz))
     f, lower, upper, indexed = proof.frequency_hz[:n], proof.lower_hz[:n], proof.upper_hz[:n], proof.is_indexed[:n]

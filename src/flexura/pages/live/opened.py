@@ -19,13 +19,14 @@ from flexura.analysis import motions
 from flexura.errors import FlexuraError, OptionError
 from flexura.expressions import Expression
 from flexura.files import write_file
+from flexura.full_order import plan_of
 from flexura.linalg import Eigenpairs
 from flexura.mechanism import DOF_NAMES
 from flexura.modelfile import Changed, files_of, load, variant_text
 from flexura.pages.live.described import Described, notes_of
 from flexura.pages.live.sliders import parameters_of
 from flexura.reduction import HERTZ
-from flexura.structure import FullOrderModel, Ports, plan_of
+from flexura.structure import FullOrderModel, Ports
 
 BEYOND = 1.6
 """The band of a response ends so many times above the highest frequency shown, and begins as far below the lowest."""

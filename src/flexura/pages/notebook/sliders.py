@@ -11,12 +11,13 @@ from typing import Any
 
 from flexura.arguments import verb
 from flexura.errors import OptionError
+from flexura.full_order import plan_of
 from flexura.lazy import need
 from flexura.mechanism import Mechanism
 from flexura.pages.live import MOST_MODES, Ask, Described, Designs, FollowedModes, Shown, Slider, notes_of, told
 from flexura.pages.viewer import bundle
 from flexura.records import Kept
-from flexura.structure import Plan, plan_of
+from flexura.structure import Plan
 from flexura.tables import counted
 
 Reply = str | bytes

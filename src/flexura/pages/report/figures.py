@@ -11,10 +11,10 @@ from PIL import Image
 
 from flexura.analysis import CheckReport, Modes
 from flexura.errors import FlexuraError
+from flexura.full_order import assemble
 from flexura.pages.report.document import Block, Bullets, Content, Paragraph, ViewerFigure
 from flexura.pages.report.subject import Subject
 from flexura.pages.viewer import Shown, scene_of, to_json
-from flexura.structure import assemble
 from flexura.tables import counted
 from flexura.view import draw_mechanism, draw_sheet, draw_warnings
 

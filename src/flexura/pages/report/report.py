@@ -15,6 +15,7 @@ from flexura.arguments import verb
 from flexura.deadline import Listener, told
 from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
 from flexura.pages.report.certified import certified_modes
@@ -33,7 +34,7 @@ from flexura.pages.report.summary import facts_of, warnings_of
 from flexura.pages.report.understood import understood
 from flexura.pages.viewer import page
 from flexura.results import Result
-from flexura.structure import one_design, plan_of
+from flexura.structure import one_design
 from flexura.tables import Facts as ShownFacts
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {

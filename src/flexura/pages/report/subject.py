@@ -8,9 +8,10 @@ from functools import cached_property
 
 from flexura.analysis import Kinetostatics, Modes, kinetostatics, modes
 from flexura.expressions import Expression
+from flexura.full_order import assemble
 from flexura.mechanism import DOF_NAMES, Mechanism, MotionSensor
 from flexura.pages.report.commands import Commands
-from flexura.structure import FullOrderModel, InputPort, Plan, Ports, assemble
+from flexura.structure import FullOrderModel, InputPort, Plan, Ports
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ def _materials(subject: Subject) -> Block:
     mechanism = layout.mechanism
     parts = layout.prototypes.values()
     solids = [body.solid for part in parts for body in part.bodies.values() if body.solid is not None]
-    members = [m for part in parts for m in (*part.links.values(), *part.flexures.values())]
+    members = [member for part in parts for _, _, member in part.members()]
     named = [name for own in (*members, *solids) if (name := getattr(own, "material", None)) in CATALOGUE]
     used = dict.fromkeys([*mechanism.materials, *named])
     rows = []

@@ -18,6 +18,7 @@ import numpy as np
 
 from flexura.analysis import CheckReport, Drift, Freedom, Kinetostatics, Modes, Preload, Statics, Stroke, response_to
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
 from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.facts import Facts
@@ -28,7 +29,7 @@ from flexura.pages.viewer.scene import Fact, PlacedMark, Poses, Range, Scene, Sh
 from flexura.pages.viewer.stroke_poses import stroke_poses
 from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions, verified_motions, verified_shapes
 from flexura.solid.verification import Verification
-from flexura.structure import FullOrderModel, Plan, assemble, solids_of
+from flexura.structure import FullOrderModel, Plan, solids_of
 from flexura.tables import number, quantity
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement

@@ -1,3 +1,4 @@
+from flexura.fem import write_step as write_step
 from flexura.solid.interchange.calculix import calculix_matrices as calculix_matrices
 from flexura.solid.interchange.calculix import need_program as need_program
 from flexura.solid.interchange.calculix import read_ansys as read_ansys
@@ -6,4 +7,3 @@ from flexura.solid.interchange.imported import ImportedPart as ImportedPart
 from flexura.solid.interchange.imported import MatrixEvidence as MatrixEvidence
 from flexura.solid.interchange.imported import StoredMatrices as StoredMatrices
 from flexura.solid.interchange.imported import imported as imported
-from flexura.solid.mesh import write_step as write_step

@@ -24,14 +24,12 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
+from flexura.fem import SolidMaterial, SolidMesh, mesh_mass
 from flexura.files import complete_file, read_bytes, read_text, scratch_folder
 from flexura.lazy import need
 from flexura.modelfile import unit_factors
 from flexura.sizes import within
-from flexura.solid.fem import mesh_mass
-from flexura.solid.geometry import SolidMaterial
 from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices
-from flexura.solid.mesh import SolidMesh
 
 ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 """CalculiX's names of the cells it has; their points come in the same order."""

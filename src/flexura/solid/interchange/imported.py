@@ -18,11 +18,10 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
+from flexura.fem import KINDS, Face, SolidMesh, balanced, constraint_modes, face_ties, rigid_motions
 from flexura.files import complete_files
 from flexura.mechanism import Faces, Matrix, Substructure, Superelement
 from flexura.results import Result
-from flexura.solid.fem import KINDS, Face, balanced, constraint_modes, face_ties
-from flexura.solid.mesh import SolidMesh, rigid_motions
 from flexura.tables import Facts, Table, in_mm, quantity
 
 STRAINLESS = 2e-5

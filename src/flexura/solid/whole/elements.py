@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import ModelError, OptionError, Problem, SolverError
+from flexura.fem import MILLIMETRE, MemberSolid
 from flexura.lazy import need
 from flexura.linalg import available_memory
 from flexura.mechanism import DOF_NAMES
-from flexura.solid.geometry import MILLIMETRE, MemberSolid
 from flexura.solid.whole.pieces import Block, Piece, Pieces, clamped_nodes, is_ground
 from flexura.solid.whole.shapes import Part
 from flexura.structure import FullOrderModel

@@ -15,16 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arrays import Array
 from flexura.deadline import Say, checkpoint
 from flexura.errors import OptionError, SolverError
+from flexura.fem import as_beams
+from flexura.full_order import assemble
 from flexura.linalg import SingularError, factorise_large
 from flexura.mechanism import Mechanism, with_rigid_roots
 from flexura.methods import Counterpart, Solution, counterparts
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
-from flexura.solid.fem import as_beams
 from flexura.solid.whole.elements import Elements, Lumped, meshed
 from flexura.solid.whole.pieces import Block, is_ground, pieces_of
 from flexura.solid.whole.shapes import Part, part_of
-from flexura.structure import FullOrderModel, assemble, one_design
+from flexura.structure import FullOrderModel, one_design
 from flexura.tables import Facts, Table, percent
 
 ORDER = 3

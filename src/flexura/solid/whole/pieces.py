@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.errors import ModelError, Problem
+from flexura.fem import BodySolid, MemberSolid, body_solids, solids
 from flexura.mechanism import matching
-from flexura.solid.geometry import BodySolid, MemberSolid, body_solids, solids
 from flexura.structure import FullOrderModel, solids_of
 from flexura.thresholds import SAME_PLACE
 

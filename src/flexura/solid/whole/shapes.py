@@ -12,8 +12,8 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
+from flexura.fem import MILLIMETRE, MemberSolid
 from flexura.lazy import need
-from flexura.solid.geometry import MILLIMETRE, MemberSolid
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended
 
 STEEP = 60.0

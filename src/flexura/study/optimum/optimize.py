@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.deadline import Listener, Progress, unheard
 from flexura.errors import OptionError, SolverError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, OptimumStudy
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.optimum.climb import Method, best_of
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front

@@ -11,8 +11,9 @@ import numpy as np
 from flexura.analysis import Modes, Stroke, modes, stroke
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
-from flexura.structure import Plan, plan_of
+from flexura.structure import Plan
 from flexura.study.optimum.climb import (
     FEASIBLE_VIOLATION,
     NO_ANSWER_BEYOND,

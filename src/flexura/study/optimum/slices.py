@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.structure import Plan, plan_of
+from flexura.full_order import plan_of
+from flexura.structure import Plan
 from flexura.study.optimum.landscape import Box
 from flexura.study.optimum.results import Optimum, OptimumVariable
 from flexura.study.questions import Formula, Quantity, Questions, Relation, formula, relation

@@ -21,9 +21,10 @@ from flexura.duals import Dual
 from flexura.errors import ExpressionError, OptionError
 from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Negative, Tree, parts_of
 from flexura.expressions import format_tree as text_of
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
-from flexura.structure import Plan, plan_of
+from flexura.structure import Plan
 from flexura.study.questions.grammar import Place, Quantity, names_in, trailing_pose, unit_of
 from flexura.study.questions.questions import Questions
 from flexura.study.questions.reading import Reader

@@ -14,6 +14,7 @@ from flexura.analysis import DisplacementPath, SlopedResponse, frequency_respons
 from flexura.arrays import Array
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
+from flexura.full_order import at_rest
 from flexura.motion import (
     NO_LOADS,
     Drive,
@@ -26,7 +27,7 @@ from flexura.motion import (
     described_loads,
     end_forces,
 )
-from flexura.structure import Design, Plan, at_rest
+from flexura.structure import Design, Plan
 from flexura.study.questions.blocks import Bounded
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port

@@ -13,10 +13,11 @@ from flexura.analysis import LinearState, displaced_state, settled
 from flexura.arrays import Array, Bools
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
+from flexura.full_order import assemble
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
-from flexura.structure import Design, Plan, assemble, kinks, tables_left
+from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Members, Port, Reader, pose_text

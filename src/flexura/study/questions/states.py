@@ -13,6 +13,7 @@ however its modes have crossed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -24,7 +25,7 @@ from flexura.errors import SolverError
 from flexura.linalg import counted_intervals, factorise, is_definite
 from flexura.mechanism import at
 from flexura.modal import REPEATED, close_groups
-from flexura.motion import Holding, Pose, PosedDesign, buckling_factor, reached
+from flexura.motion import Holding, Pose, PosedDesign, at_pose, buckling_factor, reached
 from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
 from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, full_order_model
 from flexura.study.questions.blocks import Bounded, without_round_off
@@ -132,7 +133,7 @@ class ReferenceState:
     @cached_property
     def model(self) -> FullOrderModel:
         """Its full-order model."""
-        return full_order_model(Design.of(self.plan, self.parameters))
+        return full_order_model(at_pose(Design.of(self.plan, self.parameters)))
 
     @cached_property
     def _ports(self) -> Ports:
@@ -259,7 +260,8 @@ class PosedState:
 
     @cached_property
     def _model(self) -> FullOrderModel:
-        return FullOrderModel(Design.of(self.plan, self.parameters), self._posed.K, self._posed.M)
+        design = replace(Design.of(self.plan, self.parameters), pose=self._posed)
+        return FullOrderModel(design, self._posed.K, self._posed.M)
 
     def compliance(self, to: Freedom, by: Freedom) -> float:
         """Displacement per force or moment, the displacements of the pose held but for those asked of.

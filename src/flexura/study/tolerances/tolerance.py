@@ -14,8 +14,9 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, Parameter, Spread, parameter_values, with_own_copies
-from flexura.structure import Plan, one_design, plan_of
+from flexura.structure import Plan, one_design
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, Questions, Relation, questions, relation
 from flexura.study.space import Variable, variables

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.linalg import count_below, lowest
 from flexura.mechanism import Mechanism
 from flexura.modal import (
@@ -31,7 +32,7 @@ from flexura.modal import (
     trusted_channels,
 )
 from flexura.reduction import LowOrderModel, full_order_modes, low_order_modes
-from flexura.structure import FullOrderModel, Plan, assemble, full_order_model
+from flexura.structure import FullOrderModel, Plan, full_order_model
 from flexura.tables import in_hz, quantity
 from flexura.testing.correlation.correlated import (
     Correlation,

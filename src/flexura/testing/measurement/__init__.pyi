@@ -24,8 +24,8 @@ from flexura.testing.measurement.measurement import checked as checked
 from flexura.testing.measurement.measurement import grouped as grouped
 from flexura.testing.measurement.measurement import merged as merged
 from flexura.testing.measurement.measurement import refuse_implausible as refuse_implausible
+from flexura.testing.measurement.measurement import repeated_note as repeated_note
 from flexura.testing.measurement.measurement import responses as responses
-from flexura.testing.measurement.measurement import said_of as said_of
 from flexura.testing.measurement.measurement import setups_of as setups_of
 from flexura.testing.measurement.response_matrices import ResponseMatrix as ResponseMatrix
 from flexura.testing.measurement.response_matrices import key_of as key_of

@@ -17,9 +17,11 @@ import numpy as np
 
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import Dimension
+from flexura.full_order import plan_of
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modelfile import parse, text_of
-from flexura.structure import UNITS, Channel, Design, Plan, Ports, plan_of
+from flexura.motion import at_pose
+from flexura.structure import UNITS, Channel, Design, Plan, Ports
 from flexura.units import parse_quantity, parse_unit
 
 
@@ -287,7 +289,7 @@ def described_channels(mechanism: Mechanism | Plan, names: Sequence[str]) -> dic
     cannot be used.
     """
     plan = plan_of(mechanism)
-    design = Design.of(plan)
+    design = at_pose(Design.of(plan))
     ports = Ports(design)
     described: dict[str, ChannelDescription] = {}
     for name in names:

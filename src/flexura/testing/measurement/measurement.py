@@ -432,7 +432,7 @@ def merged(values: Sequence[NDArray[Any]], how: Repeated) -> NDArray[Any]:
     return np.mean(values, axis=0) if how == "average" else values[0 if how == "first" else -1]
 
 
-def said_of(again: Sequence[tuple[str, int]], how: Repeated) -> str:
+def repeated_note(again: Sequence[tuple[str, int]], how: Repeated) -> str:
     """A note on pairs, each with how often it is given."""
     named = ", ".join(f"{pair} ({count} times)" for pair, count in again[:MOST_PAIRS])
     more = f" and {len(again) - MOST_PAIRS} more" if len(again) > MOST_PAIRS else ""

@@ -13,12 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
+from flexura.full_order import assemble
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, Mechanism, is_pattern
 from flexura.modal import DEPENDENT_SHAPES, largest_motion, mac
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, assemble
+from flexura.structure import FullOrderModel, Plan
 from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel

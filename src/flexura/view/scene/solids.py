@@ -15,9 +15,9 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
+from flexura.fem import SurfaceShape
 from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack, matching
 from flexura.motion import Frames, pose_of
-from flexura.solid.mesh import SurfaceShape
 from flexura.structure import Copies, FullOrderModel
 from flexura.thresholds import SAME_PLACE
 from flexura.view.scene.discrete_elements import add_discrete_elements

@@ -19,6 +19,10 @@ from flexura.beam import rigid_arm
 from flexura.deadline import Listener, told
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
+from flexura.fem.components import Component, own_components, turned
+from flexura.fem.geometry import MemberSolid
+from flexura.fem.meshing import SIZES
+from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.mechanism import (
     TOP,
     Flexure,
@@ -39,11 +43,7 @@ from flexura.mechanism import (
     solid_members,
     with_rigid_roots,
 )
-from flexura.solid.fem.modes import Component, own_components, turned
-from flexura.solid.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
-from flexura.solid.geometry import MemberSolid
-from flexura.solid.mesh import SIZES
-from flexura.structure import FullOrderModel, Plan, assemble, one_design
+from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model
 
 ORDERS = (1.4, 1.0)
 """Orders with the length of cells to which the stiffness of members by themselves, and of fused ones, is taken to
@@ -147,7 +147,7 @@ def with_solid_parts(
     chosen = {name: members for name in plan.layout.prototypes if (members := solid_members(model, origin_of(name)))}
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
-    full = assemble(plan, one_design(parameters))
+    full = full_order_model(checked_design(plan, parameters))
     tell = told(progress)
     changed = {}
     for name, members in chosen.items():

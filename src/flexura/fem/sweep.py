@@ -13,8 +13,8 @@ from scipy.interpolate import CubicSpline
 
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
-from flexura.solid.geometry import MILLIMETRE, MemberSolid, Outline
-from flexura.solid.mesh import occ
+from flexura.fem import occ
+from flexura.fem.geometry import MILLIMETRE, MemberSolid, Outline
 
 GROWTH = 0.4
 """How fast cells grow away from a thin member."""

@@ -16,13 +16,14 @@ import scipy.sparse as sp
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError
+from flexura.fem.cache import Arrays, content_key, remembered
+from flexura.fem.geometry import ENDS, MemberSolid
+from flexura.fem.matrices import Face, elastic_matrices, face_ties, mesh_mass
+from flexura.fem.meshing import group_mesh
+from flexura.fem.solid_mesh import SolidMesh, Surface, dofs_of, outer_sides, rigid_motions
 from flexura.linalg import Eigenpairs, Progress, ShiftInvert, factorise_large, turned
 from flexura.mechanism import Faces
 from flexura.records import Kept
-from flexura.solid.fem.cache import Arrays, content_key, remembered
-from flexura.solid.fem.matrices import Face, elastic_matrices, face_ties, mesh_mass
-from flexura.solid.geometry import ENDS, MemberSolid
-from flexura.solid.mesh import SolidMesh, Surface, dofs_of, group_mesh, outer_sides, rigid_motions
 
 COLUMNS_AT_ONCE = 64
 """Right sides that are solved at a time."""

@@ -16,10 +16,10 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.solid.geometry import ENDS, MILLIMETRE, MemberShape, MemberSolid, Outline, normalised
-from flexura.solid.mesh import occ
-from flexura.solid.mesh.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
-from flexura.solid.mesh.sweep import EDGES, GROWTH, swept, swept_cells, turned
+from flexura.fem import occ
+from flexura.fem.geometry import ENDS, MILLIMETRE, MemberShape, MemberSolid, Outline, normalised
+from flexura.fem.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
+from flexura.fem.sweep import EDGES, GROWTH, swept, swept_cells, turned
 from flexura.tables import quantity
 
 KIND = "hexahedron27"

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
-from flexura.solid.geometry import SolidMaterial
+from flexura.fem.geometry import SolidMaterial
 
 CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""

@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
+from flexura.fem.solid_mesh import CELLS, SolidMesh, dofs_of, face_rule, faces_of, quadrature, rigid_motions, shape_of
 from flexura.mechanism import Faces
-from flexura.solid.mesh import CELLS, SolidMesh, dofs_of, face_rule, faces_of, quadrature, rigid_motions, shape_of
 
 NUMBERS_AT_ONCE = 4_000_000
 """Numbers of element stiffnesses worked out at a time, which bounds the memory."""

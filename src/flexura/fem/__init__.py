@@ -1,0 +1,5 @@
+"""Members as solids: geometry, meshes, finite elements, and the superelements reduced from them."""
+
+from flexura.lazy import face
+
+face(__name__)
