@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import approx_fprime
 
 import flexura as fx
-from flexura.sensitivity import free_names, frequency_slopes, whole_clusters
+from flexura.derivatives import free_names, frequency_slopes, whole_clusters
 from flexura.structure import Design, full_order_model
 
 RUNS, PARAMETERS, MODES = 20, 15, 6

@@ -87,7 +87,7 @@ assert fx.to_control(fx.state_space(fx.system(fx.load("{PIEZO}")), n=6)).nstates
     "notebook": _LOADED + "fx.sliders(mechanism)\n",
     "fmi": f"""
 import flexura as fx
-from flexura.lazy import need
+from flexura.errors import need
 fmpy = need("fmpy", "fmi")
 fx.export(fx.state_space(fx.system(fx.load("{PIEZO}")), n=6), "platform.fmu")
 assert fmpy.simulate_fmu("platform.fmu", stop_time=0.01) is not None

@@ -42,6 +42,10 @@ from flexura.analysis import stress_rows as stress_rows
 from flexura.analysis import stroke as stroke
 from flexura.analysis import tangent_stiffness as tangent_stiffness
 from flexura.analysis import time_response as time_response
+from flexura.derivatives import ModeSensitivities as ModeSensitivities
+from flexura.derivatives import ResponseSensitivities as ResponseSensitivities
+from flexura.derivatives import mode_sensitivities as mode_sensitivities
+from flexura.derivatives import response_sensitivities as response_sensitivities
 from flexura.errors import Diagnostic as Diagnostic
 from flexura.errors import ExpressionError as ExpressionError
 from flexura.errors import FlexuraError as FlexuraError
@@ -83,10 +87,6 @@ from flexura.reduction import natural_frequencies as natural_frequencies
 from flexura.reduction import nested as nested
 from flexura.reduction import reduce as reduce
 from flexura.reduction import unproven_frequencies as unproven_frequencies
-from flexura.sensitivity import ModeSensitivities as ModeSensitivities
-from flexura.sensitivity import ResponseSensitivities as ResponseSensitivities
-from flexura.sensitivity import mode_sensitivities as mode_sensitivities
-from flexura.sensitivity import response_sensitivities as response_sensitivities
 from flexura.sizes import size_limits as size_limits
 from flexura.solid.verification import Verification as Verification
 from flexura.solid.verification import WholeVerification as WholeVerification

@@ -69,9 +69,9 @@ def _hint(text: str, function: Callable[..., Any]) -> Any:
     if "ArrayLike" in text and "Mapping" not in text:
         return _Numbers | None if "None" in text else _Numbers
     holder: Any = types.SimpleNamespace(__annotations__={"it": text})
-    own = getattr(function, "__globals__", {})
+    known = getattr(function, "__globals__", {})
     try:
-        return typing.get_type_hints(holder, own)["it"]
+        return typing.get_type_hints(holder, known)["it"]
     except (NameError, TypeError, AttributeError, SyntaxError):
         return Any
 

@@ -47,12 +47,12 @@ def time_limit(seconds: float | None, report: Report | None = None) -> Iterator[
     `report` is told what part of it is done, by those steps that know.
     """
     outer = _current.get()
-    own = _Limit(float("inf"), float("inf"), report)
+    limit = _Limit(float("inf"), float("inf"), report)
     if seconds is not None:
-        own = _Limit(time.monotonic() + seconds, seconds, report)
-    if outer is not None and outer.end < own.end:
-        own = _Limit(outer.end, outer.seconds, report)
-    token = _current.set(own)
+        limit = _Limit(time.monotonic() + seconds, seconds, report)
+    if outer is not None and outer.end < limit.end:
+        limit = _Limit(outer.end, outer.seconds, report)
+    token = _current.set(limit)
     try:
         yield
     finally:
@@ -114,10 +114,10 @@ Listener = Callable[[Progress], None]
 """What the argument `progress` of a verb is: it is told how far the work is."""
 
 
-def unheard(_: Progress) -> None:
+def no_listener(_: Progress) -> None:
     """A listener where nobody listens."""
 
 
-def told(progress: Listener | None) -> Say:
+def announcer(progress: Listener | None) -> Say:
     """What tells a listener, if there is one, what is worked on next in words."""
     return (lambda words: progress(Progress(words))) if progress is not None else (lambda _: None)

@@ -1,13 +1,19 @@
-"""The exceptions of flexura, one root class, and the warnings of results: where, what, which rule, what to do."""
+"""The exceptions of flexura, one root class, and the warnings of results: where, what, which rule, what to do.
+
+And what is said of packages that only some installations have.
+"""
 
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from difflib import get_close_matches
+from importlib import import_module
 from itertools import chain
 from math import isfinite, nan
+from types import ModuleType
 from typing import Any
 
 Path = tuple[str | int, ...]
@@ -186,3 +192,22 @@ class LimitError(FlexuraError):
         self.warnings: tuple[Diagnostic, ...] = tuple(warnings)
         count = len(self.warnings)
         super().__init__("\n".join([f"{count} warning{'s' if count != 1 else ''}", *map(str, self.warnings)]))
+
+
+def need(module: str, extra: str) -> ModuleType:
+    """Import a module of an extra, without its warnings and without changes to their filters.
+
+    Raises OptionError that names the extra when the module, or a library that it is linked to, is missing or older than
+    what is installed beside it.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return import_module(module)
+        except ModuleNotFoundError:
+            raise OptionError(f"this needs the package {module}: pip install 'flexura[{extra}]'") from None
+        except OSError as error:
+            raise OptionError(f"{module} needs a library of the system, by its package manager: {error}") from None
+        except Exception as error:  # whatever a package raises that was built for another release of NumPy
+            reason = f"{module} is installed, but cannot be imported ({' '.join(str(error).split())[:200]})"
+            raise OptionError(f"{reason}: pip install --upgrade 'flexura[{extra}]'") from None

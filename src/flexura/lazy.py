@@ -1,7 +1,6 @@
-"""What is imported on first use: names of packages, and packages that only some installations have.
+"""Faces of packages: their public names, listed once in the stub `__init__.pyi`, imported on first use.
 
-The public names of a package are listed once in its stub `__init__.pyi`, with a line `from MODULE import NAME as NAME`
-for each, which type checkers read too.
+The stub has a line `from MODULE import NAME as NAME` for each name, which type checkers read too.
 """
 
 from __future__ import annotations
@@ -14,8 +13,6 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
-
-from flexura.errors import OptionError
 
 _LINE = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
 
@@ -35,9 +32,9 @@ class _Face(ModuleType):
         module = self.__dict__["_module_of"].get(name)
         if module is None:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        own = import_module(module)
-        is_module = own is self or not hasattr(own, name)
-        value = import_module(f"{module}.{name}") if is_module else getattr(own, name)
+        imported = import_module(module)
+        is_module = imported is self or not hasattr(imported, name)
+        value = import_module(f"{module}.{name}") if is_module else getattr(imported, name)
         self.__dict__[name] = value
         return value
 
@@ -68,22 +65,3 @@ def face(package: str, *others: str, former: Mapping[str, str] | None = None) ->
     vars(module)["_former"] = former or {}
     vars(module)["__all__"] = [*others, *vars(module)["_module_of"]]
     module.__class__ = _Face
-
-
-def need(module: str, extra: str) -> ModuleType:
-    """Import a module of an extra, without its warnings and without changes to their filters.
-
-    Raises OptionError that names the extra when the module, or a library that it is linked to, is missing or older than
-    what is installed beside it.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            return import_module(module)
-        except ModuleNotFoundError:
-            raise OptionError(f"this needs the package {module}: pip install 'flexura[{extra}]'") from None
-        except OSError as error:
-            raise OptionError(f"{module} needs a library of the system, by its package manager: {error}") from None
-        except Exception as error:  # whatever a package raises that was built for another release of NumPy
-            said = f"{module} is installed, but cannot be imported ({' '.join(str(error).split())[:200]})"
-            raise OptionError(f"{said}: pip install --upgrade 'flexura[{extra}]'") from None

@@ -45,7 +45,7 @@ def in_words(value: Any) -> str:
     if shape:
         return "x".join(str(n) for n in shape)
     if isinstance(value, tuple | list | Mapping):
-        kept = [in_words(own) for own in value] if len(value) <= SEVERAL and not isinstance(value, Mapping) else []
+        kept = [in_words(entry) for entry in value] if len(value) <= SEVERAL and not isinstance(value, Mapping) else []
         return f"({', '.join(kept)})" if kept and all(kept) else f"{len(value)} of them"
     return _shortened(f"{value:.6g}" if type(value) is float else repr(value), SHORT)
 

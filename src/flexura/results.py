@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from flexura.errors import Diagnostic, LimitError, foremost
-from flexura.lazy import need
+from flexura.errors import Diagnostic, LimitError, foremost, need
 from flexura.records import Record
 from flexura.tables import Facts, Table, counted, html_of
 

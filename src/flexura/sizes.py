@@ -51,7 +51,7 @@ def size_limit(name: str) -> int:
     if name in raised:
         return raised[name]
     text = os.environ.get(ENVIRONMENT, "").strip()
-    given = _parsed(text.split(","), ENVIRONMENT) if text else {}
+    given = parsed_limits(text.split(","), ENVIRONMENT) if text else {}
     return given.get(name, LIMITS[name].value)
 
 
@@ -61,17 +61,12 @@ def size_limits(**limits: float) -> Iterator[None]:
 
     Raises OptionError for unknown names and for values that are not positive.
     """
-    own = {name: _checked(name, value, f"size_limits({name}={value!r})") for name, value in limits.items()}
-    token = _raised.set({**_raised.get(), **own})
+    given = {name: _checked(name, value, f"size_limits({name}={value!r})") for name, value in limits.items()}
+    token = _raised.set({**_raised.get(), **given})
     try:
         yield
     finally:
         _raised.reset(token)
-
-
-def parsed_limits(texts: Iterable[str]) -> dict[str, int]:
-    """Limits by name out of texts NAME=VALUE. Raises OptionError for anything else."""
-    return _parsed(texts, "--limit")
 
 
 def beyond(name: str, value: float) -> tuple[str, str, str] | None:
@@ -94,7 +89,8 @@ def within(name: str, value: float, place: str) -> None:
         raise OptionError(f"{place}: {rule} (found {shown})\n    hint: {hint}")
 
 
-def _parsed(texts: Iterable[str], where: str) -> dict[str, int]:
+def parsed_limits(texts: Iterable[str], where: str = "--limit") -> dict[str, int]:
+    """Limits by name out of texts NAME=VALUE. Raises OptionError, which names where they stand, for anything else."""
     found = {}
     for text in texts:
         name, equals, value = (part.strip() for part in text.partition("="))

@@ -2,8 +2,7 @@
 
 import pytest
 
-from flexura.errors import OptionError
-from flexura.lazy import need
+from flexura.errors import OptionError, need
 
 
 @pytest.mark.parametrize(

@@ -55,7 +55,6 @@ FORMER = PUBLIC | {
     "say",
     "tell",
     "told",
-    "told_apart",
     "understood",
     "way_out",
 }

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.derivatives import frequency_slopes
 from flexura.duals import Dual, plain
 from flexura.mechanism import with_rigid_roots
-from flexura.sensitivity import frequency_slopes
 from flexura.structure import Design, Plan
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -10,11 +10,11 @@ import pytest
 import scipy.linalg as la
 
 import flexura as fx
+from flexura.derivatives import free_names, frequency_slopes
+from flexura.derivatives.eigenpairs import whole_clusters
+from flexura.derivatives.families import FullOrderFamily
 from flexura.duals import Dual
 from flexura.linalg import factorise
-from flexura.sensitivity import free_names, frequency_slopes
-from flexura.sensitivity.eigenpairs import whole_clusters
-from flexura.sensitivity.families import FullOrderFamily
 from flexura.structure import Design
 from helpers.forty_digits import Precise, forty_digits
 

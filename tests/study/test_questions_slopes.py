@@ -460,3 +460,26 @@ def test_members_that_part_have_a_slope_on_either_side():
     np.testing.assert_allclose(sides[1], [0, found.value[1] / 0.0005], rtol=1e-5)
     assert "one, two are stressed alike" in found.reason[0]
     assert found.reason[2] == ""
+
+
+def test_what_cannot_be_answered_leaves_the_rest_its_slopes():
+    column = """
+flexura: 1
+corrections: none
+theory: euler_bernoulli
+parameters: {L: {value: 100 mm}}
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3}}
+nodes: {a: [0, 0, 0], b: [L, 0, 0]}
+links:
+  bar:
+    nodes: [a, b]
+    material: m
+    reference: z
+    elements: 4
+    section: {shape: constants, A: 20 mm^2, Iy: 2 mm^4, Iz: 600 mm^4, J: 6 mm^4}
+ground: {a: clamped}
+loads: {b: {force: [-1 N, 0 N, 0 N]}}
+"""
+    found = questions(fx.loads(column), "stress, buckling").slopes({}, ["L"])
+    assert "no stress is known" in found.reason[0] and not found.reason[1]
+    assert found.slope[1, 0] * 0.1 / found.value[1] == pytest.approx(-2.0, rel=1e-6)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexura as fx
+from flexura.derivatives.families import FullOrderFamily, LowOrderFamily
 from flexura.linalg import lowest
-from flexura.sensitivity.families import FullOrderFamily, LowOrderFamily
 from helpers import samples
 
 RPR = "examples/rpr/rpr.yaml"

@@ -222,7 +222,7 @@ def test_a_png_is_as_small_as_is_asked(model):
 def test_pyplot_stays_out():
     code = (
         "import sys, flexura.view; assert 'matplotlib' not in sys.modules;"
-        "from flexura.mechanism import *; from flexura.structure import assemble;"
+        "from flexura.mechanism import *; from flexura.full_order import assemble;"
         "m = Mechanism(nodes={'a': (0, 0, 0), 'b': (0.1, 0, 0)}, ground={'a': 'clamped'}, links={'l': Link("
         "nodes=('a', 'b'), material='Al-7075-T6', section=Circle(diameter=0.01))});"
         "f = flexura.view.draw_mechanism(assemble(m)); f.canvas.draw();"

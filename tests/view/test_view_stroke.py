@@ -20,10 +20,10 @@ def stroke():
 
 def test_curves_are_those_of_the_poses(stroke, tmp_path):
     figure = draw_stroke(stroke)
-    force, frequency, change, translation, rotation, shift = figure.axes
+    frequency, change, force, translation, rotation, shift, *_ = figure.axes
     degrees = np.degrees([pose.move["arm.ry"] for pose in stroke.poses])
     assert force.lines[0].get_xdata() == pytest.approx(degrees)
-    size = {"arm.ry, N m": 1.0, "arm.ry, mN m": 1e-3}[force.lines[0].get_label()]
+    size = {"moment to hold, N m": 1.0, "moment to hold, mN m": 1e-3}[force.get_ylabel()]
     assert size * force.lines[0].get_ydata() == pytest.approx([pose.reaction["arm.ry"] for pose in stroke.poses])
     hertz = stroke.frequencies_hz[:, 0]
     assert change.lines[0].get_ydata() == pytest.approx(100 * (hertz / hertz[2] - 1)), "from the unstrained pose"

@@ -13,9 +13,8 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from flexura.errors import Diagnostic, OptionError, foremost
+from flexura.errors import Diagnostic, OptionError, foremost, need
 from flexura.files import write_file
-from flexura.lazy import need
 from flexura.tables import text_columns
 
 MOST_OF_A_KIND = 3

@@ -78,7 +78,7 @@ class Expression:
 
     def renamed(self, names: Mapping[str, str]) -> Expression:
         """The same expression with other names for some parameters."""
-        return self.substituted({name: Expression(Name(own)) for name, own in names.items()})
+        return self.substituted({name: Expression(Name(other)) for name, other in names.items()})
 
     def substituted(self, values: Mapping[str, float | Expression]) -> Expression:
         """The same expression with numbers in SI and expressions in the place of some parameters."""

@@ -247,20 +247,20 @@ def format_tree(tree: Tree, number: Callable[[Number], str] = _si_literal, above
     """Text of a tree with the fewest parentheses; `number` writes its literals."""
     match tree:
         case Number(value):
-            text, own = number(tree), 5 if value >= 0 else 3
+            text, precedence = number(tree), 5 if value >= 0 else 3
         case Name(id):
-            text, own = id, 5
+            text, precedence = id, 5
         case Negative(operand):
-            text, own = f"-{format_tree(operand, number, 3)}", 3
+            text, precedence = f"-{format_tree(operand, number, 3)}", 3
         case Call(function, arguments):
-            text, own = f"{function}({', '.join(format_tree(a, number) for a in arguments)})", 5
+            text, precedence = f"{function}({', '.join(format_tree(a, number) for a in arguments)})", 5
         case Binary(op, left, right):
-            own = _PRECEDENCE[op]
-            lhs = format_tree(left, number, own + (op == "^"))
+            precedence = _PRECEDENCE[op]
+            lhs = format_tree(left, number, precedence + (op == "^"))
             if op == "^" and isinstance(left, Number) and lhs[-1:].isalpha() | lhs.endswith("]"):
                 lhs = f"({lhs})"
-            text = f"{lhs} {op} {format_tree(right, number, own + 1)}"
-    return f"({text})" if own < above else text
+            text = f"{lhs} {op} {format_tree(right, number, precedence + 1)}"
+    return f"({text})" if precedence < above else text
 
 
 Choice = Literal["min", "max"]
@@ -277,16 +277,16 @@ def parts_of(tree: Tree, function: Choice) -> list[Tree]:
 def _parts(tree: Tree, function: Choice) -> list[Tree]:
     match tree:
         case Call(name, arguments) if name == function:
-            return [own for argument in arguments for own in parts_of(argument, function)]
+            return [part for argument in arguments for part in parts_of(argument, function)]
         case Negative(operand):
-            return [Negative(own) for own in parts_of(operand, _OTHER[function])]
+            return [Negative(part) for part in parts_of(operand, _OTHER[function])]
         case Binary("+" | "-" as op, left, right):
             others = parts_of(right, function if op == "+" else _OTHER[function])
-            return [Binary(op, own, other) for own in parts_of(left, function) for other in others]
+            return [Binary(op, part, other) for part in parts_of(left, function) for other in others]
         case Binary("*" | "/" as op, left, right) if (size := _number(right)) is not None:
-            return [Binary(op, own, right) for own in parts_of(left, function if size > 0 else _OTHER[function])]
+            return [Binary(op, part, right) for part in parts_of(left, function if size > 0 else _OTHER[function])]
         case Binary("*", left, right) if (size := _number(left)) is not None:
-            return [Binary("*", left, own) for own in parts_of(right, function if size > 0 else _OTHER[function])]
+            return [Binary("*", left, part) for part in parts_of(right, function if size > 0 else _OTHER[function])]
     return [tree]
 
 

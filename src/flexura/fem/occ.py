@@ -19,10 +19,9 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
-from flexura.errors import ModelError, OptionError, Problem, SolverError
+from flexura.errors import ModelError, OptionError, Problem, SolverError, need
 from flexura.fem.geometry import MILLIMETRE, MODELLED, BodySolid, MemberSolid, Outline, body_solids, joints, solids
 from flexura.files import complete_file
-from flexura.lazy import need
 from flexura.structure import FullOrderModel
 from flexura.tables import quantity
 

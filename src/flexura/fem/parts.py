@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import scipy.linalg as la
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.components import Component, own_components, turned
@@ -55,6 +55,7 @@ error: others may differ in nothing that matters."""
 
 
 Members = Mapping[str, Link | Flexure]
+P = TypeVar("P", bound=Substructure)
 
 
 def stiffness_error(piece: Piece, reduced: ReducedPiece, size: float, modes: int, announce: Announce) -> Array:
@@ -148,7 +149,7 @@ def with_solid_parts(
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = full_order_model(checked_design(plan, parameters))
-    tell = told(progress)
+    tell = announcer(progress)
     changed = {}
     for name, members in chosen.items():
         part: Substructure = model if name == TOP else model.substructures[name]
@@ -188,16 +189,12 @@ def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None =
     solid: dict[str, Any] = {"fidelity": None, "mesh_size": None}
     update = solid if corrections is None else {**solid, "corrections": None}
 
-    def beams(part: Substructure) -> dict[str, Any]:
-        members = {
-            kind: {key: m.model_copy(update=update) for key, m in getattr(part, kind).items()}
-            for kind in ("links", "flexures")
-        }
-        return {**solid, **members}
+    def beams(part: P) -> P:
+        return part.with_members(lambda member: member.model_copy(update=update)).replaced(solid)
 
-    inner = {name: part.replaced(beams(part)) for name, part in mechanism.substructures.items()}
+    parts = {name: beams(part) for name, part in mechanism.substructures.items()}
     named = {} if corrections is None else {"corrections": corrections}
-    return mechanism.replaced({**beams(mechanism), "substructures": inner, **named})
+    return beams(mechanism).replaced({"substructures": parts, **named})
 
 
 def with_rigid_faces(mechanism: Mechanism) -> Mechanism:

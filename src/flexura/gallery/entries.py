@@ -31,7 +31,7 @@ def entries() -> list[Entry]:
 
 def entry(name: str) -> Entry:
     """One mechanism of the gallery. Raises OptionError for a name that it does not have."""
-    known = {own.name: own for own in entries()}
+    known = {listed.name: listed for listed in entries()}
     asked = name.strip().removesuffix(".yaml").replace("-", "_")
     if asked not in known:
         hint = did_you_mean(asked, known, "flexura examples lists them")

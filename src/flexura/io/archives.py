@@ -10,10 +10,9 @@ import numpy as np
 
 from flexura._version import __version__
 from flexura.arrays import Array
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.files import read_arrays
 from flexura.io.hdf5 import read_datasets
-from flexura.lazy import need
 from flexura.testing.measurement import (
     ChannelDescription,
     ChannelDescriptions,

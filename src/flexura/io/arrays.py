@@ -12,7 +12,7 @@ import scipy.sparse as sp
 
 from flexura._version import __version__
 from flexura.arguments import verb
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.files import complete_files, write_file
 from flexura.io.contents import (
     SecondOrder,
@@ -23,7 +23,6 @@ from flexura.io.contents import (
     second_order,
     signal_names,
 )
-from flexura.lazy import need
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import FullOrderModel
 from flexura.systems import StateSpace

@@ -18,9 +18,8 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import FlexuraError, OptionError
+from flexura.errors import FlexuraError, OptionError, need
 from flexura.files import refuse_unreadable
-from flexura.lazy import need
 from flexura.sizes import ENVIRONMENT, size_limit, within
 
 LIMITS = ("arrays", "file_bytes")

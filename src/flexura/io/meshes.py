@@ -10,9 +10,8 @@ import numpy as np
 
 from flexura.analysis import Modes
 from flexura.arrays import Array, Index
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.files import complete_files
-from flexura.lazy import need
 from flexura.structure import FullOrderModel
 
 KINDS = ("link", "flexure", "body", "spring", "superelement")

@@ -26,7 +26,7 @@ from flexura.testing.measurement import (
     quantity_of,
     split_heading,
 )
-from flexura.units import parse_unit
+from flexura.units import is_number, parse_unit
 
 UNEVEN = 1e-3
 """Largest difference of steps of time, of their mean, in an evenly sampled record: times may be rounded."""
@@ -89,20 +89,13 @@ def _numbers(path: Path, headings: list[str], rows: Sequence[tuple[int, list[str
         values = np.array([cells for _, cells in rows]).astype(float)
         bad = np.argwhere(~np.isfinite(values))
     except ValueError:
-        bad = np.array([(i, j) for i, (_, cells) in enumerate(rows) for j, c in enumerate(cells) if not _is_number(c)])
+        bad = np.array([(i, j) for i, (_, cells) in enumerate(rows) for j, c in enumerate(cells) if not is_number(c)])
     if len(bad):
         i, j = (int(k) for k in bad[0])
         raise OptionError(
             f"{path}:{rows[i][0]}: {headings[j]}: {rows[i][1][j].strip() or 'nothing'!r} is no finite number"
         )
     return values
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False
 
 
 def _seconds(unit: str, path: Path) -> float:

@@ -115,7 +115,7 @@ def entry_of(part: Part, key: str) -> Any:
 def _described(kind: type[Part]) -> dict[str, str]:
     """The strings below the fields of a part and of what it is made from, by name of the field."""
     found: dict[str, str] = {}
-    for base in reversed([own for own in kind.__mro__ if issubclass(own, Part)]):
+    for base in reversed([parent for parent in kind.__mro__ if issubclass(parent, Part)]):
         (tree,) = ast.parse(dedent(inspect.getsource(base))).body
         body = tree.body if isinstance(tree, ast.ClassDef) else []
         for field, after in pairwise(body):

@@ -333,7 +333,7 @@ class Mechanism(Substructure, Displayed):
     """Numbers that others give of it, with their sources."""
 
     def __repr__(self) -> str:
-        counts = ", ".join(f"{len(own)} {kind}" for kind, own in self._counts().items() if own)
+        counts = ", ".join(f"{len(parts)} {kind}" for kind, parts in self._counts().items() if parts)
         return f"Mechanism({self.name!r}, {counts})" if counts else f"Mechanism({self.name!r})"
 
     __str__ = __repr__
@@ -344,16 +344,21 @@ class Mechanism(Substructure, Displayed):
         return {kind: getattr(self, kind) for kind in (*kinds, "sensors", "ground", "loads", "at")}
 
     def _view(self) -> Iterator[Facts | Table]:
-        yield Facts({kind: ", ".join(own) for kind, own in self._counts().items() if kind != "parameters"})
-        own = self.parameters
+        yield Facts({kind: ", ".join(names) for kind, names in self._counts().items() if kind != "parameters"})
+        parameters = self.parameters
 
-        def told(name: str) -> list[str]:
+        def texts(name: str) -> list[str]:
             """A value or a bound of every parameter; expressions as they are."""
-            values = ((getattr(p, name), p.unit) for p in own.values())
+            values = ((getattr(p, name), p.unit) for p in parameters.values())
             return [quantity(x, unit) if isinstance(x, float) else "" if x is None else str(x) for x, unit in values]
 
-        columns = {"parameter": list(own), "value": told("value"), "least": told("minimum"), "most": told("maximum")}
-        yield Table({**columns, "source": [p.source for p in own.values()]}, "parameters")
+        columns = {
+            "parameter": list(parameters),
+            "value": texts("value"),
+            "least": texts("minimum"),
+            "most": texts("maximum"),
+        }
+        yield Table({**columns, "source": [p.source for p in parameters.values()]}, "parameters")
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name. Raises OptionError when there is none."""
@@ -367,8 +372,8 @@ class Mechanism(Substructure, Displayed):
 
         Raises KeyError when there is none.
         """
-        own = self.materials.get(name, name)
-        return own if isinstance(own, Material) else CATALOGUE[own]
+        material = self.materials.get(name, name)
+        return material if isinstance(material, Material) else CATALOGUE[material]
 
 
 def refined(mechanism: Mechanism, times: int) -> Mechanism:
@@ -414,5 +419,5 @@ def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Conta
 def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flexure:
     pairs = zip(member.nodes, member.root, strict=True)
     root = tuple("rigid" if rigid is None or node in rigid else kind for node, kind in pairs)
-    fillet = tuple(0.0 if kind == "rigid" else own for kind, own in zip(root, member.fillet, strict=True))
+    fillet = tuple(0.0 if kind == "rigid" else radius for kind, radius in zip(root, member.fillet, strict=True))
     return member.model_copy(update={"root": root, "fillet": fillet})

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
-from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from types import MappingProxyType, UnionType
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,107 +22,79 @@ from flexura.mechanism.quantity import Quantity, Scalar
 Value = float | NDArray[np.float64]
 AnyItem = TypeVar("AnyItem")
 Found = list[tuple[Path, Quantity, Scalar]]
-Collect = Callable[[Any, Path, Found], None]
+
+
+class _Kind(NamedTuple):
+    """What a value of a type may hold: a number, parts, entries of one kind, or entries of several by their count."""
+
+    number: Quantity | None = None
+    has_parts: bool = False
+    each: _Kind | None = None
+    entries: Mapping[int, tuple[_Kind, ...]] = MappingProxyType({})
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether there may be a number in a value of this kind."""
+        inner = [entry for entries in self.entries.values() for entry in entries]
+        inner += [] if self.each is None else [self.each]
+        return self.number is not None or self.has_parts or any(entry.has_numbers for entry in inner)
 
 
 def scalars(part: Part) -> Iterator[tuple[Path, Quantity, Scalar]]:
     """Every number of a part and of the parts inside it: (path below the part, what is expected, value)."""
     found: Found = []
-    _collect_part(part, (), found)
+    _collect(part, _Kind(has_parts=True), (), found)
     return iter(found)
 
 
-def _collect_part(part: Part, path: Path, found: Found) -> None:
-    for name, key, collect in _plan(type(part)):
-        value = getattr(part, name)
-        if value is not None:
-            collect(value, (*path, key), found)
+def _collect(value: Any, kind: _Kind, path: Path, found: Found) -> None:
+    """Add the numbers in a value of a kind."""
+    if isinstance(value, Part):
+        for name, key, inner in _fields(type(value)):
+            entry = getattr(value, name)
+            if entry is not None:
+                _collect(entry, inner, (*path, key), found)
+    elif isinstance(value, tuple):
+        kinds = kind.entries.get(len(value)) or (kind.each,) * len(value)
+        for i, (entry, inner) in enumerate(zip(value, kinds, strict=True)):
+            if inner is not None:
+                _collect(entry, inner, (*path, i), found)
+    elif isinstance(value, dict):
+        if kind.each is not None:
+            for key, entry in value.items():
+                _collect(entry, kind.each, (*path, key), found)
+    elif kind.number is not None:
+        found.append((path, kind.number, value))
 
 
 @cache
-def _plan(kind: type[Part]) -> tuple[tuple[str, str, Collect], ...]:
-    plan = []
-    for name, field in kind.model_fields.items():
-        collect = _collector(field.annotation, tuple(field.metadata))
-        if collect is not None:
-            plan.append((name, key_of(kind, name), collect))
-    return tuple(plan)
+def _fields(kind: type[Part]) -> tuple[tuple[str, str, _Kind], ...]:
+    """Fields of a part that may hold numbers: name, key in a file, and kind."""
+    kinds = {name: _kind(field.annotation, tuple(field.metadata)) for name, field in kind.model_fields.items()}
+    return tuple((name, key_of(kind, name), inner) for name, inner in kinds.items() if inner.has_numbers)
 
 
-def _collector(annotation: Any, metadata: tuple[Any, ...] = ()) -> Collect | None:
-    """How to find the scalars in a value of this type; None where there cannot be any."""
+def _kind(annotation: Any, metadata: tuple[Any, ...] = ()) -> _Kind:
+    """The kind of an annotation. In a union parts know theirs, and tuples are told apart by their lengths."""
     quantity = next((m for m in metadata if isinstance(m, Quantity)), None)
-    if quantity is not None:
-        return lambda value, path, found: found.append((path, quantity, value))
     origin, arguments = get_origin(annotation), get_args(annotation)
-    result: Collect | None = None
+    if quantity is not None:
+        return _Kind(quantity)
     if origin is Annotated:
-        result = _collector(arguments[0], arguments[1:])
-    elif origin is dict:
-        result = _each(_collector(arguments[1]), dict.items)
-    elif origin is tuple and arguments[-1] is Ellipsis:
-        result = _each(_collector(arguments[0]), enumerate)
-    elif origin is tuple:
-        result = _entries([_collector(a) for a in arguments])
-    elif origin in (Union, UnionType):
-        result = _alternatives([a for a in arguments if a is not NoneType])
-    elif isinstance(annotation, type) and issubclass(annotation, Part):
-        result = _collect_part
-    return result
-
-
-def _each(inner: Collect | None, items: Callable[[Any], Any]) -> Collect | None:
-    if inner is None:
-        return None
-
-    def collect(value: Any, path: Path, found: Found) -> None:
-        for key, entry in items(value):
-            inner(entry, (*path, key), found)
-
-    return collect
-
-
-def _entries(inner: list[Collect | None]) -> Collect | None:
-    if not any(inner):
-        return None
-
-    def collect(value: Any, path: Path, found: Found) -> None:
-        for i, (each, entry) in enumerate(zip(inner, value, strict=True)):
-            if each is not None:
-                each(entry, (*path, i), found)
-
-    return collect
-
-
-def _alternatives(kinds: list[Any]) -> Collect | None:
-    """A union: parts find their own way, and tuples are told apart by their lengths."""
-    tuples = {_length(_bare(kind)): _collector(kind) for kind in kinds if get_origin(_bare(kind)) is tuple}
-    others = [c for c in map(_collector, kinds) if c is not None]
-    if not others:
-        return None
-    first = others[0]
-
-    def collect(value: Any, path: Path, found: Found) -> None:
-        if isinstance(value, Part):
-            _collect_part(value, path, found)
-        elif isinstance(value, tuple):
-            (tuples.get(len(value)) or tuples.get(ANY_LENGTH) or first)(value, path, found)
-        elif isinstance(value, float | Expression):
-            first(value, path, found)
-
-    return collect
-
-
-ANY_LENGTH = -1
-
-
-def _length(kind: Any) -> int:
-    """How many entries a tuple of a kind has."""
-    return ANY_LENGTH if get_args(kind)[-1] is Ellipsis else len(get_args(kind))
-
-
-def _bare(annotation: Any) -> Any:
-    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+        return _kind(arguments[0], arguments[1:])
+    if origin in (Union, UnionType):
+        kinds = [_kind(argument) for argument in arguments]
+        return _Kind(
+            next((kind.number for kind in kinds if kind.number is not None), None),
+            any(kind.has_parts for kind in kinds),
+            next((kind.each for kind in kinds if kind.each is not None), None),
+            {count: entries for kind in kinds for count, entries in kind.entries.items()},
+        )
+    if origin is dict or (origin is tuple and arguments[-1] is Ellipsis):
+        return _Kind(each=_kind(arguments[1 if origin is dict else 0]))
+    if origin is tuple:
+        return _Kind(entries={len(arguments): tuple(map(_kind, arguments))})
+    return _Kind(has_parts=isinstance(annotation, type) and issubclass(annotation, Part))
 
 
 def parameter_at(path: Path) -> str:
@@ -149,11 +121,11 @@ def renamed(item: AnyItem, names: Mapping[str, str]) -> AnyItem:
 def substituted(item: AnyItem, values: Mapping[str, Scalar]) -> AnyItem:
     """A part, or an expression, with values in the place of some parameters; nothing is validated anew."""
 
-    def own(expression: Expression) -> Scalar:
+    def value(expression: Expression) -> Scalar:
         found = expression.substituted(values)
         return found if found.names else float(found.evaluate({}))
 
-    return _with_expressions(item, own)
+    return _with_expressions(item, value)
 
 
 def expressions(item: Any) -> Iterator[Expression]:
@@ -173,8 +145,8 @@ def _with_expressions(item: Any, change: Callable[[Expression], Any]) -> Any:
     if isinstance(item, Expression):
         return change(item)
     if isinstance(item, Part):
-        own = item.__dict__.items()
-        changed = {name: new for name, old in own if (new := _with_expressions(old, change)) is not old}
+        fields = item.__dict__.items()
+        changed = {name: new for name, old in fields if (new := _with_expressions(old, change)) is not old}
         return item.replaced(changed) if changed else item
     if isinstance(item, tuple):
         entries = tuple(_with_expressions(entry, change) for entry in item)

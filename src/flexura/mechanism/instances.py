@@ -63,12 +63,12 @@ class Specialised:
         """The mechanism with all that instances have for themselves beside what it describes."""
         if not self.substructures:
             return self.mechanism
-        own = self.mechanism
-        return own.replaced(
+        described = self.mechanism
+        return described.replaced(
             {
-                "parameters": {**own.parameters, **self.parameters},
-                "materials": {**own.materials, **self.materials},
-                "substructures": {**own.substructures, **self.substructures},
+                "parameters": {**described.parameters, **self.parameters},
+                "materials": {**described.materials, **self.materials},
+                "substructures": {**described.substructures, **self.substructures},
             }
         )
 
@@ -88,15 +88,15 @@ class Specialised:
         depends = self.depends(instance.of)
         values = {name: value for name, value in bindings(instance, copy).items() if name in depends}
         scope = self._inner(self._scopes.get(parent, _Scope()), values, label, path)
-        own = {name: scope.names[name] for name in scope.names if name in depends}
-        if not own:
+        names = {name: scope.names[name] for name in scope.names if name in depends}
+        if not names:
             return instance.of
-        found = self._known.get((instance.of, frozenset(own.items())))
+        found = self._known.get((instance.of, frozenset(names.items())))
         if found is None:
-            found = self._known[instance.of, frozenset(own.items())] = f"{instance.of}{AT}{label}"
+            found = self._known[instance.of, frozenset(names.items())] = f"{instance.of}{AT}{label}"
             self._scopes[found] = scope
             base = self.mechanism.substructures.get(found) or self.mechanism.substructures[instance.of]
-            self.substructures[found] = self._renamed(base, own, label)
+            self.substructures[found] = self._renamed(base, names, label)
         return found
 
     def _inner(self, outer: _Scope, values: Mapping[str, Scalar], label: str, path: Path) -> _Scope:
@@ -106,7 +106,7 @@ class Specialised:
         if not given:
             return outer
         kept = outer.given | given.keys()
-        names = {name: own for name, own in outer.names.items() if name in outer.given}
+        names = {name: inside for name, inside in outer.names.items() if name in outer.given}
         for name in self.order:
             value = parameters[name].value
             if name in given:
@@ -118,7 +118,7 @@ class Specialised:
 
     def _own(self, name: str, value: Scalar, names: Mapping[str, str], label: str, path: Path) -> str:
         """The name of a parameter with a value of its own; equal ones are one."""
-        bounded = renamed(self.mechanism.parameters[name], {n: own for n, own in names.items() if n != name})
+        bounded = renamed(self.mechanism.parameters[name], {n: inside for n, inside in names.items() if n != name})
         if bounded.minimum is not None and bounded.minimum == bounded.maximum:  # held, which is said of its own value
             bounded = bounded.replaced({"minimum": None, "maximum": None})
         key = (name, value, bounded.minimum, bounded.maximum)
@@ -150,9 +150,9 @@ class Specialised:
         material = self.mechanism.materials.get(name)
         if not isinstance(material, Material) or all(e.names.isdisjoint(names) for e in expressions(material)):
             return name
-        own = renamed(material, names)
-        found = next((key for key, known in self.materials.items() if known == own), f"{name}{AT}{label}")
-        self.materials[found] = own
+        changed = renamed(material, names)
+        found = next((key for key, known in self.materials.items() if known == changed), f"{name}{AT}{label}")
+        self.materials[found] = changed
         return found
 
     def depends(self, name: str) -> frozenset[str]:
@@ -181,9 +181,9 @@ class Specialised:
     def read_by(self, name: str) -> set[str]:
         """Parameters that a substructure reads by itself: in its parts, and where it places instances."""
         part = self.prototype(name)
-        placing = [own.replaced({"with_": {}, "copies": {}}) for own in part.instances.values()]
-        own = [getattr(part, kind) for kind in Substructure.model_fields if kind != "instances"]
-        return {n for e in expressions((*own, *placing, *self._materials_and_sections(part))) for n in e.names}
+        placing = [instance.replaced({"with_": {}, "copies": {}}) for instance in part.instances.values()]
+        parts = [getattr(part, kind) for kind in Substructure.model_fields if kind != "instances"]
+        return {n for e in expressions((*parts, *placing, *self._materials_and_sections(part))) for n in e.names}
 
     def _read_by_instance(self, instance: Instance) -> set[str]:
         """Parameters outside an instance that its inside reads, and its values of its own."""
@@ -206,11 +206,11 @@ class Specialised:
         return found
 
     def _materials_and_sections(self, part: Substructure) -> tuple[object, ...]:
-        own = self.mechanism
+        described = self.mechanism
         members = [member for _, _, member in part.members()]
         solids = [body.solid for body in part.bodies.values() if body.solid is not None]
-        materials = [own.materials.get(item.material) for item in (*members, *solids)]
-        sections = [own.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
+        materials = [described.materials.get(item.material) for item in (*members, *solids)]
+        sections = [described.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
         return tuple(item for item in (*materials, *sections) if item is not None and not isinstance(item, str))
 
 
@@ -282,13 +282,13 @@ class _Copied:
 
     def _reads(self, prototype: str, part: Substructure, scope: _Values) -> set[str]:
         """Parameters that a part depends on by itself, or hands on to values that instances in it have."""
-        own = self.known.read_by(prototype)
+        read = self.known.read_by(prototype)
         for key, instance in part.instances.items():
             for copy, _ in copies(key, instance):
                 values = bindings(instance, copy).items()
-                own |= {n for name, v in values if name not in self.names for e in expressions(v) for n in e.names}
+                read |= {n for name, v in values if name not in self.names for e in expressions(v) for n in e.names}
         found: set[str] = set()
-        pending = list(own)
+        pending = list(read)
         while pending:
             name = pending.pop()
             if name in found or name not in self.mechanism.parameters:
@@ -300,9 +300,9 @@ class _Copied:
 
     def _inner(self, outer: _Values, values: Mapping[str, Scalar]) -> _Values:
         """The scope inside a copy with some values of its own."""
-        own = {name: substituted(value, outer.values) for name, value in values.items()}
-        given = outer.given | own.keys()
-        found = {name: value for name, value in outer.values.items() if name in outer.given} | own
+        given_values = {name: substituted(value, outer.values) for name, value in values.items()}
+        given = outer.given | given_values.keys()
+        found = {name: value for name, value in outer.values.items() if name in outer.given} | given_values
         for name in self.known.order:
             value = self.mechanism.parameters[name].value
             if name not in given and isinstance(value, Expression) and not value.names.isdisjoint(found):
@@ -319,7 +319,7 @@ class _Copied:
                 value = scope.values.get(name, Expression(Name(name))) if prototype == TOP else Expression(Name(name))
                 slot = self.slots[prototype, rest, name] = self._add(name, prototype, rest, value)
             part = self.known.prototype(prototype)
-            key = next(k for k, own in part.instances.items() if rest[0] in dict(copies(k, own)))
+            key = next(k for k, instance in part.instances.items() if rest[0] in dict(copies(k, instance)))
             self.given[prototype, key][rest[0]][inside] = Expression(Name(slot))
             inside = slot
         self.found[name][".".join(path)] = inside
@@ -327,24 +327,26 @@ class _Copied:
     def _add(self, name: str, prototype: str, path: tuple[str, ...], value: Scalar) -> str:
         """Add a parameter with a legal name that is not taken."""
         text = "_".join((name, *(("in", prototype) if prototype else ()), *path))
-        own, count = text[:LONGEST_NAME], 1
-        while own in self.parameters:
+        new, count = text[:LONGEST_NAME], 1
+        while new in self.parameters:
             count += 1
-            own = f"{text[: LONGEST_NAME - 6]}_{count}"
+            new = f"{text[: LONGEST_NAME - 6]}_{count}"
         update: dict[str, Any] = {"value": value, "source": f"{name} of {'.'.join(path)}"}
         if prototype:
             update |= {"minimum": None, "maximum": None}
         parameter: Parameter = self.mechanism.parameters[name]
-        self.parameters[own] = parameter.replaced(update)
-        return own
+        self.parameters[new] = parameter.replaced(update)
+        return new
 
     def _changed(self, prototype: str, part: Any) -> Any:
         """A prototype with what its instances are given."""
         instances = dict(part.instances)
         for key, instance in part.instances.items():
-            own = self.given.get((prototype, key))
-            if own:
-                joined = {copy: instance.copies.get(copy, {}) | own.get(copy, {}) for copy, _ in copies(key, instance)}
+            values_of = self.given.get((prototype, key))
+            if values_of:
+                joined = {
+                    copy: instance.copies.get(copy, {}) | values_of.get(copy, {}) for copy, _ in copies(key, instance)
+                }
                 given = {copy: values for copy, values in joined.items() if values}
                 instances[key] = instance.replaced({"copies": given})
         return part.replaced({"instances": instances})

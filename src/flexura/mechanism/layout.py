@@ -88,13 +88,11 @@ class Layout:
     def exposed(self, name: str) -> list[str]:
         """Nodes that a prototype's own parts may refer to: its own and the interfaces of its instances."""
         of_children = [
-            f"{child.name}.{node}" for child in self.children[name] for node in self.interface(child.prototype)
+            f"{child.name}.{node}"
+            for child in self.children[name]
+            for node in self.prototypes[child.prototype].interface
         ]
         return self.own_nodes(name) + of_children
-
-    def interface(self, name: str) -> list[str]:
-        """Interface nodes of a prototype, as its parent writes them behind the instance's name."""
-        return list(self.prototypes[name].interface)
 
     def actuators(self) -> dict[str, Actuator]:
         """Actuators as placed, by `NAME` or `INSTANCE.NAME`."""
@@ -140,7 +138,7 @@ def node_positions(layout: Layout, values: Mapping[str, float]) -> dict[str, dic
         here |= {key: _point(body.centre, values) for key, body in prototype.bodies.items()}
         for (of, _), group in groupby(layout.children[name], key=_alike):
             children = list(group)
-            nodes = [node for node in layout.interface(of) if node in found[of]]
+            nodes = [node for node in layout.prototypes[of].interface if node in found[of]]
             if nodes:
                 points = _placed(children, values).points(np.array([found[of][node] for node in nodes]))
                 for child, placed in zip(children, points.tolist(), strict=True):
@@ -199,13 +197,12 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
         driven = matching(name, actuators)
         node, _, axis = name.rpartition(".")
         if driven:
-            for own in driven:
-                command = command_of(actuators[own])
+            for actuator in driven:
+                command = command_of(actuators[actuator])
                 if command is None:
-                    raise OptionError(
-                        f"{own} has no place in a pose: it accelerates the base, which is at rest there; leave it out"
-                    )
-                found[own] = {command: float(value)}
+                    rule = "it accelerates the base, which is at rest there; leave it out"
+                    raise OptionError(f"{actuator} has no place in a pose: {rule}")
+                found[actuator] = {command: float(value)}
         elif node and axis in DISPLACEMENTS:
             found.setdefault(node, {})[axis] = float(value)
         else:
@@ -213,4 +210,4 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
             raise OptionError(
                 f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}{known}"
             )
-    return mechanism.replaced({"at": {name: Prescribed(**own) for name, own in found.items()}})
+    return mechanism.replaced({"at": {name: Prescribed(**given) for name, given in found.items()}})

@@ -45,8 +45,8 @@ Step = Turn | Move | Reflect
 def copies(name: str, instance: Instance) -> list[tuple[str, tuple[Step, ...]]]:
     """Expand the patterns of an instance: the name and the placing steps of every copy, in order."""
     zero: Vector = (0.0, 0.0, 0.0)
-    own: tuple[Step, ...] = tuple(Turn(r.axis, r.angle, zero) for r in instance.rotate)
-    placed: list[tuple[Step, ...]] = [(*own, Move(instance.at))]
+    turned: tuple[Step, ...] = tuple(Turn(r.axis, r.angle, zero) for r in instance.rotate)
+    placed: list[tuple[Step, ...]] = [(*turned, Move(instance.at))]
     for pattern in instance.pattern:
         placed = [(*steps, *extra) for extra in _pattern_steps(pattern) for steps in placed]
     if not instance.pattern:

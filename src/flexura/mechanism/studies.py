@@ -88,16 +88,18 @@ class SweepStudy(Part):
             )
         if not takes_values and self.samples is None:
             raise refuse("it is missing: samples says how many designs there are", "e.g. samples: 4096")
-        for name, own in self.vary.items():
-            if isinstance(own, Range) and (own.steps is None) == takes_values and not own.integer:
+        for name, varied in self.vary.items():
+            if isinstance(varied, Range) and (varied.steps is None) == takes_values and not varied.integer:
                 rule = (
                     f"{name} has no steps on the {self.sampling}" if takes_values else f"{name} has steps, but no grid"
                 )
                 raise refuse(rule, "e.g. steps: 11" if takes_values else "leave steps out")
-        counts = {name: own.steps if isinstance(own, Range) else len(own) for name, own in self.vary.items()}
+        counts = {
+            name: varied.steps if isinstance(varied, Range) else len(varied) for name, varied in self.vary.items()
+        }
         if self.sampling == "list" and len({*counts.values()} - {None}) > 1:
-            told = ", ".join(f"{name} has {count}" for name, count in counts.items() if count is not None)
-            raise refuse(f"a list pairs values: every parameter has as many ({told})")
+            listed = ", ".join(f"{name} has {count}" for name, count in counts.items() if count is not None)
+            raise refuse(f"a list pairs values: every parameter has as many ({listed})")
         return self
 
 
@@ -134,8 +136,8 @@ class OptimumStudy(Part):
             raise refuse(
                 "several, or none, are given: an optimum is one of maximise, minimise, goals", "e.g. maximise: f1"
             )
-        for name, own in self.vary.items():
-            if isinstance(own, Range) and own.steps is not None:
+        for name, varied in self.vary.items():
+            if isinstance(varied, Range) and varied.steps is not None:
                 raise refuse(f"{name} has steps, but an optimum is sought between the ends", "leave steps out")
         return self
 
@@ -171,7 +173,7 @@ class Spread(Part):
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
         kinds = (self.uniform, self.triangular, self.normal, self.measured)
-        if sum(own is not None for own in kinds) != 1:
+        if sum(kind is not None for kind in kinds) != 1:
             rule = "a spread is one of uniform, triangular, normal, measured"
             raise refuse(rule, "e.g. ± 0.02 mm, or {normal: 0.01 mm}")
         if self.within is not None and self.normal is None:
@@ -233,13 +235,15 @@ class DescribedStudy(Part):
     @property
     def words(self) -> str:
         """What it does, in one line."""
-        own = self.own
-        over = f"{self.kind} over {', '.join(own.vary)}"
-        if isinstance(own, OptimumStudy):
-            aims = own.goals or (Goal(maximise=own.maximise, minimise=own.minimise),)
-            told = ", ".join(f"maximise {aim.maximise}" if aim.maximise else f"minimise {aim.minimise}" for aim in aims)
-            return f"{over}: {told}" + (f", subject to {', '.join(own.subject_to)}" if own.subject_to else "")
-        return f"{over}: {', '.join((*own.ask, *getattr(own, 'require', ())))}"
+        study = self.own
+        over = f"{self.kind} over {', '.join(study.vary)}"
+        if isinstance(study, OptimumStudy):
+            aims = study.goals or (Goal(maximise=study.maximise, minimise=study.minimise),)
+            goals = ", ".join(
+                f"maximise {aim.maximise}" if aim.maximise else f"minimise {aim.minimise}" for aim in aims
+            )
+            return f"{over}: {goals}" + (f", subject to {', '.join(study.subject_to)}" if study.subject_to else "")
+        return f"{over}: {', '.join((*study.ask, *getattr(study, 'require', ())))}"
 
     @property
     def own(self) -> SweepStudy | OptimumStudy | ToleranceStudy:

@@ -152,24 +152,21 @@ class _Builder:
         self.count, self.most = 0, size_limit("model_values")
 
     def document(self) -> Node:
-        event = self.next()
+        event = next(self.events)
         while type(event).__name__ != "DocumentStartEvent":
             if type(event).__name__ == "StreamEndEvent":
                 raise _error(self.name, 1, "the file is empty", _TOP_HINT)
-            event = self.next()
-        first = self.next()
+            event = next(self.events)
+        first = next(self.events)
         root = self.node(first, ())
-        self.next()
-        after = self.next()
+        next(self.events)
+        after = next(self.events)
         if type(after).__name__ != "StreamEndEvent":
             line = after.start_mark.line + 1
             raise _error(self.name, line, "a model file holds one document", "remove the line ---")
         if root.value is None:
             raise _error(self.name, 1, "the file is empty", _TOP_HINT)
         return root
-
-    def next(self) -> Any:
-        return next(self.events)
 
     def fail(self, event: Any, path: Path, rule: str, hint: str = "", value: str = "") -> ModelError:
         return _error(self.name, event.start_mark.line + 1, rule, hint, path, value)
@@ -191,7 +188,7 @@ class _Builder:
             node.value = resolve(event.value) if event.implicit[0] else self.text(event, path)
         elif kind == "SequenceStartEvent":
             node.value = []
-            while type(item := self.next()).__name__ != "SequenceEndEvent":
+            while type(item := next(self.events)).__name__ != "SequenceEndEvent":
                 child = self.node(item, (*path, len(node.value)))
                 node.value.append(child)
                 node.size += child.size
@@ -211,7 +208,7 @@ class _Builder:
     def mapping(self, node: Node, path: Path) -> None:
         node.value = {}
         merged: list[Node] | None = None
-        while type(event := self.next()).__name__ != "MappingEndEvent":
+        while type(event := next(self.events)).__name__ != "MappingEndEvent":
             if type(event).__name__ != "ScalarEvent" or event.tag is not None:
                 raise self.fail(event, path, "a key is plain text", "e.g. base: [0, 0, 0]")
             key, line = self.text(event, path), event.start_mark.line + 1
@@ -223,7 +220,7 @@ class _Builder:
             if key in node.value:
                 hint = f"it is already on line {node.key_places[key][1]}"
                 raise self.fail(event, (*path, key), "the same key twice in one mapping", hint)
-            child = self.node(self.next(), (*path, key))
+            child = self.node(next(self.events), (*path, key))
             node.value[key] = child
             node.key_places[key] = (self.name, line)
             node.size += child.size
@@ -235,7 +232,7 @@ class _Builder:
 
     def merged(self, event: Any, path: Path) -> list[Node]:
         """The mappings that a key `<<` joins in, the first of them first (YAML merge key, 2005)."""
-        node = self.node(self.next(), path)
+        node = self.node(next(self.events), path)
         mappings = node.value if isinstance(node.value, list) else [node]
         if not all(isinstance(each.value, dict) for each in mappings):
             raise self.fail(event, path, "<< takes a mapping, or a list of them", "e.g. <<: *leaf")

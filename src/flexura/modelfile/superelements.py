@@ -21,7 +21,7 @@ from flexura.errors import ExpressionError, OptionError, Path, Problem
 from flexura.expressions import LENGTH, MASS, Dimension
 from flexura.files import MISSING, read_bytes
 from flexura.sizes import beyond
-from flexura.units import parse_unit
+from flexura.units import is_number, parse_unit
 
 _COUNT = re.compile(rb"\d{1,15}")
 
@@ -109,17 +109,10 @@ def _wrong_line(content: bytes, begin: int, width: int) -> str:
     first = content.count(b"\n", 0, begin) + 1
     for number, line in enumerate(content[begin:].split(b"\n"), first):
         cells = line.partition(b"%")[0].split()
-        if cells and not (len(cells) == width and all(map(_is_number, cells))):
+        if cells and not (len(cells) == width and all(map(is_number, cells))):
             what = "row, column and number are" if width == 3 else "one number is"
             return f"line {number}: {what} expected, not {_shown(line.decode('ascii', 'replace').strip())}"
     return ""
-
-
-def _is_number(text: bytes) -> bool:
-    try:
-        return bool(np.isfinite(float(text)))
-    except ValueError:
-        return False
 
 
 def _line_end(content: bytes, begin: int) -> int:

@@ -20,7 +20,7 @@ from flexura.errors import SolverError
 from flexura.linalg import count_below, leading
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import NEWTON_CONVERGED, NEWTON_STEPS, Equations, Equilibrium
-from flexura.motion.model import Loads
+from flexura.motion.model import NO_LOADS, Loads
 from flexura.motion.pose import Pose
 from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
 
@@ -70,6 +70,17 @@ class Path:
         self.at: Point = at
         self._before: list[tuple[float, Frames]] = []
         self._travel, self._load = 0.0, 1.0
+
+    @staticmethod
+    def from_rest(equations: Equations, point: Point) -> Equilibrium | Stopped:
+        """The state at a point, from the undeformed configuration without loads. Raises SolverError where that is free
+        to move."""
+        undeformed = Point(np.zeros(len(equations.drives)), NO_LOADS)
+        return Path(equations, equations.at_rest(), undeformed).to(point)
+
+    def to(self, point: Point) -> Equilibrium | Stopped:
+        """The state at one point."""
+        return next(self.through([point]))
 
     def through(self, points: Sequence[Point]) -> Iterator[Equilibrium | Stopped]:
         """The states at the points, in order; a last `Stopped` where no equilibrium is found further on."""

@@ -288,7 +288,7 @@ def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> t
     """
     plan = assembler.plan
     topology = plan.topology
-    chosen = plan.layout.interface(TOP) if names is None else names
+    chosen = plan.layout.prototypes[TOP].interface if names is None else names
     if names is None and not chosen:
         chosen = plan.body_names or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
     kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())

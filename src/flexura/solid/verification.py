@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from flexura.analysis import corrected
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import FlexuraError, OptionError
 from flexura.fem import MOST_MODES, SIZES, SolidMesh, as_beams, elastic_matrices, with_rigid_faces, with_solid_parts
 from flexura.full_order import assemble
@@ -293,7 +293,7 @@ def verify(
         _check(model, n)
         if solver != "flexura":
             raise OptionError(f"the whole part is solved by NGSolve, not by {solver}")
-        return verify_whole(model, parameters, int(n), 1.0 if size is None else float(size), told(progress))
+        return verify_whole(model, parameters, int(n), 1.0 if size is None else float(size), announcer(progress))
     *_, last = progressively(model, parameters, n=n, size=size, solver=solver, progress=progress)
     return last
 
@@ -314,7 +314,7 @@ def progressively(
     if not least <= fine <= most:
         raise OptionError(f"the mesh size is relative to the default, from {least:g} to {most:g}, not {size!r}")
     single = one_design(parameters)
-    matrices, announce = _matrices(solver), told(progress)
+    matrices, announce = _matrices(solver), announcer(progress)
     models, described = beam_models(model, single)
     pictured = next(model.model for model in models if model.label == PICTURED)
     pictured.plan.refuse_loads("solid elements, which feel no preload", pictured.values)

@@ -187,14 +187,14 @@ class Part:
         The mechanism itself keeps all its named nodes, unless it declares an interface. Nodes that nothing elastic or
         massive of this part touches are left out.
         """
-        keep = {nodes.number[n] for n in layout.interface(self.name) if n in nodes.number}
+        keep = {nodes.number[n] for n in layout.prototypes[self.name].interface if n in nodes.number}
         keep |= set(range(self.n_own, self.n_named))
         keep |= {node for node, _ in self.bodies.values()} | {n for ns in self.carried.values() for n in ns}
         keep |= {n for joint in self.joints for n in joint}
         if self.name == TOP:
             held = {n for text in layout.mechanism.ground for n in matching(text, list(nodes.number))}
             keep |= {nodes.number[n] for n in held}
-            if not layout.interface(TOP):
+            if not layout.prototypes[TOP].interface:
                 keep |= set(range(self.n_named))
         return np.array(sorted(keep & self._active()), dtype=np.intp)
 
@@ -402,7 +402,7 @@ def _hold(ratio: Array, across: Array | float) -> Array:
 def _clamping_nodes(layout: Layout, part: Part) -> set[int]:
     """Nodes that anything but this part's own members holds."""
     prototype = layout.prototypes[part.name]
-    names = set(layout.interface(part.name)) | set(prototype.bodies)
+    names = set(prototype.interface) | set(prototype.bodies)
     names |= {name for joint in prototype.joints for name in joint}
     names |= {name for superelement in prototype.superelements.values() for name in superelement.nodes}
     if part.name == TOP:

@@ -10,11 +10,11 @@ import numpy as np
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Bools
+from flexura.derivatives import free_names
 from flexura.errors import Diagnostic
 from flexura.full_order import plan_of
 from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
-from flexura.sensitivity import free_names
 from flexura.structure import Plan, one_design
 from flexura.study.questions import Margins, OfThePart, Slopes, questions
 from flexura.tables import Facts, Table, percent, quantity

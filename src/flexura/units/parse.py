@@ -73,6 +73,14 @@ def parse_quantity(text: str) -> tuple[float, Dimension]:
     return to_si(number, factor), dimension
 
 
+def is_number(text: str | bytes) -> bool:
+    """Whether a text is a finite number and nothing else."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
 def split_quantity(text: str) -> tuple[str, str]:
     """The texts of the number and of the unit, empty where there is none.
 
@@ -187,13 +195,13 @@ def _si_units() -> dict[str, tuple[Fraction, Dimension]]:
         "rad": (0, 0, 0, 0, 0),
     }
     ten = Fraction(10)
-    found = {f"{p}{name}": (ten**power, own) for p, power in powers.items() for name, own in bases.items()}
+    found = {f"{p}{name}": (ten**power, exponents) for p, power in powers.items() for name, exponents in bases.items()}
     mass, length, angle = (0, 1, 0, 0, 0), (1, 0, 0, 0, 0), (0, 0, 0, 0, 0)
     found |= {f"{p}g": (ten ** (power - 3), mass) for p, power in powers.items()}
     found |= {"t": (ten**3, mass), "cm": (ten**-2, length), "in": (Fraction("0.0254"), length)}
     found |= {"deg": (Fraction(math.pi / 180), angle), "°": (Fraction(math.pi / 180), angle)}
     found |= {"min": (Fraction(60), (0, 0, 1, 0, 0))}
-    return {name: (factor, Dimension(*map(Fraction, own))) for name, (factor, own) in found.items()}
+    return {name: (factor, Dimension(*map(Fraction, exponents))) for name, (factor, exponents) in found.items()}
 
 
 _SI = _si_units()

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from flexura.analysis.limits.limits import States, largest, member_rows, motion_limits, stress_limits, times
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
-from flexura.motion import NO_LOADS, Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
+from flexura.motion import Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
 from flexura.structure import FullOrderModel, InputPort
 from flexura.tables import quantity
 
@@ -88,7 +88,7 @@ def stiffening_limits(
     try:
         equations = Equations(MovingModel.of(model.design))
         there = Point(np.empty(0), _holding(equations.model, model, bent.u, inputs, np.asarray(commands, dtype=float)))
-        state = next(Path(equations, equations.at_rest(), Point(np.empty(0), NO_LOADS)).through([there]))
+        state = Path.from_rest(equations, there)
     except (OptionError, SolverError) as reason:
         text = f"whether it moves as far with large displacements is not known{bent.when}: {reason}"
         return (Diagnostic("stiffness", "", np.nan, 1.0, "1", text),)

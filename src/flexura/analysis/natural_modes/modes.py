@@ -12,45 +12,30 @@ import numpy as np
 
 from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import ModelError, model_errors_of_modes
-from flexura.analysis.natural_modes.evidence import Evidence, MissedMode, mass_evidence
+from flexura.analysis.natural_modes.evidence import Evidence, mass_evidence
+from flexura.analysis.natural_modes.solved import Solved, solved_full, solved_low
 from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning, motions
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import stage
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import assemble, plan_of
-from flexura.linalg import Eigenpairs, Pencil, lowest, residuals
 from flexura.mechanism import Mechanism
-from flexura.modal import REPEATED, close_groups, mac_with_spaces, pair_by_mac
 from flexura.records import Record
 from flexura.reduction import (
     HERTZ,
     RESOLVED,
     Certificate,
-    ChainedModel,
     LowOrderModel,
     Reduction,
-    SplitModel,
-    certificate,
-    chained,
-    lowest_pairs,
-    model_pairs,
     proven_text,
     reduce,
     reduction_of,
-    split,
-    state_of,
 )
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, full_order_model, one_design
 from flexura.tables import Facts, Table, in_hz, quantity
 from flexura.thresholds import PROVEN
-
-LARGEST = 30_000
-"""Up to this full order its own modes are worked out beside those of the low order."""
-
-EXTRA = 60
-"""At most so many full-order modes beyond the reported ones are computed to name what a reduction misses."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -263,8 +248,8 @@ def modes(
     if isinstance(model, LowOrderModel):
         if parameters or order == "full" or given:
             raise OptionError("a reduced model has its design and its reduction already; only n can be asked of it")
-        full = chained(full_order_model(model.design))
-        return _low_modes(full, model, min(n, model.order), one_design(model.parameters), PROVEN)
+        solved = solved_low(full_order_model(model.design), model, min(n, model.order), PROVEN)
+        return _result(solved, one_design(model.parameters))
     plan, single = plan_of(model, parameters), one_design(parameters)
     stage("assembling the full order")
     full = assemble(plan, single)
@@ -272,162 +257,37 @@ def modes(
         raise OptionError("nothing in this mechanism can move: every node is held")
     if order == "full" and given:
         raise OptionError(f"{next(iter(given))} belongs to order low")
-    if order == "full" and (parts := split(full)) is not None:
-        return _split_modes(parts, n, single)
     if order == "full":
-        return _full_modes(chained(full), min(n, full.order), single)
+        return _result(solved_full(full, n), single)
     wanted = reduction_of(plan, given, n)
     low = reduce(full, **wanted)
     if wanted.get("up_to") is not None:
         n = low.order
     if low.order == 0:
         raise OptionError("every node that the low-order model keeps is held; keep normal modes, or ask for order full")
-    return _low_modes(chained(full), low, min(n, low.order), single, wanted.get("tolerance", PROVEN))
+    return _result(solved_low(full, low, min(n, low.order), wanted.get("tolerance", PROVEN)), single)
 
 
-def _split_modes(parts: SplitModel, n: int, parameters: dict[str, float]) -> Modes:
-    """The `n` lowest modes of a full-order model that is split by its equal branches."""
-    proof, pairs, full = parts.certificate(n), parts.lowest(n), parts.model
-    u = full.node_displacements(pairs.vectors)
-    modes = [  # a model is split only where its stiffness is definite: nothing is rigid
-        _mode(k, proof, motion, (float(proof.frequency_hz[k]), 0.0, 1.0), free=0, tolerance=PROVEN)
-        for k, motion in enumerate(motions(full, u))
-    ]
-    return _result(
-        full,
-        proof,
-        modes,
-        u,
-        order=full.order,
-        parameters=parameters,
-        steps=(parts.summary, *state_of(full.design)),
-        tolerance=PROVEN,
-        full_residual=parts.residual(n),
-    )
-
-
-def _full_modes(full: ChainedModel, n: int, parameters: dict[str, float]) -> Modes:
-    pairs = lowest_pairs(full, n)
-    proof = certificate(full, pairs, n)
-    u = full.model.node_displacements(full.recover(pairs.vectors[:, :n]))
-    modes = [
-        _mode(k, proof, motion, (float(proof.frequency_hz[k]), 0.0, 1.0), free=full.free_motions, tolerance=np.inf)
-        for k, motion in enumerate(motions(full.model, u))
-    ]
-    return _result(
-        full.model,
-        proof,
-        modes,
-        u,
-        order=full.model.order,
-        parameters=parameters,
-        steps=state_of(full.model.design),
-        tolerance=np.inf,
-        full_residual=_residual(full.pencil, pairs),
-    )
-
-
-def _low_modes(full: ChainedModel, low: LowOrderModel, n: int, parameters: dict[str, float], tolerance: float) -> Modes:
-    pairs = model_pairs(low, full, n)
-    n = min(n, len(pairs.values))
-    if n == 0:
-        raise OptionError("the mechanism has no mass")
-    proof = low.certificate
-    if proof is None or len(proof.frequency_hz) < n:
-        proof = certificate(full, pairs, n)
-    # full-order modes to stand beside the low-order ones, none where the full order is too large
-    reference = Eigenpairs(np.empty(0), np.empty((full.pencil.order, 0)))
-    if full.model.order <= LARGEST:
-        reference = lowest_pairs(full, min(max(proof.count, len(proof.frequency_hz)), n + EXTRA))
-    full_hz = np.sqrt(reference.values) / HERTZ
-    count = max(n, len(proof.frequency_hz))
-    pairs = Eigenpairs(pairs.values[:count], pairs.vectors[:, :count])
-    # of each low-order mode the full-order one that it represents (-1: none), and their MAC (theory eq. 57)
-    omega, full_omega = (np.sqrt(np.abs(own.values)) for own in (pairs, reference))
-    overlap = mac_with_spaces(reference.vectors, pairs.vectors, close_groups(full_omega, REPEATED), full.pencil.M)
-    partner = pair_by_mac(overlap, full_omega, omega)
-    u = full.model.node_displacements(full.recover(pairs.vectors[:, :n]))
-    modes = []
-    for k, motion in enumerate(motions(full.model, u)):
-        counterpart = None
-        if partner[k] >= 0:
-            hz, other = float(proof.frequency_hz[k]), float(full_hz[partner[k]])
-            counterpart = (other, hz / other - 1 if other else 0.0, float(overlap[partner[k], k]))
-        modes.append(_mode(k, proof, motion, counterpart, free=full.free_motions, tolerance=tolerance))
-    lost = np.setdiff1d(np.flatnonzero(full_hz <= proof.below_hz), partner) if proof.missing > 0 else []
-    lost_motions = motions(full.model, full.model.node_displacements(full.recover(reference.vectors[:, lost])))
-    missed = tuple(MissedMode(float(full_hz[i]), m.summary) for i, m in zip(lost, lost_motions, strict=True))
-    return _result(
-        full.model,
-        proof,
-        modes,
-        u,
-        order=low.order,
-        parameters=parameters,
-        steps=low.steps,
-        tolerance=tolerance,
-        full_residual=_residual(full.pencil, reference),
-        low_residual=_residual(Pencil.of(low.K, low.M), lowest(low.K, low.M, n)),
-        missed=missed,
-    )
-
-
-def _mode(
-    k: int,
-    proof: Certificate,
-    motion: Motion,
-    counterpart: tuple[float, float, float] | None,
-    *,
-    free: int,
-    tolerance: float,
-) -> Mode:
-    """Mode k of a certificate, with the frequency, the relative error and the MAC of its full-order counterpart, where
-    `free` rigid motions strain nothing."""
-    hz, indexed = float(proof.frequency_hz[k]), bool(proof.is_indexed[k])
-    lower, upper = (float(end[k]) if np.isfinite(end[k]) else None for end in (proof.lower_hz, proof.upper_hz))
-    is_rigid = hz == 0.0 and k < free and lower == 0.0
-    is_within = is_rigid or tolerance == np.inf or (indexed and proof.error_bound[k] <= tolerance)
-    full_hz, error, mac = counterpart or (None, None, None)
-    return Mode(
-        k + 1, hz, HERTZ * hz, full_hz, error, mac, (lower, upper), indexed, motion, is_rigid, missed=not is_within
-    )
-
-
-def _residual(pencil: Pencil, pairs: Eigenpairs) -> float | None:
-    return float(residuals(pencil, pairs).max()) if len(pairs.values) else None
-
-
-def _result(
-    full: FullOrderModel,
-    proof: Certificate,
-    modes: Sequence[Mode],
-    u: Array,
-    *,
-    order: int,
-    parameters: dict[str, float],
-    steps: tuple[str, ...],
-    tolerance: float,
-    full_residual: float | None,
-    low_residual: float | None = None,
-    missed: tuple[MissedMode, ...] = (),
-) -> Modes:
-    """The result of modes of shapes u (n_nodes, 6, n), with its evidence and warnings."""
+def _result(solved: Solved, parameters: dict[str, float]) -> Modes:
+    """The modes that are solved, with what moves in them, evidence and warnings."""
+    full, proof, u = solved.model, solved.proof, solved.shapes
+    modes = [_mode(k, solved, motion) for k, motion in enumerate(motions(full, u))]
     evidence = Evidence(
         **mass_evidence(full),
         rigid_body_modes=sum(mode.is_rigid for mode in modes),
-        full_residual=full_residual,
-        low_residual=low_residual,
+        full_residual=solved.full_residual,
+        low_residual=solved.low_residual,
         sturm_below_hz=proof.below_hz,
         sturm_count=proof.count,
         reported_below=proof.found,
-        missed=missed,
-        more_missed=max(proof.missing - len(missed), 0),
+        missed=solved.missed,
+        more_missed=max(proof.missing - len(solved.missed), 0),
         is_counted=proof.is_counted,
     )
     modes, mesh_warnings = _with_mesh_errors(full, modes, u)
     return Modes(
         name=full.plan.mechanism.name,
-        order=order,
+        order=solved.order,
         full_order=full.order,
         modes=tuple(modes),
         evidence=evidence,
@@ -436,9 +296,22 @@ def _result(
         parameters=parameters,
         model=full,
         certificate=proof,
-        steps=steps,
-        tolerance=min(tolerance, PROVEN),
-        warnings=(*_unproven(modes, proof, tolerance), *mesh_warnings, *pose_limits(full)),
+        steps=solved.steps,
+        tolerance=min(solved.tolerance, PROVEN),
+        warnings=(*_unproven(modes, proof, solved.tolerance), *mesh_warnings, *pose_limits(full)),
+    )
+
+
+def _mode(k: int, solved: Solved, motion: Motion) -> Mode:
+    """Mode k of those that are solved."""
+    proof, tolerance = solved.proof, solved.tolerance
+    hz, indexed = float(proof.frequency_hz[k]), bool(proof.is_indexed[k])
+    lower, upper = (float(end[k]) if np.isfinite(end[k]) else None for end in (proof.lower_hz, proof.upper_hz))
+    is_rigid = hz == 0.0 and k < solved.free and lower == 0.0
+    is_within = is_rigid or tolerance == np.inf or (indexed and proof.error_bound[k] <= tolerance)
+    full_hz, error, mac = solved.counterparts[k] or (None, None, None)
+    return Mode(
+        k + 1, hz, HERTZ * hz, full_hz, error, mac, (lower, upper), indexed, motion, is_rigid, missed=not is_within
     )
 
 

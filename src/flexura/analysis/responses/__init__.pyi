@@ -4,13 +4,13 @@ from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup
 from flexura.analysis.responses.curves import heard as heard
 from flexura.analysis.responses.curves import phase_in_degrees as phase_in_degrees
+from flexura.analysis.responses.curves import response_chart as response_chart
 from flexura.analysis.responses.curves import response_group as response_group
 from flexura.analysis.responses.curves import response_units as response_units
 from flexura.analysis.responses.frequency_response import FrequencyResponse as FrequencyResponse
 from flexura.analysis.responses.frequency_response import frequency_response as frequency_response
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
-from flexura.analysis.responses.slopes import SlopedResponse as SlopedResponse
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response

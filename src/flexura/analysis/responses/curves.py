@@ -1,4 +1,4 @@
-"""Responses as curves: those of one unit that matter, equal ones as one."""
+"""Responses as curves: those of one unit that matter, equal ones as one, and their chart."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
+from flexura.charts import Axis, Chart, Curve, Mark, Panel
 from flexura.structure import unit_of_response
+from flexura.tables import counted, in_hz
 
 MOST_CURVES = 8
 """Curves of one unit."""
@@ -22,6 +24,9 @@ MATTERS = 1e-3
 
 SAME = 1e-3
 """Responses that differ by a smaller share of the largest are one curve."""
+
+LONGEST = 44
+"""Characters of the label of a resonance."""
 
 Pair = tuple[str, str]
 """An output and an input, by name."""
@@ -96,3 +101,26 @@ def phase_in_degrees(H: NDArray[np.complex128]) -> NDArray[np.float64]:
     phase = np.degrees(np.unwrap(np.angle(H)))
     shift = 360 * np.round(np.median(phase) / 360) if abs(np.median(phase)) > 360 else 0.0
     return phase - shift
+
+
+def response_chart(result: FrequencyResponse, group: ResponseGroup, platform: str | None = None) -> Chart:
+    """Magnitude over phase of responses of one unit, resonances marked with what moves in them; the platform without
+    its name."""
+    hz, frequency = result.frequency_hz, Axis("frequency", "Hz", log=True)
+    marks = []
+    for k, (at, words) in enumerate(
+        itertools.zip_longest(result.resonances_hz, result.resonance_motions, fillvalue="")
+    ):
+        moves = words.partition(" (")[0].removeprefix(f"{platform} ")
+        label = f"{in_hz(float(at), 4)} {moves}".strip()
+        marks.append(Mark(float(at), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
+    magnitude = [Curve(hz, np.abs(curve.H), curve.label) for curve in group.curves]
+    phase = [Curve(hz, phase_in_degrees(curve.H), curve.label) for curve in group.curves]
+    resonances = ", ".join(f"{at:.4g}" for at in result.resonances_hz)
+    said = f"{counted(len(magnitude), 'curve')}, {counted(len(marks), 'resonance')}"
+    said += f": {resonances} Hz" if marks else ""
+    panels = [
+        Panel(magnitude, frequency, Axis("magnitude", group.unit, log=True), marks=marks),
+        Panel(phase, frequency, Axis("phase", "deg"), marks=marks),
+    ]
+    return Chart("response", f"Frequency responses in {group.unit}", said, panels)

@@ -15,7 +15,6 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
-    NO_LOADS,
     Damping,
     Equations,
     Equilibrium,
@@ -214,8 +213,7 @@ def _resting(equations: Equations, loads: Loads) -> Equilibrium:
     if not loads.any:
         tangent = equations.tangent(rest, loads, zero)[0]
         return Equilibrium(rest, zero, loads, tangent, 0)
-    start = equations.solve(rest, NO_LOADS, zero)
-    state = next(iter(Path(equations, start, Point(zero, NO_LOADS)).through([Point(zero, loads)])))
+    state = Path.from_rest(equations, Point(zero, loads))
     if isinstance(state, Stopped):
         raise OptionError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
     return state

@@ -7,13 +7,11 @@ from flexura.analysis.strain.energy import frequency_errors as frequency_errors
 from flexura.analysis.strain.energy import mesh_warning as mesh_warning
 from flexura.analysis.strain.energy import motion_meshes as motion_meshes
 from flexura.analysis.strain.energy import part_meshes as part_meshes
-from flexura.analysis.strain.internal_forces import Missing as Missing
 from flexura.analysis.strain.internal_forces import element_motions as element_motions
 from flexura.analysis.strain.internal_forces import end_forces as end_forces
 from flexura.analysis.strain.internal_forces import finite_numbers as finite_numbers
 from flexura.analysis.strain.internal_forces import force_changes as force_changes
 from flexura.analysis.strain.internal_forces import internal_force_rows as internal_force_rows
-from flexura.analysis.strain.internal_forces import settled as settled
 from flexura.analysis.strain.motion import Motion as Motion
 from flexura.analysis.strain.motion import motions as motions
 from flexura.analysis.strain.stress import EndForces as EndForces

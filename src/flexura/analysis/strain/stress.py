@@ -13,12 +13,10 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.strain.internal_forces import (
-    Missing,
     end_forces,
     find_member,
     finite_numbers,
     internal_force_rows,
-    told_apart,
     unknown_member,
 )
 from flexura.arguments import verb
@@ -45,6 +43,9 @@ Pair = tuple[Array, Array]
 EndForces = Callable[[str], Pair]
 """Internal forces (i, e, 6, k) at the first and the second end of the elements of all copies of a prototype, in the
 axes of the members on the face towards the second end, in k states."""
+
+Rounding = Callable[[Array, Array], Array]
+"""What rounds slopes of internal forces (i, m, stations, k, 6) of members of lengths (m,)."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -276,11 +277,10 @@ def largest_stresses(
     count: int,
     *,
     yielding: bool = False,
-    missing: Missing | None = None,
+    rounding: Rounding | None = None,
 ) -> LargestStresses:
     """The largest stresses under internal forces of `count` states, of all members whose section is known, or of those
-    whose yield stress is known too. With slopes where the forces and the design have them, those of forces
-    told apart in what is `missing` of equilibrium where that is given."""
+    whose yield stress is known too. With slopes where the forces and the design have them, rounded by `rounding`."""
     names: list[str] = []
     columns: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
     for name in model.matrices:
@@ -295,17 +295,17 @@ def largest_stresses(
         paths = model.plan.topology.copies[name].paths
         for group, n in known:
             has = np.flatnonzero(wanted[group.index])
-            largest = _largest(model, part, group, n, ends, missing)
+            largest = _largest(model, part, group, n, ends, rounding)
             of_states = (values[:, has].reshape(-1, count) for values in largest)
             columns.append((*of_states, np.tile(limit[group.index[has]], len(paths))))
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
     return LargestStresses(tuple(names), *(np.concatenate(column) for column in zip(*columns, strict=True)))
 
 
-def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None) -> Pair:
+def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, rounding: Rounding | None) -> Pair:
     """Largest von Mises stresses (i, m, k) of the members of a group in each state, and where they are along them."""
     largest, position = [], []
-    for _, x, _, raised, _ in _stresses(model, part, group, n, ends, missing):
+    for _, x, _, raised, _ in _stresses(model, part, group, n, ends, rounding):
         station = leading(plain(raised), axis=2)
         largest.append(raised.max(axis=2))
         position.append(x[np.arange(len(x))[None, :, None], station])
@@ -313,7 +313,7 @@ def _largest(model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, 
 
 
 def _stresses(
-    model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, missing: Missing | None = None
+    model: Model, part: Part, group: SectionGroup, n: int, ends: Pair, rounding: Rounding | None = None
 ) -> Iterator[tuple[int, Array, Array, Array, Array]]:
     """Blocks of states: the first of them, stations x (m, stations), internal forces (i, m, stations, k, 6), and von
     Mises stresses (i, m, stations, k) with notch factors and without."""
@@ -329,7 +329,8 @@ def _stresses(
     for first in range(0, states, step):
         block = slice(first, min(first + step, states))
         start, end = (np.moveaxis(forces[:, at, :, block], -1, -2) for forces in ends)
-        force = told_apart(model.parameters, _at_stations(start, end, share, length, n), length, missing)
+        force = _at_stations(start, end, share, length, n)
+        force = force if rounding is None else rounding(force, length)
         yield first, x, force, *_von_mises(model, part, group, length, x, force)
 
 

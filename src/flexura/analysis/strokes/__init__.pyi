@@ -1,9 +1,6 @@
+from flexura.analysis.strokes.charts import stroke_chart as stroke_chart
 from flexura.analysis.strokes.low_order_motion import LowOrderMotion as LowOrderMotion
 from flexura.analysis.strokes.low_order_motion import low_order_motion as low_order_motion
 from flexura.analysis.strokes.pose import StrokePose as StrokePose
-from flexura.analysis.strokes.sloped_states import DisplacedState as DisplacedState
-from flexura.analysis.strokes.sloped_states import DisplacementPath as DisplacementPath
-from flexura.analysis.strokes.sloped_states import LinearState as LinearState
-from flexura.analysis.strokes.sloped_states import displaced_state as displaced_state
 from flexura.analysis.strokes.stroke import Stroke as Stroke
 from flexura.analysis.strokes.stroke import stroke as stroke

@@ -17,7 +17,6 @@ from flexura.deadline import Listener, OutOfTime, Progress
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
-    NO_LOADS,
     Along,
     Arc,
     Drive,
@@ -300,7 +299,7 @@ class Continuation:
     def _follow(self) -> None:
         prescribed, nearest, shares = self.prescribed, self.prescribed.nearest, self.prescribed.shares.tolist()
         there = prescribed.point(shares[nearest])
-        first = next(Path(self.equations, self._undeformed(), prescribed.undeformed).through([there]))
+        first = Path(self.equations, self._undeformed(), prescribed.undeformed).to(there)
         if isinstance(first, Stopped):
             text = prescribed.text(shares[nearest])
             self._end(first.last, prescribed.text(shares[nearest], first.share), text)
@@ -320,10 +319,10 @@ class Continuation:
 
     def _undeformed(self) -> Equilibrium:
         """The state with nothing moved and the loads on that do not change. Raises SolverError where there is none."""
-        start, point = self.equations.at_rest(), self.prescribed.undeformed
+        point = self.prescribed.undeformed
         if not point.loads.any:
-            return start
-        state = next(Path(self.equations, start, Point(point.targets, NO_LOADS)).through([point]))
+            return self.equations.at_rest()
+        state = Path.from_rest(self.equations, point)
         if isinstance(state, Stopped):
             part = 100 * state.share
             raise SolverError(f"the loads are too large: no equilibrium is found beyond {part:.3g} % of them")

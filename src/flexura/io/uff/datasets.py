@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array
-from flexura.errors import ExpressionError, OptionError
+from flexura.errors import ExpressionError, OptionError, need
 from flexura.files import read_bytes, scratch_folder
-from flexura.lazy import need
 from flexura.sizes import within
 from flexura.testing.measurement import (
     ChannelDescriptions,

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexura.analysis import Modes
 from flexura.arrays import Array
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.files import write_file
 from flexura.io.contents import Response
 from flexura.io.meshes import lines_of
@@ -24,7 +24,6 @@ from flexura.io.uff.writing import (
     refuse_infinite,
     text_of,
 )
-from flexura.lazy import need
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import Channel, FullOrderModel
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from copy import copy
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -31,6 +31,7 @@ from flexura.io.uff.datasets import (
     response_of,
 )
 from flexura.testing.measurement import (
+    FORCES,
     ChannelDescriptions,
     IdentifiedModes,
     MeasuredChannel,
@@ -128,42 +129,61 @@ def _refuse_empty(sets: list[dict[str, Any]], left_out: dict[int, int], path: Pa
     raise OptionError(f"{path}: no time records, frequency responses or modes; datasets of type {', '.join(kinds)}")
 
 
+@dataclass(frozen=True)
 class _Row:
-    """One channel of a time record."""
+    """One channel of a time record, with what its dataset says exactly in ID lines."""
 
-    def __init__(self, channel: MeasuredChannel, x: Array, rate: float, exact: dict[str, str]) -> None:
-        self.channel, self.x, self.rate, self.setup = channel, x, rate, exact.get("setup", "")
-        self.is_input = exact.get("role") == "input" if "role" in exact else channel.quantity in ("force", "moment")
-        self.record = exact.get("record", "")
+    channel: MeasuredChannel
+    x: Array
+    rate: float
+    exact: dict[str, str]
+
+    @property
+    def hit(self) -> tuple[str, str]:
+        """Names of its record and setup."""
+        return self.exact.get("record", ""), self.exact.get("setup", "")
+
+    @property
+    def is_input(self) -> bool:
+        """Whether it excites: as its dataset says, else if it is a force."""
+        return self.exact["role"] == "input" if "role" in self.exact else self.channel.quantity in FORCES
 
 
+@dataclass(frozen=True)
 class _Pair:
     """A frequency response between two channels; `codes` are those of its datasets, `number` counts it."""
 
-    def __init__(
-        self,
-        out: MeasuredChannel,
-        into: MeasuredChannel,
-        hz: Array,
-        H: Complex,
-        exact: dict[str, str],
-        codes: tuple[Any, ...],
-        number: int,
-    ) -> None:
-        self.number = number
-        self.out, self.into, self.hz, self.H, self.codes = out, into, hz, H, codes
-        self.setup, self.estimator = exact.get("setup", ""), exact.get("by", "")
-        self.averages = int(exact["n"]) if "n" in exact else None
-        self.decay = float(exact.get("decay", 0.0))
+    out: MeasuredChannel
+    into: MeasuredChannel
+    hz: Array
+    H: Complex
+    exact: dict[str, str]
+    codes: tuple[Any, ...]
+    number: int
 
-    def with_response(self, H: Complex) -> _Pair:
-        """The same pair with another response."""
-        changed = copy(self)
-        changed.H = H
-        return changed
+    @property
+    def setup(self) -> str:
+        """The setup that its dataset names."""
+        return self.exact.get("setup", "")
+
+    @property
+    def estimator(self) -> str:
+        """H1, H2 or Hv, where its dataset says so."""
+        return self.exact.get("by", "")
+
+    @property
+    def averages(self) -> int | None:
+        """Records that it is from, where its dataset says so."""
+        return int(self.exact["n"]) if "n" in self.exact else None
+
+    @property
+    def decay(self) -> float:
+        """Decay rate, 1/s, that a window has added."""
+        return float(self.exact.get("decay", 0.0))
 
     @property
     def group(self) -> tuple[Any, ...]:
+        """What the responses of one matrix have in common."""
         return self.setup, len(self.hz), float(self.hz[0]), float(self.hz[-1]), self.estimator, self.decay
 
 
@@ -212,21 +232,21 @@ def _recordings(rows: list[_Row], path: Path) -> list[Recording]:
     for row in rows:
         last = groups[-1] if groups else []
         again = any(r.channel == row.channel for r in last)
-        other = bool(last) and (last[0].record, last[0].setup) != (row.record, row.setup)
-        if not last or again or other:
+        if not last or again or last[0].hit != row.hit:
             groups.append([])
         groups[-1].append(row)
     recordings = []
     for k, group in enumerate(groups):
         rates, lengths = {r.rate for r in group}, {len(r.x) for r in group}
-        title = group[0].record or f"record {k + 1}"
+        record, setup = group[0].hit
+        title = record or f"record {k + 1}"
         if len(rates) > 1 or len(lengths) > 1:
             listed = ", ".join(f"{r.channel.name}: {len(r.x)} at {r.rate:g} Hz" for r in group)
             raise OptionError(f"{path}: {title}: channels are sampled unequally ({listed}): resample them to one rate")
         inputs = tuple(i for i, r in enumerate(group) if r.is_input)
         x = np.array([r.x for r in group])
         channels = tuple(r.channel for r in group)
-        recordings.append(Recording(group[0].rate, x, channels, inputs, group[0].setup, title))
+        recordings.append(Recording(group[0].rate, x, channels, inputs, setup, title))
     return recordings
 
 
@@ -239,13 +259,12 @@ def _responses(
     Raises OptionError for a pair that is there twice where nothing says how to merge it.
     """
     matrices, again = [], []
-    for key in dict.fromkeys(p.group for p in pairs):
-        group = [p for p in pairs if p.group == key]
+    for group in grouped(pairs, lambda p: p.group).values():
         table: dict[tuple[MeasuredChannel, MeasuredChannel], _Pair] = {}
         for ends, same in grouped(group, lambda p: (p.out, p.into)).items():
             if len(same) > 1 and repeated is None:
                 _refuse_again(same[0], same[1], path)
-            table[ends] = same[0] if repeated is None else same[0].with_response(merged([p.H for p in same], repeated))
+            table[ends] = same[0] if repeated is None else replace(same[0], H=merged([p.H for p in same], repeated))
             again += [(f"{same[0].out.name} / {same[0].into.name}", len(same))] if len(same) > 1 else []
         by_outputs: dict[tuple[MeasuredChannel, ...], list[MeasuredChannel]] = {}
         for into in dict.fromkeys(p.into for p in group):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.io.uff.datasets import TURNING
 from flexura.io.uff.writing import (
     DATA_TYPES,
@@ -22,7 +22,6 @@ from flexura.io.uff.writing import (
     refuse_infinite,
     text_of,
 )
-from flexura.lazy import need
 from flexura.testing.measurement import MeasuredChannel, MeasuredFRF, Measurement, Recording
 
 _AXIS = "{:10d}{:5d}{:5d}{:5d} {:<20} {:<20}"

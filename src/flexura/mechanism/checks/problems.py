@@ -59,7 +59,7 @@ def check_connection(survey: Survey) -> None:
         if name not in placed:
             continue
         islands = _islands(survey, name, open_)
-        interface = set(survey.layout.interface(name)) if name != TOP else set()
+        interface = set(survey.layout.prototypes[name].interface) if name != TOP else set()
         open_[name] = [island for island in islands if interface.intersection(island.nodes)]
         for island in islands:
             if not interface.intersection(island.nodes):
@@ -79,14 +79,14 @@ def _times_placed(survey: Survey) -> dict[str, int]:
 
 def _islands(survey: Survey, name: str, open_: dict[str, list[_Island]]) -> list[_Island]:
     layout = survey.layout
-    own = layout.own_nodes(name)
-    groups = _Groups(dict.fromkeys([*own, *layout.exposed(name)]))
-    size = dict.fromkeys(own, 1)
+    declared = layout.own_nodes(name)
+    groups = _Groups(dict.fromkeys([*declared, *layout.exposed(name)]))
+    size = dict.fromkeys(declared, 1)
     used = dict.fromkeys(layout.prototypes[name].bodies, True)
     for child in layout.children[name]:
         for island in open_[child.prototype]:
             inside = set(island.nodes)
-            nodes = [f"{child.name}.{n}" for n in layout.interface(child.prototype) if n in inside]
+            nodes = [f"{child.name}.{n}" for n in layout.prototypes[child.prototype].interface if n in inside]
             groups.join(nodes)
             size[nodes[0]] = size.get(nodes[0], 0) + island.size
             if island.used:

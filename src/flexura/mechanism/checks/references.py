@@ -83,7 +83,7 @@ class _Nodes:
         if instance is not None and instance.pattern:
             return f"the copies of {head} are {head}1, {head}2, ...: write {head}1.{node or 'NODE'}"
         if instance is not None and not node:
-            inside = self.survey.layout.interface(self.children[head])[:12]
+            inside = prototypes[self.children[head]].interface[:12]
             return f"{head} is an instance; its nodes: {', '.join(f'{head}.{n}' for n in inside)}"
         return suggestion(text, self.exposed, "nodes")
 
@@ -185,10 +185,10 @@ def _channels(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
             path = (*prefix(name), kind, key)
             if isinstance(part, ForceSensor):
                 _sensed_actuator(survey, name, path, part)
-            own = getattr(part, "nodes", ())
-            found = [n for i, text in enumerate(own) for n in nodes.find((*path, "nodes", i), text)]
-            if len(own) == 2 and own[0] == own[1]:
-                survey.report((*path, "nodes"), ", ".join(own), f"the node {own[0]} is named twice")
+            names = getattr(part, "nodes", ())
+            found = [n for i, text in enumerate(names) for n in nodes.find((*path, "nodes", i), text)]
+            if len(names) == 2 and names[0] == names[1]:
+                survey.report((*path, "nodes"), ", ".join(names), f"the node {names[0]} is named twice")
             yield Use(path, found, joins=isinstance(part, PiezoStack))
 
 
@@ -295,8 +295,8 @@ def _prescribed(survey: Survey, nodes: _Nodes, at: Path, entries: Mapping[str, P
     """Nodes that are moved, and actuators with a command."""
     mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
-    for text, own in entries.items():
-        path, given = (*at, text), own.given
+    for text, entry in entries.items():
+        path, given = (*at, text), entry.given
         if given[0] in COMMANDS:
             driven = matching(text, actuators)
             if not driven:
@@ -320,13 +320,13 @@ def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
     for kind in ("actuators", "sensors"):
         for key, part in getattr(mechanism, kind).items():
             direction = getattr(part, "direction", None)
-            own = {text for text in getattr(part, "nodes", ()) if text in holder}
-            if not own or len(own) < len(part.nodes):
+            still = {text for text in getattr(part, "nodes", ()) if text in holder}
+            if not still or len(still) < len(part.nodes):
                 continue
             turns = 3 * part.type.startswith(("moment", "rotation", "angular"))
             axes = [turns + k for k in range(3) if direction is None or direction[k] != 0]
-            if all(mechanism.ground[holder[n]].held[k] for n in own for k in axes):
-                rule = f"nothing can move here: {' and '.join(sorted(own))} held in this direction"
+            if all(mechanism.ground[holder[n]].held[k] for n in still for k in axes):
+                rule = f"nothing can move here: {' and '.join(sorted(still))} held in this direction"
                 survey.report((kind, key), "", rule, "name a node that is free in this direction")
 
 
@@ -375,8 +375,8 @@ def _test_channel(survey: Survey, path: Path, name: str, kind: str) -> None:
     *inside, key = name.split(".")
     known: dict[str, object] = {}
     for place, prototype in survey.layout.instances() if inside else [((), "")]:
-        own = getattr(survey.layout.prototypes[prototype], kind)
-        known |= {".".join((*place, k)): part for k, part in own.items()}
+        channels = getattr(survey.layout.prototypes[prototype], kind)
+        known |= {".".join((*place, k)): part for k, part in channels.items()}
     found = known.get(name)
     if found is None:
         if key not in survey.ignored and not (set(inside) & survey.lost[""]):

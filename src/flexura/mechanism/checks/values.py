@@ -151,11 +151,11 @@ def _with_unit(parameters: Mapping[str, Parameter], name: str, dimension: Dimens
     changed = dict(parameters)
     pending = [name]
     while pending:
-        own = pending.pop()
-        unit = (dimension.unit() or "1") if own == name else ""
-        changed[own] = changed[own].replaced({"unit": unit})
+        changing = pending.pop()
+        unit = (dimension.unit() or "1") if changing == name else ""
+        changed[changing] = changed[changing].replaced({"unit": unit})
         for other, parameter in changed.items():
-            if isinstance(parameter.value, Expression) and own in parameter.value.names and other != name:
+            if isinstance(parameter.value, Expression) and changing in parameter.value.names and other != name:
                 pending += [other] if parameter.unit else []
     return changed
 
@@ -267,21 +267,21 @@ def check_studies(mechanism: Mechanism, values: Known, ignored: Collection[str])
                     hint = suggestion(key, mechanism.parameters, "parameters")
                     found.append(Problem(path, key, "there is no such parameter", hint))
                 continue
-            own = evaluated(varied, values) if isinstance(varied, Range | Spread) else varied
+            variation = evaluated(varied, values) if isinstance(varied, Range | Spread) else varied
             bounded = evaluated(parameter, values)
-            if isinstance(own, Range):
-                found += _range(path, own, bounded)
-            elif isinstance(own, Spread):  # how far deviations reach is a question when the study is asked
-                measured = [(i, value) for i, value in enumerate(own.measured or ()) if isinstance(value, float)]
+            if isinstance(variation, Range):
+                found += _range(path, variation, bounded)
+            elif isinstance(variation, Spread):  # how far deviations reach is a question when the study is asked
+                measured = [(i, value) for i, value in enumerate(variation.measured or ()) if isinstance(value, float)]
                 found += [p for i, value in measured for p in _outside((*path, "measured", i), value, bounded)]
             else:
-                numbers = [_number(x, values) for x in own]
+                numbers = [_number(x, values) for x in variation]
                 found += [p for i, x in enumerate(numbers) for p in _outside((*path, i), x, bounded)]
     return found
 
 
-def _range(path: Path, own: Range, parameter: Parameter) -> Iterator[Problem]:
-    ends = {"from": own.from_, "to": own.to}
+def _range(path: Path, varied: Range, parameter: Parameter) -> Iterator[Problem]:
+    ends = {"from": varied.from_, "to": varied.to}
     bounds = {"from": parameter.minimum, "to": parameter.maximum}
     for key, end in ends.items():
         if end is None and bounds[key] is None:
@@ -294,9 +294,9 @@ def _range(path: Path, own: Range, parameter: Parameter) -> Iterator[Problem]:
         if low >= high:
             rule = f"there is nothing between {shown(low)} and {shown(high)}"
             yield Problem(path, "", rule, "a range goes from the smaller value to the larger one")
-        elif own.scale == "log" and low <= 0:
+        elif varied.scale == "log" and low <= 0:
             yield Problem(path, shown(low), "a range with equal ratios has positive ends", "write scale: linear")
-        elif own.integer and math.ceil(low) > math.floor(high):
+        elif varied.integer and math.ceil(low) > math.floor(high):
             yield Problem(path, "", f"there is no whole number between {shown(low)} and {shown(high)}")
 
 
@@ -318,12 +318,12 @@ def check_own_values(layout: Layout, values: Known, ignored: Collection[str]) ->
         for key, instance in part.instances.items()
         for problem in _of_instance(layout, (*prefix(name), "instances", key), instance, ignored)
     ]
-    own = layout.specialised.parameters
-    known, _ = defaults({**layout.mechanism.parameters, **own})
-    for name in own:
+    parameters = layout.specialised.parameters
+    known, _ = defaults({**layout.mechanism.parameters, **parameters})
+    for name in parameters:
         if name in known:
             values[name] = known[name]
-            for problem in outside_bounds(name, own[name], known):
+            for problem in outside_bounds(name, parameters[name], known):
                 found.append(Problem(layout.specialised.places[name], problem.value, problem.rule, problem.hint))
     for name, part in layout.specialised.substructures.items():
         found += invalid_at(part, prefix(name), values)
@@ -337,9 +337,9 @@ def _of_instance(layout: Layout, path: Path, instance: Instance, ignored: Collec
             hint = suggestion(copy, names, "copies")
             yield Problem((*path, "copies", copy), copy, "there is no such copy", hint)
     depends = layout.specialised.depends(instance.of)
-    groups = {(*path, "with"): instance.with_, **{(*path, "copies", c): own for c, own in instance.copies.items()}}
-    for place, own in groups.items():
-        for name in own:
+    groups = {(*path, "with"): instance.with_, **{(*path, "copies", c): given for c, given in instance.copies.items()}}
+    for place, given in groups.items():
+        for name in given:
             if name in ignored:
                 continue
             if name not in layout.mechanism.parameters:

@@ -1,10 +1,10 @@
 from flexura.pages.live.described import Described as Described
+from flexura.pages.live.described import FollowedModes as FollowedModes
 from flexura.pages.live.described import notes_of as notes_of
+from flexura.pages.live.designs import MOST_MODES as MOST_MODES
+from flexura.pages.live.designs import Ask as Ask
 from flexura.pages.live.designs import Designs as Designs
 from flexura.pages.live.designs import Shown as Shown
-from flexura.pages.live.followed import FollowedModes as FollowedModes
-from flexura.pages.live.messages import MOST_MODES as MOST_MODES
-from flexura.pages.live.messages import Ask as Ask
-from flexura.pages.live.messages import told as told
-from flexura.pages.live.serving import live as live
+from flexura.pages.live.designs import told as told
+from flexura.pages.live.server import live as live
 from flexura.pages.live.sliders import Slider as Slider

@@ -1,4 +1,4 @@
-"""A mechanism as sliders vary it: its plan, its sliders, and the design that is described, as it is first seen."""
+"""A mechanism as sliders vary it: what designs start from, and modes that keep their identity from design to design."""
 
 from __future__ import annotations
 
@@ -6,15 +6,109 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.linalg as la
 
-from flexura.errors import OptionError
+from flexura.arrays import Array
+from flexura.errors import OptionError, SolverError
 from flexura.full_order import assemble
-from flexura.linalg import Eigenpairs
+from flexura.linalg import Eigenpairs, factorise
 from flexura.mechanism import Mechanism, has_solid_members
-from flexura.pages.live.followed import lowest_shapes
+from flexura.modal import track_modes
 from flexura.pages.live.sliders import Slider, sliders_of
 from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
+from flexura.reduction import full_order_modes
 from flexura.structure import FullOrderModel, Plan
+
+SPARE = 4
+"""Modes beyond those shown that are followed, so that one that rises out of them is known when it comes back."""
+
+ROUNDS = 12
+SETTLED = 1e-7
+"""Relative change of squared frequencies at which shapes have settled."""
+
+CLOSE = 0.02
+"""Relative distance of squared frequencies of modes that may have mixed."""
+
+LIKE = 0.5
+"""MAC from which a mode that was gone is the same again."""
+
+MOST = 40
+"""Modes whose identity is remembered."""
+
+
+def lowest_shapes(model: FullOrderModel, count: int, near: Array | None) -> Eigenpairs:
+    """The `count` lowest modes of a model and up to SPARE more, which need not have settled, by subspace iteration from
+    shapes (n, count + SPARE) of one `near` it (Bathe and Wilson 1972), or without these by a search that loses none."""
+    wanted = min(count + SPARE, model.order)
+    if near is not None and near.shape == (model.order, wanted):
+        found = _iterated(model, min(count, model.order), near)
+        if found is not None:
+            return found
+    return full_order_modes(model, wanted)
+
+
+def _iterated(model: FullOrderModel, count: int, X: Array) -> Eigenpairs | None:
+    try:
+        factor = factorise(model.K)
+        before = np.zeros(count)
+        for _ in range(ROUNDS):
+            MX = model.M @ X
+            Y = factor.solve(MX)
+            m = Y.T @ (model.M @ Y)
+            values, Z = la.eigh(Y.T @ MX, (m + m.T) / 2, check_finite=False)
+            X = Y @ Z
+            if (values <= 0).any() or not np.isfinite(values).all():
+                return None
+            if (np.abs(values[:count] - before) <= SETTLED * values[:count]).all():
+                return Eigenpairs(values, X)
+            before = values[:count]
+    except (SolverError, np.linalg.LinAlgError):
+        pass
+    return None
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Of the modes of a design, from the lowest: the `number` by which each is known, from 1, and how `like` its shape
+    is that of the design before (MAC); shapes (n, k) with the sign that they had."""
+
+    number: list[int]
+    like: list[float]
+    shapes: Array
+
+
+class FollowedModes:
+    """Modes of the designs that one page has shown, known by number."""
+
+    def __init__(self) -> None:
+        self._known = np.zeros((0, 0))
+        self._last: list[int] = []
+
+    def follow(self, model: FullOrderModel, found: Eigenpairs) -> Identified:
+        """Which of the modes known so far those of a design are; what none of them is gets the next number."""
+        own, x = found.vectors, self._known
+        k = own.shape[1]
+        number, like = [0] * k, [1.0] * k
+        if x.shape[0] != own.shape[0]:
+            x = np.zeros((own.shape[0], 0))
+        if x.shape[1]:
+            tracked = track_modes(x, found.values, own, model.M, close=CLOSE)
+            own = tracked.shapes.copy()
+            for known, j in enumerate(tracked.number):
+                if j >= 0 and (tracked.mac[known] >= LIKE or known + 1 in self._last):
+                    number[j], like[j] = known + 1, float(tracked.mac[known])
+                    if x[:, known] @ (model.M @ own[:, j]) < 0:
+                        own[:, j] *= -1
+        for j in range(k):
+            if not number[j]:
+                x = np.column_stack([x, own[:, j]])
+                number[j] = x.shape[1]
+            x[:, number[j] - 1] = own[:, j]
+        self._known = x if x.shape[1] <= MOST else own.copy()
+        if self._known is not x:
+            number = list(range(1, k + 1))
+        self._last = number
+        return Identified(number, like, own)
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,17 @@
-"""What a page shows of one design: proven frequencies and a picture first, then all that takes longer."""
+"""What a page asks of one design and is told: proven frequencies and a picture first, then all that takes longer."""
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from flexura.analysis import (
     States,
@@ -25,14 +27,87 @@ from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError, OptionError, SolverError, foremost
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.motion import at_pose
-from flexura.pages.live.described import Described, scene_message
-from flexura.pages.live.followed import FollowedModes, Identified, lowest_shapes
-from flexura.pages.live.messages import Ask, Load, Response, told
+from flexura.pages.live.described import Described, FollowedModes, Identified, lowest_shapes, scene_message
 from flexura.pages.live.sliders import blamed, moved_bounds, parameters_of
 from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_drawing, to_message
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
+from flexura.results import plain
 from flexura.structure import Design, FullOrderModel, Plan, Ports, full_order_model
 from flexura.tables import ends, quantity
+
+LARGEST = 1 << 17
+"""Bytes of the largest message that is read."""
+
+MOST_MODES = 30
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Name = Annotated[str, Field(max_length=200)]
+Numbers = Annotated[dict[Name, Finite], Field(max_length=2000)]
+
+
+class _Message(BaseModel):
+    """What the page sends: nothing but the keys that are known, of exactly their types."""
+
+    model_config: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
+
+
+class Response(_Message):
+    """The frequency response that is asked for; a damping ratio in place of the described damping."""
+
+    input: Name
+    output: Name
+    low: Annotated[Finite, Field(gt=0)]
+    high: Annotated[Finite, Field(gt=0)]
+    damping: Annotated[Finite, Field(ge=0, lt=1)] | None = None
+
+
+class Load(_Message):
+    """What the stresses are of: the loads that are described, actuators at their limits, or a DOF that is moved by an
+    `amplitude`, m or rad."""
+
+    kind: Literal["described", "actuators", "move"]
+    dof: Name = ""
+    amplitude: Finite = 0.0
+
+
+class Ask(_Message):
+    """A design: the numbers of the sliders that differ from the file, in their units."""
+
+    type: Literal["design"]
+    serial: Annotated[int, Field(ge=0)]
+    values: Numbers
+    modes: Annotated[int, Field(ge=1, le=MOST_MODES)] = 6
+    shown: int | None = None
+    response: Response | None = None
+    load: Load | None = None
+
+
+class Save(_Message):
+    """A file to be written beside the one that is open."""
+
+    type: Literal["save"]
+    file: Name
+    values: Numbers
+    overwrite: bool = False
+
+
+_READER: TypeAdapter[Ask | Save] = TypeAdapter(Annotated[Ask | Save, Field(discriminator="type")])
+
+
+def read_message(text: str) -> Ask | Save:
+    """A message of the page. Raises OptionError for anything else."""
+    try:
+        return _READER.validate_json(text)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise OptionError(f"a message that is not understood: {where}: {first['msg']}") from None
+
+
+def told(kind: str, **data: Any) -> str:
+    """A message in JSON; numbers that are not finite are null."""
+    return json.dumps({"type": kind, **plain(data)}, allow_nan=False, separators=(",", ":"))
+
 
 TOLERANCE = 1e-5
 """Relative width of intervals that is aimed at: the five digits shown hold."""

@@ -1,22 +1,71 @@
-"""The server of the live page: one file, on this machine, to those who know its token."""
+"""The live page served to those who know its token: one file, an address of this machine, a browser, and an end."""
 
 from __future__ import annotations
 
 import asyncio
+import os
+import secrets
+import socket
+import sys
 import time
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager, suppress
+import webbrowser
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager, contextmanager, suppress
 from hmac import compare_digest
+from html import escape
+from pathlib import Path
+from threading import Thread
 from typing import Any
 
-from flexura.errors import FlexuraError, OptionError
-from flexura.lazy import need
+from flexura.arguments import verb
+from flexura.errors import FlexuraError, OptionError, need
+from flexura.files import scratch_folder
 from flexura.modelfile import files_of
-from flexura.pages.live.layout import live_page
-from flexura.pages.live.messages import LARGEST, read_message, told
+from flexura.pages.live.designs import LARGEST, MOST_MODES, read_message, told
 from flexura.pages.live.opened import Opened, problems_of, signature
-from flexura.pages.live.session import Outbox, Session
-from flexura.pages.live.worker import Worker
+from flexura.pages.live.session import Outbox, Session, Worker
+from flexura.pages.viewer import page
+
+_BODY = """<div class="live">
+<header class="live-head">
+  <h1 id="live-title">{name}</h1>
+  <p class="soft" id="live-file">{file}</p>
+  <p id="live-status" role="status">The page is connecting.</p>
+  <p class="soft" id="live-time" title="from the hand to the picture"></p>
+  <div class="live-tools" role="toolbar" aria-label="design">
+    <button type="button" id="live-undo" title="Ctrl+Z" disabled>Undo</button>
+    <button type="button" id="live-redo" title="Ctrl+Y" disabled>Redo</button>
+    <button type="button" id="live-reset" disabled>Reset all</button>
+    <button type="button" id="live-pin" disabled>Pin</button>
+    <button type="button" id="live-save" disabled>Save as…</button>
+    <button type="button" id="live-theme" aria-label="dark or light">◐</button>
+  </div>
+</header>
+<div class="live-extra">
+  <noscript><p class="bad">This page needs scripts, which are turned off.</p></noscript>
+  <section id="live-problems" class="live-problems" aria-label="problems" hidden></section>
+  <form id="live-saving" class="live-saving" aria-label="save as a new file" hidden></form>
+  <section id="live-pins" class="live-pins" aria-label="pinned designs"></section>
+</div>
+<section class="live-sliders" aria-label="parameters" id="live-sliders"></section>
+<main class="live-stage" aria-label="mechanism">
+  <div id="live-viewer" class="live-viewer"></div>
+  <p id="live-notes" class="soft"></p>
+</main>
+<section class="live-results" aria-label="results" id="live-results"></section>
+</div>"""
+
+
+def live_page(opened: Opened, connect: Sequence[str]) -> str:
+    """The HTML of the page of a file; it may connect to the addresses given, and nowhere else."""
+    body = _BODY.format(name=escape(opened.plan.name), file=escape(opened.path.name))
+    return page(f"{opened.plan.name}: live", body, "live", connect=" ".join(connect))
+
+
+def redirection(address: str) -> str:
+    """A page that leads to an address."""
+    return f'<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url={escape(address)}">'
+
 
 POLL = 0.25
 """Seconds between looks at the files; a file is read when it was the same at two of them."""
@@ -188,3 +237,111 @@ async def _send(socket: Any, outbox: Outbox) -> None:
                 await socket.send_bytes(message)
             else:
                 await socket.send_text(message)
+
+
+FIRST, TRIED = 8650, 50
+"""The port that is tried first, and how many from there."""
+
+TURN = 5e-4
+"""Seconds after which threads take turns: the page is heard while its designs are worked out."""
+
+
+@verb
+def live(path: str | Path, *, port: int | None = None, browser: bool = True, keep: bool = False, n: int = 6) -> None:
+    """Serve a page on this machine whose sliders are the parameters of a model file; until it is closed, or Ctrl-C.
+
+    The page shows the mechanism in 3-D, its `n` lowest frequencies with their proven intervals, a frequency response
+    and stresses, and all follow the sliders. The file is read again whenever it is written. The address, which is
+    printed, holds a secret token and answers to this machine alone, at `port`, by default the first from 8650 that is
+    free. With `browser` it is opened there. The server ends some seconds after the last page is closed, unless it is to
+    `keep` on. Raises ModelError for a file that cannot be used, and OptionError for a port that is busy and without the
+    packages of the extra `live`.
+    """
+    if not isinstance(n, int) or not 1 <= n <= MOST_MODES:
+        raise OptionError(f"the number of modes is a whole number from 1 to {MOST_MODES}, not {n!r}")
+    for name in ("starlette", "uvicorn", "websockets"):
+        need(name, "live")
+    opened = Opened.of(Path(path), 1, n)
+    with _listening(port) as own:
+        number, token = own.getsockname()[1], secrets.token_urlsafe(24)
+        address = f"http://127.0.0.1:{number}/{token}/"
+        with _turns(), scratch_folder() as folder:
+            sys.stdout.write(f"{opened.plan.name}: {address}\n")
+            sys.stdout.flush()
+            if browser and not _shown(address, folder):
+                sys.stdout.write("no browser could be opened: open the address in one on this machine\n")
+                sys.stdout.flush()
+            _serve(opened, own, token, keep)
+
+
+def _serve(opened: Opened, own: socket.socket, token: str, keep: bool) -> None:
+    """Serve until the pages are closed; an interruption ends the server first."""
+    uvicorn = need("uvicorn", "live")
+    site = Site(opened, token, own.getsockname()[1], lambda: setattr(server, "should_exit", True), keep)
+    config = uvicorn.Config(
+        site.application(),
+        log_config=None,
+        log_level="error",  # what is no request is answered, and not worth a word
+        access_log=False,
+        lifespan="on",
+        server_header=False,
+        ws_max_size=LARGEST,
+        ws_per_message_deflate=False,
+        timeout_graceful_shutdown=1,
+    )
+    server = uvicorn.Server(config)
+    thread = Thread(target=server.run, kwargs={"sockets": [own]}, name="flexura server", daemon=True)
+    thread.start()
+    try:
+        while thread.is_alive():
+            thread.join(0.2)
+    finally:
+        server.should_exit = True
+        thread.join()
+        site.close()
+
+
+@contextmanager
+def _listening(port: int | None) -> Iterator[socket.socket]:
+    """A socket of this machine alone that listens at a port. Raises OptionError where it is busy."""
+    if port is not None and not (isinstance(port, int) and 1 <= port <= 65535):
+        raise OptionError(f"a port is a whole number from 1 to 65535, not {port!r}")
+    for number in [*range(FIRST, FIRST + TRIED), 0] if port is None else [port]:
+        own = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        if os.name == "posix":  # where it does not let two listen at one port
+            own.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            own.bind(("127.0.0.1", number))
+            own.listen(16)
+        except OSError as error:
+            own.close()
+            reason = error.strerror or error
+            continue
+        with own:
+            yield own
+        return
+    raise OptionError(f"port {port} cannot be listened at: {reason}; without a port the next that is free is taken")
+
+
+def _shown(address: str, folder: Path) -> bool:
+    """Open the address in a browser, by a file that only this user can read: arguments of programs are seen by all."""
+    if sys.platform.startswith("linux") and not {"DISPLAY", "WAYLAND_DISPLAY", "BROWSER"} & os.environ.keys():
+        return False
+    file = folder / "live.html"
+    file.write_text(redirection(address), encoding="utf-8")
+    file.chmod(0o600)
+    try:
+        return webbrowser.open(file.as_uri())
+    except webbrowser.Error:
+        return False
+
+
+@contextmanager
+def _turns() -> Iterator[None]:
+    """Let threads take turns more often than they do."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(TURN)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)

@@ -1,19 +1,26 @@
-"""A report as plain data: sections of paragraphs, tables with their evidence, and figures."""
+"""A report as plain data, sections of paragraphs, tables and figures, and as HTML: texts are escaped here alone."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from flexura.pages.report.chart import Chart
+from flexura.charts import Chart
+from flexura.errors import Diagnostic
+from flexura.pages.report.chart import chart_data, chart_svg
 from flexura.pages.viewer import Shown
 from flexura.tables import text_columns
 
 Tone = Literal["", "soft", "warning", "bad", "good"]
 State = Literal["shown", "absent", "failed"]
+
+MOST_PLACES = 4
+"""Places of a warning that are named."""
 
 
 @dataclass(frozen=True)
@@ -141,6 +148,12 @@ class Content:
     warnings: Sequence[Any] = ()
     shown: Sequence[Shown] = ()
 
+    @staticmethod
+    def absent(text: str, command: str = "") -> Content:
+        """Why there is no such section, and the command that asks for it."""
+        asked = [Evidence(command, summary="command")] if command else []
+        return Content([Paragraph(text, "soft"), *asked], "absent")
+
 
 @dataclass(frozen=True)
 class Section:
@@ -149,3 +162,194 @@ class Section:
     id: str
     heading: str
     content: Content
+
+
+def warned(warnings: Sequence[Diagnostic]) -> list[Block]:
+    """Warnings one below another; nothing where there are none."""
+    return [Bullets([str(own) for own in warnings], "warning")] if warnings else []
+
+
+def grouped(warnings: Sequence[Diagnostic]) -> list[str]:
+    """Texts of warnings, those that say the same of several places as one."""
+    places: dict[str, list[str]] = {}
+    for own in warnings:
+        places.setdefault(own.text, []).extend([own.place] if own.places else [])
+    return [f"{_listed(own)}: {text}" if own else text for text, own in places.items()]
+
+
+def _listed(places: Sequence[str]) -> str:
+    more = len(places) - MOST_PLACES
+    named = ", ".join(places[:MOST_PLACES])
+    return f"{named} and {more} more" if more > 0 else named
+
+
+DECIMALS = re.compile(r"[-+]?\d+(\.\d+)?")
+LONG = 30
+"""Characters from which the text of a cell may be broken into lines."""
+
+
+def body_of(title: str, under: str, first: Sequence[Section], sections: Sequence[Section]) -> str:
+    """The body of the page: what the first screen shows, contents, sections, and at the end what is not there."""
+    there = [own for own in sections if own.content.state != "absent"]
+    absent = [own for own in sections if own.content.state == "absent"]
+    links = [(own.id, own.heading, own.content.state) for own in (*first, *there)]
+    links += [("absent", "Not in this report", "absent")] * bool(absent)
+    contents = "".join(
+        f'<li class="{state}"><a href="#{escape(own)}">{escape(heading)}</a></li>' for own, heading, state in links
+    )
+    return (
+        f'<main class="report"><div class="first"><header><h1>{escape(title)}</h1></header>'
+        + "".join(_section(own) for own in first)
+        + f'</div><nav aria-label="sections"><ul>{contents}</ul></nav><div class="rest">'
+        + "".join(_section(own) for own in there)
+        + _absent(absent)
+        + f'<footer class="soft">{escape(under)}</footer></div></main>'
+    )
+
+
+def _absent(sections: Sequence[Section]) -> str:
+    """Sections that do not apply, in one, each with its reason."""
+    if not sections:
+        return ""
+    return (
+        '<section id="absent" class="absent" aria-labelledby="absent-heading">'
+        '<h2 id="absent-heading">Not in this report</h2>' + "".join(_section(own, 3) for own in sections) + "</section>"
+    )
+
+
+def data_of(sections: Iterable[Section]) -> dict[str, dict[str, Any]]:
+    """What the figures of the page show, by kind and identifier."""
+    viewers: dict[str, Mapping[str, Any]] = {}
+    charts: dict[str, Mapping[str, Any]] = {}
+    for block in _every(block for section in sections for block in section.content.blocks):
+        if isinstance(block, ViewerFigure):
+            viewers[block.id] = block.scene
+        elif isinstance(block, ChartFigure):
+            charts[block.chart.id] = chart_data(block.chart)
+    return {"viewer": dict(viewers), "chart": dict(charts)}
+
+
+def _every(blocks: Iterable[Block]) -> Iterable[Block]:
+    for block in blocks:
+        yield block
+        if isinstance(block, Folded):
+            yield from _every(block.blocks)
+
+
+def _section(section: Section, level: int = 2) -> str:
+    own, inner = escape(section.id), "".join(_block(block) for block in section.content.blocks)
+    return (
+        f'<section id="{own}" class="{section.content.state}" aria-labelledby="{own}-heading">'
+        f'<h{level} id="{own}-heading">{escape(section.heading)}</h{level}>{inner}</section>'
+    )
+
+
+def _block(block: Block) -> str:
+    return _WRITERS[type(block)](block)
+
+
+def _paragraph(block: Paragraph) -> str:
+    return f"<p{_class(block.tone)}>{escape(block.text)}</p>"
+
+
+def _bullets(block: Bullets) -> str:
+    return f"<ul{_class(block.tone)}>" + "".join(f"<li>{escape(text)}</li>" for text in block.texts) + "</ul>"
+
+
+def _class(name: str) -> str:
+    return f' class="{name}"' if name else ""
+
+
+def _evidence(block: Evidence) -> str:
+    essential = " essential" if block.essential else ""
+    return (
+        f'<details class="evidence{essential}"><summary>{escape(block.summary)}</summary>{_lines(block.lines)}'
+        f'<pre class="command" tabindex="0">{escape(block.command)}</pre></details>'
+    )
+
+
+def _lines(lines: Iterable[tuple[str, str]]) -> str:
+    text = "".join(f"<div><dt>{escape(word)}</dt><dd>{escape(said)}</dd></div>" for word, said in lines)
+    return f'<dl class="lines">{text}</dl>' if text else ""
+
+
+def _after_point(texts: Iterable[str]) -> float:
+    """Widths of a digit that decimals take in a column, the point half of one; zero where not all are plain numbers."""
+    found = [DECIMALS.fullmatch(text) for text in texts if text]
+    if not all(found):
+        return 0.0
+    return max((len(own[1]) - 0.5 for own in found if own and own[1]), default=0.0)
+
+
+def _table(block: Table) -> str:
+    numbers = set(block.numbers)
+    after = {k: _after_point([row[k] for row in block.rows]) for k in numbers}
+
+    def cell(tag: str, k: int, text: str, more: str = "") -> str:
+        kind = "number" if k in numbers else "long" if tag == "td" and len(text) > LONG else ""
+        if tag == "td" and k in numbers and (short := after[k] - _after_point([text])):
+            more += f' style="--after: {short:g}ch"'
+        return f"<{tag}{more}{_class(kind)}>{escape(text)}</{tag}>"
+
+    head = "".join(cell("th", k, text, ' scope="col"') for k, text in enumerate(block.headings))
+    head += '<th scope="col">evidence</th>' if block.details else ""
+    rows = []
+    for k, row in enumerate(block.rows):
+        cells = "".join(cell("td", i, text) for i, text in enumerate(row))
+        if block.details:
+            cells += f"<td><details><summary>of {escape(row[0])}</summary>{_lines(block.details[k])}</details></td>"
+        shown = f' data-motion="{escape(block.motions[k])}"' if block.motions else ""
+        rows.append(f"<tr{shown}>{cells}</tr>")
+    caption = f"<caption>{escape(block.caption)}</caption>" if block.caption else ""
+    thead = f"<thead><tr>{head}</tr></thead>" if any(block.headings) else ""
+    table = f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(block.caption or "table")}">'
+    table += f'<table class="plain">{caption}{thead}<tbody>{"".join(rows)}</tbody></table></div>'
+    told = "" if block.evidence is None else _evidence(block.evidence)
+    return f'<div class="numbers">{table}{told}</div>' if told else table
+
+
+def _chart(block: ChartFigure) -> str:
+    own = block.chart
+    return (
+        f'<figure data-chart="{escape(own.id)}">{chart_svg(own)}<figcaption>{escape(own.title)}</figcaption></figure>'
+        f'<details class="values"><summary>values of this chart as a table</summary>{_table(block.table)}</details>'
+    )
+
+
+def _viewer(block: ViewerFigure) -> str:
+    shown, said = escape(block.picture), escape(block.caption)
+    return (
+        f'<figure data-viewer="{escape(block.id)}"><img src="{shown}" alt="{said}"></figure><p class="soft">{said}</p>'
+    )
+
+
+def _picture(block: Picture) -> str:
+    source, said = escape(block.source), escape(block.caption)
+    return f'<figure class="picture"><img src="{source}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+
+
+def _folded(block: Folded) -> str:
+    inner = "".join(_block(own) for own in block.blocks)
+    return f"<details><summary>{escape(block.summary)}</summary>{inner}</details>"
+
+
+def _facts(block: Facts) -> str:
+    rows = "".join(
+        f'<div><dt>{escape(fact.label)}</dt><dd><a href="#{escape(own)}" title="{escape(heading)}">'
+        f"{escape(fact.value)}</a></dd></div>"
+        for fact, own, heading in block.rows
+    )
+    return f'<dl class="facts">{rows}</dl>'
+
+
+_WRITERS: dict[type, Callable[[Any], str]] = {
+    Paragraph: _paragraph,
+    Bullets: _bullets,
+    Evidence: _evidence,
+    Table: _table,
+    ChartFigure: _chart,
+    ViewerFigure: _viewer,
+    Picture: _picture,
+    Folded: _folded,
+    Facts: _facts,
+}

@@ -15,7 +15,7 @@ import numpy as np
 from flexura.analysis import MemberStress, Statics, member_stresses, preload, statics
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, UNITS
-from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Table
+from flexura.pages.report.document import Block, Content, Evidence, Fact, Paragraph, Table, warned
 from flexura.pages.report.subject import Subject
 from flexura.reduction import Certificate, proven_text
 from flexura.tables import counted, number, quantity
@@ -99,7 +99,7 @@ def static_response(subject: Subject) -> Content:
     if not (loads or _has_gravity(subject)):
         text = "No loads and no gravity are described. Loads for one question are given to the command:"
         asked = subject.commands("statics", ["--gravity", "0,0,-9.81 m/s^2"], "gravity=(0, 0, -9.81)")
-        return Content([Paragraph(text, "soft"), Evidence(asked, summary="command")], "absent")
+        return Content.absent(text, asked)
     nodes = loads or ([subject.platform] if subject.platform else [])
     options = [word for node in nodes for word in ("--node", node)]
     found = statics(subject.plan, subject.parameters)
@@ -109,7 +109,7 @@ def static_response(subject: Subject) -> Content:
     blocks: list[Block] = [Table.of({"node": nodes, **columns}, "displacements, linear", evidence)]
     if found.readings:
         blocks.append(Table.of(found.reading_columns(), evidence=Evidence(evidence.command)))
-    blocks += _warned(found)
+    blocks += warned(found.warnings)
     return Content(blocks, warnings=found.warnings, shown=(found,))
 
 
@@ -123,11 +123,11 @@ def stresses(subject: Subject) -> Content:
             "No loads are described, and no actuator with a limit: how large stresses get is not known. The stroke and"
             " the freedoms tell where the first member yields."
         )
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     state = "the loads that are described" if loaded else "the pose" if subject.plan.is_posed else "commands alone"
     corners = worst_corners(subject)
     if not corners:
-        return Content([Paragraph(f"Nothing is stressed under {state}.", "soft")], "absent")
+        return Content.absent(f"Nothing is stressed under {state}.")
     blocks: list[Block] = [Paragraph(text) for text in [_searched(subject, state)] if limits]
     left, shown = MOST, list[Statics]()
     for corner in corners[:MOST_CORNERS]:
@@ -143,7 +143,7 @@ def stresses(subject: Subject) -> Content:
     if not facts:
         blocks.append(Paragraph("No margin: the materials have no yield stress (`yield_stress`).", "warning"))
     warnings = tuple({str(own): own for found in shown for own in found.warnings}.values())
-    blocks += [Bullets([str(own) for own in warnings], "warning")] * bool(warnings)
+    blocks += warned(warnings)
     return Content(blocks, facts=facts, warnings=warnings)
 
 
@@ -191,7 +191,7 @@ def buckling(subject: Subject) -> Content:
     if not (_loads(subject) or _has_gravity(subject)):
         text = "No loads and no gravity are described: nothing presses on the mechanism. For given loads:"
         asked = subject.commands("buckling", ["--gravity", "0,0,-9.81 m/s^2"], "gravity=(0, 0, -9.81)", posed=False)
-        return Content([Paragraph(text, "soft"), Evidence(asked, summary="command")], "absent")
+        return Content.absent(text, asked)
     found = preload(subject.plan, dict(subject.parameters))
     command = subject.commands("buckling", posed=False)
     states: list[Certificate] = [found.natural_frequencies(FACTORS, 0.0)]
@@ -213,7 +213,7 @@ def buckling(subject: Subject) -> Content:
     for k, heading in enumerate(("least axial force [N]", "largest [N]")):
         columns[heading] = [forces[i][1][k] for i in order]
     blocks.append(Table.of(columns, evidence=Evidence(command)))
-    blocks += [Bullets([str(w) for w in found.warnings], "warning")] * bool(found.warnings)
+    blocks += warned(found.warnings)
     facts = [Fact("buckles at", f"{number(factors[0])} times the loads")] if len(factors) else []
     return Content(blocks, facts=facts, warnings=found.warnings, shown=(found,))
 
@@ -222,10 +222,6 @@ def _frequency(own: Certificate, k: int) -> list[str]:
     hz, lower, upper = (float(values[k]) for values in (own.frequency_hz, own.lower_hz, own.upper_hz))
     interval = (lower if isfinite(lower) else None, upper if isfinite(upper) else None)
     return [number(hz), proven_text(hz, interval, bool(own.is_indexed[k]), upper == 0)]
-
-
-def _warned(found: Statics) -> list[Block]:
-    return [Bullets([str(w) for w in found.warnings], "warning")] if found.warnings else []
 
 
 def _loads(subject: Subject) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from os import PathLike
@@ -12,30 +12,68 @@ from pathlib import Path
 
 from flexura._version import __version__
 from flexura.arguments import verb
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
-from flexura.pages.report.certified import certified_modes
-from flexura.pages.report.commands import Commands
-from flexura.pages.report.compared import against_the_solid, tested
-from flexura.pages.report.document import Content, Facts, Paragraph, Section
-from flexura.pages.report.figures import scene_content
-from flexura.pages.report.freedoms import freedoms
-from flexura.pages.report.html import body_of, data_of
+from flexura.pages.report.curves import frequency_responses, over_the_stroke
+from flexura.pages.report.document import (
+    Block,
+    Bullets,
+    Content,
+    Fact,
+    Facts,
+    Paragraph,
+    Section,
+    body_of,
+    data_of,
+    grouped,
+)
 from flexura.pages.report.loaded import buckling, static_response, stresses
-from flexura.pages.report.responses import frequency_responses
-from flexura.pages.report.strokes import over_the_stroke
-from flexura.pages.report.studies import studies
-from flexura.pages.report.subject import Subject
-from flexura.pages.report.summary import facts_of, warnings_of
-from flexura.pages.report.understood import understood
+from flexura.pages.report.modes import certified_modes, freedoms
+from flexura.pages.report.studies import against_the_solid, studies, tested
+from flexura.pages.report.subject import Commands, Subject
+from flexura.pages.report.understood import scene_content, understood
 from flexura.pages.viewer import page
 from flexura.results import Result
 from flexura.structure import one_design
 from flexura.tables import Facts as ShownFacts
+from flexura.tables import counted
+
+MOST_WARNINGS = 4
+"""Warnings of a section that are repeated."""
+
+
+def facts_of(sections: Sequence[Section]) -> list[tuple[Fact, str, str]]:
+    """The numbers that matter, each with the identifier and the heading of its section."""
+    return [(fact, own.id, own.heading) for own in sections for fact in own.content.facts]
+
+
+def warnings_of(sections: Sequence[Section]) -> Iterator[Block]:
+    """A verdict, what failed, and the first warnings of every section, equal ones once with the sections that give
+    them."""
+    failed = [f"{own.heading} could not be made: see there." for own in sections if own.content.state == "failed"]
+    given: dict[str, list[str]] = {}
+    for own in sections:
+        for text in grouped(own.content.warnings):
+            given.setdefault(text, []).append(own.heading)
+    made = sum(own.content.state == "shown" for own in sections)
+    verdict = f"{counted(made, 'section')} could be made, {len(failed) or 'none'} could not; "
+    verdict += f"{counted(len(given), 'warning')}." if given else "no warnings."
+    yield Paragraph(verdict, "bad" if failed else "" if given else "good")
+    if failed:
+        yield Bullets(failed, "bad")
+    texts: list[str] = []
+    for heading in dict.fromkeys(headings[0] for headings in given.values()):
+        fresh = [(text, headings) for text, headings in given.items() if headings[0] == heading]
+        texts += [f"{', '.join(headings)}: {text}" for text, headings in fresh[:MOST_WARNINGS]]
+        if len(fresh) > MOST_WARNINGS:
+            texts.append(f"{heading}: and {counted(len(fresh) - MOST_WARNINGS, 'more warning')} there")
+    if texts:
+        yield Bullets(texts, "warning")
+
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
     "understood": ("Model summary", understood),
@@ -110,7 +148,7 @@ def report(
     if isinstance(n, bool) or n < 1:
         raise OptionError(f"the number of modes is a whole number, at least 1, not {n!r}")
     subject, digest = _subject(model, one_design(parameters), file, at or {}, n, solid)
-    say = told(progress)
+    say = announcer(progress)
     sections, seconds = list[Section](), dict[str, float]()
     for name, (heading, make) in MAKERS.items():
         say(heading)

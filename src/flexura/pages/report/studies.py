@@ -1,7 +1,8 @@
-"""The studies of many designs that a file describes: small ones worked out, of others the command."""
+"""The studies of many designs that a file describes, small ones worked out; and solids and a test beside the model."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from math import prod
 from typing import NamedTuple
@@ -10,16 +11,18 @@ from matplotlib.figure import Figure
 
 from flexura.errors import Diagnostic, FlexuraError, foremost
 from flexura.mechanism import DescribedStudy, OptimumStudy, Range, SweepStudy, ToleranceStudy
-from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table
-from flexura.pages.report.figures import png_of
+from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table, warned
 from flexura.pages.report.subject import Subject
+from flexura.pages.report.understood import png_of
+from flexura.solid.verification import verify
 from flexura.structure import Plan
 from flexura.study.engine import StudyTable
 from flexura.study.optimum import Optimum, optimize
 from flexura.study.questions import formula, questions, relation
 from flexura.study.sweeps import sweep
 from flexura.study.tolerances import Tolerance, tolerance
-from flexura.tables import percent, quantity
+from flexura.tables import number, percent, quantity
+from flexura.testing.virtual import FoundMode, virtual_test
 from flexura.view import draw_optimum, draw_sweep, draw_tolerance
 
 LARGE = 1500
@@ -56,10 +59,10 @@ def studies(subject: Subject) -> Content:
         )
         asked = ["--vary", "NAME=LOW:HIGH:9", "--ask", "f1"]
         command = subject.commands("sweep", asked, "vary={'NAME': (LOW, HIGH, 9)}, ask='f1'", posed=False)
-        return Content([Paragraph(text, "soft"), Evidence(command, summary="command")], "absent")
+        return Content.absent(text, command)
     if subject.commands.pose:
         text = "Studies are of the mechanism as its file describes it; this report is about a pose that was asked for."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     blocks, facts, warnings, state = list[Block](), list[Fact](), list[Diagnostic](), "shown"
     for name, own in described.items():
         blocks.append(Paragraph(f"{name}: {own.words}"))
@@ -193,3 +196,100 @@ _VERBS: dict[type, tuple[Callable[..., object], Callable[..., Worked]]] = {
     SweepStudy: (sweep, _sweep),
     ToleranceStudy: (tolerance, _tolerance),
 }
+
+
+QUICK = 1_000_000
+"""Samples in time of all hits up to which a test is simulated for a report."""
+HEADINGS = {
+    "solid frequency [Hz]": "solid Hz",
+    "frequency [Hz]": "beams Hz",
+    "relative error": "relative difference",
+    "mac": "MAC",
+}
+"""Columns of a verification, in words."""
+
+
+def against_the_solid(subject: Subject) -> Content:
+    """Beam models beside solid finite elements, where that is asked for. Raises FlexuraError."""
+    options = ["-n", str(subject.n)]
+    command = subject.commands("verify", options, f"n={subject.n}", posed=False)
+    if not subject.solid:
+        text = (
+            "The validity of beams on this mechanism is not in this report: solid finite elements take seconds"
+            " to minutes. --solid puts them in; alone they are:"
+        )
+        return Content.absent(text, command)
+    found = verify(subject.mechanism, dict(subject.parameters), n=subject.n)
+    columns = found.to_columns()
+    rows = [[_cell(columns[name][k]) for name in columns] for k in range(len(next(iter(columns.values()), ())))]
+    numbers = [k for k, name in enumerate(columns) if name not in ("model", "pair", "what moves")]
+    lines = [("note", note) for note in found.notes]
+    headings = [HEADINGS.get(name, name) for name in columns]
+    made: list[Block] = [Table(headings, rows, numbers, evidence=Evidence(f"{command} --json", lines, essential=True))]
+    made += warned(found.warnings)
+    return Content(made, warnings=found.warnings)
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else number(value)
+    return "" if value is None else str(value)
+
+
+def tested(subject: Subject) -> Content:
+    """The described hammer test, simulated and identified, where it is quick. Raises FlexuraError."""
+    test = subject.mechanism.test
+    if test is None:
+        text = (
+            "The file describes no test (`test:`), so none is simulated; `flexura calibrate` fits parameters to"
+            " measured frequencies."
+        )
+        return Content.absent(text)
+    command = subject.commands("virtual-test", posed=False)
+    samples = subject.samples
+    if samples > QUICK:
+        text = f"The test has {samples:.3g} samples, too many to simulate for a report; by itself it is:"
+        return Content.absent(text, command)
+    found = virtual_test(subject.mechanism, dict(subject.parameters))
+    headings = [
+        "mode",
+        "no sensors Hz",
+        "sensors on Hz",
+        "mass effect",
+        "identified Hz",
+        "rad/s",
+        "off",
+        "damping %",
+        "off",
+        "MAC",
+        "confidence",
+    ]
+    rows = [
+        [str(m.number), number(m.bare_hz), number(m.mass_loaded_hz), f"{100 * m.mass_effect:+.2f} %", *_identified(m)]
+        for m in found.modes
+    ]
+    hits, placements = len(found.measurement.recordings), len(list(found.test.placed()))
+    lines = [("records", f"{hits} hits, {placements} placements, noise with seed {found.seed}")]
+    lines += [("note", note) for note in dict.fromkeys(found.notes)]
+    blocks: list[Block] = [
+        Paragraph(
+            "Simulated with the noise that the file describes, then identified as a measurement would be; nothing here"
+            " was measured."
+        ),
+        Table(headings, rows, range(11), evidence=Evidence(command, lines, essential=True)),
+    ]
+    if found.false_hz:
+        listed = ", ".join(quantity(f, "Hz") for f in found.false_hz)
+        blocks.append(Paragraph(f"Identified where there is no mode: {listed}", "warning"))
+    missed = sum(m.identified_hz is None for m in found.modes)
+    facts = [Fact("modes that the test would find", f"{len(found.modes) - missed} of {len(found.modes)}")]
+    return Content(blocks, facts=facts, warnings=found.warnings)
+
+
+def _identified(mode: FoundMode) -> list[str]:
+    if mode.identified_hz is None or mode.identified_damping is None or mode.mac is None or mode.confidence is None:
+        return ["missed", "", "", f"({100 * mode.damping_ratio:.3g})", "", "", ""]
+    hz = mode.identified_hz
+    errors = [f"{100 * (mode.error or 0.0):+.3f} %", f"{100 * mode.identified_damping:.3f}"]
+    errors.append("" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %")
+    return [number(hz), number(2 * math.pi * hz), *errors, f"{mode.mac:.3f}", f"{mode.confidence:.2f}"]

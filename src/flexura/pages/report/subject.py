@@ -1,17 +1,71 @@
-"""What a report is about: a mechanism, its plan, and results that several sections share."""
+"""What a report is about: a mechanism, its plan, results that sections share, and commands that make numbers again."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 from flexura.analysis import Kinetostatics, Modes, kinetostatics, modes
 from flexura.expressions import Expression
 from flexura.full_order import assemble
-from flexura.mechanism import DOF_NAMES, Mechanism, MotionSensor
-from flexura.pages.report.commands import Commands
+from flexura.mechanism import (
+    DOF_NAMES,
+    Layout,
+    Mechanism,
+    MotionSensor,
+    command_of,
+    is_rotation,
+    matching,
+    parameter_dimensions,
+)
 from flexura.structure import FullOrderModel, InputPort, Plan, Ports
+from flexura.units import format_number, format_quantity
+
+POSED = {"displacement": "m", "rotation": "rad", "expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}
+
+
+@dataclass(frozen=True)
+class Commands:
+    """What makes numbers of one mechanism again, with its parameters and its pose as a command line has them."""
+
+    file: Path | None
+    settings: tuple[str, ...]
+    pose: tuple[str, ...]
+
+    @staticmethod
+    def of(
+        mechanism: Mechanism, file: Path | None, parameters: Mapping[str, float], at: Mapping[str, float]
+    ) -> Commands:
+        """Those of a mechanism from a file, with parameters and a pose in SI."""
+        dimensions = parameter_dimensions(mechanism.parameters)
+        settings = [f"{name}={_quantity(value, dimensions.get(name))}" for name, value in parameters.items()]
+        actuators = Layout(mechanism).actuators()
+        pose = []
+        for name, value in at.items():
+            own = next((command_of(actuators[key]) for key in matching(name, actuators)), None)
+            kind = own or ("rotation" if is_rotation(name) else "displacement")
+            pose.append(f"{name}={format_number(value)} {POSED[kind]}")
+        return Commands(file, tuple(settings), tuple(pose))
+
+    def __call__(self, verb: str, options: Sequence[str] = (), python: str = "", *, posed: bool = True) -> str:
+        """The command of a verb with its options; `python` are the same options as arguments. Verbs that know of no
+        pose go without."""
+        if self.file is None:
+            given = ", ".join(part for part in ("mechanism, parameters", python) if part)
+            return f"fx.{verb.replace('-', '_')}({given})"
+        words = ["flexura", verb, str(self.file), *options]
+        for setting in self.settings:
+            words += ["--set", setting]
+        for own in self.pose if posed else ():
+            words += ["--at", own]
+        return shlex.join(words)
+
+
+def _quantity(value: float, dimension: object) -> str:
+    return format_number(value) if dimension is None else format_quantity(value, dimension)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

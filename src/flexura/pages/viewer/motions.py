@@ -1,4 +1,4 @@
-"""Motions of a scene: from modes, statics, poses of a stroke, freedoms."""
+"""Motions of a scene: modes, statics, preload, freedoms of a platform, drifting axes, poses of a stroke."""
 
 from __future__ import annotations
 
@@ -6,24 +6,54 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from flexura.analysis import ActuatorState, Mode, Modes, Preload, ScrewAxis, Statics
+from flexura.analysis import (
+    ActuatorState,
+    Drift,
+    Freedom,
+    Kinetostatics,
+    Mode,
+    Modes,
+    Preload,
+    ScrewAxis,
+    Statics,
+    Stroke,
+    StrokePose,
+    response_to,
+)
 from flexura.arrays import Array
-from flexura.pages.viewer.fields import (
+from flexura.errors import foremost
+from flexura.mechanism import FORCE_UNITS, STIFFNESS_UNITS, is_rotation
+from flexura.pages.viewer.geometry import (
     DISPLACEMENT,
     HEAVY,
     LEAST,
     MEMBERS,
+    PAGE,
+    Drawing,
     Energy,
     by_part,
-    percent,
+    displaced,
+    still,
     stress_by_part,
     stress_colouring,
+    vibrating,
 )
-from flexura.pages.viewer.geometry import Drawing, displaced, vibrating
-from flexura.pages.viewer.scene import Arrow, Axis, Fact, ShownMotion, Triple
+from flexura.pages.viewer.scene import (
+    Arrow,
+    Axis,
+    Fact,
+    Poses,
+    ShownMotion,
+    Triple,
+)
 from flexura.structure import Ports
-from flexura.tables import ends, in_hz, number, quantity
-from flexura.view import Solids, mode_scale, stresses_along
+from flexura.tables import ends, in_hz, number, percent, quantity, scale_for
+from flexura.view import (
+    Solids,
+    mode_scale,
+    moved_solids,
+    stresses_along,
+)
 
 SHAPES = 3
 """Buckling shapes that are shown."""
@@ -201,3 +231,140 @@ def triple(vector: Sequence[float] | Array) -> Triple:
     """A vector (3,) as plain numbers, none of them -0."""
     x, y, z = (float(own) + 0.0 for own in vector)
     return x, y, z
+
+
+WORDS = {"R": "rotation", "T": "translation"}
+
+
+def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMotion]:
+    """Every freedom of the platform, as its actuators make it, or a wrench at it where there are none."""
+    for k, freedom in enumerate(result.freedoms):
+        u = drawing.model.node_displacements(_response(drawing, result, freedom)[:, None])
+        moved, energy = drawing.moved(u[:, :, 0]), Energy(drawing, u)
+        coloured = energy.colouring(0)
+        yield ShownMotion(
+            id=f"freedom-{k + 1}",
+            group="freedoms",
+            title=f"freedom {k + 1}: {WORDS[freedom.kind]} of {result.platform}",
+            **vibrating(moved),
+            subtitle=f"freedoms of {result.platform}: {result.kind}",
+            colours=(DISPLACEMENT, *([coloured] if coloured else [])),
+            axes=(shown_axis(freedom.axis, f"freedom {k + 1}"),),
+            facts=tuple(_freedom_facts(result, freedom)),
+            by_part=(energy.by_part(0),),
+            warnings=tuple(str(own) for own in result.warnings),
+        )
+
+
+def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:
+    """The screw axis at rest and the displaced one; nothing moves."""
+    facts: list[Fact] = [("shift", quantity(result.distance, "m", 4)), ("tilt", quantity(result.tilt, "rad", 4))]
+    yield ShownMotion(
+        id="drift",
+        group="drift",
+        title=f"drift of the axis: {quantity(result.distance, 'm', 4)}, {quantity(result.tilt, 'rad', 4)}",
+        **still(drawing),
+        colours=(DISPLACEMENT,),
+        axes=(shown_axis(result.rest, "undeformed"), shown_axis(result.displaced, "displaced")),
+        facts=tuple(facts),
+    )
+
+
+def _response(drawing: Drawing, result: Kinetostatics, freedom: Freedom) -> np.ndarray:
+    """Displacements (n,) of the freedom, of any size."""
+    if any(freedom.command):
+        commands = {own.name: value for own, value in zip(result.inputs, freedom.command, strict=True) if value}
+        return response_to(drawing.model, commands).displacement_vector
+    wrench = np.linalg.lstsq(result.compliance, np.array(freedom.twist), rcond=1e-12)[0]
+    return response_to(drawing.model, loads={result.platform: wrench}).displacement_vector
+
+
+def _freedom_facts(result: Kinetostatics, freedom: Freedom) -> list[Fact]:
+    unit = "rad" if freedom.kind == "R" else "m"
+    found: list[Fact] = [("twist", ", ".join(number(own, 4) for own in freedom.twist))]
+    if np.isfinite(freedom.share):
+        found.append(("share that the actuators own", percent(freedom.share)))
+    if freedom.stroke is not None:
+        found.append(("stroke to either side", quantity(freedom.stroke, unit, 4)))
+    if freedom.yield_stroke is not None:
+        beyond = "" if freedom.yields_in_range else ", beyond what linear theory holds for"
+        found.append(("something yields at", quantity(freedom.yield_stroke, unit, 4) + beyond))
+    if freedom.shift is not None:
+        found.append(("axis shifts at the end of the stroke", quantity(freedom.shift, "m", 4)))
+    if freedom.tilt is not None:
+        found.append(("axis tilts there", quantity(freedom.tilt, "rad", 4)))
+    found += [
+        (f"command of {own.name}", quantity(value, f"{own.unit}/{unit}", 4))
+        for own, value in zip(result.inputs, freedom.command, strict=False)
+        if value
+    ]
+    return found
+
+
+MOST_POSES = 11
+"""Poses of a stroke that a page moves through."""
+
+DOFS = ("x", "y", "z", "about x", "about y", "about z")
+
+
+def stroke_poses(drawing: Drawing, result: Stroke) -> tuple[list[ShownMotion], list[Poses], list[str]]:
+    """Poses as motions from rest, the way through them, and what is to be said of what is left out.
+
+    `drawing` is of the mechanism at rest.
+    """
+    count = len(result.poses)
+    if not count:
+        return [], [], ["the stroke has no pose that could be shown"]
+    chosen = np.unique(np.round(np.linspace(0, count - 1, min(count, MOST_POSES))).astype(int)).tolist()
+    frames, doubted = result.frames, drawing.doubted
+    scenes = [moved_solids(result.model, frames[k], result.stress_profiles(k), doubted, PAGE) for k in chosen]
+    most = max(float(np.nanmax(parts.values, initial=0.0)) for parts in scenes)
+    said = tuple(foremost(result.warnings, 1))
+    motions = []
+    for k, parts in zip(chosen, scenes, strict=True):
+        pose = result.poses[k]
+        stress = stress_colouring(parts.values, most)
+        motions.append(
+            ShownMotion(
+                id=f"pose-{k + 1}",
+                group="stroke",
+                title=f"pose {k + 1}: {_where(result, pose)}",
+                **displaced(parts, 1.0),
+                subtitle="to scale",
+                flag="not proven" if not pose.proven else "",
+                colours=(DISPLACEMENT, *([stress] if stress else [])),
+                axes=tuple(shown_axis(own, f"screw axis of {name}") for name, own in pose.screw_axis.items()),
+                facts=tuple(_pose_facts(pose)),
+                by_part=stress_by_part(drawing, result.stresses(k)),
+                warnings=said,
+            )
+        )
+    first = next(iter(result.poses[0].varied), "share")
+    along = [result.poses[k].varied.get(first, result.poses[k].share) for k in chosen]
+    scale = scale_for(along, result.units.get(first, ""))
+    values, unit = tuple((np.array(along) / scale.size).tolist()), scale.unit
+    way = Poses("stroke", f"stroke: {first}", tuple(own.id for own in motions), first, values, unit)
+    notes = [f"{len(chosen)} of {count} poses of the stroke are shown"] if len(chosen) < count else []
+    return motions, [way], notes
+
+
+def _where(result: Stroke, pose: StrokePose) -> str:
+    """What is prescribed at a pose."""
+    told = [f"{name} = {quantity(value, result.units[name], 4)}" for name, value in pose.varied.items()]
+    return ", ".join(told[:3]) + (f" and {len(told) - 3} more" if len(told) > 3 else "")
+
+
+def _pose_facts(pose: StrokePose) -> list[Fact]:
+    """What holds a pose, its frequencies, its support stiffness, how far it is from yield."""
+    found: list[Fact] = []
+    for name, force in pose.reaction.items():
+        found.append((f"force at {name}", quantity(force, FORCE_UNITS[is_rotation(name)], 4)))
+    hertz = [quantity(own, "Hz") for own in pose.frequency_hz[:3]]
+    found.append(("natural frequencies", ", ".join(hertz) + ("" if pose.proven else " (not proven)")))
+    for k, stiffness in enumerate(pose.support_stiffness):
+        if np.isfinite(stiffness):
+            found.append((f"support stiffness {DOFS[k]}", quantity(stiffness, STIFFNESS_UNITS[k > 2], 4)))
+    found.append(("strain energy", quantity(pose.energy, "J", 4)))
+    if pose.stress_margin is not None and np.isfinite(pose.stress_margin):
+        found.append(("yields", f"at {number(pose.stress_margin, 4)} times this stress, in {pose.stress_member}"))
+    return found

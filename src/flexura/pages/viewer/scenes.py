@@ -1,107 +1,38 @@
-"""The scene of a mechanism, with the motions of results of it.
-
-What a check doubts, each at its place.
-
-Freedoms of a platform and drifting axes as motions with screw axes.
-"""
+"""The scene of a mechanism, with the motions of results of it and what a check doubts, each at its place."""
 
 from __future__ import annotations
 
 import base64
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from flexura.analysis import CheckReport, Drift, Freedom, Kinetostatics, Modes, Preload, Statics, Stroke, response_to
+from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, Statics, Stroke
 from flexura.errors import OptionError
 from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
-from flexura.pages.viewer.buffers import Buffer
 from flexura.pages.viewer.facts import Facts
-from flexura.pages.viewer.fields import DISPLACEMENT, Energy
-from flexura.pages.viewer.geometry import Cells, Drawing, still, vibrating
-from flexura.pages.viewer.motions import mode_motions, preload_motions, shown_axis, static_motions, triple
-from flexura.pages.viewer.scene import Fact, PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
-from flexura.pages.viewer.stroke_poses import stroke_poses
+from flexura.pages.viewer.geometry import Cells, Drawing
+from flexura.pages.viewer.motions import (
+    drift_motions,
+    freedom_motions,
+    mode_motions,
+    preload_motions,
+    static_motions,
+    stroke_poses,
+    triple,
+)
+from flexura.pages.viewer.scene import Buffer, Fact, PlacedMark, Poses, Range, Scene, ShownKind, ShownMotion, ShownPart
 from flexura.pages.viewer.tests_of_modes import paired_motions, sensor_motions, verified_motions, verified_shapes
 from flexura.solid.verification import Verification
 from flexura.structure import FullOrderModel, Plan, solids_of
-from flexura.tables import number, quantity
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
 from flexura.view import COLOURS, HIDDEN, NAMES, Kind, Solids, customary_camera, draw_mechanism, visible_flexures
-
-WORDS = {"R": "rotation", "T": "translation"}
-
-
-def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMotion]:
-    """Every freedom of the platform, as its actuators make it, or a wrench at it where there are none."""
-    for k, freedom in enumerate(result.freedoms):
-        u = drawing.model.node_displacements(_response(drawing, result, freedom)[:, None])
-        moved, energy = drawing.moved(u[:, :, 0]), Energy(drawing, u)
-        coloured = energy.colouring(0)
-        yield ShownMotion(
-            id=f"freedom-{k + 1}",
-            group="freedoms",
-            title=f"freedom {k + 1}: {WORDS[freedom.kind]} of {result.platform}",
-            **vibrating(moved),
-            subtitle=f"freedoms of {result.platform}: {result.kind}",
-            colours=(DISPLACEMENT, *([coloured] if coloured else [])),
-            axes=(shown_axis(freedom.axis, f"freedom {k + 1}"),),
-            facts=tuple(_facts(result, freedom)),
-            by_part=(energy.by_part(0),),
-            warnings=tuple(str(own) for own in result.warnings),
-        )
-
-
-def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:
-    """The screw axis at rest and the displaced one; nothing moves."""
-    facts: list[Fact] = [("shift", quantity(result.distance, "m", 4)), ("tilt", quantity(result.tilt, "rad", 4))]
-    yield ShownMotion(
-        id="drift",
-        group="drift",
-        title=f"drift of the axis: {quantity(result.distance, 'm', 4)}, {quantity(result.tilt, 'rad', 4)}",
-        **still(drawing),
-        colours=(DISPLACEMENT,),
-        axes=(shown_axis(result.rest, "undeformed"), shown_axis(result.displaced, "displaced")),
-        facts=tuple(facts),
-    )
-
-
-def _response(drawing: Drawing, result: Kinetostatics, freedom: Freedom) -> np.ndarray:
-    """Displacements (n,) of the freedom, of any size."""
-    if any(freedom.command):
-        commands = {own.name: value for own, value in zip(result.inputs, freedom.command, strict=True) if value}
-        return response_to(drawing.model, commands).displacement_vector
-    wrench = np.linalg.lstsq(result.compliance, np.array(freedom.twist), rcond=1e-12)[0]
-    return response_to(drawing.model, loads={result.platform: wrench}).displacement_vector
-
-
-def _facts(result: Kinetostatics, freedom: Freedom) -> list[Fact]:
-    unit = "rad" if freedom.kind == "R" else "m"
-    found: list[Fact] = [("twist", ", ".join(number(own, 4) for own in freedom.twist))]
-    if np.isfinite(freedom.share):
-        found.append(("share that the actuators own", f"{100 * freedom.share:.3g} %"))
-    if freedom.stroke is not None:
-        found.append(("stroke to either side", quantity(freedom.stroke, unit, 4)))
-    if freedom.yield_stroke is not None:
-        beyond = "" if freedom.yields_in_range else ", beyond what linear theory holds for"
-        found.append(("something yields at", quantity(freedom.yield_stroke, unit, 4) + beyond))
-    if freedom.shift is not None:
-        found.append(("axis shifts at the end of the stroke", quantity(freedom.shift, "m", 4)))
-    if freedom.tilt is not None:
-        found.append(("axis tilts there", quantity(freedom.tilt, "rad", 4)))
-    found += [
-        (f"command of {own.name}", quantity(value, f"{own.unit}/{unit}", 4))
-        for own, value in zip(result.inputs, freedom.command, strict=False)
-        if value
-    ]
-    return found
-
 
 CLASHES = {"clash", "deep", "touch", "gap"}
 

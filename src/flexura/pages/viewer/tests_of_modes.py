@@ -7,12 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from flexura.errors import OptionError
-from flexura.pages.viewer.fields import DISPLACEMENT
-from flexura.pages.viewer.geometry import Drawing, still, vibrating
+from flexura.pages.viewer.geometry import DISPLACEMENT, Drawing, still, vibrating
 from flexura.pages.viewer.motions import triple
 from flexura.pages.viewer.scene import Arrow, Fact, ShownMotion
 from flexura.solid.verification import ShapePairs, Verification
-from flexura.tables import quantity
+from flexura.tables import percent, quantity
 from flexura.testing.correlation import Correlation
 from flexura.testing.virtual import SensorPlacement
 from flexura.view import mode_scale
@@ -25,10 +24,10 @@ def paired_motions(drawing: Drawing, result: Correlation) -> Iterator[ShownMotio
         moved = [drawing.moved(np.real(u)) for u in shapes]
         factor = min((mode_scale(own) for own in moved if own.largest_motion() > 0), default=0.0)
         facts: tuple[Fact, ...] = (
-            ("test", f"{quantity(pair.test_hz, 'Hz')}, damping {100 * pair.damping_ratio:.3g} %"),
+            ("test", f"{quantity(pair.test_hz, 'Hz')}, damping {percent(pair.damping_ratio)}"),
             ("model", f"{quantity(pair.model_hz, 'Hz')}, {100 * pair.error:+.2g} %"),
             ("MAC", f"{pair.mac:.3f}"),
-            ("not represented by the model's shapes", f"{100 * pair.expansion_error:.3g} %"),
+            ("not represented by the model's shapes", percent(pair.expansion_error)),
         )
         titles = (
             f"test mode {pair.test}: {quantity(pair.test_hz, 'Hz')}",

@@ -23,10 +23,9 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
-from flexura.errors import OptionError, SolverError
+from flexura.errors import OptionError, SolverError, need
 from flexura.fem import SolidMaterial, SolidMesh, mesh_mass
 from flexura.files import complete_file, read_bytes, read_text, scratch_folder
-from flexura.lazy import need
 from flexura.modelfile import unit_factors
 from flexura.sizes import within
 from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices

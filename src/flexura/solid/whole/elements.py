@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
-from flexura.errors import ModelError, OptionError, Problem, SolverError
+from flexura.errors import ModelError, OptionError, Problem, SolverError, need
 from flexura.fem import MILLIMETRE, MemberSolid
-from flexura.lazy import need
 from flexura.linalg import available_memory
 from flexura.mechanism import DOF_NAMES
 from flexura.solid.whole.pieces import Block, Piece, Pieces, clamped_nodes, is_ground

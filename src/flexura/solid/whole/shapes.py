@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import SolverError
+from flexura.errors import SolverError, need
 from flexura.fem import MILLIMETRE, MemberSolid
-from flexura.lazy import need
 from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended
 
 STEEP = 60.0

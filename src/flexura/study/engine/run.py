@@ -9,8 +9,7 @@ from itertools import chain
 from pathlib import Path
 
 from flexura.deadline import Listener, Progress, checkpoint
-from flexura.errors import FlexuraError, OptionError
-from flexura.lazy import need
+from flexura.errors import FlexuraError, OptionError, need
 from flexura.sizes import within
 from flexura.study.engine.shards import Folder, Identity
 from flexura.study.engine.table import StudyTable, Summary, described

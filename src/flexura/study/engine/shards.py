@@ -15,9 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from flexura._version import __version__
-from flexura.errors import ModelError, OptionError
+from flexura.errors import ModelError, OptionError, need
 from flexura.files import read_text, write_file
-from flexura.lazy import need
 from flexura.modelfile import dumps
 from flexura.records import Record
 from flexura.study.engine.work import PROVEN, REASON, Columns, Work

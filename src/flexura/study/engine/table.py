@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexura.arguments import verb
-from flexura.errors import Diagnostic, OptionError
-from flexura.lazy import need
+from flexura.errors import Diagnostic, OptionError, need
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table

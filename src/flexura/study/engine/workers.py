@@ -23,11 +23,10 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager, suppress
 from itertools import islice
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from flexura._version import __version__
-from flexura.errors import FlexuraError, OptionError, SolverError
-from flexura.lazy import need
+from flexura.errors import FlexuraError, OptionError, SolverError, need
 from flexura.sizes import ENVIRONMENT, LIMITS, size_limit
 from flexura.study.engine.work import Columns, Work
 
@@ -69,34 +68,10 @@ def answered(work: Work, number: int) -> Answer:
         return Answer(None, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-class Workers(Protocol):
-    """Who is asked for bundles of blocks, `in_flight` at a time, each of `largest_bundle` blocks at most; bundles that
-    workers die of raise what is `deadly`."""
-
-    largest_bundle: int
-    deadly: tuple[type[Exception], ...]
-
-    @property
-    def in_flight(self) -> int:
-        """Bundles that are asked for at a time."""
-        ...
-
-    def submit(self, numbers: list[int]) -> Future[Bundle]:
-        """Ask for blocks of these numbers."""
-        ...
-
-    def check(self) -> None:
-        """See who is there. Raises SolverError when nobody is."""
-        ...
-
-    def end(self) -> None:
-        """Let nobody work on what is still on its way."""
-        ...
-
-
-def blocks_by(workers: Workers, work: Work, numbers: Iterable[int]) -> Iterator[tuple[int, Columns]]:
-    """Blocks of these numbers, in the order in which they are done. Raises SolverError for what a block raises, and
-    when workers are lost."""
+def blocks_by(workers: _Processes | _Cluster, work: Work, numbers: Iterable[int]) -> Iterator[tuple[int, Columns]]:
+    """Blocks of these numbers, in the order in which they are done, in bundles of which as many as are `in_flight` are
+    asked for at a time, each of `largest_bundle` blocks at most. Raises SolverError for what a block raises, when
+    workers are lost, and for bundles that they die of, which raise what is `deadly`."""
     left, size, numbers = work.blocks, 1, iter(numbers)
     pending: dict[Future[Bundle], list[int]] = {}
     try:
@@ -161,7 +136,7 @@ class _Processes:
     """A thread for each process, which asks it for one block after another."""
 
     largest_bundle = 1
-    deadly = ()
+    deadly: tuple[type[Exception], ...] = ()
 
     def __init__(self, work: Work, workers: int, say: Callable[[str], None]) -> None:
         self.in_flight: int = (1 + WAITING_BLOCKS) * workers
@@ -171,6 +146,7 @@ class _Processes:
         self._lock, self._closed, self._started = threading.Lock(), False, list[_Process]()
 
     def submit(self, numbers: list[int]) -> Future[Bundle]:
+        """Ask for blocks of these numbers."""
         return self._threads.submit(lambda: Bundle([self._answer(number) for number in numbers], 0.0))
 
     def check(self) -> None:
@@ -385,9 +361,11 @@ class _Cluster:
 
     @property
     def in_flight(self) -> int:
+        """Bundles that are asked for at a time."""
         return BUNDLES_PER_WORKER * max(len(self._workers), 1)
 
     def submit(self, numbers: list[int]) -> Future[Bundle]:
+        """Ask for blocks of these numbers."""
         return self._executor.submit(bundle_of, self._work, numbers)
 
     def check(self) -> None:

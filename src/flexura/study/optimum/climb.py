@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.deadline import Listener, Progress, unheard
+from flexura.deadline import Listener, Progress, no_listener
 from flexura.study.optimum.landscape import (
     FailedDesign,
     Judged,
@@ -111,7 +111,7 @@ def best_of(
     land: Landscape,
     starts: Sequence[Array],
     method: Method,
-    report: Listener = unheard,
+    report: Listener = no_listener,
     judged: Judged | None = None,
 ) -> Solved | None:
     """The best design that a search from any start leads to, or the least violated one; None where all have failed.

@@ -10,7 +10,7 @@ from math import prod
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.deadline import Listener, Progress, unheard
+from flexura.deadline import Listener, Progress, no_listener
 from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, Solved, best_of, is_better
 from flexura.study.optimum.landscape import Box, FailedDesign, Landscape, Sample
 from flexura.study.optimum.rows import Designs, Point
@@ -118,7 +118,7 @@ class Mixed:
                         yield tuple(levels)
 
 
-def chosen_alone(mixed: Mixed, starts: Array, report: Listener = unheard) -> Chosen | None:
+def chosen_alone(mixed: Mixed, starts: Array, report: Listener = no_listener) -> Chosen | None:
     """The best combination where nothing else varies: of all, or where no neighbour of it is better; None where all
     failed."""
     known: dict[Levels, tuple[float, float]] = {}
@@ -139,7 +139,7 @@ def chosen_alone(mixed: Mixed, starts: Array, report: Listener = unheard) -> Cho
 
 
 def _best_among(
-    mixed: Mixed, some: Iterable[Levels], known: dict[Levels, tuple[float, float]], report: Listener = unheard
+    mixed: Mixed, some: Iterable[Levels], known: dict[Levels, tuple[float, float]], report: Listener = no_listener
 ) -> Levels | None:
     """The best of some combinations, the first of those that are as good; goals and violations are added to those that
     are `known`, which they are but for `PROVEN`."""
@@ -172,7 +172,7 @@ def _best_among(
     return best[0] if best is not None else next(iter(ranked), None)
 
 
-def chosen_with_others(mixed: Mixed, starts: Array, method: Method, report: Listener = unheard) -> Chosen | None:
+def chosen_with_others(mixed: Mixed, starts: Array, method: Method, report: Listener = no_listener) -> Chosen | None:
     """The best combination and the best values of the continuous variables with it; None where all failed."""
     known: dict[Levels, Solved | None] = {}
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.deadline import Listener, Progress, unheard
-from flexura.lazy import need
+from flexura.deadline import Listener, Progress, no_listener
+from flexura.errors import need
 from flexura.study.optimum.climb import FEASIBLE_VIOLATION, Method, climb
 from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import stationarity
@@ -43,7 +43,7 @@ class _Design(NamedTuple):
 
 
 def front(
-    mixed: Mixed, goals: Sequence[Row], points: int, seed: int, method: Method, *, report: Listener = unheard
+    mixed: Mixed, goals: Sequence[Row], points: int, seed: int, method: Method, *, report: Listener = no_listener
 ) -> Front:
     """About so many designs of the front, spread along it.
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
-from flexura.deadline import Listener, Progress, unheard
+from flexura.deadline import Listener, Progress, no_listener
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, OptimumStudy
@@ -79,7 +79,7 @@ def optimize(
     plan.verify(fixed)
     first_designs = task.starts(starts, seed)
     mixed, goals, judged = task.mixed(first_designs)
-    report = progress or unheard
+    report = progress or no_listener
     if len(goals) > 1:
         return pareto_of(task, mixed, front(mixed, goals, points, seed, method, report=report), seed)
     chosen = None

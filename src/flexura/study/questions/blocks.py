@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array, Bools, Index
+from flexura.derivatives import without_round_off
 from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
 from flexura.structure import Action, Design, Plan, Ports
 from flexura.study.questions.grammar import Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.thresholds import CROSS_COMPLIANCE, PROVEN
+from flexura.thresholds import PROVEN
 
 
 class Bounded(NamedTuple):
@@ -199,11 +200,6 @@ def mass_of(design: Design, quantity: Quantity) -> Array:
 
 STATIC = ("compliance", "stiffness", "coupling", "amplification")
 """Kinds that follow from the flexibility."""
-
-
-def without_round_off(displacement: Any, bound: Any) -> Any:
-    """Displacements by forces elsewhere, zero where they are round-off of the bound that stands for C_ii C_jj."""
-    return np.where(abs(displacement) < CROSS_COMPLIANCE * np.sqrt(abs(bound)), 0.0, displacement)
 
 
 class Statics:

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.arrays import Bools, Index
+from flexura.derivatives import free_names
 from flexura.errors import OptionError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.reduction import independent_frequencies, independent_motions
-from flexura.sensitivity import free_names
 from flexura.structure import Design, Plan, one_design
 from flexura.study.questions.blocks import FAILURES, STATIC, Answers, Block, Statics, are_proven, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity, askable, separate

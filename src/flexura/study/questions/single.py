@@ -3,21 +3,21 @@ and what is read of the states that it is asked in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from flexura.analysis import DisplacementPath, SlopedResponse, frequency_response, ratios_to_yield, settled
+from flexura.analysis import driven_displacement, frequency_response, ratios_to_yield
 from flexura.arrays import Array
-from flexura.duals import Dual, plain
+from flexura.derivatives import DisplacementPath, SlopedResponse
+from flexura.duals import Dual, slope_of
 from flexura.errors import SolverError
 from flexura.full_order import at_rest
 from flexura.motion import (
     NO_LOADS,
-    Drive,
     Equations,
     Equilibrium,
     MovingModel,
@@ -31,15 +31,7 @@ from flexura.structure import Design, Plan
 from flexura.study.questions.blocks import Bounded
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.reading import Freedom, Port
-from flexura.study.questions.states import (
-    MODES_FOLLOWED,
-    PosedState,
-    ReferenceState,
-    State,
-    largest_stress,
-    leading_mode,
-    least_margin,
-)
+from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
 from flexura.tables import in_hz
 from flexura.thresholds import CROSS_COMPLIANCE
 
@@ -68,13 +60,11 @@ LARGEST_ROTATION = 3.1
 class _Displacement:
     """One displacement of a design, prescribed from rest on."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], freedom: Freedom) -> None:
-        self.full = at_rest(plan, parameters)
+    def __init__(self, design: Design, freedom: Freedom) -> None:
+        self.full = at_rest(design.plan, design.parameters)
         self.freedom = freedom
         model = MovingModel.of(self.full.design)
-        number = int(self.full.plan.topology.numbers([freedom.node])[0])
-        drive = Drive(freedom.name, number, int(model.root[number]), freedom.component)
-        self.equations = Equations(model, [drive])
+        self.equations = Equations(model, [driven_displacement(model, freedom.name)])
         self.equations.independent()
         self.loads = described_loads(self.full.design)
         self.size = 1.0 if freedom.turns else self.equations.size
@@ -82,7 +72,7 @@ class _Displacement:
 
     def state(self, start: Equilibrium, at: Point, value: float) -> Equilibrium:
         """The state at a value, from another one. Raises SolverError where there is none."""
-        state = next(iter(Path(self.equations, start, at).through([self.point(value)])))
+        state = Path(self.equations, start, at).to(self.point(value))
         if isinstance(state, Stopped):
             raise SolverError(f"nothing yields before its way ends near {self.freedom.name} = {self.text(start)}")
         return state
@@ -130,52 +120,35 @@ class _Displacement:
         return float(brentq(beyond, low, high, xtol=STROKE_TOLERANCE * high, rtol=4 * STROKE_TOLERANCE))
 
 
-def strokes_to_yield(plan: Plan, parameters: Mapping[str, float], freedom: Freedom) -> dict[float, float]:
-    """Strokes, m or rad, to the sides 1 and -1 at which something yields first, described loads on; infinite where
-    nothing does on a side before the other does.
+def stroke_to_yield(design: Design, freedom: Freedom) -> Any:
+    """The stroke, m or rad, to either side at which something yields first, described loads on. With slopes where the
+    design has some: where stress(stroke, p) is that of yield, the stroke moves by minus the slope of the stress by p
+    over that by the stroke (theory eq. V9); NaN where both sides yield alike and part as a parameter moves.
 
     Raises SolverError where a path of equilibria ends before, and where nothing yields.
     """
-    displacement = _Displacement(plan, parameters, freedom)
+    displacement = _Displacement(design.still, freedom)
     first = displacement.to_yield(1.0, np.inf)
     strokes = {1.0: first, -1.0: displacement.to_yield(-1.0, first)}
-    if not np.isfinite(min(strokes.values())):
-        raise SolverError(f"nothing yields up to {freedom.name} = {LARGEST_ROTATION} rad")
-    return strokes
-
-
-def sloped_stroke_to_yield(plan: Plan, parameters: Mapping[str, float], names: Sequence[str], freedom: Freedom) -> Dual:
-    """The lesser of `strokes_to_yield` with its exact slopes by some parameters: where stress(stroke, p) is that of
-    yield, the stroke moves by minus the slope of the stress by p over that by the stroke (theory eq. V9).
-
-    A slope is NaN where both sides yield alike and part as a parameter moves. Raises as `strokes_to_yield`.
-    """
-    strokes = strokes_to_yield(plan, parameters, freedom)
     least = min(strokes.values())
+    if not np.isfinite(least):
+        raise SolverError(f"nothing yields up to {freedom.name} = {LARGEST_ROTATION} rad")
+    if not isinstance(design.values, Dual):
+        return least
+    count = len(slope_of(design.values))
     if least == 0:
-        return Dual(np.zeros(()), np.zeros(len(names)))
-    path = DisplacementPath(Design.with_slopes(plan.at_rest(), parameters, names), [freedom.name])
+        return Dual(np.zeros(()), np.zeros(count))
+    path = DisplacementPath(design, [freedom.name])
 
     def slope(stroke: float) -> Array:
         path.to(np.zeros(1))
-        moving = Dual(np.array(stroke), np.ones(path.count))
-        held, driven = (_sloped_stress_ratio(path.at([value])).slope for value in (stroke, moving))
+        moving = Dual(np.array(stroke), np.ones(count))
+        held, driven = (path.at([value]).largest_yield_ratio.slope for value in (stroke, moving))
         return -held / (driven - held)[np.argmin(np.abs(held))]
 
     slopes = [slope(side * stroke) * side for side, stroke in strokes.items() if stroke <= least * (1 + EQUAL_STROKES)]
     size = np.max(np.abs(slopes), axis=0)
     return Dual(np.array(least), np.where(np.ptp(slopes, axis=0) <= EQUAL_STROKES * size, slopes[0], np.nan))
-
-
-def _sloped_stress_ratio(state: Any) -> Any:
-    """Largest stress over yield stress at a pose."""
-
-    def largest(share: float) -> Any:
-        stresses = state.stresses_within(share) if share else state.stresses
-        known = ~np.isnan(plain(stresses.yield_stress))
-        return np.max(stresses.von_mises[known, 0] / stresses.yield_stress[known])
-
-    return settled(largest)
 
 
 BAND_POINTS = 200
@@ -189,35 +162,34 @@ SLOPED_PEAK_TOLERANCE = 4 * np.finfo(float).eps
 
 
 class Response(NamedTuple):
-    """The response of an output to an input, at a frequency `band[0]`, or over a band, Hz."""
+    """The response of an output to an input of a design, at a frequency `band[0]`, or over a band, Hz."""
 
-    plan: Plan
-    parameters: Mapping[str, float]
+    design: Design
     output: str
     input: str
     band: tuple[float, ...]
 
     @staticmethod
-    def of(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) -> Response:
-        """The response that a quantity is of."""
-        output, command, *band = quantity.arguments
-        assert isinstance(output, Port)
-        assert isinstance(command, Port)
-        return Response(plan, parameters, output.known, command.known, tuple(map(float, band)))  # type: ignore[arg-type]
+    def magnitude_of(design: Design, output: Port, command: Port, *band: float) -> Any:
+        """The magnitude of the response of an output to a command, as `magnitude`, or as `sloped_magnitude` where the
+        design has slopes."""
+        response = Response(design, output.known, command.known, tuple(map(float, band)))
+        return response.sloped_magnitude() if isinstance(design.values, Dual) else response.magnitude()
 
-    def sloped(self, names: Sequence[str] = ()) -> SlopedResponse:
-        """That of the full-order model, by some parameters."""
-        return SlopedResponse(self.plan, self.parameters, names, self.output, self.input, self.band[-1])
+    @property
+    def full(self) -> SlopedResponse:
+        """That of the full-order model."""
+        return SlopedResponse(self.design, self.output, self.input, self.band[-1])
 
     def magnitude(self) -> float:
         """Magnitude at the frequency, or the largest in the band, in SI: of the full-order model, of the low-order one
         where round-off would show in a direct solution. Raises SolverError at a resonance that nothing damps."""
         if len(self.band) == 1:
-            full = self.sloped()
+            full = self.full
             if full.is_known:
                 return abs(full.at(self.band[0]))
             return float(abs(self._computed(frequency_hz=list(self.band)).response[0, 0, 0]))
-        peak, full = self._scanned(), self.sloped()
+        peak, full = self._scanned(), self.full
         if full.is_known:
             return abs(full.at(self._peak_frequency(full, peak, PEAK_TOLERANCE)))
         modes = peak.modes
@@ -231,24 +203,23 @@ class Response(NamedTuple):
         )
         return float(max(peak.size, -refined.fun))
 
-    def sloped_magnitude(self, names: Sequence[str]) -> Dual | None:
+    def sloped_magnitude(self) -> Dual | None:
         """`magnitude` with its exact slopes, of a peak at the frequency where it is (the envelope theorem); None at
         poses, and where round-off would show."""
-        if self.plan.is_posed:
-            return None
-        full = self.sloped(names)
-        if not full.is_known:
+        full = self.full
+        if self.design.plan.is_posed or not full.is_known:
             return None
         if len(self.band) == 1:
             return full.magnitude(self.band[0])
         return full.magnitude(self._peak_frequency(full, self._scanned(), SLOPED_PEAK_TOLERANCE))
 
     def _computed(self, **options: Any) -> Any:
-        return frequency_response(self.plan, self.parameters, inputs=[self.input], outputs=[self.output], **options)
+        plan, parameters = self.design.plan, self.design.still.parameters
+        return frequency_response(plan, parameters, inputs=[self.input], outputs=[self.output], **options)
 
     def _scanned(self) -> _Peak:
         # at a pose no two copies of a part are alike, and modes of the full order are found sooner
-        order: Literal["low", "full"] = "full" if self.plan.is_posed else "low"
+        order: Literal["low", "full"] = "full" if self.design.plan.is_posed else "low"
         scan = self._computed(band=self.band, points=BAND_POINTS, order=order)
         undamped = next((f for f, z in zip(scan.resonances_hz, scan.ratios, strict=True) if not z > 0), None)
         if undamped is not None:
@@ -288,18 +259,20 @@ class _Peak(NamedTuple):
     modes: Any
 
 
-READINGS: dict[str, Callable[..., float]] = {
-    "stiffness": lambda state, of: 1 / state.compliance(of, of),
-    "compliance": lambda state, to, by=None: state.compliance(to, to if by is None else by),
-    "coupling": lambda state, actuator, to: state.free.coupling(actuator, to),
-    "amplification": lambda state, actuator, to: state.free.amplification(actuator, to),
-    "stress": largest_stress,
-    "margin": least_margin,
-    "force": lambda state, along: state.force(along),
-    "buckling": lambda state: state.buckling,
-    "reach": lambda state, of: min(strokes_to_yield(state.plan, state.parameters, of).values()),
+READINGS: dict[str, Callable[..., Any]] = {
+    "stiffness": lambda state, of: 1 / state.held.compliance(of.name, of.name),
+    "compliance": lambda state, to, by=None: state.held.compliance(to.name, (by or to).name),
+    "coupling": lambda state, actuator, to: state.free.coupling(actuator.known, to.name),
+    "amplification": lambda state, actuator, to: state.free.amplification(actuator.known, to.name),
+    "stress": lambda state, of=None: state.held.stress(of and of.members),
+    "margin": lambda state, of=None: state.held.margin(of and of.members),
+    "force": lambda state, along: state.held.forces[along.name],
+    "buckling": lambda state: state.held.buckling,
+    "reach": lambda state, of: stroke_to_yield(state.design, of),
+    "frf": lambda state, *of: Response.magnitude_of(state.design, *of),
+    "frf_peak": lambda state, *of: Response.magnitude_of(state.design, *of),
 }
-"""How a quantity of one design is read of the state that it is asked in."""
+"""How a quantity of one design is read of the state that it is asked in, with slopes where the design has some."""
 
 
 class OneDesign:
@@ -309,29 +282,27 @@ class OneDesign:
         self.plan = plan
         self.parameters = parameters
         self.quantities = quantities
-        self._states: dict[Any, State] = {}
+        self._states: dict[Any, ReferenceState | PosedState] = {}
         self._frequencies: dict[Any, Bounded] = {}
 
-    def state(self, quantity: Quantity) -> State:
+    def state(self, quantity: Quantity) -> ReferenceState | PosedState:
         """The state that something is asked in."""
         pose = quantity.pose
         if pose not in self._states:
             posed = PosedState(self.plan, self.parameters, pose) if pose else None
-            self._states[pose] = posed or ReferenceState(self.plan, self.parameters)
+            self._states[pose] = posed or ReferenceState(Design.of(self.plan, self.parameters))
         return self._states[pose]
 
     def read(self, quantity: Quantity) -> float:
         """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
-        state = self.state(quantity)
-        if quantity.kind in ("frf", "frf_peak"):
-            return Response.of(state.plan, state.parameters, quantity).magnitude()
-        return READINGS[quantity.kind](state, *quantity.arguments)
+        return float(READINGS[quantity.kind](self.state(quantity), *quantity.arguments))
 
     def round_off(self, quantity: Quantity) -> float:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
         match self.state(quantity), quantity.kind, quantity.arguments:
             case state, "compliance", (Freedom() as to, Freedom() as by):
-                return CROSS_COMPLIANCE * sqrt(abs(state.compliance(to, to) * state.compliance(by, by)))
+                first, second = (state.held.compliance(end.name, end.name) for end in (to, by))
+                return CROSS_COMPLIANCE * sqrt(abs(first * second))
             case state, "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
                 return CROSS_COMPLIANCE * state.free.largest_possible(kind, actuator, to)
         return 0.0

@@ -9,20 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis import LinearState, displaced_state, settled
 from flexura.arrays import Array, Bools
+from flexura.derivatives import LinearState, State, displaced_state, frequency_slopes
 from flexura.duals import Dual, plain
 from flexura.errors import SolverError
-from flexura.full_order import assemble
 from flexura.records import Record
-from flexura.reduction import flexibility
-from flexura.sensitivity import Reading, displacement_rows, family_of, frequency_slopes
 from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
 from flexura.study.questions.grammar import FREQUENCY, Quantity
-from flexura.study.questions.reading import Freedom, Members, Port, Reader, pose_text
-from flexura.study.questions.single import OneDesign, Response, sloped_stroke_to_yield
-from flexura.study.questions.states import MODES_FOLLOWED, UNKNOWN_STRESS
+from flexura.study.questions.reading import Members, Reader, pose_text
+from flexura.study.questions.single import READINGS, OneDesign
+from flexura.study.questions.states import MODES_FOLLOWED
 from flexura.thresholds import ROUND_OFF
 
 DIFFERENCE_STEP = 1e-3
@@ -87,13 +84,11 @@ class Exact:
         self.directional: list[Array] = []
         self._single = OneDesign(plan, self.parameters, quantities)
         if not plan.is_posed:
-            self._work(self._numbers, "mass", "parameter")
-            self._work(self._compliances, "compliance", "stiffness")
-            self._work(self._frequencies, FREQUENCY)
-            self._work(self._linear, "stress", "margin", "buckling", "coupling", "amplification")
-            self._work(self._strokes, "reach")
-            for k in self._places("frf", "frf_peak"):
-                self._try([k], self._response)
+            at_rest = [k for k, quantity in enumerate(quantities) if not quantity.pose]
+            self._try([k for k in at_rest if quantities[k].kind == FREQUENCY], self._frequencies)
+            for k in at_rest:
+                if quantities[k].kind != FREQUENCY:
+                    self._try([k], lambda places: self._read(places[0], self._at_rest))
         for pose in dict.fromkeys(quantity.pose for quantity in quantities if quantity.pose):
             at_it = [k for k, quantity in enumerate(quantities) if quantity.pose == pose]
             self._try([k for k in at_it if quantities[k].kind not in ("frf", "frf_peak", "reach")], self._posed)
@@ -101,13 +96,6 @@ class Exact:
             elsewhere = [k for k, quantity in enumerate(quantities) if quantity.kind in CROSS_MOTIONS]
             self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
             self._try([k for k in range(len(quantities)) if self.is_exact[k] and not self.reason[k]], self._explain)
-
-    def _places(self, *kinds: str) -> list[int]:
-        """Places of kinds that are asked at rest."""
-        return [k for k, own in enumerate(self.quantities) if own.kind in kinds and not own.pose]
-
-    def _work(self, work: Callable[[list[int]], None], *kinds: str) -> None:
-        self._try(self._places(*kinds), work)
 
     def _try(self, places: list[int], work: Callable[[list[int]], None]) -> None:
         if not places:
@@ -151,75 +139,59 @@ class Exact:
         """The design with slopes, without the pose that may be described."""
         return Design.with_slopes(self.plan.at_rest(), self.parameters, self.names)
 
+    @cached_property
+    def _at_rest(self) -> LinearState:
+        return LinearState(self._design)
+
     def _take(self, place: int, number: Any) -> None:
         """Take a number, with slopes or without, as an answer."""
         self.value[place] = float(plain(number))
         self.slope[place] = number.slope if isinstance(number, Dual) else 0.0
         self.is_exact[place] = True
 
-    def _read(self, place: int, state: Any) -> None:
-        """Take what is asked of a state as an answer."""
-        quantity = self.quantities[place]
-        self._take(place, _read_of(state, quantity))
-        if quantity.kind in ("stress", "margin"):
-            self.reason[place] = _parting(state, quantity, self.names)
-
-    def _numbers(self, places: list[int]) -> None:
-        """Masses and parameters."""
-        values = self.plan.parameter_values(self._design.parameters)
-        for k in places:
-            quantity = self.quantities[k]
-            is_mass = quantity.kind == "mass"
-            self._take(k, mass_of(self._design, quantity) if is_mass else values[str(quantity.arguments[0])])
-
-    def _compliances(self, places: list[int]) -> None:
-        """Of r K^-1 s with rows r and s: r' K^-1 s + r K^-1 s' - r K^-1 K' K^-1 s."""
-        pairs = {k: (ends[0], ends[-1]) for k in places if (ends := self.quantities[k].arguments)}
-        freedoms = list(dict.fromkeys(end for pair in pairs.values() for end in pair if isinstance(end, Freedom)))
-        rows = displacement_rows(
-            [Reading(end.node, np.eye(3)[end.component % 3], end.turns, np.zeros(3)) for end in freedoms]
-        )
-        model = assemble(self.plan, self.parameters)
-        R = rows(model.design)
-        X = flexibility(model).held(np.ascontiguousarray(R.T))
-        C = R @ X
-        changes = family_of(self.plan, "full", self.parameters, rows=rows).changes(self.parameters, self.names, X)
-        kinked = np.array([not change.is_smooth for change in changes], dtype=bool)
-        dC = np.array([change.Y + change.Y.T - X.T @ change.K for change in changes]).reshape(-1, *C.shape)
-        for k, pair in pairs.items():
-            i, j = (freedoms.index(end) for end in pair if isinstance(end, Freedom))
-            value, slope = (C[i, j] + C[j, i]) / 2, np.where(kinked, np.nan, (dC[:, i, j] + dC[:, j, i]) / 2)
-            if self.quantities[k].kind == "stiffness":
-                value, slope = 1 / value, -slope / value**2
-            self._take(k, Dual(np.array(value), slope))
-
-    def _linear(self, places: list[int]) -> None:
-        """What is linear under the loads that are described."""
-        state = LinearState(self.plan, self.parameters, self.names)
-        for k in places:
-            self._read(k, state)
-
-    def _strokes(self, places: list[int]) -> None:
-        """Strokes until something yields."""
-        for k in places:
-            [along] = self.quantities[k].arguments
-            assert isinstance(along, Freedom)
-            self._take(k, sloped_stroke_to_yield(self.plan, self.parameters, self.names, along))
-            if np.isnan(self.slope[k]).any():
-                text = self.quantities[k].text
-                self.reason[k] = f"{text}: it yields alike at several places that part as parameters move"
-
-    def _response(self, places: list[int]) -> None:
-        """The magnitude of a response, where exact slopes of it are known."""
-        [k] = places
-        quantity = self.quantities[k]
-        magnitude = Response.of(self.plan, self.parameters, quantity).sloped_magnitude(self.names)
-        if magnitude is None:
+    def _read(self, place: int, state: State) -> None:
+        """Take what is asked of a state, but for frequencies, as an answer, where exact slopes of it are known, and say
+        why it has none."""
+        quantity, design = self.quantities[place], state.design
+        if quantity.kind == "mass":
+            number: Any = mass_of(design, quantity)
+        elif quantity.kind == "parameter":
+            number = design.plan.parameter_values(design.parameters)[str(quantity.arguments[0])]
+        else:
+            number = READINGS[quantity.kind](state, *quantity.arguments)
+        if number is None:
             return
-        self._take(k, magnitude)
-        if np.isnan(self.slope[k]).any():
-            why = "it is zero" if not self.value[k] else "the design is at a kink"
-            self.reason[k] = f"{quantity.text}: {why}, and has no derivative"
+        self._take(place, number)
+        if not np.isnan(self.slope[place]).any():
+            return
+        if quantity.kind in ("stress", "margin"):
+            self.reason[place] = self._parting(place, state)
+        elif quantity.kind == "reach":
+            self.reason[place] = f"{quantity.text}: it yields alike at several places that part as parameters move"
+        elif quantity.kind in ("frf", "frf_peak"):
+            why = "the design is at a kink" if self.value[place] else "it is zero"
+            self.reason[place] = f"{quantity.text}: {why}, and has no derivative"
+
+    def _parting(self, place: int, state: State) -> str:
+        """Why a stress or margin has no derivative by some of the parameters, with those on either side where members
+        that are stressed alike part."""
+        quantity, worst = self.quantities[place], self.value[place]
+        of, is_stress = next(iter(quantity.arguments), None), quantity.kind == "stress"
+        members, stress, limit = state.stressed(
+            of.members if isinstance(of, Members) else None, over_yield=not is_stress, share=1.0
+        )
+        numbers = stress if is_stress else limit / stress
+        is_tied = plain(numbers) >= worst * (1 - ROUND_OFF) if is_stress else plain(numbers) <= worst * (1 + ROUND_OFF)
+        tied, reasons = np.flatnonzero(is_tied), []
+        for p in np.flatnonzero(np.isnan(self.slope[place])).tolist():
+            name, sides = self.names[p], numbers.slope[p, tied]
+            if np.isnan(sides).any():
+                reasons.append(f"sections of {members[tied[0]]} part with {name}, or it is at a kink")
+            else:
+                ends = sorted((sides.max(), sides.min()), reverse=is_stress)
+                reasons.append(f"by {name} it is {ends[0]:.6g} upwards and {ends[1]:.6g} downwards, per SI unit")
+        alike = f"{_listed([members[k] for k in tied])} are stressed alike: " if len(tied) > 1 else ""
+        return f"{quantity.text}: {alike}{'; '.join(reasons)}"
 
     def _frequencies(self, places: list[int]) -> None:
         numbers = dict[int, int]()
@@ -283,33 +255,6 @@ def _listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[:MOST_IN_REASON])}{' ...' if len(names) > MOST_IN_REASON else ''}"
 
 
-def _read_of(state: Any, quantity: Quantity) -> Any:
-    """What is asked of a state with slopes, at rest or at a pose, but for frequencies."""
-    match quantity.kind, quantity.arguments:
-        case "force", (along,):
-            return state.forces[str(along)]
-        case "buckling", _:
-            factor = state.buckling_factor
-            return np.inf if factor is None else Dual(np.array(factor.value), np.linalg.eigvalsh(factor.slope)[:, 0])
-        case "coupling" | "amplification" as kind, (Port() as actuator, Freedom() as to):
-            moved, elongation = state.coupling(actuator.known, to.node)
-            return moved[to.component] / (1.0 if kind == "coupling" else abs(elongation))
-        case "stiffness" | "compliance" as kind, (Freedom() as to, *_):
-            by = quantity.arguments[-1]
-            assert isinstance(by, Freedom)
-            rows = np.stack([state.rows(end.node)[end.component] for end in (to, by)])
-            held = [name for name in state.move if name not in (to.name, by.name)]
-            compliance = state.flexibility(rows, held)[0, 1]
-            return 1 / compliance if kind == "stiffness" else compliance
-    members, _ = _stresses(state, quantity)
-    if members:
-        largest = _largest(state, quantity)
-        return largest if quantity.kind == "stress" else 1 / largest
-    if quantity.kind == "margin":
-        return np.inf
-    raise SolverError(UNKNOWN_STRESS)
-
-
 def by_members(plan: Plan, quantity: Quantity) -> list[Quantity]:
     """Of a stress or a margin that of each member it is the worst of; nothing of all else."""
     kind = quantity.kind
@@ -322,42 +267,6 @@ def by_members(plan: Plan, quantity: Quantity) -> list[Quantity]:
         replace(quantity, text=f"{kind}({name}){at}{pose}", arguments=(Members(name, (name,)),))
         for name in (of.members if isinstance(of, Members) else names)
     ]
-
-
-def _parting(state: Any, quantity: Quantity, names: Sequence[str]) -> str:
-    """Why a stress or margin has no derivative by some of the parameters `names`, with those on either side where
-    members that are stressed alike part; empty where it has all."""
-    largest = _largest(state, quantity) if _stresses(state, quantity)[0] else np.inf
-    if not isinstance(largest, Dual) or not np.isnan(largest.slope).any():
-        return ""
-    members, stresses = _stresses(state, quantity, share=1.0)
-    tied = np.flatnonzero(plain(stresses) >= plain(largest) * (1 - ROUND_OFF))
-    reasons = []
-    for p in np.flatnonzero(np.isnan(largest.slope)).tolist():
-        sides = stresses.slope[p, tied] / (1 if quantity.kind == "stress" else -(plain(largest) ** 2))
-        if np.isnan(sides).any():
-            reasons.append(f"sections of {members[tied[0]]} part with {names[p]}, or it is at a kink")
-        else:
-            ends = sorted((sides.max(), sides.min()), reverse=quantity.kind == "stress")
-            reasons.append(f"by {names[p]} it is {ends[0]:.6g} upwards and {ends[1]:.6g} downwards, per SI unit")
-    alike = f"{_listed([members[k] for k in tied])} are stressed alike: " if len(tied) > 1 else ""
-    return f"{quantity.text}: {alike}{'; '.join(reasons)}"
-
-
-def _largest(state: Any, quantity: Quantity) -> Any:
-    """The largest stress of the members asked for, for a margin over yield stresses."""
-    return settled(lambda share: np.max(_stresses(state, quantity, share)[1]))
-
-
-def _stresses(state: Any, quantity: Quantity, share: float = 0.0) -> tuple[list[str], Any]:
-    """Members asked for and their stresses (m,), for a margin over their yield stresses, where these are known."""
-    stresses, of = state.stresses_within(share) if share else state.stresses, next(iter(quantity.arguments), None)
-    chosen = [k for k, name in enumerate(stresses.names) if not isinstance(of, Members) or name in of.members]
-    if quantity.kind == "stress":
-        return [stresses.names[k] for k in chosen], stresses.von_mises[chosen, 0]
-    limit = stresses.yield_stress
-    chosen = [k for k in chosen if not np.isnan(plain(limit)[k])]
-    return [stresses.names[k] for k in chosen], stresses.von_mises[chosen, 0] / limit[chosen]
 
 
 def steps(at: Mapping[str, float], names: Iterable[str]) -> tuple[dict[str, Array], Array]:

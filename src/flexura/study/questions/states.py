@@ -19,18 +19,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.analysis import ModelError, Statics, Stresses, errors_of, preload, statics, worst_stresses
+from flexura.analysis import LargestStresses, ModelError, Statics, errors_of, statics
 from flexura.arrays import Array
+from flexura.derivatives import DisplacedState, LinearState, without_round_off
 from flexura.errors import SolverError
-from flexura.linalg import counted_intervals, factorise, is_definite
+from flexura.linalg import counted_intervals
 from flexura.mechanism import at
 from flexura.modal import REPEATED, close_groups
-from flexura.motion import Holding, Pose, PosedDesign, at_pose, buckling_factor, reached
-from flexura.reduction import HERTZ, certificate, chained, flexibility, lowest_pairs
-from flexura.structure import Design, FullOrderModel, InputPort, Plan, Ports, full_order_model
-from flexura.study.questions.blocks import Bounded, without_round_off
-from flexura.study.questions.reading import Freedom, Members, Port, pose_text
-from flexura.thresholds import REPEATED_EIGENVALUES, STATIC_ROUND_OFF, STILL
+from flexura.motion import reached
+from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
+from flexura.structure import Design, FullOrderModel, Plan
+from flexura.study.questions.blocks import Bounded
+from flexura.study.questions.reading import Freedom, Port, pose_text
+from flexura.thresholds import REPEATED_EIGENVALUES, STILL
 
 MODES_FOLLOWED = 12
 """So many of the lowest modes are looked at."""
@@ -104,83 +105,19 @@ def _modal_motion(model: FullOrderModel, hertz: Array, vectors: Array, freedom: 
     """A displacement in modes with DOF vectors (n, k)."""
     u = model.node_displacements(vectors)[model.plan.topology.has_position]
     of_kind = np.linalg.norm(u[:, 3:] if freedom.turns else u[:, :3], axis=1)
-    row = _row_of(model, freedom)
+    row = model.design.dense_rows(model.plan.topology.numbers([freedom.node]))[freedom.component]
     return ModalMotion(hertz, row @ vectors, float(of_kind.max(initial=0.0)))
 
 
-def _row_of(model: FullOrderModel, freedom: Freedom) -> Array:
-    """The row (n,) that reads a displacement."""
-    number = model.plan.topology.numbers([freedom.node])
-    return model.design.node_rows(number).toarray()[freedom.component]
-
-
-UNKNOWN_STRESS = "no stress is known of sections that are given by constants"
-
-
-class ReferenceState:
+class ReferenceState(LinearState):
     """A design as its description leaves it: at rest, or about the state of load or the pose that is described."""
-
-    def __init__(self, plan: Plan, parameters: Mapping[str, float]) -> None:
-        self.plan = plan
-        self.parameters = parameters
-        self._solved: dict[str, tuple[Array, Array]] = {}
-
-    @property
-    def free(self) -> ReferenceState:
-        """The state with nothing held but by forces that stay as they are: itself."""
-        return self
-
-    @cached_property
-    def model(self) -> FullOrderModel:
-        """Its full-order model."""
-        return full_order_model(at_pose(Design.of(self.plan, self.parameters)))
-
-    @cached_property
-    def _ports(self) -> Ports:
-        return Ports(self.model.design)
-
-    @cached_property
-    def _solve(self) -> Any:
-        return flexibility(self.model).held
-
-    def _input(self, actuator: Port) -> InputPort:
-        return self._ports.inputs([actuator.known])[0]
-
-    def _row(self, end: Freedom | InputPort) -> tuple[Array, Array]:
-        """The row (n,) that reads a motion, and displacements (n,) by a unit force along it."""
-        name = end.name if isinstance(end, Freedom) else f"{end.channel.name} as an input"
-        if name not in self._solved:
-            row = _row_of(self.model, end) if isinstance(end, Freedom) else end.row
-            self._solved[name] = row, self._solve(np.ascontiguousarray(row[:, None]))[:, 0]
-        return self._solved[name]
-
-    def _between(self, one: Freedom | InputPort, other: Freedom | InputPort) -> float:
-        """Displacement along one by a unit force along the other, symmetric to the last digit."""
-        (a, by_a), (b, by_b) = self._row(one), self._row(other)
-        return float((a @ by_b + b @ by_a) / 2)
-
-    def _bound(self, one: Freedom | InputPort, other: Freedom | InputPort) -> float:
-        return self._between(one, one) * self._between(other, other)
-
-    def compliance(self, to: Freedom, by: Freedom) -> float:
-        """Displacement per force or moment."""
-        return float(without_round_off(self._between(to, by), self._bound(to, by)))
-
-    def coupling(self, actuator: Port, to: Freedom) -> float:
-        """Displacement per unit command."""
-        command = self._input(actuator)
-        return float(without_round_off(self._between(to, command), self._bound(to, command)) * command.gain)
-
-    def amplification(self, actuator: Port, to: Freedom) -> float:
-        """Displacement per elongation of the actuator that makes it."""
-        command = self._input(actuator)
-        return self.coupling(actuator, to) / abs(self._between(command, command) * command.gain)
 
     def largest_possible(self, kind: str, actuator: Port, to: Freedom) -> float:
         """The coupling, or amplification, that the flexibility of both ends allows (Cauchy and Schwarz)."""
-        command = self._input(actuator)
-        most = float(np.sqrt(abs(self._bound(to, command))))
-        return most * abs(command.gain) if kind == "coupling" else most / abs(self._between(command, command))
+        command = self.input(actuator.known)
+        C = self.flexibility(np.stack([self.row(to.name), command.row]))
+        most = float(np.sqrt(abs(C[0, 0] * C[1, 1])))
+        return most * abs(command.gain) if kind == "coupling" else most / abs(C[1, 1])
 
     def model_errors(
         self, pairs: Sequence[tuple[Freedom | Port, Freedom | Port]], read: Callable[[Array, Array], Array]
@@ -188,18 +125,25 @@ class ReferenceState:
         """Model errors of n numbers that are read of displacements (p,) along one by a force along the other of each
         pair, NaN where these are zero, and of those along the force itself."""
         names = list(dict.fromkeys(end for pair in pairs for end in pair))
-        ends = [self._input(end) if isinstance(end, Port) else end for end in names]
-        states = np.column_stack([self._row(end)[1] for end in ends])
+        rows = [self.input(end.known).row if isinstance(end, Port) else self.row(end.name) for end in names]
         to, by = np.array([[names.index(end) for end in pair] for pair in pairs]).T
-        S = np.array([[self._between(one, other) for one in ends] for other in ends])
+        S = self.flexibility(np.stack(rows))
         S = without_round_off(S, np.outer(np.diagonal(S), np.diagonal(S)))
         S[S == 0] = np.nan
-        return errors_of(self.model, states, lambda E: read((S + E)[to, by], (S + E)[by, by]))
+        return errors_of(self.model, self.moved_by(rows), lambda E: read((S + E)[to, by], (S + E)[by, by]))
+
+    @property
+    def free(self) -> ReferenceState:
+        """Itself."""
+        return self
 
     @cached_property
-    def stresses(self) -> Stresses:
-        """Stresses under the loads and gravity, or at the pose, that are described."""
-        return self._statics.stresses()
+    def stresses(self) -> LargestStresses:
+        """The largest stresses under the loads and gravity, or at the pose, that are described."""
+        known = [member for member in self._statics.stresses().members if member.von_mises is not None]
+        sizes, positions = np.array([(member.von_mises, member.position) for member in known]).reshape(-1, 2).T
+        limit = np.array([member.yield_stress for member in known], dtype=float)
+        return LargestStresses(tuple(member.name for member in known), sizes[:, None], positions[:, None], limit)
 
     @property
     def stress_error(self) -> tuple[float, float] | None:
@@ -209,14 +153,6 @@ class ReferenceState:
     @cached_property
     def _statics(self) -> Statics:
         return statics(self.model)
-
-    @property
-    def buckling(self) -> float:
-        """Factor on all loads and gravity; infinite where they do not buckle it."""
-        if not self.plan.is_posed:
-            return preload(self.plan, self.parameters).buckling_factor
-        factor = buckling_factor(reached(Design.of(self.plan, self.parameters)).pose)
-        return np.inf if factor is None else factor
 
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds."""
@@ -235,71 +171,32 @@ class ReferenceState:
 
 
 class PosedState:
-    """A design at a pose with large displacements; the displacements of the pose hold it."""
+    """A design at a pose with large displacements: `held` by the displacements of the pose, and `free` under their
+    forces."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Sequence[tuple[str, float]]) -> None:
         self.text: str = pose_text(pose)
-        self.plan: Plan = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
-        self.parameters = parameters
+        posed = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
+        self.design: Design = Design.of(posed, parameters)
 
     @cached_property
-    def _posed(self) -> PosedDesign:
-        posed = reached(Design.of(self.plan, self.parameters))
-        if not is_definite(posed.pose.matrices(held=True)[0]):
+    def held(self) -> DisplacedState:
+        """The state that the displacements of the pose hold. Raises SolverError where that is unstable."""
+        pose = reached(self.design).pose
+        names = [drive.name for drive in pose.equations.drives]
+        state = DisplacedState(self.design, dict.fromkeys(names), pose)
+        if not state.is_stable:
             raise SolverError(f"at {self.text} it is unstable")
-        return posed
-
-    @property
-    def _pose(self) -> Pose:
-        return self._posed.pose
+        return state
 
     @cached_property
     def free(self) -> ReferenceState:
         """What is linear about the pose with nothing held but by forces that stay as they are."""
-        return ReferenceState(self.plan, self.parameters)
-
-    @cached_property
-    def _model(self) -> FullOrderModel:
-        design = replace(Design.of(self.plan, self.parameters), pose=self._posed)
-        return FullOrderModel(design, self._posed.K, self._posed.M)
-
-    def compliance(self, to: Freedom, by: Freedom) -> float:
-        """Displacement per force or moment, the displacements of the pose held but for those asked of.
-
-        Raises SolverError where the pose holds one of them.
-        """
-        pose, numbers = self._pose, self.plan.topology.numbers([to.node, by.node])
-        rows = np.stack([pose.rows(int(n))[end.component] for n, end in zip(numbers, (to, by), strict=True)])
-        others = [k for k, drive in enumerate(pose.equations.drives) if drive.name not in (to.name, by.name)]
-        scale = pose.equations.scale
-        holding = Holding.of(pose.state.tangent.rows[others], scale)
-        free_rows = holding.rows(rows)
-        free_sizes = np.linalg.norm(free_rows / scale[holding.left], axis=1)
-        for end, free, whole in zip((to, by), free_sizes, np.linalg.norm(rows / scale, axis=1), strict=True):
-            if not free > STATIC_ROUND_OFF * whole:
-                raise SolverError(f"{end.name} is held by the pose")
-        C = free_rows @ factorise(holding.matrix(pose.K)).solve(np.ascontiguousarray(free_rows.T))
-        return float(without_round_off((C[0, 1] + C[1, 0]) / 2, C[0, 0] * C[1, 1]))
-
-    @cached_property
-    def stresses(self) -> Stresses:
-        """Stresses at the pose."""
-        return worst_stresses(self._model, self._posed.end_forces.__getitem__)
-
-    def force(self, along: Freedom) -> float:
-        """Force or moment that holds a displacement of the pose."""
-        names = [drive.name for drive in self._pose.equations.drives]
-        return float(self._pose.state.drive[names.index(along.name)])
-
-    @property
-    def buckling(self) -> float:
-        """Factor on all loads and on the forces that hold the pose; infinite where nothing buckles."""
-        factor = buckling_factor(self._pose)
-        return np.inf if factor is None else factor
+        return ReferenceState(self.design)
 
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds, nothing held but by forces that stay as they are."""
-        pose, pairs = self._pose, self._modes(count)
+        pose, pairs = self.held.pose, self._modes(count)
         *squares, is_proven = counted_intervals(pose.K, pose.M, pairs.values, pairs.vectors)
         lower, upper = (np.sqrt(np.maximum(x, 0)) / HERTZ if is_proven else x * np.nan for x in squares)
         return Bounded(np.sqrt(pairs.values) / HERTZ, lower, upper)
@@ -307,28 +204,12 @@ class PosedState:
     def modal_motion(self, freedom: Freedom, count: int) -> ModalMotion:
         """A displacement in so many of the lowest modes."""
         pairs = self._modes(count)
-        return _modal_motion(self._model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
+        posed = reached(self.design)
+        model = FullOrderModel(replace(self.design, pose=posed), posed.K, posed.M)
+        return _modal_motion(model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
 
     def _modes(self, count: int) -> Any:
-        pairs = self._pose.modes(count)
+        pairs = self.held.pose.modes(count)
         if len(pairs.values) and pairs.values[0] < 0:
             raise SolverError(f"at {self.text} it is unstable under the forces that hold it")
         return pairs
-
-
-State = ReferenceState | PosedState
-
-
-def largest_stress(state: State, of: Members | None = None) -> float:
-    """Largest von Mises stress, Pa, notch factors included, of all members or of some; of sections that are known."""
-    members = [member for member in state.stresses.members if of is None or member.name in of.members]
-    known = [member.von_mises for member in members if member.von_mises is not None]
-    if not known:
-        raise SolverError(UNKNOWN_STRESS)
-    return max(known)
-
-
-def least_margin(state: State, of: Members | None = None) -> float:
-    """Least yield stress over stress of all members or of some, of those whose yield stress is known."""
-    members = [member for member in state.stresses.members if of is None or member.name in of.members]
-    return min((m.factor_to_yield for m in members if m.factor_to_yield is not None), default=np.inf)

@@ -22,6 +22,7 @@ from flexura.expressions import Expression
 from flexura.mechanism import Mechanism, Scalar, Spread
 from flexura.modelfile import parse_override
 from flexura.study.space import with_units
+from flexura.units import is_number
 
 WORST_CASE_SIGMAS = 3.0
 """Standard deviations of a normal distribution that is not cut off which a worst case reaches, either way."""
@@ -210,7 +211,7 @@ class _Reader:
             sigma, centre = self._deviation(spread), self.nominal
         if not within:
             return normal(centre, sigma)
-        if _is_number(limit):
+        if is_number(limit):
             largest = float(limit) * sigma
         elif _BOTH.fullmatch(limit) or _APART.fullmatch(limit):
             largest = self._deviations(limit)[1]
@@ -232,7 +233,7 @@ class _Reader:
         if not text.rstrip().endswith("%"):
             return self._value(text)
         share = text.rstrip().removesuffix("%").strip()
-        if not _is_number(share):
+        if not is_number(share):
             raise OptionError(f"{text.strip()!r} is no percentage")
         if not self.nominal:
             raise OptionError("per cent of a value that is zero are nothing; write a deviation")
@@ -240,10 +241,3 @@ class _Reader:
 
     def _value(self, text: str) -> float:
         return parse_override(self.mechanism, f"{self.name}={text.strip()}")[1]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        return isfinite(float(text))
-    except ValueError:
-        return False

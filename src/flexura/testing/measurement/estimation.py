@@ -14,7 +14,7 @@ from flexura.errors import OptionError
 from flexura.tables import in_hz
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
-from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording
+from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
 
 LINES_BY_CHANCE = 0.05
 """Share of lines above its 95 % quantile that unrelated signals have."""
@@ -216,12 +216,9 @@ def estimate_frf(
             raise OptionError(f"there is no channel {name!r}; known: {', '.join(sorted(known))}")
     if duration is not None:
         recordings = [_cut(r, duration) for r in recordings]
-    setups: dict[str, list[Recording]] = {}
-    for r in recordings:
-        setups.setdefault(r.setup, []).append(r)
     frfs: list[MeasuredFRF] = []
     unusable: list[str] = []
-    for setup, records in setups.items():
+    for setup, records in grouped(recordings, lambda r: r.setup).items():
         for by_input in _columns(records):
             groups = [_group(column, options) for column in by_input]
             unusable += [reason for reason in groups if isinstance(reason, str)]

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
+from flexura.derivatives import Reading
 from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
-from flexura.sensitivity import Reading
 from flexura.structure import DERIVATIVE, FullOrderModel, Ports
 from flexura.tables import Facts, Table, quantity
 from flexura.testing.measurement import FORCES, MeasuredChannel

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
+from flexura.derivatives import Change, Family, Matrices
 from flexura.duals import real, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import assemble, plan_of
 from flexura.linalg import count_below
 from flexura.mechanism import Accelerometer, Damping, HammerPoint, Mechanism, ModalTest, evaluated
 from flexura.records import Latest
-from flexura.sensitivity import Change, Family, Matrices
 from flexura.structure import DERIVATIVE, Channel, Design, FullOrderModel, InputPort, OutputPort, Plan, one_design
 from flexura.systems import ModalSystem, System, system
 from flexura.testing.measurement import SAME_MODE_OF_SETUPS, MeasuredChannel

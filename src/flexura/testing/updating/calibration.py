@@ -13,9 +13,9 @@ from scipy.optimize import least_squares
 
 from flexura.arguments import verb
 from flexura.arrays import Array
+from flexura.derivatives import ModelOrder
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.mechanism import Mechanism
-from flexura.sensitivity import ModelOrder
 from flexura.structure import Plan, one_design
 from flexura.testing.updating.calibrated import CalibratedMode, CalibratedParameter, Calibration, Method
 from flexura.testing.updating.posterior import (

@@ -15,13 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.errors import FlexuraError, OptionError, SolverError
-from flexura.full_order import plan_of
-from flexura.linalg import Eigenpairs, count_below
-from flexura.mechanism import Mechanism, Parameter, bounds
-from flexura.modal import track_modes
-from flexura.records import Latest
-from flexura.sensitivity import (
+from flexura.derivatives import (
     ModelOrder,
     displacement_rows,
     family_of,
@@ -31,6 +25,12 @@ from flexura.sensitivity import (
     static_vectors,
     whole_clusters,
 )
+from flexura.errors import FlexuraError, OptionError, SolverError
+from flexura.full_order import plan_of
+from flexura.linalg import Eigenpairs, count_below
+from flexura.mechanism import Mechanism, Parameter, bounds
+from flexura.modal import track_modes
+from flexura.records import Latest
 from flexura.structure import Design, Plan, full_order_model
 from flexura.testing.rig import AnyFamily, MassLoadedFamily, placements_of, readings_of
 from flexura.testing.updating.targets import ModalTarget, ResponseTarget, State, Target

@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
+from flexura.derivatives import Change, Cluster, Reader, clusters, modal_response
 from flexura.errors import ModelError, OptionError
 from flexura.files import read_text
 from flexura.linalg import Eigenpairs
 from flexura.modal import pair_modes
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
-from flexura.sensitivity import Change, Cluster, Reader, clusters, modal_response
 from flexura.structure import DERIVATIVE
 from flexura.tables import Facts, Table, percent
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex, Index
-from flexura.deadline import Listener, told
+from flexura.deadline import Listener, announcer
 from flexura.errors import OptionError, SolverError
 from flexura.mechanism import Damping, Mechanism, ModalTest
 from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
@@ -233,7 +233,7 @@ def virtual_test(
         raise OptionError(f"double_hits is a number of hits, not {double_hits!r}")
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise OptionError(f"a seed is a whole number that is not negative, not {seed!r}")
-    say = told(progress)
+    say = announcer(progress)
     rig = ModalTestRig(model, parameters, test, damping)
     bare = true_modes(None, rig.modes(None))
     rng = np.random.default_rng(int(seed))

@@ -2,11 +2,8 @@ from flexura.view.drawing.charts import FAINT as FAINT
 from flexura.view.drawing.charts import GRID as GRID
 from flexura.view.drawing.charts import MOST_BARS as MOST_BARS
 from flexura.view.drawing.charts import SERIES as SERIES
-from flexura.view.drawing.charts import WIDE as WIDE
 from flexura.view.drawing.charts import Bar as Bar
 from flexura.view.drawing.charts import Coordinate as Coordinate
-from flexura.view.drawing.charts import Curve as Curve
-from flexura.view.drawing.charts import Panel as Panel
 from flexura.view.drawing.charts import colour_axis as colour_axis
 from flexura.view.drawing.charts import draw_bars as draw_bars
 from flexura.view.drawing.charts import draw_marks as draw_marks
@@ -19,6 +16,7 @@ from flexura.view.drawing.charts import held_axis as held_axis
 from flexura.view.drawing.charts import legend_above as legend_above
 from flexura.view.drawing.charts import legend_of as legend_of
 from flexura.view.drawing.charts import limits_of as limits_of
+from flexura.view.drawing.charts import lone_values as lone_values
 from flexura.view.drawing.charts import named as named
 from flexura.view.drawing.charts import panel_grid as panel_grid
 from flexura.view.drawing.charts import percent_bar as percent_bar

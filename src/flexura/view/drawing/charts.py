@@ -1,9 +1,8 @@
-"""What all charts share: curves and axes as data, ticks, legends beside the curves, bars, parallel coordinates."""
+"""What all charts share: panels, ticks, legends beside the curves, bars, parallel coordinates."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
+from flexura.charts import WIDE, Panel
 from flexura.tables import counted, number, scale_for
 from flexura.view.drawing.figures import DPI, EM, INK, new_chart, shortened, wrapped
 from flexura.view.scene import Array
@@ -30,48 +30,38 @@ LEAST_SPAN = 10.0
 LEGEND_SIZE = 7.0
 """Size of the type of legends, points."""
 
-WIDE = 30.0
-"""Ratio of positive values from which their scale is logarithmic."""
-
 _PREFIXED = EngFormatter()
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Values y (n,) over x (n,), in the units of the axes, with a name in the legend unless it is empty; `style` are
-    options of a line that differ from those of its panel."""
-
-    x: NDArray[Any]
-    y: NDArray[Any]
-    name: str = ""
-    style: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Panel:
-    """A chart as data: curves, what stands at its axes and above it, vertical lines at `marks`, and whether the axis of
-    values is logarithmic."""
-
-    curves: Sequence[Curve]
-    x_label: str = ""
-    y_label: str = ""
-    title: str = ""
-    marks: ArrayLike = ()
-    log: bool = False
+LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
 
 
 def draw_panel(axes: Axes, panel: Panel, *, width: float = 1.0, size: float = 8.0) -> None:
-    """Draw a panel: each curve in a colour of its own, lines of a width and labels of a size in points."""
+    """Draw a panel: curves of each name in a colour of their own, lines of a width and labels of a size in points, and
+    dots where a curve has a single value between gaps."""
+    colours: dict[str | int, str] = {}
     for k, curve in enumerate(panel.curves):
-        look = {"color": SERIES[k % len(SERIES)], "lw": width, **curve.style}
-        axes.plot(curve.x, curve.y, label=curve.name or None, **look)
-    draw_marks(axes, panel.marks, lw=0.65 * width)
-    if panel.log:
+        label = curve.name if curve.name not in colours else ""
+        colour = colours.setdefault(curve.name or k, SERIES[len(colours) % len(SERIES)])
+        look = {"color": colour, "lw": width, "ls": LINES[curve.line], "label": label or None}
+        if curve.upper is not None:
+            axes.fill_between(curve.x, curve.y, curve.upper, color=colour, alpha=0.25, lw=0, label=label or None)
+        else:
+            dots = {"marker": "o", "markersize": 3, "markevery": own} if (own := lone_values(curve.y)) else {}
+            axes.plot(curve.x, curve.y, **{**look, **dots, **curve.style})
+    draw_marks(axes, [mark.x for mark in panel.marks], lw=0.65 * width)
+    if panel.y.log:
         axes.set_yscale("log")
-    axes.set_xlabel(panel.x_label, fontsize=size, parse_math=False)
-    axes.set_ylabel(panel.y_label, fontsize=size, parse_math=False)
+    axes.set_xlabel(panel.x.label, fontsize=size, parse_math=False)
+    axes.set_ylabel(panel.y.label, fontsize=size, parse_math=False)
     axes.set_title(panel.title, fontsize=size, color=INK, parse_math=False)
     style(axes)
+
+
+def lone_values(y: NDArray[Any]) -> list[int]:
+    """Where values (n,) stand between two gaps."""
+    gap = np.isnan(np.concatenate([[np.nan], y, [np.nan]]))
+    return np.flatnonzero(gap[:-2] & ~gap[1:-1] & gap[2:]).tolist()
 
 
 def draw_marks(axes: Axes, places: ArrayLike, **look: Any) -> None:

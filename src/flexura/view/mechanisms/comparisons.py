@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 
 from flexura.arguments import verb
 from flexura.arrays import Array
+from flexura.charts import Axis, Curve, Mark, Panel
 from flexura.errors import OptionError
 from flexura.linalg import ranked
 from flexura.solid.verification import ShapePairs, Verification, VerificationRow
@@ -26,9 +27,7 @@ from flexura.view.drawing import (
     SERIES,
     Box,
     Camera,
-    Curve,
     Painting,
-    Panel,
     View,
     camera_for,
     colour_bar,
@@ -255,12 +254,12 @@ def draw_frf_overlay(result: Correlation, number: int = 0) -> Figure:
     figure, panels = panel_grid(len(chosen), (rows, columns), size, sharex=True)
     for axes, (i, j) in zip(panels, chosen, strict=True):
         curves = [
-            Curve(hz, np.abs(measured.response[:, i, j]), "measured", {"color": SENSOR, "lw": 0.9}),
-            Curve(hz, np.abs(overlay.response[:, i, j]), "model", {"color": SERIES[0]}),
+            Curve(hz, np.abs(measured.response[:, i, j]), "measured", style={"color": SENSOR, "lw": 0.9}),
+            Curve(hz, np.abs(overlay.response[:, i, j]), "model", style={"color": SERIES[0]}),
         ]
         title = f"{measured.outputs[i].name} / {measured.inputs[j].name}: FRAC {overlay.frac[i, j]:.2f}"
-        marks = result.model_hz[result.model_hz <= hz[-1]]
-        draw_panel(axes, Panel(curves, title=title, marks=marks, log=True), size=7.5)
+        marks = [Mark(at) for at in result.model_hz if at <= hz[-1]]
+        draw_panel(axes, Panel(curves, y=Axis(log=True), title=title, marks=marks), size=7.5)
     legend_of(figure, panels[0])
     figure.supxlabel("frequency, Hz", fontsize=8)
     setup = f", {measured.setup}" if measured.setup else ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,23 +11,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flexura.analysis import Stroke, StrokePose
+from flexura.analysis import Stroke, StrokePose, stroke_chart
 from flexura.arguments import verb
 from flexura.errors import OptionError, foremost
 from flexura.mechanism import FORCE_UNITS, is_rotation
-from flexura.tables import counted, number, quantity, scale_for, suited
+from flexura.tables import counted, number, quantity
 from flexura.view.drawing import (
     DPI,
     GREY,
     HIDDEN,
     INK,
-    SERIES,
     WARNING,
-    WIDE,
     Camera,
-    Curve,
     Painting,
-    Panel,
     View,
     camera_for,
     colours_by_stress,
@@ -38,10 +33,10 @@ from flexura.view.drawing import (
     headline,
     legend_above,
     line_height,
-    new_chart,
     new_figure,
     paint,
     painting_of,
+    panel_grid,
     plain_axes,
     remark_lines,
     stress_bar,
@@ -69,8 +64,6 @@ SIDES = (0.02, 0.905)
 
 LEAST_HEIGHT, MOST_HEIGHT = 1.8, 5.0
 """Height of a pose, inches."""
-
-DOFS = ("x", "y", "z", "about x", "about y", "about z")
 
 
 @verb
@@ -249,100 +242,30 @@ def animate_stroke(
 
 @verb
 def draw_stroke(result: Stroke, *, dpi: float = DPI) -> Figure:
-    """Forces of the drives, natural frequencies tracked by shape and how they change, support stiffness, and how far
-    driven nodes shift where they are not driven, all over the first drive.
+    """Natural frequencies tracked by shape and how they change, forces of the drives, support stiffness, how far driven
+    nodes shift where they are not driven, and the factor to yield, all over the first drive; a report has the same.
 
     Full lines: actuators free under the forces that hold the pose; dashed ones: actuators locked. Axes are
     logarithmic where values are far apart. Raises OptionError for a stroke of fewer than two poses.
     """
     if len(result.poses) < 2:
         raise OptionError("a stroke is drawn over at least two poses")
-    drive = next(iter(result.poses[0].varied))
-    position = np.array([pose.varied[drive] for pose in result.poses])
-    scale = scale_for(position, result.units[drive])
-    x, x_label = position / scale.size, scale.label(drive)
-    changes = [replace(curve, name="") for curve in _mode_curves(result, x, 100 * result.frequency_changes)]
-    panels = (
-        _forces(result, x, x_label),
-        _frequencies(result, x, x_label),
-        Panel(changes, x_label, "change of natural frequency, %"),
-        _stiffness(result, x, x_label, slice(0, 3), "N/m"),
-        _stiffness(result, x, x_label, slice(3, 6), "N*m/rad"),
-        _shifts(result, x, x_label),
-    )
-    figure = new_chart((12.6, 8.0), dpi)
-    every_axes = figure.subplots(2, 3).ravel()
+    panels = [panel.suited() for panel in stroke_chart(result).panels]
+    columns = next((k for k in (2, 3) if len(panels) <= 2 * k), 4)
+    rows = -(-len(panels) // columns)
+    figure, every_axes = panel_grid(len(panels), (rows, columns), (4.2 * columns, 4.0 * rows), dpi)
+    named = set[str]()
     for axes, panel in zip(every_axes, panels, strict=True):
         plain_axes(axes)
         draw_panel(axes, panel, width=1.4)
-        if panel.log:
+        if panel.y.log:
             value_axis(axes, np.concatenate([curve.y for curve in panel.curves]))
+        x = panel.curves[0].x
         axes.set_xlim(x.min(), x.max())
-        legend_above(axes)
-    every_axes[-1].set_visible(bool(result.parasitic_shifts))
+        names = {curve.name for curve in panel.curves}
+        if names - named:
+            legend_above(axes)
+        named |= names
     title = f"{result.name}: over its stroke, {counted(len(result.poses), 'pose')}"
     headline(figure, title, foremost(result.warnings, 1), result.notes)
     return figure
-
-
-def _forces(result: Stroke, x: Array, x_label: str) -> Panel:
-    """Forces or moments of the drives, or how far driven forces displace their nodes."""
-    pose, curves = result.poses[0], []
-    for name in pose.move or pose.displacement:
-        if pose.move:
-            unit, values = FORCE_UNITS[is_rotation(name)], np.array([p.reaction[name] for p in result.poses])
-        else:
-            unit, values = "m", np.array([np.linalg.norm(p.displacement[name][:3]) for p in result.poses])
-        scale = scale_for(values, unit)
-        curves.append(Curve(x, values / scale.size, scale.label(name)))
-    return Panel(curves, x_label, "force or moment of the drive" if pose.move else "displacement")
-
-
-def _frequencies(result: Stroke, x: Array, x_label: str) -> Panel:
-    """Curves by mode, actuators free, and the first ones with actuators locked."""
-    curves = _mode_curves(result, x, np.where(result.frequencies_hz > 0, result.frequencies_hz, np.nan))
-    locked = min(2, *(len(pose.frequency_hz_held) for pose in result.poses))
-    for k in range(locked):
-        hz = np.array([pose.frequency_hz_held[k] for pose in result.poses])
-        style = {"color": INK, "lw": 0.9, "ls": "--"}
-        curves.append(Curve(x, np.where(hz > 0, hz, np.nan), "" if k else "held", style))
-    return Panel(curves, x_label, "natural frequency, Hz", log=_is_wide(curves))
-
-
-def _mode_curves(result: Stroke, x: Array, values: Array) -> list[Curve]:
-    """A curve for each mode: gaps where it is not among the lowest, dots where it is so at a single pose."""
-    tracked, curves = len(result.poses[0].frequency_hz), []
-    for k, y in enumerate(values.T):
-        gap = np.isnan(np.concatenate([[np.nan], y, [np.nan]]))
-        single = np.flatnonzero(gap[:-2] & gap[2:]).tolist()
-        dots = {"marker": "o", "markersize": 3, "markevery": single} if single else {}
-        style = {"color": SERIES[k % len(SERIES)], **dots}
-        curves.append(Curve(x, y, f"mode {k + 1}" if k < tracked else "another mode", style))
-    return curves
-
-
-def _stiffness(result: Stroke, x: Array, x_label: str, dofs: slice, unit: str) -> Panel:
-    """Support stiffness of translations or rotations."""
-    stiffness = np.array([pose.support_stiffness[dofs] for pose in result.poses], dtype=float)
-    scale = suited(stiffness.T.tolist(), unit)
-    curves = [
-        Curve(x, values / scale.size, name, {"color": SERIES[k]})
-        for k, (name, values) in enumerate(zip(DOFS[dofs], stiffness.T, strict=True))
-        if np.isfinite(values).any()
-    ]
-    return Panel(curves, x_label, scale.label("support stiffness"), log=_is_wide(curves))
-
-
-def _shifts(result: Stroke, x: Array, x_label: str) -> Panel:
-    """Parasitic shifts by driven node."""
-    shifts = result.parasitic_shifts
-    scale = suited([values.tolist() for values in shifts.values()], "m")
-    curves = [Curve(x, values / scale.size, node) for node, values in shifts.items()]
-    return Panel(curves, x_label, scale.label("parasitic shift, not driven"))
-
-
-def _is_wide(curves: Sequence[Curve]) -> bool:
-    """Whether curves are so far apart that their axis is logarithmic."""
-    values = np.concatenate([np.empty(0), *(curve.y for curve in curves)])
-    positive = values[np.isfinite(values) & (values > 0)]
-    return bool(len(positive)) and positive.max() > WIDE * positive.min()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,12 @@ from flexura.analysis import (
     ResponseGroup,
     TimeResponse,
     heard,
-    phase_in_degrees,
+    response_chart,
     response_group,
     response_units,
 )
 from flexura.arguments import verb
+from flexura.charts import Axis, Curve, Mark, Panel
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.tables import counted, in_hz
@@ -35,8 +37,6 @@ from flexura.view.drawing import (
     GREY,
     INK,
     SERIES,
-    Curve,
-    Panel,
     draw_marks,
     draw_panel,
     frequency_axis,
@@ -95,13 +95,11 @@ def draw_bode(result: FrequencyResponse, pairs: Sequence[Pair] | None = None, *,
     thousandth of the largest; what is left out is said. Raises OptionError for names and units that are not there.
     """
     group = _group(result, pairs, unit)
-    hz, marks = result.frequency_hz, result.resonances_hz
+    hz, (magnitude, phase) = result.frequency_hz, response_chart(result, group).panels
     figure = new_chart((7.4, 5.8))
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    magnitudes = [Curve(hz, np.abs(curve.H), curve.label) for curve in group.curves]
-    phases = [Curve(hz, phase_in_degrees(curve.H)) for curve in group.curves]
-    draw_panel(upper, Panel(magnitudes, y_label=_with_unit("magnitude", group.unit), marks=marks), width=1.2, size=10)
-    draw_panel(lower, Panel(phases, "frequency, Hz", "phase, deg", marks=marks), width=1.2, size=10)
+    draw_panel(upper, replace(magnitude, x=Axis()), width=1.2, size=10)
+    draw_panel(lower, phase, width=1.2, size=10)
     frequency_axis(upper, float(hz[0]), float(hz[-1]))
     value_axis(upper, np.concatenate([np.abs(curve.H) for curve in group.curves]))
     low, high = lower.dataLim.intervaly
@@ -122,8 +120,9 @@ def draw_nyquist(result: FrequencyResponse, pairs: Sequence[Pair] | None = None,
     figure = new_chart((5.6, 6.0))
     axes = figure.subplots()
     curves = [Curve(curve.H.real, curve.H.imag, curve.label) for curve in group.curves]
-    real, imaginary = _with_unit("real part", group.unit), _with_unit("imaginary part", group.unit)
-    draw_panel(axes, Panel(curves, real, imaginary), width=1.2, size=10)
+    draw_panel(
+        axes, Panel(curves, Axis("real part", group.unit), Axis("imaginary part", group.unit)), width=1.2, size=10
+    )
     axes.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
     axes.axvline(0, color=FAINT, linewidth=0.8, zorder=0)
     plain_axes(axes)
@@ -151,10 +150,6 @@ def _group(result: FrequencyResponse, pairs: Sequence[Pair] | None, unit: str | 
         for pair, response, unit in zip(pairs, responses, units, strict=True)
     ]
     return ResponseGroup("" if is_mixed else units[0], curves, [])
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name}, {unit}" if unit else name
 
 
 def _left_out(group: ResponseGroup, width: float) -> list[str]:
@@ -195,17 +190,15 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
     names = [c.name for c in result.outputs] if outputs is None else list(outputs)
     responses = {name: result.of(name) for name in names}
     unit = {c.name: c.unit for c in result.outputs}
-    signals: dict[str, list[Curve]] = {}
+    curves: dict[Axis, list[Curve]] = {}
     for channel, signal in zip(result.inputs, result.signals, strict=True):
-        signals.setdefault(f"input, {channel.unit}", []).append(Curve(result.time, signal, channel.name))
-    curves: dict[str, list[Curve]] = {}
+        curves.setdefault(Axis("input", channel.unit), []).append(Curve(result.time, signal, channel.name))
     for name, response in responses.items():
-        curves.setdefault(unit[name], []).append(Curve(result.time, response, name))
-    panels = [*signals.items(), *curves.items()]
-    figure = new_chart((7.4, 1.2 + 1.9 * len(panels)))
-    every_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (label, listed) in zip(every_axes, panels, strict=True):
-        draw_panel(axes, Panel(listed, y_label=label))
+        curves.setdefault(Axis("", unit[name]), []).append(Curve(result.time, response, name))
+    figure = new_chart((7.4, 1.2 + 1.9 * len(curves)))
+    every_axes = figure.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (along, listed) in zip(every_axes, curves.items(), strict=True):
+        draw_panel(axes, Panel(listed, y=along))
         plain_axes(axes)
         axes.margins(x=0.0)
         legend_above(axes)
@@ -229,7 +222,7 @@ def draw_response_matrix(result: FrequencyResponse) -> Figure:
     for i, output in enumerate(result.outputs):
         for j, axes in enumerate(panels[i]):
             curves = [Curve(hz, magnitude[:, i, j], style={"color": SERIES[0]})] if is_heard[i, j] else []
-            draw_panel(axes, Panel(curves, marks=result.resonances_hz), width=0.9)
+            draw_panel(axes, Panel(curves, marks=list(map(Mark, result.resonances_hz))), width=0.9)
             if not curves:
                 zero = {"color": "#8a93a0", "fontsize": 9, "ha": "center", "va": "center"}
                 axes.text(0.5, 0.5, "0", transform=axes.transAxes, **zero)
@@ -305,11 +298,11 @@ def draw_stabilisation(result: IdentifiedModes, data: Data | ResponseMatrix | No
             poles.frequency_hz[chosen],
             poles.order[chosen],
             name,
-            {"ls": "", "marker": marker, "color": colour, "ms": 3 if marker == "." else 4, "mfc": "none"},
+            style={"ls": "", "marker": marker, "color": colour, "ms": 3 if marker == "." else 4, "mfc": "none"},
         )
         for name, chosen, colour, marker in poles_by_class
     ]
-    draw_panel(axes, Panel(curves, "frequency, Hz", "model order"), size=9)
+    draw_panel(axes, Panel(curves, Axis("frequency", "Hz"), Axis("model order")), size=9)
     for hz, evidence in zip(result.frequency_hz, result.evidence, strict=True):
         axes.axvline(hz, color=SERIES[1], linewidth=0.4 + 0.8 * evidence.confidence, zorder=1)
     axes.set_ylim(0, poles.order.max(initial=1) * 1.12)
@@ -351,9 +344,9 @@ def draw_synthesis(
     figure, panels = panel_grid(len(chosen), (rows, columns), size, sharex=True)
     for axes, (i, j) in zip(panels, chosen, strict=True):
         measured = Curve(hz, np.abs(matrix.response[:, i, j]), "measured")
-        given_back = Curve(hz, np.abs(synthesis[:, i, j]), "modes", {"ls": "--"})
+        given_back = Curve(hz, np.abs(synthesis[:, i, j]), "modes", "dashed")
         title = f"{matrix.outputs[i].name} / {matrix.inputs[j].name}"
-        panel = Panel([measured, given_back], title=title, marks=result.frequency_hz, log=True)
+        panel = Panel([measured, given_back], y=Axis(log=True), title=title, marks=list(map(Mark, result.frequency_hz)))
         draw_panel(axes, panel, width=0.9)
     legend_of(figure, panels[0])
     figure.supxlabel("frequency, Hz", fontsize=8)
@@ -439,9 +432,9 @@ def draw_virtual_test(result: VirtualTest, measured: MeasuredFrequencies | None 
             coherences.append(Curve(frf.frequency_hz, frf.coherence[:, i, j], style=colour))
     figure = new_chart((9.0, 6.4))
     upper, middle, lower = figure.subplots(3, 1, height_ratios=(3, 1, 1.4))
-    draw_panel(upper, Panel(magnitudes, y_label="(m/s²)/N", log=True))
+    draw_panel(upper, Panel(magnitudes, y=Axis("", "(m/s²)/N", log=True)))
     _draw_frequencies(upper, result, measured)
-    draw_panel(middle, Panel(coherences, "frequency, Hz", "coherence"), width=0.9)
+    draw_panel(middle, Panel(coherences, Axis("frequency", "Hz"), Axis("coherence")), width=0.9)
     legend_above(upper)
     middle.set_ylim(0, 1.05)
     for axes in (upper, middle):

@@ -18,6 +18,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from flexura.arguments import verb
+from flexura.charts import WIDE
 from flexura.errors import OptionError, foremost
 from flexura.study.engine import StudyTable, jumps_of
 from flexura.tables import Scale, counted, scale_for
@@ -26,7 +27,6 @@ from flexura.view.drawing import (
     DPI,
     INK,
     SERIES,
-    WIDE,
     Coordinate,
     colour_axis,
     draw_parallel,
@@ -35,6 +35,7 @@ from flexura.view.drawing import (
     held_axis,
     legend_above,
     limits_of,
+    lone_values,
     named,
     panel_grid,
     plain,
@@ -281,9 +282,8 @@ def _draw_quantity(axes: Axes, designs: _Designs, heading: str, x: Array, *, siz
     leaps[-1] = False
     after = 1 + np.flatnonzero(leaps)
     broken_x, broken_y = (np.insert(values, after, np.nan) for values in (x, y))
-    gap = np.isnan(np.concatenate([[np.nan], broken_y, [np.nan]]))
-    dots = np.arange(len(broken_y)) if len(y) <= FEW else np.flatnonzero(gap[:-2] & gap[2:])
-    mark: dict[str, Any] = {"marker": "o", "ms": 2.6, "markevery": dots.tolist()}
+    dots = list(range(len(broken_y))) if len(y) <= FEW else lone_values(broken_y)
+    mark: dict[str, Any] = {"marker": "o", "ms": 2.6, "markevery": dots}
     axes.plot(broken_x, broken_y, color=colour, lw=1.4, label=named(heading)[0], gid=heading, **mark)
     for k in after:
         axes.plot(x[k - 1 : k + 1], y[k - 1 : k + 1], color=colour, gid=f"other mode {heading}", **ELSEWHERE)

@@ -233,7 +233,7 @@ def _shared_nodes(model: FullOrderModel) -> list[int]:
     chosen: list[int] = []
     named: list[int] = []
     for name, part in plan.parts.items():
-        interface = set(plan.layout.interface(name))
+        interface = set(plan.layout.prototypes[name].interface)
         shared = [k for k, node in enumerate(part.node_names[: part.n_own]) if node in interface]
         shared += [k for nodes in (*part.joints, *part.carried.values()) for k in nodes]
         for offset in plan.topology.copies[name].offset:

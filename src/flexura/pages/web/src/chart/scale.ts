@@ -76,7 +76,7 @@ function logarithmic(low: number, high: number, most: number): Tick[] {
   return found;
 }
 
-/** Up to here numbers of logarithmic axes are plain; as on paper (scale.py). */
+/** Up to here numbers of logarithmic axes are plain; as on paper (chart.py of reports). */
 const PLAIN = 1e4;
 /** Up to here others are. */
 const LONG = 1e6;

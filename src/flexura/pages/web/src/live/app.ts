@@ -1,3 +1,4 @@
+import { number } from "../numbers";
 import type { SceneData } from "../scene";
 import { h } from "../viewer/dom";
 import { History, type Values } from "./history";
@@ -224,7 +225,7 @@ export class App {
   private pace(took: number, worked: number): string {
     if (took < SLOW) return `${Math.round(took)} ms`;
     const why = worked > took / 2 ? `${this.opened?.members ?? 0} members` : "mostly to draw or wait";
-    return `follows slowly: ${(took / 1000).toPrecision(2)} s a move, ${why}`;
+    return `follows slowly: ${number(took / 1000, 2)} s a move, ${why}`;
   }
 
   private holds(serial: number): void {

@@ -1,3 +1,4 @@
+import { number } from "../numbers";
 import type { Slider } from "./protocol";
 
 /** Positions of a slider from one end to the other. */
@@ -27,7 +28,7 @@ export function valueAt(range: Range, position: number): number {
 
 /** A number as it is typed: at most nine digits. */
 export function written(value: number): string {
-  return String(Number(value.toPrecision(9)));
+  return number(value, 9);
 }
 
 /** The number of a text, with or without the unit behind it; NaN where it is none. */
@@ -43,5 +44,5 @@ export function difference(now: number, then: number): string {
   if (then === 0 || !Number.isFinite(then)) return now === then ? "0 %" : "";
   const percent = 100 * (now / then - 1);
   if (Math.abs(percent) < 0.005) return "0 %";
-  return `${percent > 0 ? "+" : "−"}${Math.abs(percent).toPrecision(percent * percent >= 1e4 ? 3 : 2)} %`;
+  return `${percent > 0 ? "+" : "−"}${number(Math.abs(percent), 3)} %`;
 }

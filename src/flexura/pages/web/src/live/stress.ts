@@ -1,3 +1,4 @@
+import { number } from "../numbers";
 import { h } from "../viewer/dom";
 import type { Load, LoadKind, Opened, Stress } from "./protocol";
 import { readNumber } from "./scale";
@@ -39,7 +40,7 @@ export class StressPanel {
     if (!this.opened) {
       this.dof.value = own.stroke.dof;
       this.assumed = own.stroke.assumed;
-      this.amplitude.value = String(Number((own.stroke.amplitude / this.factor()).toPrecision(this.assumed ? 2 : 6)));
+      this.amplitude.value = number(own.stroke.amplitude / this.factor(), this.assumed ? 2 : 6);
     }
     this.opened = true;
     this.lay();
@@ -56,11 +57,11 @@ export class StressPanel {
   update(own: Stress): void {
     const rows = own.rows ?? [];
     const first = rows[0];
-    const factor = (value: number | null) => (value === null ? "no stress" : value.toPrecision(3));
+    const factor = (value: number | null) => (value === null ? "no stress" : number(value, 3));
     this.said.textContent = own.error ?? (first ? `Factor to yield ${factor(first.factor)}: ${first.member} first, ${first.when || own.when}.` : "No member has a known yield stress.");
     this.said.className = own.error || (first && first.factor !== null && first.factor < 1) ? "live-margin bad" : "live-margin";
     const cell = (text: string) => h("td", { class: "number" }, text);
-    const megapascals = (pascals: number) => (pascals / 1e6).toPrecision(3);
+    const megapascals = (pascals: number) => number(pascals / 1e6, 3);
     this.table.replaceChildren(
       h("thead", {}, h("tr", {}, ...["member", "MPa", "yield MPa", "factor"].map((text) => h("th", { scope: "col" }, text)))),
       h("tbody", {}, ...rows.map((row) => h("tr", {}, h("td", {}, row.member), cell(megapascals(row.stress)), cell(megapascals(row.yield)), cell(factor(row.factor))))),

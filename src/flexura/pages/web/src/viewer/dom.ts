@@ -1,5 +1,3 @@
-import type { Scales } from "../scene";
-
 type Child = Node | string | null | undefined | false;
 type Attributes = Record<string, string | number | boolean | null | ((event: never) => void)>;
 
@@ -38,23 +36,9 @@ export function unique(stem: string): string {
   return `fx-${stem}-${counted}`;
 }
 
-/** SI values of three digits, the largest first, in the unit that suits the largest. */
-export function quantities(values: number[], scales: Scales): string[] {
-  const [unit, size] = scales.find(([, own, least]) => (values[0] ? Math.abs(values[0]) >= least : own === 1)) ?? ["", 1];
-  return values.map((value) => (Number.isFinite(value) ? `${digits(value / size)} ${unit}`.trim() : "unknown"));
-}
-
 /** A place in a mechanism of a size, m, told to a thousandth of the size. */
 export function placeText(at: number, size: number): string {
   const [factor, unit] = size >= 10 ? [1, "m"] : size >= 1e-3 ? [1e-3, "mm"] : size >= 1e-6 ? [1e-6, "µm"] : [1e-9, "nm"];
   const decimals = Math.min(Math.max(-Math.floor(Math.log10((size || 1) / factor / 100)) - 1, 0), 6);
   return `${(at / factor).toFixed(decimals)} ${unit}`;
-}
-
-/** A number of three digits. */
-export function digits(value: number): string {
-  if (value === 0) return "0";
-  const size = Math.abs(value);
-  if (size >= 1e5 || size < 1e-3) return value.toExponential(2).replace("e+", "e");
-  return String(Number(value.toPrecision(3)));
 }

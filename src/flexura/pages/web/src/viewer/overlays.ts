@@ -1,6 +1,7 @@
+import { quantities } from "../numbers";
 import type { Motion, Quantity } from "../scene";
 import { gradient } from "./colourmap";
-import { h, quantities } from "./dom";
+import { h } from "./dom";
 
 /** The colour bar: what the colours of a quantity mean. */
 export class ColourBar {

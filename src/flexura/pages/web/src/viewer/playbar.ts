@@ -1,4 +1,5 @@
-import { digits, h, icon, unique } from "./dom";
+import { number } from "../numbers";
+import { h, icon, unique } from "./dom";
 import type { Player } from "./player";
 import { type Commands, motionsOf, sequenceOf } from "./state";
 
@@ -89,7 +90,7 @@ export class PlayBar {
     if (!sequence) return `${Math.round(100 * this.player.amount)} %`;
     const [first, second, share] = this.player.between;
     const value = sequence.values[first] + share * (sequence.values[second] - sequence.values[first]);
-    return `${Number(value.toPrecision(3))} ${sequence.unit}`;
+    return `${number(value, 3)} ${sequence.unit}`;
   }
 }
 
@@ -98,6 +99,6 @@ export class PlayBar {
 export function scaleText(motion: { factor: number; nature: string } | undefined, factor: number, reach: number): string {
   if (!motion) return "";
   const all = motion.factor * factor;
-  if (motion.nature === "vibration") return `± ${digits(100 * all * reach)} % of size`;
-  return Math.abs(all - 1) < 1e-9 ? "true scale" : `× ${digits(all)}`;
+  if (motion.nature === "vibration") return `± ${number(100 * all * reach, 3)} % of size`;
+  return Math.abs(all - 1) < 1e-9 ? "true scale" : `× ${number(all, 3)}`;
 }

@@ -1,3 +1,4 @@
+import { number } from "../numbers";
 import type { Kind, Motion, Quantity, SceneData, Sequence } from "../scene";
 import type { Section } from "./drawing";
 
@@ -61,8 +62,7 @@ export function choices(scene: SceneData): { id: string; group: string; title: s
 function rangeOf(sequence: Sequence): string {
   const { values, label, unit } = sequence;
   if (values.length === 0) return label;
-  const text = (value: number) => String(Number(value.toPrecision(4)));
-  return `${label} ${text(values[0])} to ${text(values[values.length - 1])} ${unit}`;
+  return `${label} ${number(values[0], 4)} to ${number(values[values.length - 1], 4)} ${unit}`;
 }
 
 /** The largest value that colours a motion; of displacements the motion's own. */

@@ -1,44 +1,48 @@
-"""Frequency responses between what the file drives and reads, or at the platform."""
+"""Frequency responses between what the file drives and reads, and the mechanism over its stroke."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from itertools import zip_longest
+from math import isfinite
 
 import numpy as np
 
 from flexura.analysis import (
     FrequencyResponse,
     ResponseGroup,
+    Stroke,
     frequency_response,
     phase_in_degrees,
+    response_chart,
     response_group,
     response_units,
+    stroke,
+    stroke_chart,
 )
+from flexura.charts import Axis, Chart
+from flexura.errors import foremost
 from flexura.mechanism import DOF_NAMES
-from flexura.pages.report.chart import Chart, Curve, Mark, Panel
-from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Paragraph, Table
+from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table, warned
 from flexura.pages.report.subject import Subject
-from flexura.tables import counted, in_hz, number
+from flexura.tables import number, quantity
 from flexura.units import format_number
 
 MOST_PAIRS = 12
 """Pairs in the table of gains, as many as the command prints."""
 SPREAD = 24
 """Frequencies of a chart's table, beside the resonances."""
-LONGEST = 44
-"""Characters of the label of a resonance."""
 
 
 def frequency_responses(subject: Subject) -> Content:
     """Magnitude and phase of the pairs that matter, one chart for each unit. Raises FlexuraError."""
     inputs, outputs, why = _channels(subject)
     if not inputs or not outputs:
-        return Content([Paragraph(why, "soft")], "absent")
+        return Content.absent(why)
     band = _band(subject)
     if band is None:
         text = "No band: the mechanism has no frequency above zero among the modes above."
-        return Content([Paragraph(text, "soft")], "absent")
+        return Content.absent(text)
     text = f"{format_number(band[0])},{format_number(band[1])} Hz"
     options = [
         "--band",
@@ -58,14 +62,13 @@ def frequency_responses(subject: Subject) -> Content:
         blocks.append(_resonances(found, command))
     for k, unit in enumerate(response_units(found)):
         group = response_group(found, unit)
-        chart = response_chart(f"response-{k + 1}", found, group, subject.platform)
-        blocks.append(ChartFigure(chart, _values(found, group, every)))
+        chart = response_chart(found, group, subject.platform).suited()
+        blocks.append(ChartFigure(replace(chart, id=f"response-{k + 1}"), _values(found, group, every)))
         if group.left_out:
             count = len(group.left_out) + sum(len(curve.pairs) for curve in group.curves)
             text = f"{len(group.left_out)} of {count} responses in {unit} are left out, the smallest."
             blocks.append(Paragraph(text, "soft"))
-    if found.warnings:
-        blocks.append(Bullets([str(w) for w in found.warnings], "warning"))
+    blocks += warned(found.warnings)
     return Content(blocks, warnings=found.warnings)
 
 
@@ -94,26 +97,6 @@ def _band(subject: Subject) -> tuple[float, float] | None:
     """From a fifth of the lowest frequency to twice the highest one that was asked for, in two digits."""
     hz = [f for f in subject.modes.frequency_hz.tolist() if f > 0]
     return (float(f"{hz[0] / 5:.1g}"), float(f"{2 * hz[-1]:.2g}")) if hz else None
-
-
-def _moves(words: str, platform: str | None) -> str:
-    """What moves, without its parts that bend, and without the name of the platform."""
-    return words.partition(" (")[0].removeprefix(f"{platform} ")
-
-
-def response_chart(name: str, found: FrequencyResponse, group: ResponseGroup, platform: str | None) -> Chart:
-    """Magnitude over phase of responses of one unit, resonances marked with what moves in them."""
-    size = [Curve(curve.label, np.abs(curve.H)) for curve in group.curves]
-    angle = [Curve(curve.label, phase_in_degrees(curve.H)) for curve in group.curves]
-    marks = []
-    for k, (hz, words) in enumerate(zip_longest(found.resonances_hz, found.resonance_motions, fillvalue="")):
-        label = f"{in_hz(float(hz), 4)} {_moves(words, platform)}".strip()
-        marks.append(Mark(float(hz), label if len(label) <= LONGEST else f"{label[: LONGEST - 1]}…", str(k + 1)))
-    hertz = ", ".join(f"{hz:.4g}" for hz in found.resonances_hz)
-    said = f"{counted(len(size), 'curve')}, {counted(len(marks), 'resonance')}" + (f": {hertz} Hz" if marks else "")
-    panels = [Panel("magnitude", group.unit, True, size), Panel("phase", "deg", False, angle)]
-    title = f"Frequency responses in {group.unit}"
-    return Chart(name, title, said, "frequency", "Hz", True, found.frequency_hz, panels, marks)
 
 
 def _gains(found: FrequencyResponse, evidence: Evidence) -> Table:
@@ -147,3 +130,79 @@ def _values(found: FrequencyResponse, group: ResponseGroup, command: str) -> Tab
         columns[f"{pair} phase [deg]"] = phase_in_degrees(curve.H)[chosen]
     note = f"{len(chosen)} of {len(hz)} frequencies; the command writes all, phases within half a turn"
     return Table.of(columns, note, Evidence(command), left=0)
+
+
+MOST = 41
+"""Poses that the command prints."""
+MODES = 6
+"""Frequencies of a pose."""
+MOST_WARNINGS = 3
+
+
+def over_the_stroke(subject: Subject) -> Content:
+    """Equilibria, forces, frequencies, support stiffness and margins over the described stroke. Raises FlexuraError."""
+    if subject.mechanism.motion is None:
+        text = (
+            "The file describes no stroke (`motion:`). How far it goes, its forces and frequencies there, for a stroke"
+            " that is named:"
+        )
+        node = subject.platform or "NODE"
+        asked = subject.commands(
+            "stroke", ["--move", f"{node}.z=0:1mm"], f"move={{'{node}.z': (0, 1e-3)}}", posed=False
+        )
+        return Content.absent(text, asked)
+    found = stroke(subject.plan.at_rest(), subject.parameters)
+    command = subject.commands("stroke", posed=False)
+    if not found.poses:
+        return Content(
+            [Bullets([str(w) for w in found.warnings], "bad"), Evidence(command)], "failed", warnings=found.warnings
+        )
+    table = _table(found, command)
+    blocks: list[Block] = [
+        Paragraph(
+            "Large displacements and rotations; frequencies with actuators free under the forces that hold the pose."
+        ),
+        ChartFigure(_ascending(stroke_chart(found).suited()), table) if len(found.poses) > 1 else table,
+    ]
+    if found.warnings:
+        blocks.append(Bullets(foremost(found.warnings, MOST_WARNINGS), "warning"))
+    margins = [(pose.stress_margin, pose) for pose in found.poses if pose.stress_margin is not None]
+    least = min((margin for margin, _ in margins), default=None)
+    facts = [Fact("poses reached", f"{len(found.poses)}")]
+    if least is not None and isfinite(least):
+        facts.append(Fact("least factor to yield over the stroke described", number(least, 4)))
+    lowest = min((pose.frequency_hz[0] for pose in found.poses if pose.frequency_hz), default=None)
+    if lowest is not None:
+        told = quantity(lowest, "Hz") if lowest >= 0 else "none: unstable at every pose"
+        facts.append(Fact("lowest frequency over the stroke", told))
+    # a scene is of one pose: about another one the stroke stands in its curves alone
+    shown = () if subject.plan.is_posed else (found,)
+    return Content(blocks, facts=facts, warnings=found.warnings, shown=shown)
+
+
+def _ascending(chart: Chart) -> Chart:
+    """A chart over what only grows: what it is over, backwards where that falls, else the number of the pose."""
+    x, order = chart.x, slice(None)
+    if (np.diff(x) < 0).all():
+        order = slice(None, None, -1)
+    elif not (np.diff(x) > 0).all():
+        x, along = np.arange(1.0, len(x) + 1), Axis("pose")
+        chart = replace(chart, panels=[replace(own, x=along) for own in chart.panels])
+    panels = [
+        replace(own, curves=[replace(curve, x=x[order], y=curve.y[order]) for curve in own.curves])
+        for own in chart.panels
+    ]
+    return replace(chart, panels=panels)
+
+
+def _table(found: Stroke, command: str) -> Table:
+    proven = all(pose.proven for pose in found.poses)
+    lines = [
+        (
+            "frequencies",
+            "proven, none missed, at every pose" if proven else "not proven at every pose: see the warnings",
+        ),
+        ("poses", f"{len(found.poses)}, each reached by a path of equilibria from the undeformed configuration"),
+        *(("note", note) for note in found.notes),
+    ]
+    return Table.of(found.short_columns(MOST, MODES), "poses", Evidence(command, lines, essential=True), left=0)

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
+from flexura.derivatives.eigenpairs import Bends, Cluster, branches, moved_clusters, whole_clusters
+from flexura.derivatives.families import Change, Family, FullOrderFamily, LowOrderFamily, Matrices, ModelOrder, Rows
 from flexura.duals import zeros
 from flexura.errors import OptionError
 from flexura.expressions import Expression
@@ -22,8 +24,6 @@ from flexura.linalg import Eigenpairs, is_definite
 from flexura.mechanism import DOF_NAMES, HELD, Mechanism
 from flexura.reduction import stored_flexibility
 from flexura.results import Result, Tabular
-from flexura.sensitivity.eigenpairs import Bends, Cluster, branches, moved_clusters, whole_clusters
-from flexura.sensitivity.families import Change, Family, FullOrderFamily, LowOrderFamily, Matrices, ModelOrder, Rows
 from flexura.structure import Design, FullOrderModel, Plan, one_design
 from flexura.tables import Facts, Table, ends, in_hz, percent
 

@@ -18,11 +18,11 @@ import scipy.sparse.linalg as spla
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
+from flexura.derivatives.families import Change, FullOrderFamily
 from flexura.duals import Dual, plain, slope_of, zeros
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, lowest_groups, scaled
 from flexura.modal import close_groups
-from flexura.sensitivity.families import Change, FullOrderFamily
 from flexura.structure import Design, DiscreteElement, PartMatrices, stiffness_and_mass
 from flexura.thresholds import REPEATED_EIGENVALUES
 

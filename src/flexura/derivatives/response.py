@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,14 +10,15 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from flexura.analysis.responses.frequency_response import SEEN, lost_digits
+from flexura.analysis import SEEN, lost_digits
 from flexura.arrays import Array, Complex
-from flexura.duals import Dual, plain
+from flexura.derivatives.eigenpairs import Cluster, moved_clusters, whole_clusters
+from flexura.derivatives.families import Change, FullOrderFamily
+from flexura.duals import Dual, plain, slope_of
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, count_below, inverse_roots
 from flexura.records import Record
-from flexura.sensitivity import Cluster, FullOrderFamily, moved_clusters, whole_clusters
-from flexura.structure import Design, FullOrderModel, Plan, Ports
+from flexura.structure import Design, FullOrderModel, Ports
 from flexura.systems import DampingLaw, System, damping_law, load_of, system
 from flexura.tables import in_hz
 
@@ -28,21 +28,21 @@ BEYOND = 4.0
 
 @dataclass(frozen=True, repr=False)
 class SlopedResponse(Record):
-    """The response of one output to one input of a design of a plan, solved at each frequency, with slopes by the
-    parameters `names`, up to frequencies of `top`, Hz; slopes at rest, or under loads, but not at a pose."""
+    """The response of one output to one input of a design, solved at each frequency, up to frequencies of `top`, Hz,
+    with slopes where the design has some; these at rest, or under loads, but not at a pose."""
 
-    _shown = ("names",)
+    _shown = ("output", "input")
 
-    plan: Plan
-    parameters: Mapping[str, float]
-    names: Sequence[str]
+    design: Design
     output: str
     input: str
     top: float
 
     @cached_property
     def _system(self) -> System:
-        return system(self.plan, self.parameters, inputs=[self.input], outputs=[self.output], order="full")
+        return system(
+            self.design.plan, self.design.still.parameters, inputs=[self.input], outputs=[self.output], order="full"
+        )
 
     @property
     def is_known(self) -> bool:
@@ -52,34 +52,27 @@ class SlopedResponse(Record):
     @cached_property
     def _modes(self) -> Eigenpairs:
         """Modes that are damped by ratios."""
-        own = self._system
-        count = count_below(own.K, own.M, (2 * np.pi * BEYOND * self.top) ** 2) if self._law.is_modal else 0
+        built = self._system
+        count = count_below(built.K, built.M, (2 * np.pi * BEYOND * self.top) ** 2) if self._law.is_modal else 0
         if not count:
-            return Eigenpairs(np.zeros(0), np.zeros((own.order, 0)))
-        return whole_clusters(own.K, own.M, count)
+            return Eigenpairs(np.zeros(0), np.zeros((built.order, 0)))
+        return whole_clusters(built.K, built.M, count)
 
     @cached_property
     def _moved(self) -> tuple[list[Cluster], Array]:
         """How these modes move, and M' Phi (P, n, r)."""
-        own, pairs = self._system, self._modes
-        changes = self._family.changes(self.parameters, list(self.names), pairs.vectors)
-        return moved_clusters(own.K, own.M, pairs, changes), np.stack([c.M for c in changes])
+        built, pairs = self._system, self._modes
+        changes = self._changes(pairs.vectors)
+        return moved_clusters(built.K, built.M, pairs, changes), np.stack([c.M for c in changes])
 
-    @property
-    def _family(self) -> FullOrderFamily:
-        return FullOrderFamily(self.plan)
-
-    @cached_property
-    def _sloped(self) -> Design:
-        if not self.names:
-            return self._system.model.design
-        return Design.with_slopes(self.plan, self.parameters, list(self.names))
+    def _changes(self, X: Array) -> list[Change]:
+        return FullOrderFamily(self.design.plan).changes_of(self.design, X)
 
     @cached_property
     def _law(self) -> DampingLaw:
         """The damping of the mechanism as a whole, with slopes."""
-        design = self._sloped
-        return damping_law(self.plan.mechanism.damping, self.plan.parameter_values(design.parameters), None)
+        plan = self.design.plan
+        return damping_law(plan.mechanism.damping, plan.parameter_values(self.design.parameters), None)
 
     @cached_property
     def _omega(self) -> Array:
@@ -91,47 +84,52 @@ class SlopedResponse(Record):
         """Of the damped modes (r,), with slopes."""
         return self._law.modal_ratios(self._omega / (2 * np.pi))
 
+    @property
+    def _count(self) -> int:
+        """Number of slopes."""
+        return len(slope_of(self.design.values)) if isinstance(self.design.values, Dual) else 0
+
     def _slope(self, x: Any) -> Array:
         """Slopes (P, ...) of something, zero without."""
-        return x.slope if isinstance(x, Dual) else np.zeros((len(self.names), *np.shape(x)))
+        return x.slope if isinstance(x, Dual) else np.zeros((self._count, *np.shape(x)))
 
     @cached_property
     def _ends(self) -> tuple[Array, Array, Array]:
         """Slopes of the row (P, n) that is read, of the load (P, n), and (P,) of what is fed directly."""
-        own, ports = self._system, Ports(self._sloped)
+        built, ports = self._system, Ports(self.design)
         [out], [into] = ports.outputs([self.output]), ports.inputs([self.input])
-        load = load_of(into, FullOrderModel(self._sloped, own.K, own.M))
+        load = load_of(into, FullOrderModel(self.design, built.K, built.M))
         row, load, direct = map(self._slope, (out.row, load, out.direct(into)))
         return row, load, direct
 
     def _solved(self, w: float) -> Complex:
         """Displacements (n, 2) by the load and by a unit force along what is read (theory eq. T14)."""
-        own = self._system
-        W = np.asarray(own.M @ self._modes.vectors)
-        d = inverse_roots(own.K.diagonal())
+        built = self._system
+        W = np.asarray(built.M @ self._modes.vectors)
+        d = inverse_roots(built.K.diagonal())
         S = sp.diags(d)
         edge = d[:, None] * W
-        K = own.K if own.H is None else own.K + 1j * own.H
-        Z = S @ sp.csc_matrix(K + 1j * w * own.C - w**2 * own.M) @ S
-        right = d[:, None] * np.stack([own.B[:, 0], own.rows[0]], axis=1).astype(complex)
+        K = built.K if built.H is None else built.K + 1j * built.H
+        Z = S @ sp.csc_matrix(K + 1j * w * built.C - w**2 * built.M) @ S
+        right = d[:, None] * np.stack([built.B[:, 0], built.rows[0]], axis=1).astype(complex)
         if W.shape[1]:
             size = np.linalg.norm(edge, axis=0)
             gain = 2j * w * plain(self._ratios) * self._omega * size**2
             Z = sp.bmat([[Z, (edge / size) * gain], [(edge / size).T, -sp.eye(W.shape[1])]])
             right = np.concatenate([right, np.zeros((W.shape[1], 2))])
         try:
-            found = spla.splu(sp.csc_matrix(Z)).solve(right)[: own.order]
+            solution = spla.splu(sp.csc_matrix(Z)).solve(right)[: built.order]
         except RuntimeError:
-            found = np.full((own.order, 2), np.nan)
-        if not np.isfinite(found).all():
+            solution = np.full((built.order, 2), np.nan)
+        if not np.isfinite(solution).all():
             raise SolverError(f"nothing damps the resonance at {in_hz(w / (2 * np.pi))}; describe `damping`")
-        return np.asarray(d[:, None] * found, dtype=complex)
+        return np.asarray(d[:, None] * solution, dtype=complex)
 
     def _read(self, w: float, x: Complex) -> tuple[complex, complex]:
         """The response, and what the motion that is read is multiplied by in it."""
-        own = self._system
-        scale = (1j * w) ** int(own.derivative[0])
-        return complex(scale * (own.rows[0] @ x) + own.D[0, 0]), scale
+        built = self._system
+        scale = (1j * w) ** int(built.derivative[0])
+        return complex(scale * (built.rows[0] @ x) + built.D[0, 0]), scale
 
     def at(self, hz: float) -> complex:
         """The response at a frequency. Raises SolverError at a resonance that nothing damps."""
@@ -140,28 +138,28 @@ class SlopedResponse(Record):
 
     def by_frequency(self, hz: float) -> float:
         """How the squared magnitude grows with the frequency. Raises SolverError as `at`."""
-        own, w = self._system, 2 * np.pi * hz
+        built, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
-        order, Phi = int(own.derivative[0]), self._modes.vectors
-        damped = own.C @ x + own.M @ (Phi @ (2 * plain(self._ratios) * self._omega * (Phi.T @ (own.M @ x))))
+        order, Phi = int(built.derivative[0]), self._modes.vectors
+        damped = built.C @ x + built.M @ (Phi @ (2 * plain(self._ratios) * self._omega * (Phi.T @ (built.M @ x))))
         H, scale = self._read(w, x)
-        change = scale * (order / w * (own.rows[0] @ x) - y @ (1j * damped - 2 * w * (own.M @ x)))
+        change = scale * (order / w * (built.rows[0] @ x) - y @ (1j * damped - 2 * w * (built.M @ x)))
         return float((change * np.conj(H)).real)
 
     def magnitude(self, hz: float) -> Dual:
         """The magnitude at a frequency, with slopes there (theory eq. V10); NaN at kinks and where it is zero. Raises
         SolverError as `at`."""
-        own, w = self._system, 2 * np.pi * hz
+        built, w = self._system, 2 * np.pi * hz
         x, y = self._solved(w).T
         H, scale = self._read(w, x)
         row, load, direct = self._ends
         parts = np.stack([x.real, x.imag], axis=1)
-        changes = self._family.changes(self.parameters, list(self.names), parts)
+        changes = self._changes(parts)
         law = self._law
-        lost = self._family.dissipated(self._sloped, parts, law.loss_factor)
+        lost = FullOrderFamily(self.design.plan).dissipated(self.design, parts, law.loss_factor)
         K, M = (_complex(np.stack(of)) for of in zip(*((c.K, c.M) for c in changes), strict=True))
         C, L = (_complex(self._slope(of)) for of in lost)
-        Kx, Mx = own.K @ x, own.M @ x
+        Kx, Mx = built.K @ x, built.M @ x
         C = C + plain(law.alpha) * M + plain(law.beta) * K
         C = C + self._slope(law.alpha)[:, None] * Mx + self._slope(law.beta)[:, None] * Kx
         slope = row @ x + load @ y - (K + 1j * L + 1j * w * C - w**2 * M) @ y - 1j * w * self._modal(x, y, M)
@@ -172,19 +170,19 @@ class SlopedResponse(Record):
 
     def _modal(self, x: Complex, y: Complex, Mx: Complex) -> Complex:
         """y' C' x (P,) of C = M Phi diag(2 zeta omega) Phi' M, with M' x (P, n)."""
-        own, Phi = self._system, self._modes.vectors
-        out = np.zeros(len(self.names), dtype=complex)
+        built, Phi = self._system, self._modes.vectors
+        out = np.zeros(self._count, dtype=complex)
         if not Phi.shape[1]:
             return out
-        found, moved = self._moved
+        groups, moved = self._moved
         zeta = plain(self._ratios)
         gain, bend = 2 * zeta * self._omega, zeta / np.where(self._omega > 0, self._omega, np.inf)
-        a, b = Phi.T @ (own.M @ x), Phi.T @ (own.M @ y)
+        a, b = Phi.T @ (built.M @ x), Phi.T @ (built.M @ y)
         out += np.einsum("n,pnr,r->p", y, moved, gain * a) + (Mx @ Phi) @ (gain * b)
         out += self._slope(self._ratios) @ (2 * self._omega * a * b)
-        for c in found:
+        for c in groups:
             at = c.at
-            by_x, by_y = (np.einsum("n,pnr->pr", own.M @ z, c.outer) for z in (x, y))
+            by_x, by_y = (np.einsum("n,pnr->pr", built.M @ z, c.outer) for z in (x, y))
             out += by_y @ (gain[at] * a[at]) + by_x @ (gain[at] * b[at])
             turned = bend[at[0]] * c.slope - gain[at[0]] * c.mass
             out += np.einsum("i,pij,j->p", b[at], turned, a[at])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.analysis import LinearState, displaced_state
+from flexura.derivatives import LinearState, displaced_state
 from flexura.structure import Design, Plan
 from helpers.richardson import derivative
 
@@ -42,9 +42,9 @@ def per_cent(answer, values, names=NAMES):
 
 def test_a_cantilever_has_the_derivatives_of_its_closed_forms():
     plan, values = Plan(fx.loads(BEAM % "")), {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9, "Fz": 2.0}
-    own = LinearState(plan, {"Fz": 2.0}, [*NAMES, "Fz"])
-    moved, _ = own.coupling("b.tz", "b")
-    slopes = moved[2].slope * [values[k] for k in (*NAMES, "Fz")] / moved[2].value
+    own = LinearState(Design.with_slopes(plan, {"Fz": 2.0}, [*NAMES, "Fz"]))
+    moved = own.coupling("b.tz", "b.z")
+    slopes = moved.slope * [values[k] for k in (*NAMES, "Fz")] / moved.value
     np.testing.assert_allclose(slopes, [3, -1, -3, -1, 0], atol=1e-9)
     stress = own.stresses.von_mises[0, 0]
     assert stress.value == pytest.approx(6 * 2.0 * 0.1 / (0.02 * 1e-6), rel=1e-9)
@@ -55,7 +55,7 @@ def test_a_cantilever_has_the_derivatives_of_its_closed_forms():
 def test_the_load_of_a_column_has_the_derivatives_of_eulers():
     plan, values = Plan(fx.loads(BEAM % "")), {"L": 0.1, "b": 0.02, "t": 1e-3, "E": 70e9, "Fx": -1.0}
     names = [*NAMES, "Fx"]
-    factor = LinearState(plan, {"Fx": -1.0, "Fz": 0.0}, names).buckling_factor
+    factor = LinearState(Design.with_slopes(plan, {"Fx": -1.0, "Fz": 0.0}, names)).buckling_factor
     assert factor is not None
     euler = np.pi**2 * 70e9 * 0.02 * 1e-9 / 12 / (4 * 0.1**2)
     assert factor.value == pytest.approx(euler, rel=1e-4)
@@ -81,12 +81,12 @@ def test_linear_answers_have_the_derivatives_of_differences(example):
     plan = Plan(described.replaced({"parameters": free, "gravity": (3.0, -20.0, -50.0)}))
     names = [key for key, p in free.items() if isinstance(p.value, float)]
     values, node = plan.parameter_values(), plan.body_names[0]
-    own = LinearState(plan, {}, names)
-    moved, travel = own.coupling(f"{node}.tz", node)
+    own = LinearState(Design.with_slopes(plan, {}, names))
+    moved, travel = own.coupling(f"{node}.tz", f"{node}.z"), own.compliance(f"{node}.z", f"{node}.z")
     stress, factor = own.stresses.von_mises[:, 0], own.buckling_factor
     assert factor is not None and len(factor.at) == 1
-    mine = np.concatenate([stress.slope.T, [moved[2].slope], [travel.slope], [factor.slope[:, 0, 0]]])
-    size = np.array([*stress.value, moved[2].value, travel.value, factor.value])
+    mine = np.concatenate([stress.slope.T, [moved.slope], [travel.slope], [factor.slope[:, 0, 0]]])
+    size = np.array([*stress.value, moved.value, travel.value, factor.value])
     for k, name in enumerate(names):
 
         def there(x, name=name):

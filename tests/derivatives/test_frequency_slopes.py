@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.sensitivity import frequency_slopes
+from flexura.derivatives import frequency_slopes
 from flexura.structure import Design
 from helpers import samples
 

@@ -1,7 +1,4 @@
-"""Sliders of a mechanism in a notebook: in Jupyter, VS Code and marimo, by anywidget.
-
-What the sliders of a notebook ask of a mechanism, and what they are told.
-"""
+"""Sliders of a mechanism in a notebook, in Jupyter, VS Code or marimo by anywidget: what they ask and are told."""
 
 from __future__ import annotations
 
@@ -10,9 +7,8 @@ from functools import cache
 from typing import Any
 
 from flexura.arguments import verb
-from flexura.errors import OptionError
+from flexura.errors import OptionError, need
 from flexura.full_order import plan_of
-from flexura.lazy import need
 from flexura.mechanism import Mechanism
 from flexura.pages.live import MOST_MODES, Ask, Described, Designs, FollowedModes, Shown, Slider, notes_of, told
 from flexura.pages.viewer import bundle

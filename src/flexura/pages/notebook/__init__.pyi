@@ -1,1 +1,0 @@
-from flexura.pages.notebook.sliders import sliders as sliders
