@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src"
 LIST = ROOT / "tools" / "faults.jsonl"
 ROOMS = [
-    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity",
+    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "derivatives",
     "analysis", "fem", "testing/identification",
 ]  # fmt: skip
 SECONDS = 200
