@@ -26,7 +26,7 @@ def test_one_is_singular(count, what, said):
 
 def test_one_frequency_is_told_as_one():
     found = fx.frequency_response(fx.load("examples/guide/guide.yaml"), frequency_hz=[10.0])
-    assert "1 frequency from 10 to 10 Hz" in found._repr_html_()
+    assert "1 frequency, 10 to 10 Hz" in found._repr_html_()
 
 
 @over(

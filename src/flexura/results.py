@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.errors import Diagnostic, LimitError, foremost, need
 from flexura.records import Record
-from flexura.tables import Facts, Table, counted, html_of
+from flexura.tables import Item, Table, counted, html_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -34,8 +34,13 @@ class Displayed:
     """What a notebook shows at the end of a cell: a heading, a few facts and short tables, warnings and notes."""
 
     def _repr_html_(self) -> str:
-        parts = filter(None, map(html_of, self._view()))
+        parts = filter(None, map(html_of, self.presentation()))
         return "\n".join([self._heading(), *parts, *self._remarks()])
+
+    @property
+    def headline(self) -> str:
+        """Its name and what it is, in a few words."""
+        return ": ".join(filter(None, (str(getattr(self, "name", "")), self._title()))) or type(self).__name__
 
     def _heading(self) -> str:
         named, said = str(getattr(self, "name", "")), self._title()
@@ -46,8 +51,8 @@ class Displayed:
         """What stands beside the name, in a few words."""
         return ""
 
-    def _view(self) -> Iterator[Facts | Table]:
-        """The parts below the heading."""
+    def presentation(self) -> Iterator[Item]:
+        """What is below the heading, as data: notebooks and the shell write it."""
         raise NotImplementedError
 
     def _remarks(self) -> Iterator[str]:
@@ -121,7 +126,7 @@ class Tabular(Result):
         """A pandas DataFrame; columns have their SI units in brackets. Raises OptionError without pandas."""
         return need("pandas", "pandas").DataFrame(self.to_columns())
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         columns = self._columns()
         yield Table({name: columns[name] for name in self._listed or columns})
 

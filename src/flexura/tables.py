@@ -4,13 +4,13 @@ them, and HTML that any page may have."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from html import escape
 from itertools import islice
-from math import isfinite, isnan, pi
-from typing import Any, NamedTuple, SupportsFloat
+from math import floor, isfinite, isnan, log10, pi
+from typing import Any, Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ ROWS, COLUMNS = 12, 9
 
 LONGEST, LONGEST_FACT = 96, 240
 """Characters of text in a cell, and of a fact."""
+
+JOINED = 6
+"""Values with names of their own that are joined in one line."""
 
 SHOWN_AS_ZERO = 1e-10
 """Quantities below so much of the largest one of their unit in a table."""
@@ -45,12 +48,13 @@ _UNLIKE = {
 _LEADING = re.compile(r"(kg|rad|Pa|Hz|[msNWVJA])(?![\w^])(.*)")
 _POWER = re.compile(r"\^(?:\((-?\d+)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_NUMERIC = re.compile(r"$|none$|missed$|[-+(]?[\d∞]")
 _HEADING = re.compile(r"(.*) \[(.+)\]")
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Values by what they are; a value without text is left out."""
+    """Values by what they are; one without text is left out, and a mapping has a value for each of several names."""
 
     values: Mapping[str, Any]
 
@@ -58,13 +62,44 @@ class Facts:
 @dataclass(frozen=True)
 class Table:
     """Columns by heading, each with its SI unit in brackets unless it is plain; `what` the rows are, in the plural,
-    and how many there are where `columns` has only the first; `longest`: characters of a cell."""
+    and how many there are where `columns` has only the first; `longest`: characters of a cell in HTML; `most`: rows
+    that are shown, by default all that there is room for, the first or, if `is_spread`, some from the first to the
+    last."""
 
     columns: Mapping[str, Sequence[Any] | np.ndarray]
     what: str = "rows"
     title: str = ""
     count: int | None = None
     longest: int = LONGEST
+    most: int | None = None
+    is_spread: bool = False
+
+    def shown(self, rows: int | None = None, columns: int | None = None) -> dict[str, list[Any]]:
+        """Rows and columns, as many as are asked for and fit."""
+        count = max(map(len, islice(self.columns.values(), 1)), default=0)
+        rows = min(count, self.most or count, count if rows is None else rows)
+        at = range(rows) if not self.is_spread or rows < 2 else [k * (count - 1) // (rows - 1) for k in range(rows)]
+        return {name: [column[k] for k in at] for name, column in islice(self.columns.items(), columns)}
+
+    def left_out(self, shown: Mapping[str, list[Any]]) -> Iterator[str]:
+        """What is not among those rows and columns, in words."""
+        lengths = [len(column) for column in islice(self.columns.values(), 1)]
+        rows = (sum(lengths) if self.count is None else self.count) - len(next(iter(shown.values()), ()))
+        for count, what in ((rows, self.what), (len(self.columns) - len(shown), "columns")):
+            if count > 0:
+                yield f"and {count} more {what}"
+
+
+@dataclass(frozen=True)
+class Line:
+    """A sentence, which may be good or bad news."""
+
+    text: str
+    news: Literal["", "good", "bad"] = ""
+
+
+Item = Facts | Table | Line
+"""What a result is presented in; each medium has one writer of them."""
 
 
 class Scale(NamedTuple):
@@ -96,6 +131,16 @@ def number(value: float, digits: int = 5) -> str:
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e7 else text
 
 
+def significant(value: float, uncertainty: float, digits: int = 6) -> str:
+    """A number in the digits that an uncertainty leaves, the last of them of its size, and at most so many."""
+    if not (isfinite(value) and value):
+        return f"{value:.{digits}g}"
+    first = floor(log10(abs(value)))
+    last = floor(log10(uncertainty)) if uncertainty > 0 and isfinite(uncertainty) else first - digits
+    places = min(max(-last, -first), digits - 1 - first)
+    return f"{round(value, places):.{max(places, 0)}f}"
+
+
 def quantity(value: float | None, unit: str, digits: int = 5) -> str:
     """An SI value in the unit that suits it, e.g. `0.00002` m as `20 µm`; empty where it is not known."""
     return "" if value is None else suited([[value]], unit).text(value, digits)
@@ -109,6 +154,11 @@ def in_hz(value: SupportsFloat, digits: int = 5) -> str:
 def percent(value: float | None, digits: int = 3) -> str:
     """A share or a relative error in per cent; empty where it is not known."""
     return "" if value is None or isnan(value) else f"{number(100 * value, digits)} %"
+
+
+def signed_percent(error: float | None) -> str:
+    """A relative error with its sign, in two digits, in per cent; empty where it is not known."""
+    return "" if error is None else f"{100 * error:+.2g} %"
 
 
 def counted(count: int, what: str) -> str:
@@ -135,30 +185,43 @@ def in_mm(point: Iterable[float]) -> str:
     return ", ".join(number(round(1e3 * float(x), 6), 4) for x in point)
 
 
-def html_of(part: Facts | Table) -> str:
+def html_of(part: Item) -> str:
     """A part of a page, escaped; empty without anything to show."""
+    if isinstance(part, Line):
+        return f"<p>{escape(part.text)}</p>"
     return _facts(part) if isinstance(part, Facts) else _rows(part)
 
 
 def _facts(part: Facts) -> str:
-    cells = [(name, _cell(value, longest=LONGEST_FACT)) for name, value in part.values.items()]
+    cells = [(name, _cell(_joined(value), longest=LONGEST_FACT)) for name, value in part.values.items()]
     rows = [f"<tr>{_th(name)}{_td(text)}</tr>" for name, text in cells if text]
     return f"<table><tbody>{''.join(rows)}</tbody></table>" if rows else ""
 
 
+def _joined(value: Any) -> Any:
+    """The first of several values with their names, in one line."""
+    if not isinstance(value, Mapping):
+        return value
+    texts = [f"{name} ({text})" for name, text in islice(value.items(), JOINED)]
+    return ", ".join([*texts, f"and {len(value) - JOINED} more"] if len(value) > JOINED else texts)
+
+
 def _rows(part: Table) -> str:
-    shown = {name: list(islice(column, ROWS)) for name, column in islice(part.columns.items(), COLUMNS)}
-    count = len(next(iter(part.columns.values()), ())) if part.count is None else part.count
-    if not count:
+    shown = part.shown(ROWS, COLUMNS)
+    if not any(shown.values()):
         return ""
     columns = text_columns(shown, part.longest)
-    right = [all(_is_number(x) for x in own) for own in shown.values()]
+    right = list(map(is_right, shown.values()))
     head = "".join(map(_th, columns, right))
     body = "".join(f"<tr>{''.join(map(_td, cells, right))}</tr>" for cells in zip(*columns.values(), strict=True))
     title = f"<p>{escape(part.title)}</p>" if part.title else ""
-    left = [(count - len(next(iter(shown.values()))), part.what), (len(part.columns) - len(shown), "columns")]
-    more = "".join(f"<p>and {n} more {what}</p>" for n, what in left if n > 0)
+    more = "".join(f"<p>{text}</p>" for text in part.left_out(shown))
     return f"{title}<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+
+def is_right(column: Iterable[Any]) -> bool:
+    """Whether a column is set right: one of numbers, or of texts that begin with them."""
+    return all(_is_number(x) or _NUMERIC.match(str(x)) is not None for x in column)
 
 
 def text_columns(shown: Mapping[str, list[Any]], longest: int = LONGEST) -> dict[str, list[str]]:

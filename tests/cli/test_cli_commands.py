@@ -51,7 +51,7 @@ def test_the_shell_command_itself() -> None:
 def test_modes_prints_both_models_and_the_evidence(run) -> None:
     done = run("modes", RPR)
     assert done.returncode == 0, done.stderr
-    assert "order 54 (full model 1062)" in done.stdout
+    assert "order 54 of 1062" in done.stdout
     assert "no mode is missing in this range" in done.stdout
     assert "platform turns about z" in done.stdout
 
@@ -115,9 +115,9 @@ def test_plot_writes_pictures(run, tmp_path: Path) -> None:
 def test_check_reports_what_was_understood(run) -> None:
     done = run("check", RPR)
     assert done.returncode == 0, done.stderr
-    assert "full order 1062, low order 54" in done.stdout
+    assert "full 1062, low 54" in done.stdout
     assert "half_ring" in done.stdout
-    assert "rpu1.a.bottom clamped" in done.stdout
+    assert "rpu1.a.bottom: clamped" in done.stdout
     assert "twist of a leaf, taken as a plain beam" in " ".join(done.stdout.split())
 
 

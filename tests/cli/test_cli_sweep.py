@@ -30,7 +30,7 @@ def test_the_table_and_the_extremes():
 def test_many_designs_are_shortened():
     done = flexura("sweep", GUIDE, "--vary", "thickness=0.2mm:0.6mm:12", "--ask", "mass")
     rows = [line.split()[0] for line in done.stdout.splitlines() if line.strip()]
-    assert rows[2:13] == ["0", "1", "2", "3", "4", "...", "7", "8", "9", "10", "11"]
+    assert rows[2:13] == [*map(str, range(10)), "and"] and "and 2 more designs" in done.stdout
 
 
 def test_three_hundred_parameters(tmp_path):
@@ -45,7 +45,8 @@ def test_three_hundred_parameters(tmp_path):
     assert heading.split()[:3] == ["design", "p0", "[mm]"]
     assert heading.count("p") > 5 and "mass [g]" in heading and "f1 [Hz]" in heading
     assert all(row.split()[0] == str(k) and "47.22" in row for k, row in enumerate(rows))
-    left = 300 - heading.count("p")
+    headings = [line for line in done.stdout.splitlines() if line.startswith("design")]
+    left = 300 - sum(line.count("p") for line in headings)
     assert f"{left} more columns: --out writes all of them" in done.stdout
     assert len(table(tmp_path / "a.csv")[0]) == 300 + 7
 
@@ -107,7 +108,7 @@ def test_an_interrupted_command_goes_on(tmp_path):
     assert f"are kept in {folder}" in process.communicate()[1]
     assert process.returncode == 130
     done = flexura(*args, "--folder", folder)
-    assert done.returncode == 0 and f"kept in {folder}" in done.stdout
+    assert done.returncode == 0 and f"kept in: {folder}" in done.stdout
     assert flexura(*args, "--folder", tmp_path / "other").returncode == 0
     names = sorted(file.name for file in folder.iterdir())
     assert names == sorted(file.name for file in (tmp_path / "other").iterdir())

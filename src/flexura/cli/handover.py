@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -27,16 +26,10 @@ from flexura.cli.options import (
     say,
     settings_of,
 )
-from flexura.cli.terminal import heading
 from flexura.errors import LimitError, OptionError
-from flexura.tables import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from rich.console import RenderableType
-
-    from flexura.pages.report import Report
+    pass
 
 What = Literal["state-space", "low", "full", "modes", "response"]
 
@@ -173,23 +166,10 @@ def report_command(
     pose = prescribed_of(mechanism, at or [])
     begun = time.monotonic()
     page = report(mechanism, parameters, file=file, at=pose, n=n, solid=solid, title=title, progress=say)
-    return Answer(page, _report_text(page, begun), write=lambda: [page.write(out)], are_warnings_shown=True)
-
-
-def _report_text(page: Report, begun: float) -> Iterator[RenderableType]:
-    """What is in the page and what is not, and how long it took."""
-    from rich.text import Text
-
-    yield heading(f"{page.name}: report")
-    for state, words in (("shown", "in it"), ("absent", "not in it"), ("failed", "failed")):
-        sections = [name for name, its in page.states.items() if its == state]
-        if sections:
-            yield Text(f"{words}: {', '.join(sections)}", style="red" if state == "failed" else "")
     longest = sorted(page.seconds.items(), key=lambda item: -item[1])[:3]
-    if page.warnings:
-        yield f"{counted(len(page.warnings), 'warning')}; see the page"
     took = ", ".join(f"{name} {seconds:.1f} s" for name, seconds in longest)
-    sys.stderr.write(f"{time.monotonic() - begun:.1f} s, most of it: {took}\n")
+    say(f"{time.monotonic() - begun:.1f} s, most of it: {took}")
+    return Answer(page, write=lambda: [page.write(out)], are_warnings_shown=True)
 
 
 def live_command(

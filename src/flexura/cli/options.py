@@ -15,9 +15,10 @@ import typer
 from rich.console import RenderableType
 
 from flexura.cli.amounts import add_once, named, prescribed_of
-from flexura.cli.terminal import TABLES, print_all, print_end, write_table
+from flexura.cli.terminal import TABLES, heading, print_all, print_end, write_table
 from flexura.deadline import announced, stage
 from flexura.errors import OptionError
+from flexura.tables import Item
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]
 Settings = Annotated[
@@ -115,8 +116,8 @@ class Answer(NamedTuple):
     """What a command has worked out, and how it is shown."""
 
     result: Any
-    text: Iterable[RenderableType] = ()
-    """What is printed of the result, before its notes and warnings."""
+    text: Iterable[Item | RenderableType] | None = None
+    """What is printed of the result, before its notes and warnings, where it is not all that it presents."""
     pictures: str | Callable[..., list[Path]] = ""
     """What writes pictures of the result into a folder: a function, or the name of one of `flexura.view`, or of one
     there that draws a picture."""
@@ -224,7 +225,7 @@ def _print(answer: Answer, written: list[Path], as_json: bool) -> None:
         data = (answer.data or result.to_dict)()
         print_json({**data, "files": [str(path) for path in written]} if written else data)
     elif result is not None:
-        print_all(answer.text)
+        print_all([heading(result.headline), *(result.presentation() if answer.text is None else answer.text)])
         notes, warnings = ((), ()) if answer.are_warnings_shown else (result.notes, result.warnings)
         print_end(notes, warnings, written)
     if answer.is_interrupted:

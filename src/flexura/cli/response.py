@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 import typer
-from rich.console import RenderableType
 
 from flexura.cli.amounts import (
     CommandReader,
@@ -26,18 +23,12 @@ from flexura.cli.amounts import (
     time_of,
 )
 from flexura.cli.options import Answer, Commands, Gravity, Hold, Inputs, Loads, Order, Outputs, Ratio, command
-from flexura.cli.terminal import columns_table, heading
 from flexura.errors import OptionError
-from flexura.mechanism import DOF_NAMES, UNITS
-from flexura.tables import counted, ends, number, quantity, scale_for
-from flexura.thresholds import STILL
+from flexura.tables import quantity
 
 if TYPE_CHECKING:
-    from flexura.analysis import FrequencyResponse, Kinetostatics, Statics, Stroke, TimeResponse
     from flexura.mechanism import Mechanism
 
-MOST_ROWS = 12
-"""Members, and pairs of channels, that are listed."""
 
 MOST_POSES, MOST_FREQUENCIES = 41, 6
 """Of a stroke."""
@@ -63,39 +54,7 @@ def statics_command(
     commands = CommandReader(mechanism, parameters).values("--actuator", actuator)
     loads = loads_of(load)
     result = statics(mechanism, parameters, loads=loads, gravity=gravity_of(gravity), actuators=commands)
-    return Answer(result, statics_text(result, node or list(loads)), "save_statics", data=lambda: result.to_dict(node))
-
-
-def statics_text(result: Statics, nodes: list[str]) -> Iterator[RenderableType]:
-    """Displacements of nodes, readings, actuators, and the members with the largest stress."""
-    from flexura.analysis import interval_text
-
-    yield heading(f"{result.model.plan.mechanism.name}: static response, linear")
-    if nodes:
-        moved = np.array([result.displacement(node) for node in nodes])
-        columns = {f"{dof} [{UNITS[k > 2]}]": moved[:, k] for k, dof in enumerate(DOF_NAMES)}
-        yield columns_table({"node": nodes, **columns})
-    for columns in (result.reading_columns(), result.actuator_columns()):
-        if columns[next(iter(columns))]:
-            yield columns_table(columns)
-    stresses = result.stresses()
-    if loaded := [member for member in stresses.members if member.von_mises]:
-        columns = {
-            "member": [m.name for m in loaded],
-            "von Mises [Pa]": [m.von_mises for m in loaded],
-            "factor to yield": ["" if m.factor_to_yield is None else number(m.factor_to_yield, 4) for m in loaded],
-            "at": [f"{m.position:.2f} of its length" for m in loaded],
-        }
-        yield columns_table(columns, most=MOST_ROWS)
-        if len(loaded) > MOST_ROWS:
-            yield f"and {counted(len(loaded) - MOST_ROWS, 'member')} with less"
-        yield f"model error of stresses: {interval_text(result.stress_error)}"
-    factor = stresses.factor_to_yield
-    if factor is not None and np.isfinite(factor):
-        if result.model.plan.is_posed:
-            yield f"with what the pose stresses: {factor:.4g} times to yield"
-        else:
-            yield f"yields at {factor:.4g} times these loads and commands"
+    return Answer(result, result.presentation(node), "save_statics", data=lambda: result.to_dict(node))
 
 
 @command("plot", "dpi", "strict")
@@ -115,32 +74,7 @@ def kinetostatics_command(
 
     model = assemble(mechanism, parameters)
     result = kinetostatics(model, platform=platform, actuators=actuator)
-    return Answer(result, kinetostatics_text(mechanism.name, result), "save_kinetostatics", {"model": model})
-
-
-def kinetostatics_text(name: str, result: Kinetostatics) -> Iterator[RenderableType]:
-    """Freedoms with their screw axes, the coupling matrix, stiffness and workspace."""
-    freedoms = f"has {result.kind}" if result.is_clear else "has no freedoms that are clear cut"
-    yield heading(f"{name}: {result.platform} {freedoms}")
-    for columns in (result.freedom_columns(), result.coupling_columns()):
-        if columns.get("freedom", result.inputs):
-            yield columns_table(columns)
-    if not result.inputs:
-        scale = scale_for(result.spectrum.compliance, "m/N")
-        values = [number(c / scale.size, 4) for c in result.spectrum.compliance]
-        if result.is_clear:
-            values.insert(result.spectrum.count, f"(gap {number(result.spectrum.gap, 3)})")
-        length = f"rotations counted at {quantity(result.spectrum.length, 'm', 4)}"
-        yield f"compliances {scale.unit}, {length}: {' '.join(values)}"
-    yield columns_table(result.stiffness_columns())
-    if result.inputs:
-        gain, turning = result.amplification(), all(c.quantity == "moment" for c in result.inputs)
-        clean = ", ".join(
-            f"{dof} {quantity(g, '' if turning == (k > 2) else f'{UNITS[k > 2]}/{UNITS[turning]}', 4)}"
-            for k, (dof, g) in enumerate(zip(DOF_NAMES, gain.tolist(), strict=True))
-            if abs(g) > 1e-9 * abs(gain).max()
-        )
-        yield f"all actuators driven alike, per elongation of each: {clean}"
+    return Answer(result, pictures="save_kinetostatics", drawn={"model": model})
 
 
 @command("plot", "animate", "dpi", "strict", out="Write the table of poses: .csv or .parquet.")
@@ -214,48 +148,7 @@ def stroke_command(
     known = result.poses[0].displacement if result.poses else {}
     described = () if mechanism.motion is None else mechanism.motion.nodes
     nodes = node or [name for name in described if name in known]
-    return Answer(result, stroke_text(result, nodes), "save_stroke", is_interrupted=result.interrupted)
-
-
-def stroke_text(result: Stroke, nodes: Sequence[str]) -> Iterator[RenderableType]:
-    """A row for every pose: what moves, what holds it, frequencies and support stiffness, and displacements of some
-    nodes."""
-    yield heading(f"{result.name}: over its stroke, large displacements")
-    if not result.poses:
-        return
-    columns = result.short_columns(MOST_POSES, MOST_FREQUENCIES)
-    yield columns_table(columns, left=0)
-    support = " k: support stiffness, actuators locked;" if "kx [N/m]" in columns else ""
-    factors = "to yield, to buckle: factors on what is there"
-    yield f"f: actuators free under the forces that hold the pose;{support} {factors}"
-    if result.model_errors:
-        yield f"model error over all poses: {', '.join(_model_errors(result))}"
-    for node in nodes:
-        yield columns_table(_moved(result, node), left=0)
-
-
-def _model_errors(result: Stroke) -> Iterator[str]:
-    """How far the part may be from the model, of each frequency at any of the poses."""
-    from flexura.analysis import interval_text
-
-    for k in range(min([MOST_FREQUENCIES, *(len(errors.low) for errors in result.model_errors)])):
-        intervals = [errors.intervals[k] for errors in result.model_errors]
-        known = [interval for interval in intervals if interval is not None]
-        whole = (min(low for low, _ in known), max(high for _, high in known)) if known == intervals else None
-        yield f"f{k + 1} {interval_text(whole)}"
-
-
-def _moved(result: Stroke, node: str) -> dict[str, Any]:
-    """Displacement of a node in every pose, without what is round-off beside the largest of its kind."""
-    poses = result.poses[:: max(1, -(-len(result.poses) // MOST_POSES))]
-    columns: dict[str, Any] = {
-        f"{name} [{result.units[name]}]": [pose.varied[name] for pose in poses] for name in poses[0].varied
-    }
-    moved = np.array([pose.displacement[node] for pose in poses])
-    for kind in (slice(0, 3), slice(3, 6)):
-        moved[:, kind] *= np.abs(moved[:, kind]) > STILL * np.abs(moved[:, kind]).max()
-    names = (dof[1:] if k < 3 else dof for k, dof in enumerate(DOF_NAMES))
-    return columns | {f"{node}.{name} [{UNITS[k > 2]}]": moved[:, k] for k, name in enumerate(names)}
+    return Answer(result, result.presentation(nodes), "save_stroke", is_interrupted=result.interrupted)
 
 
 @command("at", "plot", "strict", out="Write magnitudes and phases: .csv or .parquet.")
@@ -294,31 +187,7 @@ def frequency_response_command(
         method=method,
         damping=damping,
     )
-    return Answer(result, frequency_response_text(result), "save_frequency_response")
-
-
-def frequency_response_text(result: FrequencyResponse) -> Iterator[RenderableType]:
-    """What was computed, the resonances, and the gains and peaks of the pairs."""
-    from flexura.analysis import interval_text
-
-    p, m = len(result.outputs), len(result.inputs)
-    hz = result.frequency_hz
-    yield heading(
-        f"{result.name}: {p} x {m} responses at {counted(len(hz), 'frequency')}, {ends((hz[0], hz[-1]), 'Hz')}"
-    )
-    if len(result.resonances_hz):
-        yield columns_table(
-            {
-                "resonance": list(range(1, len(result.resonances_hz) + 1)),
-                "frequency [Hz]": result.resonances_hz,
-                "model error": [interval_text(error) for error in result.model_error],
-                "damping ratio": [number(zeta, 4) for zeta in result.ratios],
-            }
-        )
-    columns = result.gain_columns()
-    yield columns_table(columns, left=2, most=MOST_ROWS)
-    if (more := len(columns["peak"]) - MOST_ROWS) > 0:
-        yield f"and {counted(more, 'more pair')}; --json or --out has all"
+    return Answer(result, pictures="save_frequency_response")
 
 
 @command("at", "plot", "strict", out="Write time, inputs and outputs: .csv or .parquet.")
@@ -411,13 +280,4 @@ def time_response_command(
         order=order,
         rho_infinity=rho_infinity,
     )
-    return Answer(result, time_response_text(result), "draw_time")
-
-
-def time_response_text(result: TimeResponse) -> Iterator[RenderableType]:
-    """Extremes and final values of the outputs."""
-    yield heading(f"{result.name}: {counted(len(result.time), 'sample')} up to {quantity(float(result.time[-1]), 's')}")
-    yield columns_table(result.output_columns())
-    if result.neglected is not None:
-        yield result.neglected.text
-    yield from result.model_error_notes
+    return Answer(result, pictures="draw_time")

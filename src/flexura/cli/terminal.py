@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from math import floor, isfinite, isnan, log10
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import rich.table
 from rich.console import Console, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from flexura.errors import Diagnostic, OptionError, foremost, need
 from flexura.files import write_file
-from flexura.tables import text_columns
+from flexura.tables import Facts, Item, Line, Table, is_right, number, text_columns
 
 MOST_OF_A_KIND = 3
 """Warnings of a kind that are printed; `--json` has all."""
+
+MOST_FACTS = 10
+"""Of one kind that are printed."""
+
+GAP, LEAST_FOLDED = 2, 24
+"""Blanks between columns; a last column of texts folds when it has so many characters at least."""
+
+WHOLE = 10_000
+"""Characters of a cell: it folds, and is not cut."""
+
+MOST_BLOCKS = 4
+"""Of columns, below each other."""
+
+_STYLES = {"": "", "good": "green", "bad": "red"}
 
 TABLES = (".csv", ".parquet")
 """Suffixes of tables."""
@@ -31,11 +45,68 @@ def console_of_width() -> Console:
     return console if console.is_terminal else Console(highlight=False, width=140)
 
 
-def print_all(parts: Iterable[RenderableType]) -> None:
-    """Print lines and tables, as they are."""
+def print_all(parts: Iterable[Item | RenderableType]) -> None:
+    """Print what is presented, in the order given."""
     console = console_of_width()
     for part in parts:
-        console.print(part, markup=False)
+        for line in _printed(part, console.width) if isinstance(part, Item) else [part]:
+            console.print(line, markup=False)
+
+
+def _printed(part: Item, width: int) -> Iterator[RenderableType]:
+    """A sentence, a line for each fact, or a table, in blocks of as many columns as fit side by side."""
+    if isinstance(part, Line):
+        yield Text(part.text, style=_STYLES[part.news])
+    elif isinstance(part, Facts):
+        for name, value in part.values.items():
+            several = isinstance(value, Mapping)
+            values = [(f"{name} {of}", text) for of, text in value.items()] if several else [(name, value)]
+            texts = [f"{of}: {_fact(text)}" for of, text in values[:MOST_FACTS] if text not in (None, "")]
+            yield from texts
+            if len(values) > MOST_FACTS:
+                yield f"{name}: and {len(values) - MOST_FACTS} more"
+    else:
+        yield from _table_printed(part, width)
+
+
+def _fact(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return number(value) if isinstance(value, float) else str(value)
+
+
+def _table_printed(part: Table, width: int) -> Iterator[RenderableType]:
+    shown = part.shown()
+    if not any(shown.values()):
+        return
+    columns = text_columns(shown, WHOLE)
+    right = dict(zip(columns, map(is_right, shown.values()), strict=True))
+    sizes = {name: GAP + max(map(len, (*name.splitlines(), *cells))) for name, cells in columns.items()}
+    first, *names = columns
+    if part.title:
+        yield part.title
+    for blocks in range(1, MOST_BLOCKS + 1):
+        block, room = [first], width + GAP - sizes[first]
+        while names and (len(block) == 1 or sizes[names[0]] <= room or _may_fold(names, sizes, room)):
+            room -= sizes[names[0]]
+            block.append(names.pop(0))
+        table = rich.table.Table(box=None, pad_edge=False, header_style="bold")
+        for name in block:
+            # the last column folds where it is long
+            folds = name == block[-1] and not right[name]
+            table.add_column(name, justify="right" if right[name] else "left", no_wrap=not folds, overflow="fold")
+        for cells in zip(*(columns[name] for name in block), strict=True):
+            table.add_row(*cells)
+        yield table
+        if not names:
+            break
+        yield "" if blocks < MOST_BLOCKS else f"and {len(names)} more columns: --out writes all of them"
+    yield from part.left_out(shown)
+
+
+def _may_fold(names: Sequence[str], sizes: Mapping[str, int], room: int) -> bool:
+    """Whether the last column fits when its cells are folded."""
+    return len(names) == 1 and room >= min(sizes[names[0]], LEAST_FOLDED)
 
 
 def print_end(notes: Iterable[str], warnings: Iterable[Diagnostic], written: Iterable[Path]) -> None:
@@ -48,24 +119,6 @@ def print_end(notes: Iterable[str], warnings: Iterable[Diagnostic], written: Ite
 def heading(text: str) -> Text:
     """A line in bold."""
     return Text(text, style="bold")
-
-
-def grid(*headings: str, left: int = 1) -> Table:
-    """A table without lines, of which the first `left` columns are set left."""
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for k, name in enumerate(headings):
-        table.add_column(name, justify="left" if k < left else "right")
-    return table
-
-
-def columns_table(columns: Mapping[str, Sequence[Any] | np.ndarray], left: int = 1, most: int | None = None) -> Table:
-    """Columns by their headings, an SI unit in brackets where they have one, in units that suit; the first `left` ones
-    set left, `most` rows of them."""
-    shown = text_columns({name: [*column][:most] for name, column in columns.items()})
-    table = grid(*shown, left=left)
-    for cells in zip(*shown.values(), strict=True):
-        table.add_row(*cells)
-    return table
 
 
 def write_table(blocks: Iterable[Mapping[str, Any]], path: Path, as_arrow: Callable[..., Any] | None = None) -> Path:
@@ -102,13 +155,3 @@ def write_table(blocks: Iterable[Mapping[str, Any]], path: Path, as_arrow: Calla
 
 def _list(column: Any) -> list[Any]:
     return column.tolist() if isinstance(column, np.ndarray) else list(column)
-
-
-def significant(value: float, uncertainty: float, digits: int = 6) -> str:
-    """A number in the digits that an uncertainty leaves, the last of them of its size, and at most so many."""
-    if not (isfinite(value) and value):
-        return f"{value:.{digits}g}"
-    first = floor(log10(abs(value)))
-    last = floor(log10(uncertainty)) if uncertainty > 0 and isfinite(uncertainty) else first - digits
-    places = min(max(-last, -first), digits - 1 - first)
-    return f"{round(value, places):.{max(places, 0)}f}"

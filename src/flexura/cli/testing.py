@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 import typer
-from rich.console import Console, RenderableType
+from rich.console import Console
 from rich.progress import Progress
-from rich.text import Text
 
 from flexura.cli.amounts import band_of, names_of, quantity_of, selected, time_of
 from flexura.cli.options import (
@@ -28,22 +24,14 @@ from flexura.cli.options import (
     read,
     say,
 )
-from flexura.cli.terminal import columns_table, heading, significant
 from flexura.errors import OptionError
-from flexura.tables import counted, ends, number, percent, quantity, scale_for
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
-    from flexura.testing.correlation import Correlation, ModePair
-    from flexura.testing.measurement import IdentifiedModes
-    from flexura.testing.updating import CalibratedParameter, Calibration, MeasuredFrequencies, Sample
-    from flexura.testing.virtual import SensorPlacement, VirtualTest
+    from flexura.testing.updating import Calibration, Sample
 
 LISTS = (".yaml", ".yml")
 """Suffixes of files that hold a plain list of frequencies."""
-
-MOST_CHANNELS = 40
-"""Channels that are listed."""
 
 
 @command(reads=False)
@@ -87,29 +75,10 @@ def estimate_frf_command(
     result = Measurement(name, records, frfs, notes)
     responses = result.to_dict()["responses"]
     each = tuple(note for row in responses for note in row["notes"])
-    text = _responses_text(f"{name}: {counted(len(records), 'record')}", responses)
     return Answer(
         replace(result, notes=tuple(dict.fromkeys((*notes, *each)))),
-        text,
         write=lambda: [] if out is None else [write_measurement(Measurement(name, (), frfs), out)],
         data=result.to_dict,
-    )
-
-
-def _responses_text(title: str, responses: Sequence[dict[str, Any]]) -> Iterator[RenderableType]:
-    yield heading(title)
-    coherence = [row["median_coherence"] for row in responses]
-    yield columns_table(
-        {
-            "setup": [row["setup"] for row in responses],
-            "inputs": [", ".join(row["inputs"]) for row in responses],
-            "outputs": [", ".join(row["outputs"]) for row in responses],
-            "lines": [row["lines"] for row in responses],
-            "band": [ends((row["from_hz"], row["to_hz"]), "Hz") for row in responses],
-            "averages": [row["averages"] for row in responses],
-            "coherence": ["" if median is None else f"{median:.3f}" for median in coherence],
-        },
-        left=3,
     )
 
 
@@ -152,37 +121,7 @@ def identify_command(
         most_damped=most_damped,
         least_confidence=least_confidence,
     )
-    return Answer(result, identified_text(result), "save_identification", {"data": measurement})
-
-
-def identified_text(result: IdentifiedModes) -> Iterator[RenderableType]:
-    """The modes with their evidence, and those of every setup side by side."""
-    n, p, m = len(result.poles), len(result.outputs), len(result.inputs)
-    yield heading(f"{result.name}: {counted(n, 'mode')} from {counted(p, 'output')} and {counted(m, 'input')}")
-    evidence = result.evidence
-    scale = scale_for(result.frequency_hz, "Hz")
-    hz = [f / scale.size for f in result.frequency_hz]
-    off = [e.frequency_spread * f for e, f in zip(evidence, hz, strict=True)]
-    columns: dict[str, list[Any]] = {
-        "mode": list(range(1, n + 1)),
-        scale.heading("frequency"): [significant(f, spread) for f, spread in zip(hz, off, strict=True)],
-        scale.heading("+-"): [f"{spread:.1g}" for spread in off],
-        "damping": [
-            f"{significant(100 * zeta, 100 * zeta * e.damping_spread, 4)} %"
-            for zeta, e in zip(result.damping_ratio, evidence, strict=True)
-        ],
-        "+- damping": [percent(e.damping_spread, 2) if e.damping_spread < 0.995 else "all of it" for e in evidence],
-        "confidence": [f"{e.confidence:.2f}" for e in evidence],
-        "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in evidence],
-        "MPD": [f"{e.mean_phase_deviation_deg:.2g}°" for e in evidence],
-    }
-    if len(result.setups) > 1:
-        columns["setups"] = [f"{e.setups} of {len(result.setups)}" for e in evidence]
-    yield columns_table(columns, left=0)
-    if len(result.setups) > 1:
-        each = [", ".join(number(f / scale.size, 6) for f in setup.frequency_hz) for setup in result.setups]
-        yield columns_table({"setup": [setup.name for setup in result.setups], scale.heading("modes"): each}, 2)
-    yield f"synthesis error {percent(result.synthesis_error, 2)}"
+    return Answer(result, pictures="save_identification", drawn={"data": measurement})
 
 
 @command("plot", reads=False)
@@ -217,59 +156,12 @@ def virtual_test_command(
     more = {} if beside is None else {"measured_hz": [known.get(n) for n in range(1, max(known) + 1)]}
     return Answer(
         replace(result, notes=() if result.identified is None else tuple(dict.fromkeys(result.notes))),
-        virtual_test_text(result, beside),
+        result.presentation(None if beside is None else beside.by_number),
         "save_virtual_test",
         {"measured": beside},
         write=lambda: [] if out is None else [write_measurement(result.measurement, out)],
         data=lambda: result.to_dict() | more,
     )
-
-
-def virtual_test_text(result: VirtualTest, measured: MeasuredFrequencies | None = None) -> Iterator[RenderableType]:
-    """True and identified modes, and what the sensors do in every placement."""
-    placements = list(result.test.placed())
-    title = f"{result.name}: {len(result.measurement.recordings)} hits, {counted(len(placements), 'placement')}"
-    yield heading(f"{title}, {ends(result.band, 'Hz')}")
-    if result.identified is None:  # what says why is said first
-        yield from dict.fromkeys(result.notes)
-    yield columns_table(_tested_modes(result, measured))
-    if len(placements) > 1 and result.identified is not None:
-        columns: dict[str, list[Any]] = {"mode": [mode.number for mode in result.modes]}
-        pairs = {p: [mode.placement_hz[p] for mode in result.modes] for p in placements}
-        columns |= {f"{p} [Hz]": [true for true, _ in pair] for p, pair in pairs.items()}
-        for p, pair in pairs.items():
-            columns[f"{p} off"] = ["missed" if f is None else f"{100 * (f / t - 1):+.3f} %" for t, f in pair]
-        yield columns_table(columns)
-    if result.false_hz:
-        yield f"identified where there is no mode: {', '.join(quantity(f, 'Hz') for f in result.false_hz)}"
-
-
-def _tested_modes(result: VirtualTest, measured: MeasuredFrequencies | None) -> dict[str, list[Any]]:
-    """True and identified modes; damping that nothing was identified for is the true one, in brackets."""
-    modes = result.modes
-    columns: dict[str, list[Any]] = {
-        "mode": [mode.number for mode in modes],
-        "no sensors [Hz]": [mode.bare_hz for mode in modes],
-        "sensors on [Hz]": [mode.mass_loaded_hz for mode in modes],
-        "mass effect": [f"{100 * mode.mass_effect:+.2f} %" for mode in modes],
-        "identified [Hz]": [mode.identified_hz for mode in modes],
-        "off": [
-            "" if result.identified is None else "missed" if mode.error is None else f"{100 * mode.error:+.3f} %"
-            for mode in modes
-        ],
-        "damping": [
-            f"({percent(mode.damping_ratio)})"
-            if mode.identified_damping is None
-            else f"{100 * mode.identified_damping:.3f} %"
-            for mode in modes
-        ],
-        "its error": ["" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %" for mode in modes],
-        "MAC": ["" if mode.mac is None else f"{mode.mac:.3f}" for mode in modes],
-        "confidence": ["" if mode.confidence is None else f"{mode.confidence:.2f}" for mode in modes],
-    }
-    if measured is not None:
-        columns["measured [Hz]"] = [measured.by_number.get(k + 1) for k in range(len(modes))]
-    return columns
 
 
 @command("plot")
@@ -311,66 +203,7 @@ def correlate_command(
         close=close,
         reduced_mass=reduced_mass,
     )
-    return Answer(result, correlation_text(result), "save_correlation")
-
-
-def correlation_text(result: Correlation) -> Iterator[RenderableType]:
-    """Pairs of modes, what has no counterpart, channels and responses."""
-    paired = f"{len(result.pairs)} of {len(result.test_hz)} test modes paired"
-    yield heading(f"{result.test_name} against {result.name}: {paired}")
-    yield columns_table(_pair_columns(result.pairs), left=0)
-    for words, numbers, hz in (
-        ("test modes without a counterpart", result.unpaired_test, result.test_hz),
-        ("modes of the model that the test has not", result.unpaired_model, result.model_hz),
-    ):
-        if numbers:
-            listed = ", ".join(f"{k} ({quantity(hz[k - 1], 'Hz')})" for k in numbers)
-            yield Text(f"{words}: {listed}", style="red")
-    if len(result.pairs) > 1:
-        for name, values in (("test", result.self_orthogonality), ("test and model", result.cross_orthogonality)):
-            off = float((values - np.diag(np.diagonal(values))).max())
-            yield f"orthogonality of {name}, mass reduced by {result.reduced_mass}: at most {off:.2f} off the diagonal"
-    yield from _channels(result)
-    for overlay in result.frfs:
-        frac = overlay.frac
-        setup = f" ({overlay.measured.setup})" if overlay.measured.setup else ""
-        span = f"{frac.min():.2f} to {frac.max():.2f}"
-        yield f"FRAC of {frac.size} responses{setup}: {span}, damping {overlay.damping}"
-
-
-def _pair_columns(pairs: Sequence[ModePair]) -> dict[str, list[Any]]:
-    is_space = [len(pair.model_space) > 1 or len(pair.test_space) > 1 for pair in pairs]
-    return {
-        "test": [pair.test for pair in pairs],
-        "measured [Hz]": [pair.test_hz for pair in pairs],
-        "damping": [percent(pair.damping_ratio, 2) for pair in pairs],
-        "model": [pair.model for pair in pairs],
-        "computed [Hz]": [pair.model_hz for pair in pairs],
-        "difference": [f"{100 * pair.error:+.2f} %" for pair in pairs],
-        "MAC": [f"{pair.mac:.3f}" for pair in pairs],
-        "in space": [f"{pair.space_mac:.3f}" if space else "" for pair, space in zip(pairs, is_space, strict=True)],
-        "not represented": [percent(pair.expansion_error, 2) for pair in pairs],
-    }
-
-
-def _channels(result: Correlation) -> Iterator[RenderableType]:
-    """Where channels sit in the model, and which disagree."""
-    columns = {
-        "channel": [match.channel.name for match in result.matched],
-        "reads": [match.node for match in result.matched],
-        "found by": [match.how for match in result.matched],
-        "away [m]": [match.distance for match in result.matched],
-        "CoMAC": [f"{comac:.3f}" for comac in result.comac],
-        "gain": [
-            f"{gain:.2f}" + ("" if used else "  left out") for gain, used in zip(result.gain, result.used, strict=True)
-        ],
-    }
-    yield columns_table(columns, left=3, most=MOST_CHANNELS)
-    if len(result.matched) > MOST_CHANNELS:
-        yield f"and {len(result.matched) - MOST_CHANNELS} more channels"
-    for lost in result.unmatched:
-        near = "" if lost.distance is None else f"; nearest is {lost.nearest}, {quantity(lost.distance, 'm', 3)} away"
-        yield Text(f"{lost.channel.name} is left out: {lost.reason}{near}", style="red")
+    return Answer(result, pictures="save_correlation")
 
 
 @command("plot")
@@ -389,32 +222,7 @@ def place_sensors_command(
     from flexura.testing.virtual import place_sensors
 
     result = place_sensors(mechanism, sensors=sensors, n=n, candidates=candidate, parameters=parameters)
-    return Answer(result, placement_text(result), "draw_sensors")
-
-
-def placement_text(result: SensorPlacement) -> Iterator[RenderableType]:
-    """The chosen sensors and how well they tell the modes apart."""
-    count, modes = len(result.sensors), len(result.frequency_hz)
-    yield heading(f"{result.name}: {count} of {len(result.candidates)} candidates for the first {modes} modes")
-    turned = ["about " if turns else "" for turns in result.turns]
-    columns = {
-        "": [str(k + 1) for k in range(count)],
-        "sensor": result.sensors,
-        "at, mm": [_vector(position, 1e3) for position in result.positions],
-        "direction": [turn + _vector(axis, 1.0) for turn, axis in zip(turned, result.directions, strict=True)],
-        "independence": [f"{value:.3f}" for value in result.independence],
-    }
-    yield columns_table(columns, left=4)
-    yield (
-        f"largest MAC of two modes {result.worst_mac:.3f}, condition {result.condition:.3g};"
-        f" {percent(result.information)} of the information of all candidates; {result.exchanges} exchanges"
-    )
-
-
-def _vector(values: Any, factor: float) -> str:
-    """Three numbers; nothing where they are not known."""
-    numbers = [round(factor * float(v), 6) + 0.0 for v in values]
-    return ", ".join(f"{v:.4g}" for v in numbers) if all(map(math.isfinite, numbers)) else ""
+    return Answer(result, pictures="draw_sensors")
 
 
 Compared = Literal["modes", "frequencies", "responses"]
@@ -485,7 +293,7 @@ def calibrate_command(
     sample = _sample(result, draws) if draws else None
     return Answer(
         result,
-        calibration_text(result, sample),
+        [*result.presentation(), *(() if sample is None else sample.presentation())],
         "save_calibration",
         write=lambda: [
             save_calibrated(result, target, base=base, configuration=k)
@@ -555,69 +363,3 @@ def _sample(result: Calibration, draws: int) -> Sample:
     with Progress(console=Console(stderr=True), transient=True) as shown:
         task = shown.add_task("drawing", total=None)
         return result.sample(draws, progress=lambda at: shown.update(task, completed=at.done, total=at.of))
-
-
-def calibration_text(result: Calibration, sample: Sample | None = None) -> Iterator[RenderableType]:
-    """Parameters with intervals, frequencies before and after, what the data cannot determine, and draws."""
-    method = "maximum of the posterior" if result.method == "map" else "least squares"
-    together = ", with ".join(m.name for m in (result.mechanism, *result.also))
-    yield heading(f"{together}: calibrated, {method}")
-    parameters = {
-        "parameter": [p.name for p in result.parameters],
-        "start": [quantity(p.start, p.unit, 4) for p in result.parameters],
-        "calibrated": [quantity(p.value, p.unit, 4) + " at bound" * p.at_bound for p in result.parameters],
-        "95 % interval": [_interval(p, p.interval) for p in result.parameters],
-        "variance reduction": [f"{100 * p.variance_reduction:.0f} %" for p in result.parameters],
-        "prior from": [p.reason for p in result.parameters],
-    }
-    yield columns_table(parameters)
-    if result.modes:
-        yield columns_table(_calibrated_modes(result))
-    chi = f"chi-square {result.start_chi_square:.4g} before, {result.chi_square:.4g} after"
-    yield f"{chi}, {result.residuals} data; {result.evaluations} evaluations"
-    if result.unresolved:
-        yield "the data cannot determine (weights in prior standard deviations):"
-    for direction in result.unresolved:
-        yield f"  {direction}  ({100 * direction.variance_reduction:.0f} % variance reduction)"
-    for misfit in result.misfits:
-        if misfit.is_testable:
-            missed = f"{misfit.ratio:.2g} standard deviations, {misfit.spare:.2g} of {misfit.data} to spare"
-            yield f"{misfit.kind}: missed by {missed}, probability {misfit.probability:.2g}"
-    if sample is not None:
-        yield from _sample_text(result, sample)
-
-
-def _sample_text(result: Calibration, sample: Sample) -> Iterator[RenderableType]:
-    chains, count = sample.values.shape[:2]
-    text = f"{chains} chains of {count} draws, worth {sample.effective:.0f}"
-    yield f"{text} independent ones; R-hat {sample.r_hat:.3f}, {100 * sample.acceptance:.0f} % accepted"
-    if not sample.is_whole:
-        yield "drawing was interrupted"
-    if any(misfit.is_testable and misfit.ratio > 1 for misfit in result.misfits):
-        yield "draws take sigma as it is: they do not have the error of the model that widens the intervals"
-    if not sample.is_settled:
-        yield "these are too few to check the intervals: more draws, or fewer free parameters"
-        return
-    intervals = [_interval(p, interval) for p, interval in zip(result.parameters, sample.interval, strict=True)]
-    yield columns_table({"parameter": [p.name for p in result.parameters], "95 % interval of the draws": intervals})
-
-
-def _calibrated_modes(result: Calibration) -> dict[str, list[Any]]:
-    modes = result.modes
-    columns: dict[str, list[Any]] = {
-        "mode": [m.number for m in modes],
-        "measured [Hz]": [m.measured_hz for m in modes],
-        "start": [f"{100 * m.start_error:+.2f} %" for m in modes],
-        "calibrated [Hz]": [m.calibrated_hz for m in modes],
-        "error": [f"{100 * m.error:+.2f} %" for m in modes],
-        "in sigma": [f"{m.error / m.sigma:+.1f}" for m in modes],
-    }
-    if any(m.mac is not None for m in modes):
-        columns["MAC"] = ["" if m.mac is None else f"{m.mac:.3f}" for m in modes]
-    if result.also:
-        columns["of"] = [m.configuration for m in modes]
-    return columns
-
-
-def _interval(p: CalibratedParameter, interval: tuple[float, float]) -> str:
-    return " to ".join(quantity(end, p.unit, 4) for end in interval)

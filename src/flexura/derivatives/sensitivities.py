@@ -25,7 +25,7 @@ from flexura.mechanism import DOF_NAMES, HELD, Mechanism
 from flexura.reduction import stored_flexibility
 from flexura.results import Result, Tabular
 from flexura.structure import Design, FullOrderModel, Plan, one_design
-from flexura.tables import Facts, Table, ends, in_hz, percent
+from flexura.tables import Facts, Item, Table, ends, in_hz, percent
 
 FULL = "how they turn is known at order full alone"
 
@@ -61,7 +61,7 @@ class ModeSensitivities(Tabular):
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.derivative * self.values / self.frequency_hz[:, None]
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         modes = {
             f"mode {k + 1}, {in_hz(hz)}": [percent(x / 100, 4) for x in self.relative[k]]
             for k, hz in enumerate(self.frequency_hz)
@@ -254,7 +254,7 @@ class ResponseSensitivities(Result):
     response: Complex
     derivative: Complex
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         hz = self.frequency_hz
         yield Facts(
             {"band": ends((hz.min(), hz.max()), "Hz", 5), "responses": "{} x {}".format(*self.response.shape[1:])}

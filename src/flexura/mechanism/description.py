@@ -27,7 +27,7 @@ from flexura.mechanism.quantity import (
 from flexura.mechanism.section import Section
 from flexura.mechanism.studies import DescribedStudy, PublishedValue
 from flexura.results import Displayed
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Facts, Item, Table, quantity
 
 
 def _coherent(unit: str) -> str:
@@ -343,7 +343,7 @@ class Mechanism(Substructure, Displayed):
         kinds = ("parameters", "substructures", "instances", "flexures", "links", "springs", "bodies", "actuators")
         return {kind: getattr(self, kind) for kind in (*kinds, "sensors", "ground", "loads", "at")}
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({kind: ", ".join(names) for kind, names in self._counts().items() if kind != "parameters"})
         parameters = self.parameters
 

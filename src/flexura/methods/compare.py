@@ -34,7 +34,7 @@ from flexura.records import Record
 from flexura.reduction import reduce
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, one_design
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Item, Table, quantity, signed_percent
 from flexura.thresholds import PROVEN
 
 CERTIFIED_BEYOND = 1.01
@@ -137,6 +137,19 @@ class ComparisonRow(Record):
     note: str = ""
     failure: str = ""
 
+    def remarks(self, count: int) -> Iterator[str]:
+        """Its failure, its note, which of the first `count` modes it has not, and what else it has."""
+        if self.failure:
+            yield self.failure
+            return
+        if self.note:
+            yield self.note
+        if self.missed:
+            yield f"has no mode {', '.join(map(str, self.missed))}"
+        pairs = zip(self.frequency_hz, self.counterpart, strict=True)
+        if others := [quantity(hz, "Hz") for hz, k in pairs if k is None or k > count]:
+            yield f"has {', '.join(others)} beside the modes compared"
+
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Tabular):
@@ -152,18 +165,23 @@ class Comparison(Tabular):
     rows: tuple[ComparisonRow, ...]
 
     def _title(self) -> str:
-        return f"against {self.reference}" if self.reference else ""
+        return f"errors against {self.reference}" if self.reference else "nothing to hold them against"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        rows = self.rows
-        columns: dict[str, Any] = {"method": [r.method for r in rows], "order": [r.order for r in rows]}
-        for k in range(min(self.n, MOST_SHOWN)):
-            modes = [dict(zip(r.counterpart, r.frequency_hz, strict=True)) for r in rows]
-            columns[f"f{k + 1} [Hz]"] = [hz_of.get(k + 1) for hz_of in modes]
-        columns["worst error"] = [percent(r.worst_error) for r in rows]
-        columns["missed"] = [", ".join(map(str, r.missed)) for r in rows]
-        columns["said"] = [r.failure or r.note for r in rows]
+    def presentation(self) -> Iterator[Item]:
+        """One row a method: order, the frequency of every mode compared, worst error, time; then what it says."""
+        rows = [row for row in self.rows if not row.failure]
+        # the highest mode compared that any row has, or has missed
+        seen = [k for row in rows for k in (*row.counterpart, *row.missed) if k is not None and k <= self.n]
+        of_mode = [dict(zip(row.counterpart, row.frequency_hz, strict=True)) for row in rows]
+        columns: dict[str, Any] = {
+            "method": [row.method for row in rows],
+            "order": [row.order for row in rows],
+            "worst error": ["" if row.method == self.reference else signed_percent(row.worst_error) for row in rows],
+            "time": [quantity(row.seconds, "s", 3) for row in rows],
+        }
+        columns |= {f"mode {k} [Hz]": [hz.get(k) for hz in of_mode] for k in range(1, max(seen, default=0) + 1)}
         yield Table(columns, "methods")
+        yield Facts({row.method: "; ".join(row.remarks(max(seen, default=0))) for row in self.rows})
 
     def _columns(self) -> dict[str, Any]:
         """A row for each frequency of each method."""

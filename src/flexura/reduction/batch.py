@@ -34,7 +34,7 @@ from flexura.reduction.chain_assembler import ChainAssembler, ChainKind, chain_a
 from flexura.reduction.chained_model import chained
 from flexura.results import Tabular
 from flexura.structure import Design, Plan
-from flexura.tables import Facts, Table, counted, percent
+from flexura.tables import Item, Table, counted, percent
 
 LARGEST_STACKED = 160
 """Coordinates beyond which a design by itself, of full order and sparse, is quicker than dense matrices of a stack."""
@@ -102,7 +102,7 @@ class NaturalFrequencies(Tabular):
     def _title(self) -> str:
         return f"{counted(len(np.atleast_2d(self.frequency_hz)), 'design')} of {self.plan.name}"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         hz, bound = np.atleast_2d(self.frequency_hz), np.atleast_2d(self.error_bound)
         units = {name: parameter.unit or "SI" for name, parameter in self.plan.mechanism.parameters.items()}
         given = {f"{name} [{units[name]}]": np.ravel(values) for name, values in self.parameters.items()}

@@ -24,7 +24,7 @@ from flexura.linalg import (
 from flexura.reduction.chained_model import ChainedModel, chained
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel
-from flexura.tables import Facts, Table, counted, in_hz
+from flexura.tables import Item, Table, counted, in_hz
 
 HERTZ = 2 * np.pi
 
@@ -102,14 +102,17 @@ class Certificate(Tabular):
     def _title(self) -> str:
         return self.text
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
+        yield Table({"mode": range(1, len(self.frequency_hz) + 1), **self.proven_columns()}, "frequencies")
+
+    def proven_columns(self, prefix: str = "") -> dict[str, list[Any]]:
+        """The frequencies and how far each is proven, in words, by headings that begin with `prefix`."""
         rows = (self.frequency_hz.tolist(), self.lower_hz, self.upper_hz, self.is_indexed)
         proofs = [
             proven_text(hz, (float(lower), float(upper) if np.isfinite(upper) else None), bool(indexed), upper == 0)
             for hz, lower, upper, indexed in zip(*rows, strict=True)
         ]
-        columns = {"mode": range(1, len(proofs) + 1), "frequency [Hz]": self.frequency_hz, "proven": proofs}
-        yield Table(columns, "frequencies")
+        return {f"{prefix}frequency [Hz]": self.frequency_hz.tolist(), f"{prefix}proven": proofs}
 
     def _columns(self) -> dict[str, Any]:
         return {

@@ -25,7 +25,7 @@ from flexura.reduction.model import LowOrderModel
 from flexura.results import Result
 from flexura.sizes import within
 from flexura.structure import FullOrderModel
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 Condensation = Literal["guyan", "irs", "iterated_irs", "serep", "modal"]
 
@@ -234,7 +234,7 @@ class NestedModel(Result):
 
     _told = ("names", "amplitudes", "model")
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         nodes = ", ".join(list(self.names)[:MOST_NODES_NAMED])
         yield Facts(
             {"nodes": nodes, "amplitudes": self.amplitudes, "reduced from order": self.model.plan.topology.n_dof}

@@ -37,7 +37,7 @@ from flexura.structure import (
     solve_definite,
     stiffness_and_mass,
 )
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 STATE = "about the state under the loads and gravity that are described"
 """What the stiffness of a mechanism is whose description has loads or gravity."""
@@ -149,7 +149,7 @@ class LowOrderModel(OfDesign, Result):
         """Number of coordinates."""
         return self.K.shape[0]
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         names = self.coordinate_names
         coordinates = ", ".join(names[:MOST_NAMED]) + (", ..." if len(names) > MOST_NAMED else "")
         proven = "" if self.certificate is None else self.certificate.text
@@ -157,7 +157,7 @@ class LowOrderModel(OfDesign, Result):
         order = f"{self.order} of {self.plan.topology.n_dof}"
         yield Facts({"order": order, "coordinates": coordinates, "static response exact at": static, "proven": proven})
         if self.certificate is not None:
-            yield from self.certificate._view()
+            yield from self.certificate.presentation()
 
     @property
     def coordinate_names(self) -> list[str]:

@@ -28,7 +28,7 @@ from flexura.solid.interchange import calculix_matrices, need_program
 from flexura.solid.modes import SURE, SolidModes, beam_mass, solid_modes
 from flexura.solid.whole import WholeVerification, verify_whole
 from flexura.structure import FullOrderModel, one_design
-from flexura.tables import Facts, Table, in_hz, percent, quantity
+from flexura.tables import Facts, Item, Line, Scale, Table, in_hz, number, quantity, scale_for, signed_percent
 
 Solve = Callable[[FullOrderModel, int], Solution]
 Described = Literal["plain", "corrected", "as described"]
@@ -53,6 +53,16 @@ UNCHANGED = 1e-3
 
 PICTURED = "corrected, full order"
 """The row whose shapes stand beside the solid's in pictures, and whose nodes both are compared at."""
+
+POOR = 0.9
+"""A modal assurance criterion below this is marked."""
+
+DESCRIBED = {
+    "plain": "none is corrected, as in the plain rows",
+    "corrected": "as in the corrected rows",
+    "as described": "solid ones, or some corrected and some not: as described",
+}
+"""What the file says of its members."""
 
 MOST_SHOWN = 5
 """Models that a notebook shows."""
@@ -213,23 +223,66 @@ class Verification(Tabular):
         """Everything but the shapes."""
         return {**super()._data(), "mass_error": self.mass_error}
 
-    def _view(self) -> Iterator[Facts | Table]:
-        solid = {
-            "mode": range(1, len(self.frequency_hz) + 1),
-            "solid [Hz]": self.frequency_hz,
-            "known to": [percent(uncertain) or "unknown" for uncertain in self.uncertainty],
+    def presentation(self) -> Iterator[Item]:
+        """A column for every model and a row for every mode of the solid, then the evidence."""
+        rows, solids = [row for row in self.rows if not row.failure], self.solids
+        count = max([len(self.frequency_hz), *(len(row.frequency_hz) for row in self.rows)])
+        scale = scale_for([f for row in (*rows, *solids) for f in row.frequency_hz if f is not None], "Hz")
+        models: dict[str, list[Any]] = {
+            "model": [row.model for row in rows],
+            "DOFs": [row.order for row in rows],
+            "time": [quantity(row.seconds or 0.0, "s", 3) for row in rows],
+            "worst": [signed_percent(row.worst_error) for row in rows],
         }
-        for row in [row for row in self.rows if not row.failure][:MOST_SHOWN]:
-            solid[row.model] = [percent(error) or "no counterpart" for error in row.error]
-        yield Table(solid, "modes")
-        failed = {row.model: row.failure for row in self.rows if row.failure}
-        yield Facts(
-            {
-                "mass of the beams": quantity(self.beam_mass, "kg"),
-                "against the solids": percent(self.mass_error),
-                **failed,
-            }
-        )
+        for solid in solids:
+            worst = max((e for e in solid.error if e is not None), key=abs, default=0.0)
+            cells = (
+                f"solid, size {solid.size:.3g}",
+                solid.dofs,
+                quantity(solid.seconds, "s", 3),
+                signed_percent(worst),
+            )
+            for column, cell in zip(models.values(), cells, strict=True):
+                column.append(cell)
+        if solids:
+            for column, cell in zip(models.values(), ("solid, limit", None, "", ""), strict=True):
+                column.append(cell)
+        for k in range(count):
+            cells = [_cell(row, k, scale) for row in rows]
+            cells += [_with_error(solid.frequency_hz[k], solid.error[k], scale) for solid in solids]
+            models[scale.heading(f"mode {k + 1}")] = cells + (
+                [_with_error(self.frequency_hz[k], None, scale)] if solids else []
+            )
+        yield Table(models, "models")
+        yield Facts({row.model: row.failure for row in self.rows if row.failure})
+        yield Facts({"members of the file itself": DESCRIBED[self.described]})
+        yield from map(Line, self._evidence() if solids else ["no solid yet: modes by their own numbers"])
+
+    def _evidence(self) -> Iterator[str]:
+        """Shapes that differ, the solid's own error, the masses."""
+        doubtful = [
+            f"{row.model} mode {k + 1} MAC {mac:.2f}"
+            for row in self.rows
+            for k, mac in enumerate(row.mac)
+            if mac is not None and mac < POOR
+        ]
+        if doubtful:
+            yield f"* shapes differ: {', '.join(doubtful)}"
+        if len(self.solids) == 1:
+            yield "one mesh: how far it is from the limit is not known"
+        else:
+            each = ", ".join("unknown" if u is None else f"{100 * u:.2g}" for u in self.uncertainty)
+            yield f"limit estimated from {len(self.solids)} meshes, uncertain by {each} %"
+        finest = self.solids[-1]
+        cells = f"{finest.cells} distinct cells, {finest.meshed_dofs} DOFs of {finest.dofs} placed"
+        yield f"fine mesh: {cells}, reduced to {finest.order}; solver {self.solver}"
+        if self.mass_error is not None:
+            masses = f"{quantity(self.beam_mass, 'kg')} as beams, {quantity(self.solid_mass, 'kg')} as solids"
+            difference = "equal" if abs(self.mass_error) < 1e-6 else signed_percent(self.mass_error)
+            yield f"mass of members {masses} ({difference})"
+
+    def _title(self) -> str:
+        return "beam models, errors against the converged solid" if self.solids else "beam models"
 
     def _columns(self) -> dict[str, Any]:
         """A row for each mode of the solid and each model."""
@@ -247,6 +300,21 @@ class Verification(Tabular):
             for row in self.rows
         )
         return f"Verification({self.name!r}, worst errors: {worst})"
+
+
+def _cell(row: VerificationRow, k: int, scale: Scale) -> str:
+    """A frequency with its error, marked where the two shapes differ visibly."""
+    hz = row.frequency_hz[k] if k < len(row.frequency_hz) else None
+    if hz is None or not row.error:
+        return _with_error(hz, None, scale)
+    mac = row.mac[k]
+    return _with_error(hz, row.error[k], scale, "*" if mac is not None and mac < POOR else "")
+
+
+def _with_error(hz: float | None, error: float | None, scale: Scale, mark: str = "") -> str:
+    if hz is None:
+        return "none"
+    return f"{number(hz / scale.size)}{mark}" + ("" if error is None else f" {100 * error:+.2f}%")
 
 
 @overload

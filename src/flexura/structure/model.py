@@ -24,7 +24,7 @@ from flexura.structure.assembly import Scatter, block_diagonal, full_order
 from flexura.structure.design import Design, OfDesign
 from flexura.structure.part import Part, PartMatrices
 from flexura.structure.topology import Copies
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 
 @dataclass(frozen=True, repr=False)
@@ -54,7 +54,7 @@ class FullOrderModel(OfDesign, Result):
         """Names of the DOFs in order, e.g. `platform.rz`."""
         return self.plan.topology.dof_names()
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         plan = self.plan
         members = sum(len(part.members) * len(plan.topology.copies[name].paths) for name, part in plan.parts.items())
         counts = {"order": self.order, "nodes": plan.topology.n_nodes, "members": members}

@@ -38,7 +38,7 @@ from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
 from flexura.structure.topology import Geometry, Topology, Transforms
 from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along, picked
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 
 class _ChildPlacement:
@@ -161,7 +161,7 @@ class Plan(Record, Displayed):
         """Name of the mechanism."""
         return self.mechanism.name
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         copies = self.topology.copies
         members = sum(len(part.members) * len(copies[name].paths) for name, part in self.parts.items())
         counts = {"nodes": self.topology.n_nodes, "free DOFs": self.topology.n_dof, "members": members}

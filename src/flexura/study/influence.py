@@ -17,7 +17,7 @@ from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design
 from flexura.study.questions import Margins, OfThePart, Slopes, questions
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Item, Table, quantity
 
 
 @dataclass(frozen=True, repr=False)
@@ -65,11 +65,28 @@ class Sensitivity(OfThePart, Tabular):
         sizes = np.nan_to_num(np.abs(self.relative[self.quantities.index(quantity)]), nan=-1.0)
         return [self.parameters[k] for k in np.argsort(-sizes, kind="stable")]
 
-    def _view(self) -> Iterator[Facts | Table]:
-        columns = {text: [percent(x / 100, 4) for x in self.relative[k]] for k, text in enumerate(self.quantities)}
-        yield Table({"per % of": self.parameters, "is [SI]": self.nominal, **columns}, "parameters")
-        errors = {} if self.margins is None else self.margins.texts
-        yield Facts({f"model error of {name}": text for name, text in errors.items()})
+    def presentation(self) -> Iterator[Item]:
+        """What 1 % of each parameter, a row, does to each quantity, a column; its slope where one of both is zero."""
+        values = zip(self.quantities, self.units, self.value.tolist(), strict=True)
+        headings = [f"{text}\n{quantity(value, unit)}" for text, unit, value in values]
+        parameters = zip(self.nominal.tolist(), self.parameter_units, strict=True)
+        columns = {name: [self._change(k, p) for p in range(len(self.parameters))] for k, name in enumerate(headings)}
+        is_now = [quantity(value, unit) for value, unit in parameters]
+        yield Table({"parameter, by +1 %": self.parameters, "is": is_now, **columns}, "parameters")
+        yield from self.margin_facts()
+
+    def _change(self, k: int, p: int) -> str:
+        """Per cent per per cent; the slope with its unit where one of both is zero; `none` where a warning says why."""
+        value, at = float(self.value[k]), float(self.nominal[p])
+        low, high = float(self.lowest[k, p]), float(self.highest[k, p])
+        if not np.isfinite(low):
+            return "none"
+        unit, least = f"{self.units[k]} per {self.parameter_units[p]}", 0.0
+        if value and at:
+            low, high = sorted((low * at / value, high * at / value))
+            unit, least = "%", 5e-7
+        first, last = (f"{end + 0.0:+.3g}" if abs(end) > least else "0" for end in (low, high))
+        return f"{first if first == last else f'{first} to {last}'} {unit}"
 
     def _columns(self) -> dict[str, Any]:
         """A row for each quantity and parameter."""

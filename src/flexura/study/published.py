@@ -17,7 +17,7 @@ from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_r
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design
 from flexura.study.questions import Formula, Margins, Questions, formula
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Item, Table, percent, quantity
 
 LONGEST_SOURCE = 400
 """Characters of a source as a reader sees it."""
@@ -87,7 +87,7 @@ class Published(Tabular):
             "source": self.source,
         }
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Table(self.cells, longest=LONGEST_SOURCE)
 
     def _columns(self) -> dict[str, Any]:

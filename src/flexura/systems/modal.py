@@ -19,7 +19,7 @@ from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
 from flexura.structure import Channel, channel_positions, ends_of
 from flexura.systems.second_order import Remainder, SecondOrder, remainder_of, stiffening
-from flexura.tables import Facts, Table, in_hz, percent
+from flexura.tables import Facts, Item, Table, in_hz, percent
 
 DEFECTIVE_MODES = 1e10
 """Condition number of the complex modes from which they are taken as defective."""
@@ -65,7 +65,7 @@ class ComplexModes(Tabular):
         size = np.abs(self.poles)
         return -self.poles.real / np.where(size > 0, size, np.inf)
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         upper = np.flatnonzero(self.poles.imag >= 0)
         damping = [percent(float(z)) for z in self.ratios[upper]]
         yield Table({"frequency [Hz]": self.frequency_hz[upper], "damping": damping}, "poles")
@@ -155,7 +155,7 @@ class ModalSystem(Tabular):
         """Name of the mechanism."""
         return self.system.name
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts(ends_of(self.inputs, self.outputs))
         damping = [percent(float(z)) for z in self.total_ratios]
         rows = {"mode": range(1, self.order + 1), "frequency [Hz]": self.frequency_hz, "damping at resonance": damping}

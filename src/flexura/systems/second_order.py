@@ -34,7 +34,7 @@ from flexura.structure import (
     ends_of,
     full_order_model,
 )
-from flexura.tables import Facts, Table
+from flexura.tables import Facts, Item
 
 Model = FullOrderModel | LowOrderModel
 
@@ -186,7 +186,7 @@ class SecondOrder(Result):
         """Name of the mechanism."""
         return self.model.plan.mechanism.name
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({"order": self.order, **ends_of(self.inputs, self.outputs), "damped": self.is_damped})
 
     @cached_property

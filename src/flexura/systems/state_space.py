@@ -19,7 +19,7 @@ from flexura.linalg import leading
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
 from flexura.structure import Channel, FullOrderModel, channel_positions, ends_of
-from flexura.tables import Facts, Table, ends, in_hz, number, percent, quantity
+from flexura.tables import Facts, Item, ends, in_hz, number, percent, quantity
 
 WORTH = 0.01
 """Share of a channel's largest response that may be neglected without a warning."""
@@ -108,7 +108,7 @@ class Neglected(Result):
         ends = tuple(self.inputs[k] for k in inputs), tuple(self.outputs[k] for k in outputs)
         return replace(self, bound=self.bound[at], scale=self.scale[at[1:]][0], inputs=ends[0], outputs=ends[1])
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         low, high = self.band
         yield Facts(
             {
@@ -159,7 +159,7 @@ class StateSpace(Result):
     neglected: Neglected | None = None
     model: FullOrderModel | LowOrderModel | None = field(default=None, repr=False, compare=False)
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         poles = self.poles()
         slow = poles[np.argsort(np.abs(poles))]
         facts: dict[str, Any] = {"order": self.order, **ends_of(self.inputs, self.outputs)}

@@ -32,7 +32,7 @@ from flexura.reduction import low_order
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Plan, Ports, full_order, solids_of
 from flexura.systems import damping_law
-from flexura.tables import Facts, Table, counted, in_hz, number, quantity
+from flexura.tables import Facts, Item, Table, counted, in_hz, in_mm, quantity, vector
 
 
 @dataclass(frozen=True)
@@ -118,27 +118,48 @@ class CheckReport(Result):
     def _title(self) -> str:
         return counted(len(self.warnings), "warning")
 
-    def _view(self) -> Iterator[Facts | Table]:
-        centre = ", ".join(number(1e3 * round(c, 9)) for c in self.mass.centre)
+    def presentation(self) -> Iterator[Item]:
+        """What the mechanism is made of; warnings stand beside it."""
+        loads = {node: (wrench[:3], wrench[3:]) for node, wrench in self.loads.items()}
         yield Facts(
             {
-                "mass": f"{quantity(self.mass.mass, 'kg')}, centre of mass ({centre}) mm",
-                "full order": self.full_order,
-                "low order": self.low_order,
-                "held": _first(f"{n} ({' '.join(dofs)})" if len(dofs) < 6 else n for n, dofs in self.held.items()),
-                "rigid bodies": _first(f"{name} {quantity(mass, 'kg')}" for name, mass in self.rigid_bodies.items()),
-                "rigid-body modes": self.rigid_body_modes or None,
-                "lowest frequency": self.lowest_text,
-                "corrected": _first(self.corrections),
-                "actuators": _first(f"{name} ({text})" for name, text in self.actuators.items()),
-                "sensors": _first(f"{name} ({text})" for name, text in self.sensors.items()),
-                "damping": self.damping,
-                "loads": _first(self.loads),
-                "studies": _first(f"{name} ({text})" for name, text in self.studies.items()),
-                "preloaded": "stiffness is about the state under loads and gravity" if self.is_preloaded else "",
+                "order": f"full {self.full_order}, low {self.low_order}",
+                "mass": f"{quantity(self.mass.mass, 'kg')}, centre of mass ({in_mm(self.mass.centre)}) mm",
             }
         )
         yield Table(self.substructure_columns(), "substructures")
+        yield Facts(
+            {
+                "rigid body": {body: quantity(mass, "kg") for body, mass in self.rigid_bodies.items()},
+                "held": {node: "clamped" if len(dofs) == 6 else " ".join(dofs) for node, dofs in self.held.items()},
+                "corrected for": self._corrected(),
+                "solid part": {name: str(mesh) for name, mesh in self.solid_parts.items()},
+                "actuator": self.actuators,
+                "sensor": self.sensors,
+                "damping": self.damping if self.damping != "none" or self.actuators or self.sensors else "",
+                "study": self.studies,
+                "load on": {
+                    node: ", ".join(vector(w, unit) for w, unit in zip(parts, ("N", "N*m"), strict=True) if any(w))
+                    for node, parts in loads.items()
+                },
+                "gravity": vector(self.gravity, "m/s^2") if any(self.gravity) else "",
+                "preloaded": "stiffness, and all that follows from it, is about the state under these"
+                if self.is_preloaded
+                else "",
+                "rigid-body modes": self.rigid_body_modes or "",
+                "lowest frequency": self.lowest_text if self.lowest_hz is not None else "",
+            }
+        )
+
+    def _corrected(self) -> dict[str, str]:
+        """Members by what they are corrected for, with their ends unless both are clamped."""
+        members: dict[str, list[str]] = {}
+        for place, names in self.corrections.items():
+            strip = {"plate", "warping"} & set(names)
+            ends = self.ends[place]
+            shown = place if ends == ("clamped", "clamped") or not strip else f"{place} ({', '.join(ends)})"
+            members.setdefault(", ".join(names), []).append(shown)
+        return {names: _first(places) for names, places in members.items()}
 
     @property
     def lowest_text(self) -> str:

@@ -17,14 +17,14 @@ from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.full_order import unloaded
-from flexura.linalg import critical_factors, critical_shapes, is_definite
+from flexura.linalg import critical_factors, critical_shapes, is_definite, ranked
 from flexura.mechanism import Mechanism
 from flexura.reduction import Certificate, certificate, chained, lowest_pairs
 from flexura.results import Tabular, plain
 from flexura.structure import Drive, FullOrderModel, InputPort, Plan, Ports, Pushes, prestress, solve_definite
-from flexura.tables import Facts, Table, number
+from flexura.tables import Facts, Item, Table, number
 
-MOST_MEMBERS = 6
+MOST_MEMBERS = 10
 """Members that carry most, in a notebook."""
 
 
@@ -75,14 +75,19 @@ class Preload(Tabular):
     def _title(self) -> str:
         return f"{self.model.plan.name} under dead loads"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        factors = self.buckling_factors(1)
-        buckles = (
-            f"at {number(float(factors[0]))} times these loads" if len(factors) else "under no load of this direction"
-        )
-        yield Facts({"buckles": buckles})
-        most = sorted(self.axial_force.items(), key=lambda item: -max(map(abs, item[1])))[:MOST_MEMBERS]
-        yield Table(_force_columns(dict(most)), "members", count=len(self.axial_force))
+    def presentation(self, n: int = 6) -> Iterator[Item]:
+        """`n` frequencies with and without load, none of them beyond buckling, buckling factors, and the members that
+        carry most."""
+        loaded = {} if self.buckled else self.natural_frequencies(n).proven_columns()
+        columns = loaded | self.natural_frequencies(n, 0.0).proven_columns("unloaded ")
+        count = min(map(len, columns.values()))
+        columns = {name: column[:count] for name, column in columns.items()}
+        yield Table({"mode": range(1, count + 1), **columns}, "modes")
+        factors = ", ".join(number(float(f)) for f in self.buckling_factors(n))
+        yield Facts({"buckling factors on all loads": factors or "none: no load of this direction buckles it"})
+        forces = list(self.axial_force.items())
+        most = dict(forces[i] for i in ranked([max(map(abs, ends)) for _, ends in forces])[:MOST_MEMBERS])
+        yield Table(_force_columns(most), "members", count=len(forces))
 
     def _columns(self) -> dict[str, Any]:
         return _force_columns(self.axial_force)

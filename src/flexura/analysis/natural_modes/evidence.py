@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,10 @@ from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.records import Record
 from flexura.structure import FullOrderModel, Part, PartGeometry, PartMatrices, node_dofs, rigid_mass
-from flexura.tables import in_hz, quantity
+from flexura.tables import Item, Line, Table, counted, in_hz, quantity
+
+MOST_MISSED = 12
+"""Missed modes that are listed."""
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,27 @@ class Evidence(Record):
     def complete(self) -> bool:
         """True when it is proven that no full-order mode in the reported range lacks a counterpart."""
         return self.is_counted and not self.missed and not self.more_missed
+
+    def presentation(self) -> Iterator[Item]:
+        """The evidence, and modes that are missing."""
+        yield from map(Line, self.lines)
+        if self.complete:
+            yield Line("no mode is missing in this range", "good")
+            return
+        if not self.is_counted:
+            yield Line("round-off hides whether a mode is missing in this range", "bad")
+            return
+        count = len(self.missed) + self.more_missed
+        yield Line(
+            f"{counted(count, 'mode')} in this range {'is' if count == 1 else 'are'} MISSING from the low-order model",
+            "bad",
+        )
+        missed = {
+            "frequency [Hz]": [m.frequency_hz for m in self.missed],
+            "what moves": [m.summary for m in self.missed],
+        }
+        yield Table(missed, "modes", count=count, most=MOST_MISSED)
+        yield Line("keep fixed-interface normal modes to see them: --tolerance 1e-3 --up-to 'F Hz', or --keep 2")
 
     @property
     def lines(self) -> tuple[str, ...]:

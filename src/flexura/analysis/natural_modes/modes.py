@@ -34,7 +34,7 @@ from flexura.reduction import (
 )
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan, full_order_model, one_design
-from flexura.tables import Facts, Table, in_hz, quantity
+from flexura.tables import Item, Table, in_hz, quantity
 from flexura.thresholds import PROVEN
 
 
@@ -200,21 +200,28 @@ class Modes(Tabular):
 
     def _title(self) -> str:
         full = self.evidence.low_residual is None
-        return f"full order {self.order}" if full else f"order {self.order}, full order {self.full_order}"
+        return (
+            f"full model, order {self.order}" if full else f"low-order model, order {self.order} of {self.full_order}"
+        )
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
+        """Frequencies of both models, what moves, and the evidence."""
+        modes = self.modes
         rows: dict[str, list[Any]] = {
-            "mode": [m.number for m in self.modes],
-            "frequency [Hz]": [m.frequency_cell for m in self.modes],
-            "proven": [m.proven_text for m in self.modes],
-            "model error": list(self.model_errors.texts),
-            "what moves": [m.motion.summary for m in self.modes],
+            "mode": [m.number for m in modes],
+            "frequency [Hz]": [m.frequency_cell for m in modes],
+            "rad/s": [m.angular_frequency for m in modes],
         }
-        if any(flags := [m.flag for m in self.modes]):
+        if self.evidence.low_residual is not None and any(m.full_frequency_hz is not None for m in modes):
+            rows["full [Hz]"] = ["none" if m.full_frequency_hz is None else m.full_frequency_hz for m in modes]
+            rows["difference"] = [m.difference_text for m in modes]
+        rows |= {"proven": [m.proven_text for m in modes], "model error": [*self.model_errors.texts]}
+        if any(m.mesh_error is not None for m in modes):
+            rows["meshes"] = ["" if m.mesh_error is None else f"within {_percent(m.mesh_error)}" for m in modes]
+        if any(flags := [m.flag for m in modes]):
             rows["flag"] = flags
-        yield Table(rows, "modes")
-        mass = self.evidence.model_mass.mass
-        yield Facts({"mass": quantity(mass, "kg"), "completeness": self.certificate.text})
+        yield Table({**rows, "what moves": [m.motion.summary for m in modes]}, "modes")
+        yield from self.evidence.presentation()
 
 
 @verb

@@ -12,7 +12,7 @@ import scipy.sparse.linalg as spla
 from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import pose_limits
-from flexura.analysis.model_error import Interval, model_errors_near
+from flexura.analysis.model_error import Interval, interval_text, model_errors_near
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
@@ -52,11 +52,14 @@ from flexura.systems import (
     system,
     truncation_limits,
 )
-from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
+from flexura.tables import Item, Table, counted, ends, in_hz, percent, quantity
 
 ResponseOrder = Literal["low", "full", "exact"]
 Method = Literal["modal", "direct"]
 Quantity = Literal["receptance", "mobility", "accelerance", "transmissibility"]
+
+MOST_PAIRS = 12
+"""Pairs of channels that are listed."""
 
 BEYOND = 4.0
 """Modes up to so many times the highest frequency asked for are in the modal sum of a full-order model."""
@@ -152,14 +155,22 @@ class FrequencyResponse(Tabular):
         return tuple(interval for interval, _ in self._model_errors)
 
     def _title(self) -> str:
-        hz = self.frequency_hz
-        return f"order {self.order}, {counted(len(hz), 'frequency')} from {ends((hz[0], hz[-1]), 'Hz')}"
+        p, m, hz = len(self.outputs), len(self.inputs), self.frequency_hz
+        return (
+            f"{p} x {m} responses at {counted(len(hz), 'frequency')}, {ends((hz[0], hz[-1]), 'Hz')}, order {self.order}"
+        )
 
-    def _view(self) -> Iterator[Facts | Table]:
-        yield Table(self.gain_columns(), "pairs")
-        columns = {"resonance [Hz]": self.resonances_hz, "damping": [percent(float(z)) for z in self.ratios]}
+    def presentation(self) -> Iterator[Item]:
+        """The resonances, and the gains and peaks of the pairs."""
+        columns: dict[str, Any] = {
+            "resonance": range(1, len(self.resonances_hz) + 1),
+            "frequency [Hz]": self.resonances_hz,
+            "model error": [interval_text(error) for error in self.model_error],
+            "damping ratio": [percent(float(zeta), 4) for zeta in self.ratios],
+        }
         moving = {"what moves": self.resonance_motions} if self.resonance_motions else {}
         yield Table({**columns, **moving}, "resonances")
+        yield Table(self.gain_columns(), "pairs", most=MOST_PAIRS)
 
     def gain_columns(self) -> dict[str, Any]:
         """A row for each pair of an output and an input that is no round-off: its gain at the first frequency, and its

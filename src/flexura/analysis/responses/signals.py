@@ -16,7 +16,7 @@ from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.files import read_text
 from flexura.results import Tabular
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Facts, Item, Table, quantity
 
 Signal = Callable[[Array], Array]
 
@@ -111,7 +111,7 @@ class SignalFile(Tabular):
     time: Array
     signals: dict[str, Array]
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts(
             {"samples": len(self.time), "step": quantity(self.dt, "s"), "duration": quantity(float(self.time[-1]), "s")}
         )

@@ -20,7 +20,7 @@ from flexura.reduction import stored_flexibility
 from flexura.results import Result
 from flexura.structure import Channel, FullOrderModel, Ports
 from flexura.systems import FAINT, UNDAMPED, WORTH, ModalSystem, SecondOrder, input_loads, rounded_up
-from flexura.tables import Facts, Table, in_hz, percent, quantity
+from flexura.tables import Facts, Item, Table, in_hz, percent, quantity
 from flexura.thresholds import ROUND_OFF, STATIC_ROUND_OFF
 
 BLOCK = 10_000_000
@@ -237,7 +237,7 @@ class LeftOut(Result):
         text = f"{self.text}: take a shorter step or keep more modes, or apply the signal less abruptly"
         return (Diagnostic("tolerance", name, self.share, WORTH, "1", text),)
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({"at most": self.text})
         shares = [percent(float(share)) for share in self.shares]
         yield Table({"output": [c.name for c in self.outputs], "left out, at most": shares}, "outputs")

@@ -39,7 +39,7 @@ from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched
 from flexura.systems import ModalSystem, Order, System, system, with_residual_modes
-from flexura.tables import SHOWN_AS_ZERO, Facts, Table, counted, in_hz, quantity
+from flexura.tables import SHOWN_AS_ZERO, Item, Line, Table, counted, in_hz, quantity
 
 Method = Literal["exact", "generalised_alpha"]
 Motion = Literal["small", "large"]
@@ -143,11 +143,13 @@ class TimeResponse(Tabular):
     def _title(self) -> str:
         return f"{counted(len(self.time), 'sample')} up to {quantity(float(self.time[-1]), 's')}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        yield Table(
-            {"input": [c.name for c in self.inputs], **_extremes(self.inputs, self.signals, self.time)}, "inputs"
-        )
-        yield Table(self.output_columns(), "outputs")
+    def presentation(self) -> Iterator[Item]:
+        """Extremes and final values of inputs and outputs, and what is not in them."""
+        for what, channels, signals in (("input", self.inputs, self.signals), ("output", self.outputs, self.response)):
+            yield Table({what: [c.name for c in channels], **_extremes(channels, signals, self.time)}, f"{what}s")
+        if self.neglected is not None:
+            yield Line(self.neglected.text)
+        yield from map(Line, self.model_error_notes)
 
     def output_columns(self) -> dict[str, Any]:
         """Least, largest and last value of every output, and when."""

@@ -17,7 +17,7 @@ from flexura.linalg import is_definite
 from flexura.records import Record
 from flexura.results import Result, plain
 from flexura.structure import FullOrderModel
-from flexura.tables import Facts, Table, counted, in_mm, number, quantity
+from flexura.tables import Facts, Item, Table, counted, in_mm, number, quantity
 from flexura.thresholds import STATIC_ROUND_OFF
 
 LEAST_GAP = 10.0
@@ -93,7 +93,7 @@ class ComplianceSpectrum(Result):
     def _title(self) -> str:
         return counted(self.count, "freedom") if self.is_clear else "no clear cut between freedoms and constraints"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Table({"": range(1, 7), "compliance [m/N]": self.compliance}, "compliances")
         gap, length = f"{number(self.gap, 4)} after the {self.count}.", quantity(self.length, "m", 4)
         yield Facts({"largest gap": gap, "rotations counted at": length, "centre [mm]": in_mm(self.centre)})

@@ -32,7 +32,7 @@ from flexura.mechanism import DOF_NAMES, STIFFNESS_UNITS, UNITS, Mechanism
 from flexura.reduction import STATE, flexibility, stored_flexibility
 from flexura.results import Result
 from flexura.structure import Channel, FullOrderModel, InputPort, Plan, Ports
-from flexura.tables import SHOWN_AS_ZERO, Facts, Table, in_mm, number, percent, quantity, scale_for
+from flexura.tables import SHOWN_AS_ZERO, Facts, Item, Table, in_mm, number, percent, quantity, scale_for
 from flexura.thresholds import CROSS_COMPLIANCE, STATIC_ROUND_OFF
 
 OWNED_SHARE = 0.5
@@ -134,11 +134,27 @@ class Kinetostatics(Result):
             else f"{self.platform} has no freedoms that are clear cut"
         )
 
-    def _view(self) -> Iterator[Facts | Table]:
-        yield Table(self.freedom_columns(), "freedoms")
-        yield Table(self.stiffness_columns(), "coordinates")
+    def presentation(self) -> Iterator[Item]:
+        """Freedoms with their screw axes, the coupling matrix, stiffness and workspace."""
+        if self.freedoms:
+            yield Table(self.freedom_columns(), "freedoms")
         if self.inputs:
             yield Table(self.coupling_columns(), "coordinates")
+        else:
+            yield from self.spectrum.presentation()
+        yield Table(self.stiffness_columns(), "coordinates")
+        if self.inputs:
+            gain, turning = self.amplification(), all(c.quantity == "moment" for c in self.inputs)
+            units = [
+                (dof, "" if turning == (k > 2) else f"{UNITS[k > 2]}/{UNITS[turning]}")
+                for k, dof in enumerate(DOF_NAMES)
+            ]
+            moved = [
+                f"{dof} {quantity(g, unit, 4)}"
+                for (dof, unit), g in zip(units, gain.tolist(), strict=True)
+                if abs(g) > SHOWN_AS_ZERO * abs(gain).max()
+            ]
+            yield Facts({"all actuators driven alike, per elongation of each": ", ".join(moved)})
 
     def freedom_columns(self) -> dict[str, Any]:
         """A row for each freedom: its screw axis, how far commands within their limits take it, how the axis drifts

@@ -42,7 +42,7 @@ from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, Mechanism
 from flexura.reduction import flexibility, state_of
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan, Ports, dead_load, matched
-from flexura.tables import SHOWN_AS_ZERO, Facts, Table, quantity
+from flexura.tables import SHOWN_AS_ZERO, Facts, Item, Table, quantity
 
 NOTCH_FACTOR_ERROR = 0.05
 """How far off, relative, the stress factors of notches may be."""
@@ -203,20 +203,37 @@ class Statics(Tabular):
         }
 
     def _title(self) -> str:
-        return f"{self.model.plan.name}, linear"
+        return f"{self.model.plan.name}: static response, linear"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        table, named = self._columns(), {*self.loads, *self.model.plan.body_names}
-        moved = np.abs([table[name] for name in list(table)[1:4]]).max(axis=0)
-        first = sorted(range(len(moved)), key=lambda k: (table["node"][k] not in named, -moved[k]))[:MOST_NODES]
-        headings = list(table)
+    def presentation(self, nodes: Sequence[str] | None = None) -> Iterator[Item]:
+        """Displacements of nodes, by default of those that carry loads, of bodies and of those that move most,
+        readings, actuators, and the members with the largest stress. Raises OptionError for unknown nodes."""
+        table = self._columns()
+        headings, node_names = list(table), table["node"]
         for alike in (headings[1:4], headings[4:]):
             least = SHOWN_AS_ZERO * max(np.abs(table[name]).max(initial=0.0) for name in alike)
             table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in alike}
-        yield Table({name: [column[k] for k in first] for name, column in table.items()}, "nodes", count=len(moved))
+        if nodes is None:
+            moved, named = (
+                np.abs([table[name] for name in headings[1:4]]).max(axis=0),
+                {*self.loads, *self.model.plan.body_names},
+            )
+            rows = sorted(range(len(moved)), key=lambda k: (node_names[k] not in named, -moved[k]))[:MOST_NODES]
+        else:
+            self.model.plan.topology.numbers(nodes)
+            rows = [node_names.index(node) for node in nodes]
+        count = len(node_names) if nodes is None else len(rows)
+        yield Table({name: [column[k] for k in rows] for name, column in table.items()}, "nodes", count=count)
         yield Table(self.reading_columns(), "sensors")
         yield Table(self.actuator_columns(), "actuators")
-        yield self.stresses().most_loaded(MOST_MEMBERS)
+        stresses = self.stresses()
+        yield stresses.most_loaded(MOST_MEMBERS)
+        factor = stresses.factor_to_yield
+        if factor is not None and np.isfinite(factor):
+            yields = "with what the pose stresses" if self.model.plan.is_posed else "times these loads and commands"
+            yield Facts(
+                {"model error of stresses": interval_text(self.stress_error), "yields at": f"{factor:.4g} {yields}"}
+            )
 
     def reading_columns(self) -> dict[str, Any]:
         """What each sensor reads, with its unit."""

@@ -28,7 +28,7 @@ from flexura.linalg import leading, ranked
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Design, FullOrderModel, Part, SectionGroup
-from flexura.tables import ROWS, Facts, Table, number
+from flexura.tables import ROWS, Item, Table, number
 from flexura.thresholds import ROUND_OFF
 
 Model = FullOrderModel | Design
@@ -102,7 +102,7 @@ class Stresses(Tabular):
         factor = self.factor_to_yield
         return "" if factor is None else f"least factor to yield {number(factor, 4)}"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield self.most_loaded()
 
     def most_loaded(self, most: int = ROWS) -> Table:

@@ -20,7 +20,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Scatter, Segments, segments
-from flexura.tables import Facts, Table, in_mm, quantity
+from flexura.tables import Facts, Item, Table, in_mm, quantity
 
 _MEAN = np.vstack([-np.eye(6) / 2, np.eye(6) / 2])
 """End motions (12, 6) of an element from its deformation, about a frame that turns with the mean of both ends."""
@@ -220,7 +220,7 @@ class ScrewAxis(Result):
     def _along(self) -> str:
         return " ".join(f"{x:+.4f}" for x in self.direction)
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         if self.is_translation:
             yield Facts({"translation along": self._along})
         else:
@@ -254,7 +254,7 @@ class Drift(Result):
     _shown = ("distance", "tilt")
     _told = ("rest", "displaced", "twists", "shift", "distance", "tilt")
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         yield Facts({"distance": quantity(self.distance, "m", 4), "tilt": quantity(self.tilt, "rad", 4)})
         both = (self.rest, self.displaced)
         yield Table(

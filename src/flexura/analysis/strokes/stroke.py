@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.checks import corrected
 from flexura.analysis.limits import coarse_mesh, solids_that_meet
-from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors
+from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors, interval_text
 from flexura.analysis.strain import (
     EndForces,
     Stresses,
@@ -40,12 +40,12 @@ from flexura.deadline import Listener
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import at_rest
 from flexura.linalg import leading
-from flexura.mechanism import ForceSensor, Mechanism
+from flexura.mechanism import DOF_NAMES, UNITS, ForceSensor, Mechanism
 from flexura.motion import Equations, Equilibrium, Frames, MovingModel, beyond, end_force_changes, end_forces
 from flexura.results import Tabular, plain
 from flexura.structure import FullOrderModel, Plan
 from flexura.systems import Order
-from flexura.tables import Facts, Table, counted
+from flexura.tables import Facts, Item, Line, Table, counted
 
 STEPS, MODES = 21, 6
 """Poses of a stroke, and modes at each, where nothing else is requested."""
@@ -64,8 +64,11 @@ OF_LOW_ORDER = (
     " are attached, so that stresses lack the bending of members between by their own weight"
 )
 
-SHOWN_COLUMNS = 2
-"""Displacements, loads and frequencies of each pose that a notebook shows."""
+MOST_POSES = 41
+"""Of a stroke, that are shown."""
+
+STILL = 1e-7
+"""Displacements below so much of the largest translation, or rotation, of a node are none."""
 
 
 class Spectrum(NamedTuple):
@@ -283,12 +286,39 @@ class Stroke(Tabular):
     def _title(self) -> str:
         return f"{counted(len(self.poses), 'pose')}, large displacements"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        chosen = {k: self.poses[k] for k in sorted({0, len(self.poses) // 2, len(self.poses) - 1}) if self.poses}
-        rows: dict[str, Any] = {"pose": [f"{k + 1} of {len(self.poses)}" for k in chosen]}
-        rows |= short_columns([*chosen.values()], self.units, SHOWN_COLUMNS)
-        rows["proven"] = [pose.proven for pose in chosen.values()]
-        yield Table(rows, "poses")
+    def presentation(self, nodes: Sequence[str] = ()) -> Iterator[Item]:
+        """A row for every pose, evenly spread where there are many: what moves, what holds it, frequencies and support
+        stiffness; then displacements of `nodes`."""
+        if not self.poses:
+            return
+        columns = short_columns(self.poses, self.units, MODES)
+        proven = [pose.proven for pose in self.poses]
+        yield Table({**columns, "proven": proven}, "poses", most=MOST_POSES, is_spread=True)
+        support = " k: support stiffness, actuators locked;" if "kx [N/m]" in columns else ""
+        factors = "to yield, to buckle: factors on what is there"
+        yield Line(f"f: actuators free under the forces that hold the pose;{support} {factors}")
+        if self.model_errors:
+            yield Facts({"model error over all poses": ", ".join(self._errors_over_all())})
+        for node in nodes:
+            yield Table(self._moved(node), "poses", most=MOST_POSES, is_spread=True)
+
+    def _errors_over_all(self) -> Iterator[str]:
+        """How far the part may be from the model, of each frequency at any of the poses."""
+        for k in range(min([MODES, *(len(errors.low) for errors in self.model_errors)])):
+            intervals = [errors.intervals[k] for errors in self.model_errors]
+            known = [interval for interval in intervals if interval is not None]
+            whole = (min(low for low, _ in known), max(high for _, high in known)) if known == intervals else None
+            yield f"f{k + 1} {interval_text(whole)}"
+
+    def _moved(self, node: str) -> dict[str, Any]:
+        """Displacement of a node in every pose, without what is round-off beside the largest of its kind."""
+        poses = self.poses
+        columns = {f"{name} [{self.units[name]}]": [pose.varied[name] for pose in poses] for name in poses[0].varied}
+        moved = np.array([pose.displacement[node] for pose in poses])
+        for kind in (slice(0, 3), slice(3, 6)):
+            moved[:, kind] *= np.abs(moved[:, kind]) > STILL * np.abs(moved[:, kind]).max()
+        names = (dof[1:] if k < 3 else dof for k, dof in enumerate(DOF_NAMES))
+        return columns | {f"{node}.{name} [{UNITS[k > 2]}]": moved[:, k] for k, name in enumerate(names)}
 
     def short_columns(self, most: int, modes: int) -> dict[str, Any]:
         """What readers see of at most so many poses, evenly spread, by headings with SI units."""

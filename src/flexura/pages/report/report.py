@@ -40,7 +40,7 @@ from flexura.pages.viewer import page
 from flexura.results import Result
 from flexura.structure import one_design
 from flexura.tables import Facts as ShownFacts
-from flexura.tables import counted
+from flexura.tables import Item, Line, counted
 
 MOST_WARNINGS = 4
 """Warnings of a section that are repeated."""
@@ -105,12 +105,13 @@ class Report(Result):
     seconds: dict[str, float] = field(compare=False)
     warnings: tuple[Diagnostic, ...] = ()
 
-    def _view(self) -> Iterator[ShownFacts]:
-        by_state = {
-            state: [own for own, said in self.states.items() if said == state]
-            for state in ("shown", "absent", "failed")
-        }
-        yield ShownFacts({state: ", ".join(own) for state, own in by_state.items()})
+    def presentation(self) -> Iterator[Item]:
+        """Sections that are in the page and that are not, and how many warnings."""
+        states = {"shown": "in it", "absent": "not in it", "failed": "failed"}
+        sections = {words: [name for name, its in self.states.items() if its == s] for s, words in states.items()}
+        yield ShownFacts({words: ", ".join(names) for words, names in sections.items()})
+        if self.warnings:
+            yield Line(f"{counted(len(self.warnings), 'warning')}; see the page")
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write the page as one file, whole or not at all; returns its path. Raises OptionError where it cannot be

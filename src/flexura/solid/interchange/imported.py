@@ -22,7 +22,7 @@ from flexura.fem import KINDS, Face, SolidMesh, balanced, constraint_modes, face
 from flexura.files import complete_files
 from flexura.mechanism import Faces, Matrix, Substructure, Superelement
 from flexura.results import Result
-from flexura.tables import Facts, Table, in_mm, quantity
+from flexura.tables import Facts, Item, Table, in_mm, quantity
 
 STRAINLESS = 2e-5
 """Largest |K r| over |K| |r| of a rigid motion r: coordinates of six digits make some 1e-6, a wrong row 1e-3."""
@@ -96,7 +96,7 @@ class StoredMatrices(Result):
     density_mass: float | None = None
     asymmetry: float = 0.0
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         sets = ", ".join(islice(self.sets, MOST_NAMED))
         facts = {"rows": self.K.shape[0], "nodes": len(self.labels), "sets": sets}
         mass = quantity(self.density_mass, "kg")
@@ -241,7 +241,7 @@ class ImportedPart(Result):
 
     _shown = ("places", "order", "evidence")
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         mass = float(np.max(self.evidence.mass))
         facts = {"mass": quantity(mass, "kg"), "order": self.order, "amplitudes": self.superelement.amplitudes}
         yield Facts({**facts, "rigid motions strain it": f"{np.max(self.evidence.strain):.1g}"})

@@ -26,7 +26,7 @@ from flexura.solid.whole.elements import Elements, Lumped, meshed
 from flexura.solid.whole.pieces import Block, is_ground, pieces_of
 from flexura.solid.whole.shapes import Part, part_of
 from flexura.structure import FullOrderModel, one_design
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Item, Line, Table, percent, quantity
 
 ORDER = 3
 """Order of the tetrahedra."""
@@ -218,9 +218,18 @@ class WholeVerification(Tabular):
     seconds: float
     notes: tuple[str, ...] = ()
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
+        """A row for every mode of the whole part, and the mesh."""
         yield Table(self.columns(), "modes")
-        yield Facts({"cells": self.cells, "DOFs": self.dofs, **{f"note {k + 1}": t for k, t in enumerate(self.notes)}})
+        yield Line(
+            "difference: described over whole; beams: beam theory; roots, bodies, ground: what elastic roots lower, and"
+        )
+        yield Line("what rigid bodies and a rigid ground would raise")
+        seconds = quantity(self.seconds, "s", 3)
+        yield Line(f"{self.cells} curved cells of order {self.order}, {self.dofs} DOFs, {seconds}")
+
+    def _title(self) -> str:
+        return "the part as one solid beside the described model"
 
     def columns(self) -> dict[str, list[Any]]:
         """The columns of the table of modes, as they are shown."""

@@ -18,7 +18,7 @@ from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.work import DESIGN, PROVEN, REASON, Columns, bounds_of, jumps_of, type_of
 from flexura.study.questions import Margins, OfThePart, are_proven
-from flexura.tables import ROWS, Facts, Table, counted, ends, quantity
+from flexura.tables import Facts, Item, Table, counted, ends, quantity
 from flexura.tables import number as digits
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ MOST_REASONS = 20
 """Different reasons that are told one by one."""
 
 _NUMBER = re.compile(r"[-+]?\d+(\.\d+)?([eE][-+]?\d+)?")
+
+SHOWN, FIRST_PARAMETERS = 10, 6
+"""Designs that are shown, and their parameters that stand before what is asked."""
 
 
 @dataclass(frozen=True)
@@ -329,14 +332,21 @@ class StudyTable(OfThePart, Tabular):
     def _title(self) -> str:
         return f"{self.done} of {counted(self.designs, 'design')}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        facts = {"folder": self.folder or "", "failed": self.failed or "", "not proven": self.unproven or ""}
-        errors = {} if self.margins is None else self.margins.texts
-        yield Facts({**facts, **{f"model error of {name}": text for name, text in errors.items()}})
-        table = self.legible(0, ROWS)
+    def presentation(self) -> Iterator[Item]:
+        """The first designs, the extremes of what is asked, and what failed."""
+        table = self.legible(0, SHOWN)
         if self.failed:
-            table["reason"] = self.rows(0, ROWS, ["reason"])["reason"].tolist()
-        yield Table(table, "designs", count=self.done)
+            table["reason"] = self.rows(0, SHOWN, ["reason"])["reason"].tolist()
+        # what is asked stands before the parameters where these are many
+        first = ["design", *self.parameters[:FIRST_PARAMETERS], *self.asked]
+        columns = {name: table[name] for name in dict.fromkeys((*first, *table))}
+        yield Table(columns, "designs", count=self.done)
+        rows = zip(*self.extremes(), strict=True)
+        headings = ("quantity", "lowest", "in design", "highest", "at design")
+        yield Table(dict(zip(headings, rows, strict=False)), "quantities")
+        yield from self.margin_facts()
+        counts = {"failed": self.failed or "", "not proven": self.unproven or ""}
+        yield Facts({**counts, "kept in": "" if self.folder is None else str(self.folder)})
 
 
 def _joined(blocks: list[Columns], names: Sequence[str]) -> Columns:

@@ -20,7 +20,7 @@ from flexura.modelfile import Changed, variant_text
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
-from flexura.tables import Facts, Table, counted, percent, quantity, scale_for
+from flexura.tables import Item, Line, Table, counted, percent, quantity, scale_for
 from flexura.units import format_quantity
 
 
@@ -93,6 +93,13 @@ class Proof(Record):
     interval: tuple[float, float] | None = None
 
     @property
+    def half_width(self) -> float | None:
+        """Half the width of the interval over the value; None where none is claimed."""
+        if self.interval is None or not self.checked:
+            return None
+        return (self.interval[1] - self.interval[0]) / 2 / abs(self.checked)
+
+    @property
     def difference(self) -> float:
         """How far the two are apart, over the larger one."""
         return abs(self.value - self.checked) / max(abs(self.value), abs(self.checked), 1e-300)
@@ -142,6 +149,10 @@ class _Outcome(OfThePart, Tabular):
     notes: tuple[str, ...] = ()
     warnings: tuple[Diagnostic, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
+
+    def _effort(self) -> Iterator[Item]:
+        yield from self.margin_facts()
+        yield Line(f"{self.evaluations} designs with gradients, {self.tried} without")
 
     def _saved(self, design: Mapping[str, float], source: str, path: str | Path, base: str | Path) -> Path:
         """Write a model file that extends `base` with SI values of parameters, those of a design and fixed ones; the
@@ -218,34 +229,37 @@ class Optimum(_Outcome):
         return self._saved(self.design, f"optimised: {self.goal}", path, base)
 
     def _title(self) -> str:
-        return self.goal if self.is_feasible else f"{self.goal}: no design meets the limits"
-
-    def _view(self) -> Iterator[Facts | Table]:
-        goal = self.goal if self.is_feasible else f"{self.goal}, least violated"
-        yield Facts({goal: quantity(self.value, self.unit), "residual of the conditions": f"{self.kkt_residual:.1g}"})
-        best = "optimum" if self.is_feasible else "nearest"
-        yield Table(
-            {
-                "parameter": [variable.name for variable in self.variables],
-                "before": [quantity(variable.start, variable.unit) for variable in self.variables],
-                best: [quantity(variable.value, variable.unit) for variable in self.variables],
-                "bound": [variable.at_bound for variable in self.variables],
-            },
-            "parameters",
+        return (
+            f"{self.goal}: {quantity(self.value, self.unit, 6) if self.is_feasible else 'no design meets the limits'}"
         )
+
+    def presentation(self) -> Iterator[Item]:
+        """The design, what holds it, and the proof."""
+        variables = self.variables
+        at_bound = {"low": " (at its lower bound)", "high": " (at its upper bound)"}
+        best = [quantity(v.value, v.unit, 6) + at_bound.get(v.at_bound, "") for v in variables]
+        columns = {
+            "parameter": [v.name for v in variables],
+            "before": [quantity(v.start, v.unit, 6) for v in variables],
+            "optimum" if self.is_feasible else "nearest": best,
+            "from": [quantity(v.low, v.unit, 4) for v in variables],
+            "to": [quantity(v.high, v.unit, 4) for v in variables],
+        }
+        yield Table(columns, "parameters")
         if self.active:
             yield Table({"what holds it": [str(limit) for limit in self.active]}, "limits")
-        yield Table(
-            {
-                "quantity": [proof.text for proof in self.proof],
-                "found": [quantity(proof.value, proof.unit) for proof in self.proof],
-                "anew": [quantity(proof.checked, proof.unit) for proof in self.proof],
-                "difference": [percent(proof.difference, 2) for proof in self.proof],
-                "by": [proof.by for proof in self.proof],
-                **({} if self.margins is None else {"model error": [self.margins.texts[p.text] for p in self.proof]}),
-            },
-            "quantities",
-        )
+        columns = {
+            "proof": [proof.text for proof in self.proof],
+            "search": [quantity(proof.value, proof.unit) for proof in self.proof],
+            "anew": [quantity(proof.checked, proof.unit, 6) for proof in self.proof],
+            "by": [proof.by for proof in self.proof],
+            "proven within": [percent(proof.half_width, 2) for proof in self.proof],
+        }
+        errors = {} if self.margins is None else {"model error": [self.margins.texts[p.text] for p in self.proof]}
+        yield Table({**columns, **errors}, "quantities")
+        if self.is_feasible and not np.isnan(self.kkt_residual):
+            yield Line(f"conditions of an optimum hold to {self.kkt_residual:.1g} of the gradient")
+        yield from self._effort()
 
     def _columns(self) -> dict[str, Any]:
         """A row for each variable."""
@@ -304,6 +318,10 @@ class Pareto(_Outcome):
 
     def _title(self) -> str:
         return f"{counted(len(self), 'design')} of {', '.join(self.goals)}"
+
+    def presentation(self) -> Iterator[Item]:
+        yield Table({"design": range(len(self)), **self._columns()}, "designs")
+        yield from self._effort()
 
     def _columns(self) -> dict[str, Any]:
         """A row for each design."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from flexura.study.questions.formulas import Formula
 from flexura.study.questions.grammar import FREQUENCY, Quantity
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import PosedState
+from flexura.tables import Item, Line
 
 Interval = tuple[float, float]
 Pose = tuple[tuple[str, float], ...]
@@ -188,6 +189,10 @@ class OfThePart:
     def model_error_reason(self) -> dict[str, str]:
         """Why questions have no model error."""
         return self.margins.reasons if self.margins is not None else {}
+
+    def margin_facts(self) -> Iterator[Item]:
+        """A line for each quantity: how far the part may be from what is said of it."""
+        yield from map(Line, self.margins.lines if self.margins is not None else ())
 
 
 def _frequencies(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:

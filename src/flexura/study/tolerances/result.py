@@ -14,7 +14,7 @@ from flexura.results import Tabular
 from flexura.study.questions import Margins, OfThePart
 from flexura.study.tolerances.nets import Estimate, SobolIndices, share_interval
 from flexura.study.tolerances.worst_case import Extreme
-from flexura.tables import Facts, Table, percent, quantity
+from flexura.tables import Item, Line, Table, quantity
 
 
 @dataclass(frozen=True)
@@ -176,29 +176,52 @@ class Tolerance(OfThePart, Tabular):
         values = self.values[:, self._number(text)]
         return np.sort(values[np.isfinite(values)])
 
-    def _view(self) -> Iterator[Facts | Table]:
-        shown = {requirement.text: f"{percent(requirement.share.value, 4)} of parts" for requirement in self.yields}
-        yield Facts({**shown, "samples": self.samples, "independent sizes": len(self.sizes)})
+    def presentation(self) -> Iterator[Item]:
+        """Yields, spreads, worst cases, and what each tolerance answers for."""
+        for relation in self.yields:
+            share = relation.share
+            text = f"{relation.text}: {_percent(share.value)} of parts ({_percent(share.low)} to {_percent(share.high)}"
+            text += f", by {share.method}); {relation.failing} of {self.samples} samples fail"
+            text += "; the nominal design does, too" if relation.is_met_nominally is False else ""
+            yield Line(text + ("; met in the worst case" if relation.is_met_at_worst else ""))
         spreads = self.quantities
-        yield Table(
-            {
-                "quantity": [spread.text for spread in spreads],
-                "nominal": [quantity(spread.nominal, spread.unit) for spread in spreads],
-                "mean": [quantity(spread.mean.value, spread.unit) for spread in spreads],
-                "standard deviation": [quantity(spread.deviation, spread.unit, 3) for spread in spreads],
-                "worst case": [
-                    " to ".join(quantity(end.value, spread.unit) for end in (spread.worst_low, spread.worst_high))
-                    for spread in spreads
-                ],
-                "tighten first": [self.tighten_first[spread.text] or "" for spread in spreads],
-                **(
-                    {}
-                    if self.margins is None
-                    else {"model error": [self.margins.texts[spread.text] for spread in spreads]}
-                ),
-            },
-            "quantities",
-        )
+        columns: dict[str, list[str]] = {
+            "quantity": [spread.text for spread in spreads],
+            "nominal": [quantity(spread.nominal, spread.unit) for spread in spreads],
+            "mean": [_with_interval(spread.mean, spread.unit) for spread in spreads],
+            "standard deviation": [quantity(spread.deviation, spread.unit, 3) for spread in spreads],
+        }
+        for k, share in enumerate(self.shares):
+            cells = [_with_interval(spread.percentiles[k], spread.unit) for spread in spreads]
+            columns[f"{100 * share:g} % are below"] = cells
+        for end, further in (("low", "less"), ("high", "more")):
+            worst = [(getattr(spread, f"worst_{end}"), spread.unit) for spread in spreads]
+            # there may be a worse one beyond what is no corner of the tolerances
+            cells = [quantity(at.value, unit) + ("" if at.is_vertex else f" or {further}") for at, unit in worst]
+            columns[f"worst case, {end}"] = cells
+        yield Table(columns, "quantities")
+        yield Table(self._influences(), "tolerances")
+        yield from self.margin_facts()
+
+    def _influences(self) -> dict[str, list[Any]]:
+        """A row for each tolerance: what share of each variance it answers for, with its interval."""
+        of_each = [size.tolerance for size in self.sizes]
+        columns: dict[str, list[Any]] = {
+            "tolerance": list(self.tolerances),
+            "sizes": list(map(of_each.count, self.tolerances)),
+        }
+        for k, text in enumerate(spread.text for spread in self.quantities):
+            shares, cells = self.influence(text), []
+            for g, name in enumerate(self.tolerances):
+                off = "" if self.indices is None else f" ± {100 * self.indices.total_half[g, k]:.2g}"
+                first = ", first" if self.tighten_first[text] == name and len(self.tolerances) > 1 else ""
+                cells.append(f"{100 * shares[name]:.3g}{off} %{first}" if np.isfinite(shares[name]) else "")
+            columns[f"of the variance of {text}"] = cells
+        return columns
+
+    def _title(self) -> str:
+        count = f"{len(self.sizes)} independent sizes, {self.samples} samples"
+        return f"{count}, intervals of {100 * self.confidence:g} %"
 
     def _columns(self) -> dict[str, Any]:
         """A row for each quantity, in the unit of its spread."""
@@ -218,3 +241,17 @@ class Tolerance(OfThePart, Tabular):
         columns["worst low [SI]"] = [spread.worst_low.value for spread in spreads]
         columns["worst high [SI]"] = [spread.worst_high.value for spread in spreads]
         return columns | {"tighten first": [self.tighten_first[spread.text] for spread in spreads]}
+
+
+def _percent(share: float) -> str:
+    """A share in per cent, with the digits that tell it from all and none."""
+    off = min(share, 1 - share)
+    return f"{100 * share:.{2 if off >= 1e-3 or off == 0 else 4}f} %"
+
+
+def _with_interval(estimate: Estimate, unit: str) -> str:
+    """A value, and how far its interval reaches."""
+    value = quantity(estimate.value, unit)
+    if not np.isfinite((estimate.low, estimate.high)).all():
+        return f"{value}, no bound"
+    return f"{value} ± {quantity(max(estimate.high - estimate.value, estimate.value - estimate.low), unit, 3)}"

@@ -20,7 +20,7 @@ from flexura.reduction import stored_flexibility
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel
 from flexura.systems import system
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Facts, Item, Line, Table, percent, quantity
 from flexura.testing.measurement import MeasuredFRF
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
 
@@ -174,6 +174,9 @@ class ModePair:
     expansion_error: float
 
 
+MOST_CHANNELS = 40
+"""Channels that are listed."""
+
 MOST_LISTED = 12
 """Modes without a counterpart that a notebook lists."""
 
@@ -256,25 +259,58 @@ class Correlation(Tabular):
         }
 
     def _title(self) -> str:
-        return f"against {self.test_name}"
+        return f"{self.test_name} against it, {len(self.pairs)} of {len(self.test_hz)} test modes paired"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
+        """Pairs of modes, what has no counterpart, channels and responses."""
         pairs = self.pairs
         columns = {
-            "test mode": [p.test for p in pairs],
-            "test [Hz]": [p.test_hz for p in pairs],
-            "model mode": [p.model for p in pairs],
-            "model [Hz]": [p.model_hz for p in pairs],
-            "error": [percent(p.error) for p in pairs],
-            "damping": [percent(p.damping_ratio) for p in pairs],
-            "MAC": [f"{p.mac:.3f}" for p in pairs],
-            "MAC of close modes": [f"{p.space_mac:.3f}" for p in pairs],
+            "test": [pair.test for pair in pairs],
+            "measured [Hz]": [pair.test_hz for pair in pairs],
+            "damping": [percent(pair.damping_ratio, 2) for pair in pairs],
+            "model": [pair.model for pair in pairs],
+            "computed [Hz]": [pair.model_hz for pair in pairs],
+            "difference": [f"{100 * pair.error:+.2f} %" for pair in pairs],
+            "MAC": [f"{pair.mac:.3f}" for pair in pairs],
+            "in space": [
+                f"{pair.space_mac:.3f}" if max(len(pair.model_space), len(pair.test_space)) > 1 else ""
+                for pair in pairs
+            ],
+            "not represented": [percent(pair.expansion_error, 2) for pair in pairs],
         }
         yield Table(columns, "pairs")
-        alone = {"test": self.unpaired_test, "model": self.unpaired_model}
-        yield Facts(
-            {f"modes of the {of} alone": ", ".join(map(str, numbers[:MOST_LISTED])) for of, numbers in alone.items()}
-        )
+        for words, numbers, hz in (
+            ("test modes without a counterpart", self.unpaired_test, self.test_hz),
+            ("modes of the model that the test has not", self.unpaired_model, self.model_hz),
+        ):
+            if numbers:
+                listed = ", ".join(f"{k} ({quantity(hz[k - 1], 'Hz')})" for k in numbers)
+                yield Line(f"{words}: {listed}", "bad")
+        if len(pairs) > 1:
+            of = {"test": self.self_orthogonality, "test and model": self.cross_orthogonality}
+            off = {name: float((values - np.diag(np.diagonal(values))).max()) for name, values in of.items()}
+            text = f"orthogonality, mass reduced by {self.reduced_mass}, of"
+            yield Facts({text: {name: f"at most {value:.2f} off the diagonal" for name, value in off.items()}})
+        matched = self.matched
+        gains = zip(self.gain, self.used, strict=True)
+        columns = {
+            "channel": [match.channel.name for match in matched],
+            "reads": [match.node for match in matched],
+            "found by": [match.how for match in matched],
+            "away [m]": [match.distance for match in matched],
+            "CoMAC": [f"{comac:.3f}" for comac in self.comac],
+            "gain": [f"{gain:.2f}" + ("" if used else "  left out") for gain, used in gains],
+        }
+        yield Table(columns, "channels", most=MOST_CHANNELS)
+        for lost in self.unmatched:
+            near = (
+                "" if lost.distance is None else f"; nearest is {lost.nearest}, {quantity(lost.distance, 'm', 3)} away"
+            )
+            yield Line(f"{lost.channel.name} is left out: {lost.reason}{near}", "bad")
+        for overlay in self.frfs:
+            frac, setup = overlay.frac, f" ({overlay.measured.setup})" if overlay.measured.setup else ""
+            span = f"{frac.min():.2f} to {frac.max():.2f}"
+            yield Line(f"FRAC of {frac.size} responses{setup}: {span}, damping {overlay.damping}")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each pair of modes."""

@@ -17,7 +17,7 @@ from flexura.errors import OptionError
 from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.results import Result, Tabular
 from flexura.structure import response_columns, unit_of_response
-from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
+from flexura.tables import Facts, Item, Table, counted, ends, in_hz, number, percent, quantity, scale_for, significant
 from flexura.testing.measurement.channels import MeasuredChannel
 
 
@@ -140,19 +140,34 @@ class IdentifiedModes(Tabular):
         return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
 
     def _title(self) -> str:
-        return f"fits responses within {percent(self.synthesis_error)}"
+        p, m = counted(len(self.outputs), "output"), counted(len(self.inputs), "input")
+        return f"{counted(len(self.poles), 'mode')} from {p} and {m}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        columns = {
-            "mode": range(1, len(self.poles) + 1),
-            "frequency [Hz]": self.frequency_hz,
-            "±": [percent(e.frequency_spread) for e in self.evidence],
-            "damping": [percent(float(z)) for z in self.damping_ratio],
-            "± of it": [percent(e.damping_spread) for e in self.evidence],
-            "confidence": [f"{x:.2f}" for x in self.confidence],
-            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in self.evidence],
+    def presentation(self) -> Iterator[Item]:
+        """The modes with their evidence, and those of every setup side by side."""
+        evidence, scale = self.evidence, scale_for(self.frequency_hz, "Hz")
+        hz = [f / scale.size for f in self.frequency_hz.tolist()]
+        off = [e.frequency_spread * f for e, f in zip(evidence, hz, strict=True)]
+        columns: dict[str, list[Any]] = {
+            "mode": list(range(1, len(hz) + 1)),
+            scale.heading("frequency"): [significant(f, spread) for f, spread in zip(hz, off, strict=True)],
+            scale.heading("±"): [f"{spread:.1g}" for spread in off],
+            "damping": [
+                f"{significant(100 * zeta, 100 * zeta * e.damping_spread, 4)} %"
+                for zeta, e in zip(self.damping_ratio.tolist(), evidence, strict=True)
+            ],
+            "± damping": [percent(e.damping_spread, 2) if e.damping_spread < 0.995 else "all of it" for e in evidence],
+            "confidence": [f"{e.confidence:.2f}" for e in evidence],
+            "MPC": [f"{e.modal_phase_collinearity:.3f}" for e in evidence],
+            "MPD": [f"{e.mean_phase_deviation_deg:.2g}°" for e in evidence],
         }
+        if len(self.setups) > 1:
+            columns["setups"] = [f"{e.setups} of {len(self.setups)}" for e in evidence]
         yield Table(columns, "modes")
+        if len(self.setups) > 1:
+            each = [", ".join(number(f / scale.size) for f in setup.frequency_hz) for setup in self.setups]
+            yield Table({"setup": [setup.name for setup in self.setups], scale.heading("modes"): each}, "setups")
+        yield Facts({"synthesis error": percent(self.synthesis_error, 2)})
 
     def _columns(self) -> dict[str, Any]:
         return {
@@ -210,7 +225,7 @@ class Recording(Tabular):
     setup: str = ""
     name: str = ""
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         duration = quantity(self.samples.shape[1] / self.sample_rate, "s")
         yield Facts({"duration": duration, "sample rate": in_hz(self.sample_rate), "setup": self.setup})
         rows = list(zip(self.channels, self.samples, strict=True))
@@ -255,7 +270,7 @@ class MeasuredFRF(Tabular):
         lines = counted(len(self.frequency_hz), "line")
         return f"{lines} from {ends((self.frequency_hz[0], self.frequency_hz[-1]), 'Hz', 5)}"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         facts = {"setup": self.setup, "estimator": self.estimator, "records": self.averages}
         yield Facts({**facts, "exponential window [1/s]": self.decay or None})
         pairs = list(np.ndindex(self.response.shape[1:]))
@@ -309,17 +324,19 @@ class Measurement(Result):
     notes: tuple[str, ...] = field(default=())
     modes: IdentifiedModes | None = None
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         setups = dict.fromkeys(data.setup for data in (*self.recordings, *self.frfs))
-        counts = {"records": len(self.recordings), "frequency responses": len(self.frfs), "setups": ", ".join(setups)}
+        counts = {"records": len(self.recordings), "setups": ", ".join(setups)}
         yield Facts({**counts, "modes in the file": "" if self.modes is None else len(self.modes.poles)})
         coherences = [frf.coherence for frf in self.frfs]
         columns = {
             "responses of": [frf.setup or str(k + 1) for k, frf in enumerate(self.frfs)],
             "inputs": [", ".join(c.name for c in frf.inputs) for frf in self.frfs],
             "outputs": [", ".join(c.name for c in frf.outputs) for frf in self.frfs],
+            "lines": [len(frf.frequency_hz) for frf in self.frfs],
             "band": [ends((frf.frequency_hz[0], frf.frequency_hz[-1]), "Hz", 5) for frf in self.frfs],
-            "median coherence": ["" if gamma is None else f"{_median(gamma):.3f}" for gamma in coherences],
+            "averages": [frf.averages for frf in self.frfs],
+            "coherence": ["" if gamma is None else f"{_median(gamma):.3f}" for gamma in coherences],
         }
         yield Table(columns, "sets of responses")
 

@@ -16,7 +16,7 @@ from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
 from flexura.results import Tabular
 from flexura.structure import DERIVATIVE, FullOrderModel, Ports
-from flexura.tables import Facts, Table, quantity
+from flexura.tables import Item, Table, quantity
 from flexura.testing.measurement import FORCES, MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
 
@@ -81,8 +81,8 @@ class ChannelPairing(Tabular):
     def _title(self) -> str:
         return f"{len(self.matched)} of {len(self.matched) + len(self.unmatched)} channels found in the model"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        yield from super()._view()
+    def presentation(self) -> Iterator[Item]:
+        yield from super().presentation()
         lost = self.unmatched
         columns = {"channel without a counterpart": [u.channel.name for u in lost], "why": [u.reason for u in lost]}
         yield Table({**columns, "nearest": [u.nearest for u in lost]}, "channels")

@@ -21,7 +21,7 @@ from flexura.files import write_file
 from flexura.mechanism import Mechanism, parameter_dimensions
 from flexura.modelfile import Changed, variant_text
 from flexura.results import Tabular
-from flexura.tables import Facts, Table, ends, percent, quantity
+from flexura.tables import Facts, Item, Line, Table, quantity
 from flexura.testing.updating.posterior import (
     LEAST_REDUCTION,
     Direction,
@@ -166,6 +166,7 @@ class Calibration(Tabular):
             flat.mean(axis=0),
             np.quantile(flat, [0.025, 0.975], axis=0).T,
             chains.is_whole,
+            tuple(p.unit for p in self.parameters),
         )
 
     def _data(self) -> dict[str, Any]:
@@ -180,27 +181,52 @@ class Calibration(Tabular):
         }
 
     def _title(self) -> str:
-        return "" if self.converged else "not converged"
+        method = "maximum of the posterior" if self.method == "map" else "least squares"
+        others = "".join(f", with {mechanism.name}" for mechanism in self.also)
+        return f"calibrated{others}, {method}{'' if self.converged else ', not converged'}"
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
+        """Parameters with intervals, frequencies before and after, and what the data cannot determine."""
         parameters, modes = self.parameters, self.modes
         columns = {
             "parameter": [p.name for p in parameters],
-            "was": [quantity(p.start, p.unit) for p in parameters],
-            "is": [quantity(p.value, p.unit) for p in parameters],
-            "95 % interval": ["at its bound" if p.at_bound else ends(p.interval, p.unit) for p in parameters],
-            "variance reduction": [percent(p.variance_reduction) for p in parameters],
+            "start": [quantity(p.start, p.unit, 4) for p in parameters],
+            "calibrated": [quantity(p.value, p.unit, 4) + " at bound" * p.at_bound for p in parameters],
+            "95 % interval": [" to ".join(quantity(end, p.unit, 4) for end in p.interval) for p in parameters],
+            "variance reduction": [f"{100 * p.variance_reduction:.0f} %" for p in parameters],
+            "prior from": [p.reason for p in parameters],
         }
         yield Table(columns, "parameters")
-        frequencies = {
+        of_modes: dict[str, list[Any]] = {
             "mode": [m.number for m in modes],
             "measured [Hz]": [m.measured_hz for m in modes],
-            "before": [percent(m.start_error) for m in modes],
-            "after": [percent(m.error) for m in modes],
+            "start": [f"{100 * m.start_error:+.2f} %" for m in modes],
+            "calibrated [Hz]": [m.calibrated_hz for m in modes],
+            "error": [f"{100 * m.error:+.2f} %" for m in modes],
+            "in sigma": [f"{m.error / m.sigma:+.1f}" for m in modes],
         }
-        yield Table(frequencies, "modes")
-        chi_square = f"{self.chi_square:.4g} of {self.residuals} data, before {self.start_chi_square:.4g}"
-        yield Facts({"chi-square": chi_square})
+        if any(m.mac is not None for m in modes):
+            of_modes["MAC"] = ["" if m.mac is None else f"{m.mac:.3f}" for m in modes]
+        if self.also:
+            of_modes["of"] = [m.configuration for m in modes]
+        yield Table(of_modes, "modes")
+        chi_square = f"{self.start_chi_square:.4g} before, {self.chi_square:.4g} after, {self.residuals} data"
+        yield Facts({"chi-square": f"{chi_square}; {self.evaluations} evaluations"})
+        if self.unresolved:
+            yield Line("the data cannot determine (weights in prior standard deviations):")
+        for direction in self.unresolved:
+            yield Line(f"  {direction}  ({100 * direction.variance_reduction:.0f} % variance reduction)")
+        for misfit in self.misfits:
+            if misfit.is_testable:
+                missed = f"{misfit.ratio:.2g} standard deviations, {misfit.spare:.2g} of {misfit.data} to spare"
+                yield Line(f"{misfit.kind}: missed by {missed}, probability {misfit.probability:.2g}")
+        if self.is_model_wrong:
+            yield Line("draws take sigma as it is: they do not have the error of the model that widens the intervals")
+
+    @property
+    def is_model_wrong(self) -> bool:
+        """Whether the data are missed by more than their standard deviations."""
+        return any(misfit.is_testable and misfit.ratio > 1 for misfit in self.misfits)
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter, in the unit of its own."""

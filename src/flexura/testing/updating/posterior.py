@@ -17,7 +17,7 @@ from flexura.arrays import Array, Index
 from flexura.deadline import Listener, Progress
 from flexura.linalg import ranked, turned
 from flexura.results import Tabular
-from flexura.tables import Facts, Table
+from flexura.tables import Item, Line, Table, ends
 from flexura.testing.updating.targets import Target
 
 LEAST_SPARE = 0.5
@@ -333,6 +333,7 @@ class Sample(Tabular):
     mean: Array
     interval: Array
     is_whole: bool = True
+    units: tuple[str, ...] = ()
 
     @property
     def is_settled(self) -> bool:
@@ -350,11 +351,17 @@ class Sample(Tabular):
             "intervals": dict(zip(self.names, self.interval, strict=True)),
         }
 
-    def _view(self) -> Iterator[Facts | Table]:
-        settled = "" if self.is_settled else "not settled: chains do not agree yet"
-        worth = f"worth {self.effective:.0f} independent draws, R-hat {self.r_hat:.3f}"
-        yield Facts({"draws": worth, "intervals": settled})
-        yield from super()._view()
+    def presentation(self) -> Iterator[Item]:
+        chains, count = self.values.shape[:2]
+        text = f"{chains} chains of {count} draws, worth {self.effective:.0f} independent ones; R-hat {self.r_hat:.3f}"
+        yield Line(f"{text}, {100 * self.acceptance:.0f} % accepted")
+        if not self.is_whole:
+            yield Line("drawing was interrupted")
+        if not self.is_settled:
+            yield Line("these are too few to check the intervals: more draws, or fewer free parameters")
+            return
+        intervals = [ends(interval, unit, 4) for interval, unit in zip(self.interval.tolist(), self.units, strict=True)]
+        yield Table({"parameter": self.names, "95 % interval of the draws": intervals}, "parameters")
 
     def _columns(self) -> dict[str, Any]:
         """A row for each parameter."""

@@ -26,7 +26,7 @@ from flexura.modal import pair_modes
 from flexura.modelfile import parse_any
 from flexura.results import Tabular
 from flexura.structure import DERIVATIVE
-from flexura.tables import Facts, Table, percent
+from flexura.tables import Item, Table, percent
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, MeasuredFRF, Measurement, Setups, setups_of
 
 UNITS = {"Hz": 1.0, "kHz": 1e3, "rad/s": 1 / (2 * np.pi), "rpm": 1 / 60}
@@ -56,7 +56,7 @@ class MeasuredFrequencies(Tabular):
         if not len(self.number):
             object.__setattr__(self, "number", np.arange(1, len(self.frequency_hz) + 1))
 
-    def _view(self) -> Iterator[Facts | Table]:
+    def presentation(self) -> Iterator[Item]:
         known = [percent(float(s)) for s in self.sigma]
         yield Table({"mode": self.number, "measured [Hz]": self.frequency_hz, "standard deviation": known}, "modes")
 

@@ -20,7 +20,7 @@ from flexura.modal import DEPENDENT_SHAPES, largest_motion, mac
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan
-from flexura.tables import Facts, Table, counted, in_mm, percent, quantity
+from flexura.tables import Facts, Item, Table, counted, number, percent, quantity
 from flexura.testing.correlation import UNSEEN
 from flexura.testing.measurement import MeasuredChannel
 from flexura.testing.rig import TURNS, pair_channels
@@ -89,12 +89,30 @@ class SensorPlacement(Tabular):
     def _title(self) -> str:
         return f"{len(self.sensors)} of {len(self.candidates)} candidates for {counted(len(self.frequency_hz), 'mode')}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        at = [in_mm(x) for x in self.positions]
-        share = [percent(float(x)) for x in self.independence]
-        yield Table({"sensor": self.sensors, "at [mm]": at, "modes are lost without it": share}, "sensors")
-        quality = {"information": percent(self.information), "condition number": f"{self.condition:.4g}"}
-        yield Facts({**quality, "largest MAC of two modes": f"{self.worst_mac:.3g}"})
+    def presentation(self) -> Iterator[Item]:
+        """The chosen sensors and how well they tell the modes apart."""
+
+        def vector_text(values: Array, factor: float = 1.0) -> str:
+            return (
+                ", ".join(number(round(factor * x, 6), 4) for x in values.tolist()) if np.isfinite(values).all() else ""
+            )
+
+        turned = ["about " if turns else "" for turns in self.turns]
+        columns = {
+            "sensor": self.sensors,
+            "at, mm": [vector_text(position, 1e3) for position in self.positions],
+            "direction": [turn + vector_text(axis) for turn, axis in zip(turned, self.directions, strict=True)],
+            "independence": [f"{value:.3f}" for value in self.independence],
+        }
+        yield Table(columns, "sensors")
+        yield Facts(
+            {
+                "largest MAC of two modes": f"{self.worst_mac:.3f}",
+                "condition number": f"{self.condition:.3g}",
+                "of the information of all candidates": percent(self.information),
+                "exchanges": self.exchanges,
+            }
+        )
 
     def _columns(self) -> dict[str, Any]:
         """The sensors, the most important one first."""

@@ -21,7 +21,7 @@ from flexura.modal import assignment, best_pairs, mac, pair_modes, space_mac
 from flexura.results import Tabular
 from flexura.structure import Plan
 from flexura.systems import ModalSystem
-from flexura.tables import Facts, Table, counted, ends, in_hz, percent, quantity
+from flexura.tables import Facts, Item, Line, Table, counted, ends, in_hz, percent, quantity
 from flexura.testing.identification import identify
 from flexura.testing.measurement import IdentifiedModes, Measurement, Recording, estimate_frf
 from flexura.testing.rig import ModalTestRig, TrueModes
@@ -174,22 +174,44 @@ class VirtualTest(Tabular):
         }
 
     def _title(self) -> str:
-        records = counted(len(self.measurement.recordings), "record")
-        return f"{records}, {ends((self.band[0], self.band[1]), 'Hz', 5)}, seed {self.seed}"
+        hits, placements = len(self.measurement.recordings), counted(len(self.test.placed()), "placement")
+        return f"{counted(hits, 'hit')}, {placements}, {ends(self.band, 'Hz')}, seed {self.seed}"
 
-    def _view(self) -> Iterator[Facts | Table]:
-        modes = self.modes
-        columns = {
-            "mode": [m.number for m in modes],
-            "mass-loaded [Hz]": [m.mass_loaded_hz for m in modes],
-            "identified [Hz]": [m.identified_hz for m in modes],
-            "error": [percent(m.error) for m in modes],
-            "damping": [percent(m.damping_ratio) for m in modes],
-            "identified damping": [percent(m.identified_damping) for m in modes],
-            "MAC": [None if m.mac is None else f"{m.mac:.3f}" for m in modes],
+    def presentation(self, measured: Mapping[int, float] | None = None) -> Iterator[Item]:
+        """True and identified modes, beside `measured` frequencies by number, Hz, and what the sensors do in every
+        placement. Damping that nothing was identified for is the true one, in brackets."""
+        modes, placements = self.modes, list(self.test.placed())
+        if self.identified is None:  # what says why is said first
+            yield from map(Line, dict.fromkeys(self.notes))
+        missed = "" if self.identified is None else "missed"
+        columns: dict[str, list[Any]] = {
+            "mode": [mode.number for mode in modes],
+            "no sensors [Hz]": [mode.bare_hz for mode in modes],
+            "sensors on [Hz]": [mode.mass_loaded_hz for mode in modes],
+            "mass effect": [f"{100 * mode.mass_effect:+.2f} %" for mode in modes],
+            "identified [Hz]": [mode.identified_hz for mode in modes],
+            "off": [missed if mode.error is None else f"{100 * mode.error:+.3f} %" for mode in modes],
+            "damping": [
+                f"({percent(mode.damping_ratio)})"
+                if mode.identified_damping is None
+                else f"{100 * mode.identified_damping:.3f} %"
+                for mode in modes
+            ],
+            "its error": ["" if mode.damping_error is None else f"{100 * mode.damping_error:+.1f} %" for mode in modes],
+            "MAC": ["" if mode.mac is None else f"{mode.mac:.3f}" for mode in modes],
+            "confidence": ["" if mode.confidence is None else f"{mode.confidence:.2f}" for mode in modes],
         }
+        if measured is not None:
+            columns["measured [Hz]"] = [measured.get(k + 1) for k in range(len(modes))]
         yield Table(columns, "modes")
-        yield Facts({"found where there is no mode": ", ".join(in_hz(hz) for hz in self.false_hz)})
+        if len(placements) > 1 and self.identified is not None:
+            columns = {"mode": [mode.number for mode in modes]}
+            pairs = {p: [mode.placement_hz[p] for mode in modes] for p in placements}
+            columns |= {f"{p} [Hz]": [true for true, _ in pair] for p, pair in pairs.items()}
+            for p, pair in pairs.items():
+                columns[f"{p} off"] = ["missed" if f is None else f"{100 * (f / t - 1):+.3f} %" for t, f in pair]
+            yield Table(columns, "modes")
+        yield Facts({"identified where there is no mode": ", ".join(in_hz(hz) for hz in self.false_hz)})
 
     def _columns(self) -> dict[str, Any]:
         """What was found of each mode, beside the truth."""
