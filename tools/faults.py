@@ -37,7 +37,7 @@ ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src"
 LIST = ROOT / "tools" / "faults.jsonl"
 ROOMS = [
-    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "sensitivity",
+    "beam", "linalg", "duals", "structure", "reduction", "motion", "systems", "modal", "methods", "derivatives",
     "analysis", "fem", "testing/identification",
 ]  # fmt: skip
 SECONDS = 200
@@ -351,7 +351,20 @@ class Catcher:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         items = {item.nodeid: item for item in session.items}
-        waiting = [(number, [items[name] for name in names if name in items]) for number, names in self.tests.items()]
+        by_function = defaultdict(list)
+        for item in session.items:
+            by_function[item.nodeid.split("[")[0]].append(item)
+        waiting = [
+            (
+                number,
+                [
+                    own
+                    for name in names
+                    for own in ([items[name]] if name in items else by_function[name.split("[")[0]])
+                ],
+            )
+            for number, names in self.tests.items()
+        ]
         running: list[Fork] = []
         while waiting or running:
             while waiting and len(running) < self.jobs:
@@ -444,6 +457,9 @@ def catch(faults: list[Fault], tests: dict[int, list[str]], words: list[str], jo
     """Tests that catch faults, by number; of each the tests of which one may."""
     catcher = Catcher(plant(faults), faults, tests, jobs)
     files = sorted({name.split("::")[0] for names in tests.values() for name in names})
+    gone = [file for file in files if not (ROOT / file).exists()]
+    print("".join(f"no more: {file}\n" for file in gone), end="")
+    files = [file for file in files if file not in gone]
     run([*words, *files], catcher)
     return catcher.caught
 
@@ -486,6 +502,7 @@ def main() -> int:
         tests = {i: candidates(f, passing[i]) for i, f in enumerate(faults) if f.test is None and passing[i]}
         caught = catch(faults, tests, more, given.jobs)
     else:
+        # every case of a test that has others now
         caught = catch(faults, {i: [f.test] for i, f in enumerate(faults) if f.test}, more, given.jobs)
     print(f"{len(caught)} of {len(faults)} faults caught")
     if given.what == "catch":

@@ -165,7 +165,7 @@ def site(place: Place) -> str:
 
 def snippets(place: Place) -> str:
     """What README.md and docs say is typed, with everything optional, and the wheel in place of the source."""
-    place.install(f"{place.built.wheel}[all]", "pytest")
+    place.install(f"{place.built.wheel}[all]", "pytest", "hypothesis")
     own = place.unpacked("src")
     words = [place.python, "-m", "pytest", "-p", "no:cacheprovider", "-m", "", "tests/docs/test_doc_snippets.py"]
     said = last_line(run(words, own))

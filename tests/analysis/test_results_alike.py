@@ -5,6 +5,7 @@ import json
 import re
 import sys
 from dataclasses import replace
+from functools import cache
 from html.parser import HTMLParser
 from typing import Any
 
@@ -33,6 +34,7 @@ from helpers.every_result import (
     guide,
     virtual_test,
 )
+from helpers.over import over
 from helpers.public_names import public_names
 
 EXAMPLES = GUIDE.parents[1]
@@ -99,11 +101,6 @@ OTHERS = (
 )
 
 
-@pytest.fixture(params=RESULTS)
-def result(request) -> Result:
-    return RESULTS[request.param]()
-
-
 def public(kind: type) -> set[str]:
     return {own.__name__ for own in public_names().values() if inspect.isclass(own) and issubclass(own, kind)}
 
@@ -126,7 +123,9 @@ def test_verbs_return_results() -> None:
     assert {n for n, kind in odd.items() if not re.fullmatch(OTHERS, kind)} == others
 
 
-def test_data_are_plain(result) -> None:
+@over("name", RESULTS)
+def test_data_are_plain(name) -> None:
+    result = RESULTS[name]()
     data = result.to_dict()
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert len(data) > 2 and {"notes", "warnings"} <= set(data)
@@ -138,7 +137,9 @@ def test_keys_of_data_are_those_of_the_page() -> None:
     assert json_keys.kind([[]]) == "list: list" and json_keys.kind({"x": True}, True) == "by name, true or false each"
 
 
-def test_warnings_and_notes_are_tuples(result) -> None:
+@over("name", RESULTS)
+def test_warnings_and_notes_are_tuples(name) -> None:
+    result = RESULTS[name]()
     assert isinstance(result.warnings, tuple) and isinstance(result.notes, tuple)
     assert all(isinstance(note, str) for note in result.notes)
     data = result.to_dict()
@@ -151,7 +152,9 @@ def test_warnings_and_notes_are_tuples(result) -> None:
         result.raise_warnings()
 
 
-def test_tables_are_frames_with_units(result) -> None:
+@over("name", RESULTS)
+def test_tables_are_frames_with_units(name) -> None:
+    result = RESULTS[name]()
     if not isinstance(result, Tabular):
         assert not hasattr(result, "to_frame")
         return
@@ -211,13 +214,17 @@ OTHERS_SHOWN = {
 """What else stands at the end of a cell, and larger ones."""
 
 
-@pytest.fixture(scope="module", params=[*RESULTS, *OTHERS_SHOWN])
-def shown(request) -> Any:
-    return (RESULTS | OTHERS_SHOWN)[request.param]()
+SHOWN = RESULTS | {name: cache(make) for name, make in OTHERS_SHOWN.items()}
 
 
-def test_html_is_short_and_escaped(shown) -> None:
-    html = shown._repr_html_()
+@cache
+def html_of(name: str) -> str:
+    return SHOWN[name]()._repr_html_()
+
+
+@over("name", SHOWN)
+def test_html_is_short_and_escaped(name) -> None:
+    shown, html = SHOWN[name](), html_of(name)
     page = Page(html)
     allowed = {"p", "strong", "table", "thead", "tbody", "tr", "th", "td", "details", "summary"}
     assert page.seen <= allowed and len(html) < 8000
@@ -229,20 +236,24 @@ def test_html_is_short_and_escaped(shown) -> None:
         assert NAME in page.text
 
 
-def test_one_line_is_one_line(shown) -> None:
+@over("name", SHOWN)
+def test_one_line_is_one_line(name) -> None:
+    shown = SHOWN[name]()
     assert "\n" not in repr(shown) and len(repr(shown)) < 200
     assert type(shown).__name__ in repr(shown)
 
 
-def test_html_has_no_colour_of_its_own(shown) -> None:
+@over("name", SHOWN)
+def test_html_has_no_colour_of_its_own(name) -> None:
     """Pages are dark or light: what is marked has the colour of the text."""
-    styles = ";".join(Page(shown._repr_html_()).styles)
+    styles = ";".join(Page(html_of(name)).styles)
     assert not re.search(r"color|background|#|rgb|hsl|white|black", styles)
 
 
-def test_html_has_rounded_numbers_with_units(shown) -> None:
+@over("name", SHOWN)
+def test_html_has_rounded_numbers_with_units(name) -> None:
     """Five digits at most, and columns of SI numbers have a heading with their unit or cells that each have it."""
-    for table in Page(shown._repr_html_()).tables:
+    for table in Page(html_of(name)).tables:
         for cell in (cell for row in table for cell in row):
             for digits in re.findall(r"(?<![\w.])(\d+\.\d+)(?:e[+-]?\d+)?(?!\w)", cell):
                 assert len(digits.replace(".", "").lstrip("0")) <= 5, cell
@@ -252,8 +263,9 @@ def test_html_has_rounded_numbers_with_units(shown) -> None:
                 assert not bare or heading.endswith("]") or heading in UNITLESS, (heading, bare)
 
 
-def test_html_shows_warnings_and_notes(shown) -> None:
-    page = Page(shown._repr_html_())
+@over("name", SHOWN)
+def test_html_shows_warnings_and_notes(name) -> None:
+    shown, page = SHOWN[name](), Page(html_of(name))
     warnings = getattr(shown, "warnings", ())
     said = foremost(warnings, 3) if not isinstance(shown, fx.CheckReport) else [str(own) for own in warnings]
     assert all(text in page.text for text in said[:5])

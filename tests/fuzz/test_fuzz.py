@@ -21,20 +21,24 @@ def nothing_fails(found: Tally, folder, seed: int) -> None:
     assert found.read and found.refused
 
 
+@pytest.fixture(scope="module")
+def reader():
+    with Reader() as own:
+        yield own
+
+
 @pytest.mark.slow
-def test_the_corpus_is_read_but_for_what_has_crashed_a_reader():
-    with Reader() as reader:
-        found = {(k, name): reader.outcome(Case(k, name, content)) for k in KINDS for name, content in corpus(k)}
+def test_the_corpus_is_read_but_for_what_has_crashed_a_reader(reader):
+    found = {(k, name): reader.outcome(Case(k, name, content)) for k in KINDS for name, content in corpus(k)}
     assert not {key: what for key, what in found.items() if what not in ("read", "refused")}
     refused = {name for (_, name), what in found.items() if what == "refused"}
     assert {name for name in refused if not name.startswith("crash")} == WITHOUT_DATA
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_few_damaged_files(tmp_path, kind):
+def test_a_few_damaged_files(tmp_path, reader, kind):
     first = len(corpus(kind))
-    with Reader() as reader:
-        found = [reader.fails(case) for case in islice(cases(kind, SEED), first, first + 25)]
+    found = [reader.fails(case) for case in islice(cases(kind, SEED), first, first + 25)]
     assert not any(found), "\n".join(kept([failure for failure in found if failure], tmp_path))
 
 

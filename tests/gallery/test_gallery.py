@@ -10,7 +10,6 @@ import re
 from functools import cache
 from pathlib import Path
 
-import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -73,8 +72,11 @@ def test_it_has_what_others_give_for_it(own: Entry) -> None:
     found = fx.published(read(own.path))
     assert not found.warnings and found.is_met.all()
     assert len(set(found.asked)) >= 2 and len(set(found.source)) >= 2
-    told = shell("published", own.path, "--json")
-    assert json.loads(told) == found.to_dict()
+
+
+def test_the_shell_says_the_same_of_what_others_give() -> None:
+    path = entry("delta").path
+    assert json.loads(shell("published", path, "--json")) == fx.published(read(path)).to_dict()
 
 
 @of_each
@@ -95,7 +97,6 @@ def test_a_new_file_is_the_same_mechanism(own: Entry, tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     shell("new", own.name, "--out", path)
     assert fx.load(path) == read(own.path)
-    assert np.all(fx.modes(fx.load(path), n=1).frequency_hz > 0)
 
 
 def test_pages_name_mechanisms_that_there_are() -> None:

@@ -133,7 +133,7 @@ def stored_matrices() -> fx.solid.StoredMatrices:
     return fx.solid.StoredMatrices(K, K, one, np.array([0], dtype=np.intp), one, np.zeros((1, 3)))
 
 
-RESULTS: dict[str, Callable[[], Result]] = {
+MAKERS: dict[str, Callable[[], Result]] = {
     "Calibration": calibration,
     "Certificate": lambda: fx.certify(fx.reduce(guide()), n=2),
     "ChannelPairing": lambda: fx.testing.pair_channels(fx.assemble(stage()), identified().outputs),
@@ -193,3 +193,6 @@ RESULTS: dict[str, Callable[[], Result]] = {
     "VirtualTest": virtual_test,
 }
 """How to make one of each public class of results, by its name."""
+
+RESULTS = {name: cache(make) for name, make in MAKERS.items()}
+"""The same, made once."""

@@ -131,7 +131,9 @@ VERBS = (modes, full_modes, certificate, batch, modal, balanced, response, buckl
 
 
 @pytest.mark.parametrize("verb", VERBS)
-@pytest.mark.parametrize("name", ["guide", "rpr", "xy_stage", "tip_tilt"])
+@pytest.mark.parametrize(
+    "name", ["rpr", *(pytest.param(n, marks=pytest.mark.slow) for n in ("guide", "xy_stage", "tip_tilt"))]
+)
 def test_no_argument_is_changed(watch, name, verb):
     """The model that is held between the calls stays as it was assembled, and asking twice gives the same digits."""
     design = fx.load(EXAMPLES / name / f"{name}.yaml")

@@ -23,6 +23,7 @@ def packages() -> Path:
     return own
 
 
+@pytest.mark.slow  # `make lint` looks as well
 def test_the_script_is_that_of_its_source(packages):
     asked = [sys.executable, "tools/viewer.py", "--check"]
     found = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True, check=False)

@@ -119,7 +119,7 @@ def described(folder: Path, name: str = "described.yaml", title: str = "a guide"
     return path
 
 
-QUICK = ("guide.yaml", "rpr_piezo.yaml", "tip_tilt.yaml")
+QUICK = ("guide.yaml", "rpr_piezo.yaml")
 
 
 @pytest.mark.parametrize(
