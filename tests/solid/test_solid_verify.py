@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rich.console import Console
 
-from flexura.cli import main
-from flexura.cli.verification import verification_text
+from flexura.cli import main, terminal
 from flexura.errors import OptionError
 from flexura.fem.reduced import MOST_MODES
 from flexura.full_order import assemble
@@ -270,12 +270,9 @@ def test_the_command_prints_a_table(command):
 
 
 @pytest.mark.parametrize("width", [80, 100, 120, 160])
-def test_no_cell_is_cut_short(guide, capsys, width):
-    from rich.console import Console
-
-    console = Console(width=width, highlight=False)
-    for part in verification_text(guide, width):
-        console.print(part, markup=False)
+def test_no_cell_is_cut_short(guide, capsys, monkeypatch, width):
+    monkeypatch.setattr(terminal, "console_of_width", lambda: Console(width=width, highlight=False))
+    terminal.print_all(guide.presentation())
     out = capsys.readouterr().out
     assert "\u2026" not in out
     assert max(map(len, out.splitlines())) <= width

@@ -8,7 +8,7 @@ import pytest
 
 import flexura as fx
 from flexura.cli import main
-from flexura.cli.terminal import significant
+from flexura.tables import significant
 from flexura.testing.identification.evidence import collinearity, driving_points, phase, phase_deviation, real_shapes
 from flexura.testing.identification.identification import mode_indicators
 from flexura.testing.measurement.response_matrices import response_matrices
