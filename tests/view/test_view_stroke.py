@@ -20,7 +20,7 @@ def stroke():
 
 def test_curves_are_those_of_the_poses(stroke, tmp_path):
     figure = draw_stroke(stroke)
-    frequency, change, force, translation, rotation, shift, *_ = figure.axes
+    force, frequency, change, translation, rotation, shift, *_ = figure.axes
     degrees = np.degrees([pose.move["arm.ry"] for pose in stroke.poses])
     assert force.lines[0].get_xdata() == pytest.approx(degrees)
     size = {"moment to hold, N m": 1.0, "moment to hold, mN m": 1e-3}[force.get_ylabel()]

@@ -19,8 +19,8 @@ STIFFNESSES = ("kx", "ky", "kz", "k about x", "k about y", "k about z")
 
 
 def stroke_chart(result: Stroke) -> Chart:
-    """Natural frequencies by shape and how they change, forces of the drives, or how far driven forces displace their
-    nodes, support stiffness, shifts of driven nodes where they are not driven, and the factor to yield, SI, all over
+    """Forces of the drives, or how far driven forces displace their nodes, natural frequencies by shape and how they
+    change, support stiffness, shifts of driven nodes where they are not driven, and the factor to yield, SI, all over
     the first drive in its unit. What is not known at any pose is left out.
 
     Full lines: actuators free under the forces that hold the pose; dashed ones: actuators locked.
@@ -40,11 +40,7 @@ def stroke_chart(result: Stroke) -> Chart:
     for k in range(min(LOCKED, *(len(pose.frequency_hz_held) for pose in poses))):
         hz = np.array([pose.frequency_hz_held[k] for pose in poses])
         free.append(Curve(x, hz, f"actuators locked, {k + 1}", "dashed"))
-    unstable = ", negative where unstable" if any((curve.y < 0).any() for curve in free) else ""
-    panels = panel(f"natural frequency{unstable}", "Hz", free)
-    panels += panel(
-        "change of natural frequency", "%", curves(zip(modes, 100 * result.frequency_changes.T, strict=True))
-    )
+    panels: list[Panel] = []
     for turns, what in ((False, "force to hold"), (True, "moment to hold")):
         names = [name for name in poses[0].move if is_rotation(name) == turns]
         forces = ((name, np.array([pose.reaction[name] + 0.0 for pose in poses])) for name in names)
@@ -52,6 +48,11 @@ def stroke_chart(result: Stroke) -> Chart:
     if not poses[0].move:
         moved = {node: np.array([pose.displacement[node][:3] for pose in poses]) for node in poses[0].displacement}
         panels += panel("displacement", "m", curves((node, np.sqrt((u**2).sum(axis=1))) for node, u in moved.items()))
+    unstable = ", negative where unstable" if any((curve.y < 0).any() for curve in free) else ""
+    panels += panel(f"natural frequency{unstable}", "Hz", free)
+    panels += panel(
+        "change of natural frequency", "%", curves(zip(modes, 100 * result.frequency_changes.T, strict=True))
+    )
     stiffness = np.array([pose.support_stiffness for pose in poses], dtype=float).T
     panels += panel("support stiffness", "N/m", curves(zip(STIFFNESSES[:3], stiffness[:3], strict=True)))
     panels += panel("support stiffness, rotations", "N*m/rad", curves(zip(STIFFNESSES[3:], stiffness[3:], strict=True)))
