@@ -45,7 +45,7 @@ def main() -> None:
         if not low.order:
             return
         true = true_frequencies(model)
-        proof = fx.certify(low, model, n=n)
+        proof = fx.models.certify(low, model, n=n)
         kept.append(holds(proof, true))
         complete.append(proof.is_complete)
         for k, (hz, bound, by_number) in enumerate(

@@ -52,7 +52,7 @@ SHELL = {
     "tolerance": ((flexura.tolerance,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
-    "estimate-frf": ((flexura.estimate_frf, flexura.read_measurement), {"data"}),
+    "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (
         (flexura.export, flexura.state_space, flexura.system, flexura.StateSpace.discretised),

@@ -52,7 +52,7 @@ def test_the_argument_its_type_and_what_is_expected_are_said():
     with pytest.raises(fx.OptionError, match=r"save: `path` is str or FilePath, not int \(3\)"):
         fx.save(mechanism, 3)  # pyright: ignore[reportArgumentType]
     with pytest.raises(fx.OptionError, match=r"read_frequencies: `path` is str or Path, not int"):
-        fx.read_frequencies(3)  # pyright: ignore[reportArgumentType]
+        fx.testing.read_frequencies(3)  # pyright: ignore[reportArgumentType]
 
 
 def test_what_no_argument_explains_stays_as_it_is():

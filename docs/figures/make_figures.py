@@ -86,7 +86,7 @@ def rpr_test() -> None:
     """The virtual test of the RPR mechanism beside the measured frequencies."""
     folder = HERE.parents[1] / "examples" / "rpr"
     result = fx.virtual_test(fx.load(folder / "rpr_test.yaml"))
-    fx.view.draw_virtual_test(result, fx.read_frequencies(folder / "table5.csv")).savefig(
+    fx.view.draw_virtual_test(result, fx.testing.read_frequencies(folder / "table5.csv")).savefig(
         HERE / "rpr_test.png", dpi=100
     )
 

@@ -151,7 +151,7 @@ def neglected(controller: Controller, modes: fx.ModalSystem, sure: Loops, up_to:
     The controller's gain times the proven bound on those modes, over the smallest singular value of I + L.
     """
     own = sure.hz < up_to
-    bound = fx.neglected_bound(modes, sure.hz[own])
+    bound = fx.models.neglected_bound(modes, sure.hz[own])
     force, position = (np.abs(part) for part in responses(controller, sure.hz[own]))
     most = np.linalg.norm(force @ bound[:, :4] + position @ bound[:, 4:], ord=2, axis=(1, 2))
     least = np.linalg.svd(np.eye(4) + sure.actuators[own], compute_uv=False)[:, -1]

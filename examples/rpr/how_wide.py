@@ -30,7 +30,7 @@ Held = Callable[[dict[str, Array]], NDArray[np.bool_]]
 def claims(plain: fx.Mechanism) -> Held:
     """Which designs meet both claims; sizes (designs,) in metres, by name."""
     beams, corrected = fx.Plan(plain), fx.Plan(plain.model_copy(update={"corrections": "auto"}))
-    measured = np.asarray(fx.read_frequencies(HERE / "table5.csv").frequency_hz)
+    measured = np.asarray(fx.testing.read_frequencies(HERE / "table5.csv").frequency_hz)
 
     def held(sizes: dict[str, Array]) -> NDArray[np.bool_]:
         found = has_room(plain, sizes)

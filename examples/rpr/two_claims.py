@@ -86,7 +86,7 @@ def claims() -> Claims:
     solid = np.array(verified.frequency_hz)
     test = fx.virtual_test(fx.load(HERE / "rpr_test.yaml"))
     return Claims(
-        measured_hz=np.array(fx.read_frequencies(HERE / "table5.csv").frequency_hz),
+        measured_hz=np.array(fx.testing.read_frequencies(HERE / "table5.csv").frequency_hz),
         beams_hz=fx.modes(mechanism, n=6).frequency_hz,
         solid_hz=solid,
         solid_uncertainty_hz=solid * np.array(verified.uncertainty),

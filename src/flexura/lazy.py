@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Mapping
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -28,7 +29,7 @@ class _Face(ModuleType):
             now = self.__dict__["_former"][name]
             text = f"{self.__name__}.{name} is called {now} and goes with the next release"
             warnings.warn(text, DeprecationWarning, stacklevel=2)
-            return getattr(self, now)
+            return attrgetter(now)(self)
         module = self.__dict__["_module_of"].get(name)
         if module is None:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")

@@ -404,7 +404,9 @@ TEST_VERBS = {
     "virtual-test --seed 1 STAGE": lambda m, _: fx.virtual_test(m, seed=1),
     "correlate STAGE DATA": lambda m, data: fx.correlate(m, test=data),
     "identify DATA": lambda _, data: fx.identify(data),
-    "estimate-frf DATA": lambda _, data: fx.Measurement(data.name, data.recordings, fx.estimate_frf(data), data.notes),
+    "estimate-frf DATA": lambda _, data: fx.Measurement(
+        data.name, data.recordings, fx.testing.estimate_frf(data), data.notes
+    ),
 }
 
 
@@ -444,7 +446,7 @@ def test_the_shell_prints_the_same_of_calibrations(tmp_path) -> None:
     file, data = tmp_path / "guide.yaml", tmp_path / "measured.csv"
     file.write_text(GUIDE_TEXT, encoding="utf-8")
     data.write_text("frequency,unit\n56,Hz\n170,Hz\n", encoding="utf-8")
-    found = fx.calibrate(fx.load(file), data=fx.read_frequencies(data), free=["thickness"])
+    found = fx.calibrate(fx.load(file), data=fx.testing.read_frequencies(data), free=["thickness"])
     assert printed("calibrate", file, data, "--free", "thickness") == found.to_dict()
     assert printed("calibrate", file, data, "--free", "thickness", "--out", tmp_path / "new.yaml") == {
         **found.to_dict(),

@@ -48,16 +48,19 @@ OBJECTS = {
     ),
     "LowOrderModel of modes": (
         lambda m: fx.reduce(m, tolerance=1e-3, n=3),
-        lambda low: [fx.certify(low, n=3).lower_hz, low.recovery, low.residual],
+        lambda low: [fx.models.certify(low, n=3).lower_hz, low.recovery, low.residual],
     ),
-    "NestedModel": (lambda m: fx.nested(fx.reduce(m), keep=0), lambda part: part.superelement.stiffness.array),
-    "Certificate": (lambda m: fx.certify(fx.reduce(m), n=2), lambda proof: proof.error_bound),
+    "NestedModel": (lambda m: fx.models.nested(fx.reduce(m), keep=0), lambda part: part.superelement.stiffness.array),
+    "Certificate": (lambda m: fx.models.certify(fx.reduce(m), n=2), lambda proof: proof.error_bound),
     "NaturalFrequencies": (
         lambda m: fx.natural_frequencies(m, stack(m), n=3),
         lambda found: [found.frequency_hz, found.lower_hz],
     ),
     "System": (fx.system, lambda system: [system.damping_matrix(), system.modal(3).response(HZ)]),
-    "ModalSystem": (lambda m: fx.system(m).modal(3), lambda modes: [modes.response(HZ), fx.neglected_bound(modes, HZ)]),
+    "ModalSystem": (
+        lambda m: fx.system(m).modal(3),
+        lambda modes: [modes.response(HZ), fx.models.neglected_bound(modes, HZ)],
+    ),
     "StateSpace": (lambda m: fx.state_space(fx.system(m), n=3), lambda model: model.frequency_response(HZ)),
     "Neglected": (lambda m: fx.state_space(fx.system(m), n=3).neglected, lambda lost: lost.shares),
     "Modes": (fx.modes, lambda found: [found.frequency_hz, fx.reduce(found.model).K]),
@@ -71,7 +74,7 @@ OBJECTS = {
     "TimeResponse": (driven, lambda found: [found.response, found.displacements(5), len(found.warnings)]),
     "Statics": (loaded, lambda found: [found.displacement_vector, len(found.warnings)]),
     "Stresses": (
-        lambda m: fx.member_stresses(loaded(m).model, loaded(m).displacement_vector),
+        lambda m: fx.models.member_stresses(loaded(m).model, loaded(m).displacement_vector),
         lambda found: [len(found.members)],
     ),
     "Preload": (

@@ -13,7 +13,7 @@ def test_slopes_are_those_of_sensitivities():
     plan = fx.Plan(samples.beam())
     names = ["thickness", "length", "tip_mass"]
     whole, light = (
-        fx.mode_sensitivities(plan, free=names, n=4),
+        fx.models.mode_sensitivities(plan, free=names, n=4),
         frequency_slopes(Design.with_slopes(plan, {}, names), 4),
     )
     np.testing.assert_allclose(light.frequency_hz[:4], whole.frequency_hz, rtol=1e-12)
@@ -75,5 +75,5 @@ def test_a_kink_is_said():
     found = frequency_slopes(Design.with_slopes(fx.Plan(mechanism), {}, ["first", "heavy"]), 1)
     assert found.kinks == (0,) and np.isnan(found.slope[:, 0]).all()
     assert found.slope[0, 1] == pytest.approx(-found.frequency_hz[0] / 2)
-    told = fx.mode_sensitivities(mechanism, free=["first", "heavy"], n=1)
+    told = fx.models.mode_sensitivities(mechanism, free=["first", "heavy"], n=1)
     assert "first: the design is at a kink" in told.notes[0] and np.isnan(told.derivative[0, 0])

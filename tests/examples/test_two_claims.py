@@ -33,7 +33,9 @@ def test_plain_beams_have_the_frequencies_of_the_test(mechanism, order):
 
 
 def test_table_5_as_a_file():
-    assert fx.read_frequencies(RPR / "table5.csv").frequency_hz == pytest.approx(MEASURED / (2 * np.pi), rel=1e-12)
+    assert fx.testing.read_frequencies(RPR / "table5.csv").frequency_hz == pytest.approx(
+        MEASURED / (2 * np.pi), rel=1e-12
+    )
 
 
 def test_first_three_are_parasitic_and_last_three_working(mechanism):
@@ -90,7 +92,7 @@ def test_joint_calibration_meets_both():
     free += ["platform_size", "platform_thickness"]
     start, corrected = (fx.load(RPR / name) for name in ("start.yaml", "start_corrected.yaml"))
     assert abs(fx.modes(start, n=6).angular_frequency / MEASURED - 1).max() > 0.1
-    data = [fx.read_frequencies(RPR / name) for name in ("table5.csv", "table4.csv")]
+    data = [fx.testing.read_frequencies(RPR / name) for name in ("table5.csv", "table4.csv")]
     assert data[1].frequency_hz == pytest.approx(1.075 * np.array(data[0].frequency_hz), rel=1e-4)
     found = fx.calibrate(start, data=data[0], free=free, also=[(corrected, data[1])])
     beams = fx.modes(start, found.values, n=6).angular_frequency

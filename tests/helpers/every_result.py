@@ -83,7 +83,7 @@ def natural_frequencies() -> fx.NaturalFrequencies:
     return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, n=3)
 
 
-def neglected() -> fx.Neglected:
+def neglected() -> fx.types.Neglected:
     found = fx.state_space(system(), n=3).neglected
     assert found is not None
     return found
@@ -94,22 +94,22 @@ def calibration() -> fx.Calibration:
     return fx.calibrate(guide(), data=hz, free=["thickness", "length"])
 
 
-def drift() -> fx.Drift:
+def drift() -> fx.models.Drift:
     found = statics()
     turning = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
-    return fx.drift(found.model, found.displacement_vector, node=NODE, load=turning)
+    return fx.models.drift(found.model, found.displacement_vector, node=NODE, load=turning)
 
 
-def screw_axis() -> fx.ScrewAxis:
-    return fx.screw_axis([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+def screw_axis() -> fx.types.ScrewAxis:
+    return fx.models.screw_axis([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
 
-def signal_file() -> fx.SignalFile:
+def signal_file() -> fx.types.SignalFile:
     time = np.array([0.0, 1e-3, 2e-3])
-    return fx.SignalFile(1e-3, time, {NODE: time})
+    return fx.types.SignalFile(1e-3, time, {NODE: time})
 
 
-def left_out() -> fx.LeftOut:
+def left_out() -> fx.types.LeftOut:
     found = time_response().neglected
     assert found is not None
     return found
@@ -135,7 +135,7 @@ def stored_matrices() -> fx.solid.StoredMatrices:
 
 MAKERS: dict[str, Callable[[], Result]] = {
     "Calibration": calibration,
-    "Certificate": lambda: fx.certify(fx.reduce(guide()), n=2),
+    "Certificate": lambda: fx.models.certify(fx.reduce(guide()), n=2),
     "ChannelPairing": lambda: fx.testing.pair_channels(fx.assemble(stage()), identified().outputs),
     "CheckReport": lambda: fx.check(guide()),
     "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
@@ -158,7 +158,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Modes": lambda: fx.modes(guide(), n=3),
     "NaturalFrequencies": natural_frequencies,
     "Neglected": neglected,
-    "NestedModel": lambda: fx.nested(fx.reduce(guide()), [NODE], keep=0),
+    "NestedModel": lambda: fx.models.nested(fx.reduce(guide()), [NODE], keep=0),
     "Optimum": lambda: fx.optimize(guide(), vary={"thickness": (4e-4, 6e-4)}, minimise="mass", starts=2),
     "Pareto": lambda: fx.optimize(
         guide(), vary={"thickness": [4e-4, 5e-4, 6e-4]}, maximise="f1", minimise="mass", points=2
@@ -166,11 +166,11 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Preload": lambda: fx.preload(guide(), gravity=GRAVITY),
     "Report": lambda: fx.report(guide()),
     "Recording": lambda: virtual_test().measurement.recordings[0],
-    "ResponseSensitivities": lambda: fx.response_sensitivities(
+    "ResponseSensitivities": lambda: fx.models.response_sensitivities(
         guide(), free=["length"], inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], frequency_hz=HZ
     ),
     "ScrewAxis": screw_axis,
-    "ModeSensitivities": lambda: fx.mode_sensitivities(guide(), free=["length"], n=2),
+    "ModeSensitivities": lambda: fx.models.mode_sensitivities(guide(), free=["length"], n=2),
     "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),
     "Published": published,
     "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
@@ -185,7 +185,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "TimeResponse": time_response,
     "Tolerance": lambda: fx.tolerance(guide(), vary={"thickness": "± 1 %"}, ask="f1, mass", samples=24, workers=1),
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
-    "WholeVerification": lambda: fx.WholeVerification(
+    "WholeVerification": lambda: fx.types.WholeVerification(
         *("a guide", {"thickness": 5e-4}),
         (WholeMode(54.1, 2e-3, 54.35, 0.999, 4.6e-3, 1e-3, -2e-3, -1e-3, None), WholeMode(803.0, 4e-3)),
         *(3, 1.0, 4000, 90000, 0.05, 20.0, ("ground: held on a face",)),

@@ -73,13 +73,13 @@ def measured(file: Path) -> None:
     refusal(lambda: write_measurement(found, file.with_name("copy.h5")))
     frfs = list(found.frfs)
     if found.recordings:
-        refusal(lambda: frfs.extend(fx.estimate_frf(found)))
+        refusal(lambda: frfs.extend(fx.testing.estimate_frf(found)))
     refusal(lambda: fx.identify(frfs, order=12).to_dict())
 
 
 def frequencies(file: Path) -> None:
     """A list of natural frequencies."""
-    fx.read_frequencies(file)
+    fx.testing.read_frequencies(file)
 
 
 def signals(file: Path) -> None:

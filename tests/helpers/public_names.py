@@ -6,7 +6,7 @@ from types import ModuleType
 
 import flexura
 
-NAMESPACES = ("describe", "modal", "solid", "testing", "view")
+NAMESPACES = ("describe", "modal", "models", "solid", "testing", "types", "view")
 """Faces of rooms that are public beside the top of the package."""
 
 FOR_OTHER_ROOMS = {

@@ -186,7 +186,7 @@ def test_matrices_read_back_as_a_superelement_have_the_same_frequencies(tmp_path
         "materials: {steel: spring-steel}\nsections: {s: {shape: rectangle, width: 10 mm, thickness: 2 mm}}\n"
         "interface: [root, tip]\n"
     )
-    part = fx.nested(fx.reduce(free, keep=6))
+    part = fx.models.nested(fx.reduce(free, keep=6))
     export(part, tmp_path / "bar.mtx")
     text = (
         "flexura: 1\nnodes: {a: [0 mm, 0 mm, 0 mm], b: [80 mm, 0 mm, 0 mm]}\nground: {a: clamped}\n"

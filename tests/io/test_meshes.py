@@ -91,7 +91,7 @@ def test_amplitudes_of_superelements_are_no_points(tmp_path: Path) -> None:
         links={"wire": fx.describe.Link(nodes=("a", "b"), material="Al-7075-T6", section=section, elements=10)},
         interface=("a", "b"),
     )
-    part = fx.nested(fx.reduce(wire, keep=8))
+    part = fx.models.nested(fx.reduce(wire, keep=8))
     outside = fx.Mechanism(
         nodes={"o": (0.0, 0.1, 0.0), **nodes},
         links={"arm": fx.describe.Link(nodes=("o", "a"), material="Al-7075-T6", section=section, elements=2)},

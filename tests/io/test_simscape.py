@@ -109,12 +109,12 @@ def test_held_parts_and_frames_that_move_together_are_refused(tmp_path: Path) ->
     with pytest.raises(fx.OptionError, match="damping ratio"):
         export(fx.reduce(bar()), path, format="simscape", damping_ratio=1.5)
     with pytest.raises(fx.OptionError, match="frames and amplitudes already"):
-        export(fx.nested(fx.reduce(bar())), path, format="simscape", keep=3)
+        export(fx.models.nested(fx.reduce(bar())), path, format="simscape", keep=3)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_nested_model_is_taken_as_it_is(tmp_path: Path) -> None:
-    part = fx.nested(fx.reduce(bar(), keep=8), {"left": "hub", "right": "rim"}, keep=4)
+    part = fx.models.nested(fx.reduce(bar(), keep=8), {"left": "hub", "right": "rim"}, keep=4)
     (path,) = export(part, tmp_path / "part.mat", format="simscape")
     found = scipy.io.loadmat(path)
     assert found["K"].shape == (16, 16) and "C" not in found

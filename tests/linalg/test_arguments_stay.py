@@ -100,7 +100,7 @@ def full_modes(design, held):
 
 
 def certificate(design, held):
-    return fx.certify(fx.reduce(design), held, n=4).lower_hz
+    return fx.models.certify(fx.reduce(design), held, n=4).lower_hz
 
 
 def batch(design, held):

@@ -64,6 +64,6 @@ def test_equal_leaves_are_told_in_the_order_of_the_description(names):
     said = fx.modes(mechanism, n=1).modes[0].motion.summary
     assert said == f"table moves along x ({first}: thickness bending 50%, {second}: thickness bending 50%)"
     state = fx.preload(mechanism, loads={"table": (1, 0, 0, 0, 0, 0)})
-    stresses = fx.member_stresses(state.model, state.displacement_vector)
+    stresses = fx.models.member_stresses(state.model, state.displacement_vector)
     assert [m.name for m in stresses.members] == list(names)
     assert stresses.members[0].position == 0.0  # as much at the other end

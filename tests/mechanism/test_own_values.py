@@ -337,7 +337,7 @@ def test_what_check_and_modes_say_names_instances_and_substructures():
 
 
 def test_derivatives_go_through_values_of_instances():
-    given = fx.mode_sensitivities(loads(four(", copies: {leaf3: {t: 0.8*t}}")), n=3)
-    separate = fx.mode_sensitivities(loads(apart(["t", "t", "0.8*t", "t"])), n=3)
+    given = fx.models.mode_sensitivities(loads(four(", copies: {leaf3: {t: 0.8*t}}")), n=3)
+    separate = fx.models.mode_sensitivities(loads(apart(["t", "t", "0.8*t", "t"])), n=3)
     assert given.free == separate.free
     np.testing.assert_allclose(given.relative, separate.relative, rtol=1e-6, atol=1e-7)

@@ -26,7 +26,7 @@ def beam(w: str = "12 mm", half: str = "20 mm*cos(45 deg)", text: str = BEAM) ->
     return text.replace("{w}", w).replace("{half}", half)
 
 
-def problems_of(text: str) -> list[fx.Problem]:
+def problems_of(text: str) -> list[fx.types.Problem]:
     with pytest.raises(fx.ModelError) as caught:
         fx.loads(text, "beam.yaml")
     return list(caught.value.problems)

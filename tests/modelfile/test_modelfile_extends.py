@@ -35,7 +35,7 @@ def written(folder: Path, **files: str) -> Path:
     return folder
 
 
-def refusal(file: Path) -> fx.Problem:
+def refusal(file: Path) -> fx.types.Problem:
     """The one thing that is wrong with a file."""
     with pytest.raises(fx.ModelError) as caught:
         fx.load(file)

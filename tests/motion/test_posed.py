@@ -90,7 +90,7 @@ def test_a_pose_without_displacement_is_rest(name: str, damped: fx.Mechanism) ->
         assert found.strain.keys() == wanted.strain.keys()
         for key, energy in wanted.strain.items():
             _close(found.strain[key], energy, 1e-9)
-    own, other = (fx.member_stresses(model, u) for model in (here, rest))
+    own, other = (fx.models.member_stresses(model, u) for model in (here, rest))
     assert [m.name for m in own.members] == [m.name for m in other.members]
     _close([m.von_mises or 0 for m in own.members], [m.von_mises or 0 for m in other.members], 1e-8)
 
@@ -112,7 +112,7 @@ def test_statics_and_stresses_are_the_derivatives_of_the_stroke(bent: tuple[fx.M
         moved = np.subtract(last.displacement[node], first.displacement[node])
         _close(result.displacement(node), moved, 1e-6)
     before, after = path.stresses(0), path.stresses(2)
-    rows = fx.stress_rows(fx.assemble(here), "leg1.leaf", position=0.0) @ result.displacement_vector
+    rows = fx.models.stress_rows(fx.assemble(here), "leg1.leaf", position=0.0) @ result.displacement_vector
     assert np.abs(rows).max() > 0
     middle = path.stresses(1)
     for member in middle.members:
@@ -132,7 +132,7 @@ def test_sections_see_what_is_added(bent: tuple[fx.Mechanism, float]) -> None:
     start, _ = path.end_forces["leg"]
     for copy, name in enumerate(("leg1.leaf", "leg2.leaf")):
         change = start[copy, 0, :, 2] - start[copy, 0, :, 0]
-        _close(fx.internal_force_rows(full, name, position=0.0) @ u, change, 1e-5)
+        _close(fx.models.internal_force_rows(full, name, position=0.0) @ u, change, 1e-5)
 
 
 def test_modes_are_those_of_the_stroke_and_proven(bent: tuple[fx.Mechanism, float]) -> None:
@@ -141,7 +141,7 @@ def test_modes_are_those_of_the_stroke_and_proven(bent: tuple[fx.Mechanism, floa
     here = fx.at(mechanism, {"carriage.y": d})
     assert_allclose(fx.modes(here, n=5, order="full").frequency_hz, own, rtol=1e-9)
     low = fx.reduce(here, tolerance=1e-4, n=5)
-    proof = fx.certify(low, n=5)
+    proof = fx.models.certify(low, n=5)
     assert proof.is_complete
     assert (proof.lower_hz <= own).all() and (own <= proof.upper_hz).all()
     assert_allclose(proof.frequency_hz, own, rtol=1e-4)
@@ -254,9 +254,9 @@ def test_what_knows_rest_alone_says_so(bent: tuple[fx.Mechanism, float]) -> None
         "preload": lambda: fx.preload(here),
         "kinetostatics": lambda: fx.kinetostatics(here),
         "natural_frequencies": lambda: fx.natural_frequencies(here, {}, n=3),
-        "sensitivities": lambda: fx.mode_sensitivities(here),
+        "sensitivities": lambda: fx.models.mode_sensitivities(here),
         "place_sensors": lambda: fx.place_sensors(here, sensors=6),
-        "tangent_stiffness": lambda: fx.tangent_stiffness(full, np.zeros(full.order)),
+        "tangent_stiffness": lambda: fx.models.tangent_stiffness(full, np.zeros(full.order)),
         "large": lambda: fx.time_response(
             here, inputs={"coil": np.zeros(5)}, outputs=["carriage.ty"], dt=1e-3, motion="large"
         ),

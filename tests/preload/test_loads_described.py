@@ -198,7 +198,7 @@ def test_what_cannot_feel_loads_says_so():
         with pytest.raises(fx.OptionError, match="described"):
             verb(beam)
     with pytest.raises(fx.OptionError, match="described"):
-        fx.nested(fx.reduce(bar(ground={"a": "clamped"}, loads=pull(1.0)), static_at=["b"]), ["b"])
+        fx.models.nested(fx.reduce(bar(ground={"a": "clamped"}, loads=pull(1.0)), static_at=["b"]), ["b"])
 
 
 def test_arguments_beside_what_is_described():

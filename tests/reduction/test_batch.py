@@ -122,7 +122,7 @@ def test_certificates_of_one_design_agree():
     plan = fx.Plan(fx.load(EXAMPLES / "rpr" / "rpr.yaml"))
     for count in (6, 12):
         found = fx.natural_frequencies(plan, n=count)
-        proof = fx.certify(fx.reduce(plan, keep=3), n=count)
+        proof = fx.models.certify(fx.reduce(plan, keep=3), n=count)
         # the assembled stiffness of the certificate has lost some 2e-8
         assert (found.lower_hz <= proof.upper_hz[:count] * (1 + 1e-7)).all()
         assert (proof.lower_hz[:count] * (1 - 1e-7) <= found.upper_hz).all()

@@ -43,7 +43,7 @@ def nested_branches(keep):
     whole, found = rpr(), {}
     for name, (low, high) in ENDS.items():
         low_order = fx.reduce(alone(whole, name), keep=keep)
-        found[name] = fx.nested(low_order, {low: "low", high: "high"})
+        found[name] = fx.models.nested(low_order, {low: "low", high: "high"})
     return found
 
 
@@ -94,7 +94,7 @@ def test_branches_reduced_by_themselves_make_the_same_model(keep):
 
 def test_two_levels_deep():
     whole = rpr()
-    ring = fx.nested(fx.reduce(alone(whole, "amplifier"), keep=2), {"half1.c1": "low", "half1.c14": "high"})
+    ring = fx.models.nested(fx.reduce(alone(whole, "amplifier"), keep=2), {"half1.c1": "low", "half1.c14": "high"})
     pairs, branches = whole.substructures, {}
     for name, (low, high) in ENDS.items():
         own = whole.substructures[name]
@@ -102,7 +102,7 @@ def test_two_levels_deep():
         joints = tuple(tuple(outside.get(node, node) for node in pair) for pair in own.joints)
         substructures = {"amplifier": ring.substructure, "r_pair": pairs["r_pair"], "u_pair": pairs["u_pair"]}
         inner = alone(whole, name, substructures=substructures).model_copy(update={"joints": joints})
-        branches[name] = fx.nested(fx.reduce(inner, keep=EVERY_MODE), {low: "low", high: "high"})
+        branches[name] = fx.models.nested(fx.reduce(inner, keep=EVERY_MODE), {low: "low", high: "high"})
     outer = fx.assemble(platform_on(branches))
     fine = {"half_ring": 2, "r_pair": EVERY_MODE, "u_pair": EVERY_MODE}
     direct, one_level = fx.reduce(whole, keep=fine), fx.assemble(platform_on(nested_branches(fine)))
@@ -139,7 +139,7 @@ def test_a_nested_model_does_not_depend_on_how_it_is_placed(mechanism, keep, met
     own = {key: getattr(mechanism, key) for key in fx.describe.Substructure.model_fields} | {"interface": nodes}
     rigid_roots = ("plate", "warping", "shear", "notch")  # a nested model does not know what it will end in
     shared = {"materials": mechanism.materials, "theory": mechanism.theory, "corrections": rigid_roots}
-    reduced = fx.nested(fx.reduce(fx.Mechanism(**own, **shared), keep=keep, reduction=method))
+    reduced = fx.models.nested(fx.reduce(fx.Mechanism(**own, **shared), keep=keep, reduction=method))
     turn = fx.describe.Rotation(axis=(1.0, 2.0, -1.0), angle=0.7)
     pattern = (
         fx.describe.MirrorPattern(normal=(1.0, 0.3, 0.2)),
@@ -180,7 +180,7 @@ def test_nesting_is_a_change_of_coordinates(mechanism, keep):
     low = fx.reduce(mechanism.model_copy(update={"ground": {}}), keep=keep)
     nodes = [name for name in mechanism.nodes if name in low.static_nodes] or list(low.static_nodes)
     assume(nodes)
-    model = fx.nested(low, nodes[:1]).model
+    model = fx.models.nested(low, nodes[:1]).model
     np.testing.assert_allclose(model.node_rows(nodes[:1]), np.eye(6, model.order), atol=1e-9)
     np.testing.assert_allclose(hertz(model, 12)[6:], hertz(low, 12)[6:], rtol=1e-7)
 
@@ -190,7 +190,7 @@ def test_fewer_amplitudes_leave_statics_and_raise_frequencies():
     held = {"b_bottom": "clamped"}
     before = None
     for keep in (0, 4, 8, None):
-        reduced = fx.nested(low, keep=keep)
+        reduced = fx.models.nested(low, keep=keep)
         model = fx.assemble(fx.Mechanism(**dict(reduced.substructure), ground=held))
         K = model.K.toarray()
         bottom = K[:6, :6] - K[:6, 6:] @ np.linalg.solve(K[6:, 6:], K[6:, :6]) if keep != 0 else K
@@ -203,7 +203,7 @@ def test_fewer_amplitudes_leave_statics_and_raise_frequencies():
 
 def example():
     """A superelement with amplitudes between a clamp and a body."""
-    reduced = fx.nested(fx.reduce(alone(rpr(), "upr"), keep=1), {"b.bottom": "low", "a.top": "high"})
+    reduced = fx.models.nested(fx.reduce(alone(rpr(), "upr"), keep=1), {"b.bottom": "low", "a.top": "high"})
     return fx.Mechanism(
         substructures={"leg": reduced.substructure},
         instances={"leg": fx.describe.Instance(of="leg")},
@@ -295,14 +295,17 @@ def test_impossible_superelements_are_refused(change, words):
 @pytest.mark.parametrize(
     ("step", "words"),
     [
-        (lambda low: fx.nested(low, ["nowhere"]), "no node"),
-        (lambda low: fx.nested(low, []), "at least one node"),
-        (lambda low: fx.nested(low, {"rpu1.b.top": "a", "platform": "a"}), "only once"),
-        (lambda low: fx.nested(low, ["rpu1.a.bottom"]), "is held"),
-        (lambda low: fx.nested(low, ["platform", "rpu1.b.top"]), "one rigid body"),
-        (lambda low: fx.nested(low, ["platform"], keep=-1), "whole number"),
-        (lambda low: fx.nested(fx.condense(low, 4), ["platform"]), "do not move these nodes"),
-        (lambda low: fx.nested(fx.condense(low, ["platform"]), ["platform", "rpu1.c.half1.c1"]), "do not move these"),
+        (lambda low: fx.models.nested(low, ["nowhere"]), "no node"),
+        (lambda low: fx.models.nested(low, []), "at least one node"),
+        (lambda low: fx.models.nested(low, {"rpu1.b.top": "a", "platform": "a"}), "only once"),
+        (lambda low: fx.models.nested(low, ["rpu1.a.bottom"]), "is held"),
+        (lambda low: fx.models.nested(low, ["platform", "rpu1.b.top"]), "one rigid body"),
+        (lambda low: fx.models.nested(low, ["platform"], keep=-1), "whole number"),
+        (lambda low: fx.models.nested(fx.models.condense(low, 4), ["platform"]), "do not move these nodes"),
+        (
+            lambda low: fx.models.nested(fx.models.condense(low, ["platform"]), ["platform", "rpu1.c.half1.c1"]),
+            "do not move these",
+        ),
     ],
 )
 def test_impossible_nestings_are_refused(step, words):

@@ -39,11 +39,11 @@ def variants(low):
     """Every further step from a reduced model."""
     yield low
     if low.order > 3:
-        yield fx.interface_reduction(low, n=max(1, len(low.basis.assembler.physical) // 2))
-        yield fx.condense(low, min(4, low.order), method="modal")
+        yield fx.models.interface_reduction(low, n=max(1, len(low.basis.assembler.physical) // 2))
+        yield fx.models.condense(low, min(4, low.order), method="modal")
         for method in ("guyan", "irs", "serep"):
             try:
-                yield fx.condense(low, min(3, low.order), method=method)
+                yield fx.models.condense(low, min(3, low.order), method=method)
             except fx.OptionError as error:
                 assert "coordinates" in str(error)
 
@@ -109,7 +109,7 @@ def test_six_coordinates_of_the_platform_show_its_six_modes():
     full = hertz(fx.assemble(mechanism), 6)
     low = fx.reduce(mechanism, keep=2)
     for method, error in (("guyan", 2e-2), ("irs", 1e-4), ("iterated_irs", 2e-6), ("serep", 2e-6)):
-        small = fx.condense(low, ["platform"], method=method)
+        small = fx.models.condense(low, ["platform"], method=method)
         assert small.order == 6 and small.coordinate_names[0] == "platform.tx"
         np.testing.assert_allclose(hertz(small, 6), full, rtol=error)
         np.testing.assert_allclose(small.node_rows(["platform"]), np.eye(6), atol=1e-9)
@@ -119,15 +119,15 @@ def test_six_coordinates_of_the_platform_show_its_six_modes():
 def test_chosen_modes_are_kept_exactly():
     low = fx.reduce(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), keep=2)
     for method in ("serep", "modal"):
-        small = fx.condense(low, 3, method=method, modes=[2, 5, 9])
+        small = fx.models.condense(low, 3, method=method, modes=[2, 5, 9])
         np.testing.assert_allclose(hertz(small, 3), hertz(low, 9)[[1, 4, 8]], rtol=1e-8)
     assert small.coordinate_names == ["mode 2", "mode 5", "mode 9"]
 
 
 def test_coordinates_are_chosen_among_the_bodies():
     low = fx.reduce(fx.load(EXAMPLES / "rpr" / "rpr.yaml"), keep=2)
-    assert {name.partition(".")[0] for name in fx.condense(low, 6).coordinate_names} == {"platform"}
-    twelve = fx.condense(low, 12)
+    assert {name.partition(".")[0] for name in fx.models.condense(low, 6).coordinate_names} == {"platform"}
+    twelve = fx.models.condense(low, 12)
     np.testing.assert_allclose(hertz(twelve, 12), hertz(low, 12), rtol=1e-6)
 
 
@@ -144,7 +144,7 @@ def test_interface_reduction_converges_from_above():
     low = fx.reduce(mechanism, keep=2)
     before = None
     for count in (8, 16, 32, 54):
-        small = fx.interface_reduction(low, n=count)
+        small = fx.models.interface_reduction(low, n=count)
         assert small.order == count + low.order - 54
         hz = hertz(small, 6)
         assert (hz >= hertz(low, 6) * (1 - 1e-7)).all()
@@ -156,21 +156,21 @@ def test_interface_reduction_converges_from_above():
 @pytest.mark.parametrize(
     ("step", "words"),
     [
-        (lambda low: fx.condense(low, ["nowhere"]), "no coordinate"),
-        (lambda low: fx.condense(low, ["platform", "platform.tx"]), "only once"),
-        (lambda low: fx.condense(low, 0), "between 1"),
-        (lambda low: fx.condense(low, 99), "between 1"),
-        (lambda low: fx.condense(low, 3, method="magic"), "method is one of"),
-        (lambda low: fx.condense(low, ["rpu1.a.bottom"]), "no coordinate"),
-        (lambda low: fx.condense(low, ["platform.tz"], method="serep", modes=[1, 2]), "1 coordinates have 1"),
-        (lambda low: fx.condense(low, 2, method="irs", modes=[1, 2]), "finds its own"),
-        (lambda low: fx.condense(low, 2, method="modal", modes=[1, 1]), "different modes"),
-        (lambda low: fx.condense(low, 2, method="modal", modes=[0, 1]), "numbered from 1"),
-        (fx.interface_reduction, "how many"),
-        (lambda low: fx.interface_reduction(fx.condense(low, 6), n=3), "before other steps"),
+        (lambda low: fx.models.condense(low, ["nowhere"]), "no coordinate"),
+        (lambda low: fx.models.condense(low, ["platform", "platform.tx"]), "only once"),
+        (lambda low: fx.models.condense(low, 0), "between 1"),
+        (lambda low: fx.models.condense(low, 99), "between 1"),
+        (lambda low: fx.models.condense(low, 3, method="magic"), "method is one of"),
+        (lambda low: fx.models.condense(low, ["rpu1.a.bottom"]), "no coordinate"),
+        (lambda low: fx.models.condense(low, ["platform.tz"], method="serep", modes=[1, 2]), "1 coordinates have 1"),
+        (lambda low: fx.models.condense(low, 2, method="irs", modes=[1, 2]), "finds its own"),
+        (lambda low: fx.models.condense(low, 2, method="modal", modes=[1, 1]), "different modes"),
+        (lambda low: fx.models.condense(low, 2, method="modal", modes=[0, 1]), "numbered from 1"),
+        (fx.models.interface_reduction, "how many"),
+        (lambda low: fx.models.interface_reduction(fx.models.condense(low, 6), n=3), "before other steps"),
         (lambda low: low.compliance(["upr1.b.top"]), "static_at"),
         (
-            lambda low: fx.condense(low, [f"platform.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry")]),
+            lambda low: fx.models.condense(low, [f"platform.{dof}" for dof in ("tx", "ty", "tz", "rx", "ry")]),
             "do not distinguish the lowest modes",
         ),
     ],

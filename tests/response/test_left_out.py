@@ -39,7 +39,7 @@ def example(name):
     return built, every, 1 / (30 * every.frequency_hz[9 if NODES[name] == "platform" else 3])
 
 
-def lost_of(result: fx.TimeResponse) -> fx.LeftOut:
+def lost_of(result: fx.TimeResponse) -> fx.types.LeftOut:
     """What a response holds."""
     assert result.neglected is not None
     return result.neglected

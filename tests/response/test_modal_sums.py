@@ -153,11 +153,11 @@ def test_bound_holds_and_is_close_on_the_platform(rpr, damping):
     few, many = built.modal(12), built.modal(200)
     hz = few.next_omega / (2 * np.pi) * np.array([0.1, 0.3, 0.6, 0.9])
     error = np.abs(few.response(hz) - many.response(hz))
-    bound = fx.neglected_bound(few, hz)
+    bound = fx.models.neglected_bound(few, hz)
     assert (error <= bound).all()
     diagonal = list(range(6))
     assert np.median(bound[:, diagonal, diagonal] / error[:, diagonal, diagonal]) < 100
-    above = fx.neglected_bound(few, [1.0001 * few.next_omega / (2 * np.pi)])
+    above = fx.models.neglected_bound(few, [1.0001 * few.next_omega / (2 * np.pi)])
     assert np.isinf(above).all()
 
 
@@ -187,16 +187,16 @@ def test_bound_holds_in_random_mechanisms(described, seed, damping):
     hz = few.next_omega / (2 * np.pi) * np.array([0.05, 0.4, 0.77])
     error = np.abs(few.response(hz) - every.response(hz))
     noise = 1e-9 * np.abs(every.response(hz))
-    assert (error <= fx.neglected_bound(few, hz) + noise).all()
+    assert (error <= fx.models.neglected_bound(few, hz) + noise).all()
 
 
 def test_no_bound_where_there_is_none():
     """Something that floats; and nothing is left out where there is nothing."""
     floating = fx.system(pair(0, 0, grounded=False), inputs="one.tx", outputs="one.tx").modal(8)
     with pytest.raises(fx.SolverError, match="held"):
-        fx.neglected_bound(floating, 1.0)
+        fx.models.neglected_bound(floating, 1.0)
     everything = fx.system(pair(0, 0), inputs="one.tx", outputs="one.tx").modal()
-    assert not fx.neglected_bound(everything, [1.0, 1e6]).any()
+    assert not fx.models.neglected_bound(everything, [1.0, 1e6]).any()
 
 
 def standing(elements):

@@ -39,7 +39,7 @@ def test_a_dashpot_at_the_end_of_a_rod():
     assert mesh < 2e-3 * np.abs(exact).max()
     error = np.abs(found - exact)
     assert error.max() < 6e-3 * np.abs(exact).max()
-    assert (error <= fx.neglected_bound(few, hz)[:, 0, 0] + mesh).all()
+    assert (error <= fx.models.neglected_bound(few, hz)[:, 0, 0] + mesh).all()
 
 
 def frame(eta=0.0, c=8.0):
@@ -100,7 +100,7 @@ def test_coupling_to_modes_that_are_left_out(damping, eta):
     error, size = np.abs(few.response(hz) - exact), np.abs(exact).max(axis=0)
     assert (error.max(axis=0) < (1e-3 if damping != 0.01 else 6e-3) * size).all()
     rounding = 1e-7 * size
-    bound = fx.neglected_bound(few, hz) * w[:, None, None] ** built.derivative[:, None]
+    bound = fx.models.neglected_bound(few, hz) * w[:, None, None] ** built.derivative[:, None]
     assert (error <= bound + rounding).all()
     assert np.isfinite(bound).mean() > 0.9
 

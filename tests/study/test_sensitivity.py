@@ -137,7 +137,7 @@ def test_what_a_part_is_made_for_does_not_vary() -> None:
     found = fx.sensitivity(model, ask="f1, mass")
     assert found.parameters == ("width", "distance")
     assert any(note.startswith("length left out: held") for note in found.notes)
-    assert fx.mode_sensitivities(model, n=1).free == ("width", "distance")
+    assert fx.models.mode_sensitivities(model, n=1).free == ("width", "distance")
     for refused in (
         lambda: fx.sensitivity(model, ask="f1", free=["length"]),
         lambda: fx.sweep(model, vary={"length": [0.06]}, ask="f1"),

@@ -59,7 +59,7 @@ def test_examples(example, inputs, outputs, keep):
 
 def channels(count, quantity):
     """Inputs or outputs."""
-    return tuple(fx.Channel(f"{quantity}{k}", quantity) for k in range(count))
+    return tuple(fx.types.Channel(f"{quantity}{k}", quantity) for k in range(count))
 
 
 def random_model(seed):

@@ -33,7 +33,7 @@ def whole(request):
     return built, built.modal()
 
 
-def lost_of(model: fx.StateSpace) -> fx.Neglected:
+def lost_of(model: fx.StateSpace) -> fx.types.Neglected:
     """What a model holds."""
     assert model.neglected is not None
     return model.neglected

@@ -308,7 +308,7 @@ def test_nearly_dependent_poles_are_solved_frequency_by_frequency():
     A = (np.eye(4, k=-1) - np.eye(4)) / lag
     B, C = np.zeros((4, 1)), np.zeros((1, 4))
     B[0], C[0, 3] = 1 / lag, 1.0
-    channels = (fx.Channel("u", "force"),), (fx.Channel("y", "displacement"),)
+    channels = (fx.types.Channel("u", "force"),), (fx.types.Channel("y", "displacement"),)
     chain = fx.StateSpace(A, B, C, np.zeros((1, 1)), *channels, ("a", "b", "c", "d"))
     hz = np.array([0.0, 0.3, 1.0, 20.0])
     expected = (1 + 2j * np.pi * hz * lag) ** -4

@@ -209,7 +209,7 @@ def test_the_calibrated_file_reads_back(tmp_path):
     (tmp_path / "out").mkdir()
     data = [hz(5e3), hz(KY)]
     found = fx.calibrate(fx.load(tmp_path / "body.yaml"), data=data, free=["kx"])
-    path = fx.save_calibrated(found, tmp_path / "out" / "new.yaml", base=tmp_path / "body.yaml")
+    path = fx.testing.save_calibrated(found, tmp_path / "out" / "new.yaml", base=tmp_path / "body.yaml")
     again = fx.load(path)
     assert again.parameters["kx"].value == pytest.approx(found.values["kx"], rel=1e-5)
     assert again.parameters["kx"].source == "calibrated to 2 measured frequencies"
@@ -220,13 +220,13 @@ def test_the_calibrated_file_reads_back(tmp_path):
 def test_lists_of_frequencies(tmp_path):
     csv = tmp_path / "f.csv"
     csv.write_text("frequency,unit,sigma\n46.861,rad/s,0.5\n8.5,Hz,2 %\n0.012,kHz,\n", encoding="utf-8")
-    found = fx.read_frequencies(csv)
+    found = fx.testing.read_frequencies(csv)
     assert found.frequency_hz == pytest.approx([46.861 / (2 * np.pi), 8.5, 12.0])
     assert found.sigma[:2] == pytest.approx([0.5 / 46.861, 0.02])
     assert np.isnan(found.sigma[2])
     text = tmp_path / "f.yaml"
     text.write_text("frequencies: [{frequency: 46.861 rad/s, sigma: 1 %}, 8.5 Hz]\n", encoding="utf-8")
-    assert fx.read_frequencies(text).frequency_hz == pytest.approx([46.861 / (2 * np.pi), 8.5])
+    assert fx.testing.read_frequencies(text).frequency_hz == pytest.approx([46.861 / (2 * np.pi), 8.5])
     for wrong, words in (
         ("[46.8]", "carries a unit"),
         ("[46 deg]", "carries a unit"),
@@ -239,7 +239,7 @@ def test_lists_of_frequencies(tmp_path):
     ):
         text.write_text(wrong, encoding="utf-8")
         with pytest.raises(fx.OptionError, match=words):
-            fx.read_frequencies(text)
+            fx.testing.read_frequencies(text)
 
 
 @pytest.mark.parametrize(
@@ -257,7 +257,7 @@ def test_modes_that_were_not_measured_keep_the_numbers_of_others(tmp_path, name,
     """The first mode, along x, was not measured: what there is tells the spring along y."""
     path = tmp_path / name
     path.write_text(text.format(hz(1.1e4)), encoding="utf-8")
-    data = fx.read_frequencies(path)
+    data = fx.testing.read_frequencies(path)
     assert data.by_number == pytest.approx({2: hz(1.1e4)})
     for how in ("tracked", "in_order"):
         for own in (data, [None, hz(1.1e4)]):
@@ -275,7 +275,7 @@ def test_gaps_that_cannot_be_counted_are_refused(tmp_path):
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(fx.OptionError, match=words):
-            fx.read_frequencies(path)
+            fx.testing.read_frequencies(path)
     with pytest.raises(fx.OptionError, match="at least one frequency"):
         fx.calibrate(samples.body(), data=[None], free=["ky"])
 

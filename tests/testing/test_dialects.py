@@ -220,7 +220,7 @@ def test_data_without_a_force_are_called_so(tmp_path):
     rows = "".join(f"{0.01 * k},{np.sin(k)},{np.cos(k)}\n" for k in range(64))
     table.write_text(f"time [s],a [m/s^2],b [m/s^2]\n{rows}", encoding="utf-8")
     with pytest.raises(fx.OptionError, match="output-only data"):
-        fx.estimate_frf(fx.read_measurement(table))
+        fx.testing.estimate_frf(fx.read_measurement(table))
     inverted = written(tmp_path / "i.uff", ordinate_spec_data_type=13, orddenom_spec_data_type=12)
     with pytest.raises(fx.OptionError, match="force per motion"):
         fx.identify(fx.read_measurement(inverted))

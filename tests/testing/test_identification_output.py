@@ -72,7 +72,7 @@ def test_command(tmp_path, two, monkeypatch, capsys):
 def test_hits_become_modes():
     hits = [hit(noise=(1e-4, 2e-9), seed=k) for k in range(5)]
     for exponential in (None, 0.01):
-        frfs = fx.estimate_frf(hits, exponential=exponential, band=(2, 60))
+        frfs = fx.testing.estimate_frf(hits, exponential=exponential, band=(2, 60))
         result = fx.identify(fx.Measurement("hits", frfs=frfs))
         assert (frfs[0].decay > 0.5) == (exponential is not None)
         assert result.frequency_hz == pytest.approx(POLES_HZ, rel=1e-4)

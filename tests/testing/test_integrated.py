@@ -126,7 +126,7 @@ def test_the_offset_of_the_hammer_is_taken_out():
     channels = (MeasuredChannel("h", "force"), MeasuredChannel("x", "displacement"))
 
     def at(offset):
-        return fx.estimate_frf(Recording(rate, np.stack([force + offset, x]), channels, (0,)))[0]
+        return fx.testing.estimate_frf(Recording(rate, np.stack([force + offset, x]), channels, (0,)))[0]
 
     clean, off = at(0.0), at(3.0)
     assert off.response == pytest.approx(clean.response, rel=1e-9)

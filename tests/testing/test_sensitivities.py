@@ -43,7 +43,7 @@ def test_frequencies_of_a_cantilever_against_high_precision(name):
         expected = [float((a - b) / (2 * h)) for a, b in zip(up, down, strict=True)]
         values = [float(f) for f in beam_frequencies(**at)]
     mechanism = samples.beam()
-    found = fx.mode_sensitivities(mechanism, free=[name], n=8)
+    found = fx.models.mode_sensitivities(mechanism, free=[name], n=8)
     for f, slope in zip(values, expected, strict=True):
         k = int(np.argmin(abs(found.frequency_hz - f)))
         assert found.frequency_hz[k] == pytest.approx(f, rel=1e-8)
@@ -78,12 +78,13 @@ def test_mechanism_of_closed_loops_against_differences(how):
     """
     plan = fx.Plan(fx.load(RPR))
     names = ["plate", "u_web", "platform_thickness"]
-    found = fx.mode_sensitivities(plan, free=names, **how)
+    found = fx.models.mode_sensitivities(plan, free=names, **how)
     for p, (name, value) in enumerate(zip(names, found.values, strict=True)):
         table, shapes = [], []
         for step in (0.02 * value, 0.01 * value, 0.005 * value):
             up, down = (
-                fx.mode_sensitivities(plan, free=[name], parameters={name: value + s * step}, **how) for s in (1, -1)
+                fx.models.mode_sensitivities(plan, free=[name], parameters={name: value + s * step}, **how)
+                for s in (1, -1)
             )
             hz = [
                 refined(plan, s, {name: value + side * step}) if not how else s.frequency_hz
@@ -115,7 +116,7 @@ def richardson(table):
 def test_square_beam_parts_into_its_two_branches():
     """At equal sides f is repeated; across the thickness f ~ thickness, across the width it does not move with it."""
     mechanism = samples.beam(thickness=2e-3, width=2e-3, tip_mass=1e-3).model_copy(update={"masses": {}})
-    found = fx.mode_sensitivities(mechanism, free=["thickness", "length"], n=2)
+    found = fx.models.mode_sensitivities(mechanism, free=["thickness", "length"], n=2)
     f, t, L = found.frequency_hz[0], 2e-3, 0.08
     assert found.frequency_hz[1] == pytest.approx(f, rel=1e-9)
     assert found.derivative[:, 0] == pytest.approx([0.0, f / t], abs=1e-7 * f / t)
@@ -139,7 +140,7 @@ def test_vectors_of_a_repeated_frequency_turn_as_they_must():
     whole = [row + ["0 N/rad"] * 3 for row in rows] + turn
     matrix = "[" + ", ".join("[" + ", ".join(row) + "]" for row in whole) + "]"
     mechanism = fx.loads(text.replace("MATRIX", matrix))
-    found = fx.mode_sensitivities(mechanism, free=["p"], n=2)
+    found = fx.models.mode_sensitivities(mechanism, free=["p"], n=2)
     w = 10.0
     assert found.derivative[:, 0] == pytest.approx([0.0, 1 / (2 * w) / (2 * np.pi)], abs=1e-9)
     still, moving = found.branch_shapes[0][:2].T
@@ -152,7 +153,7 @@ def test_vectors_of_a_repeated_frequency_turn_as_they_must():
 def test_response_of_an_oscillator():
     """H = 1/(k - m w^2 + 2 i zeta w sqrt(k m)) and its derivatives."""
     k, m, zeta, w = 4e3, 0.4, 0.02, 2 * np.pi * np.array([3.0, 15.0, 15.9, 40.0])
-    found = fx.response_sensitivities(
+    found = fx.models.response_sensitivities(
         samples.body(),
         frequency_hz=w / (2 * np.pi),
         inputs=["stage.tx"],
@@ -172,7 +173,7 @@ def test_responses_with_few_modes_keep_their_static_part():
     """The cantilever with three modes against differences of the full modal sum with the same static correction."""
     hz, ins, outs = [5.0, 60.0, 200.0], ["tip.tz"], ["tip.tz", "tip.ry"]
     mechanism = samples.beam()
-    found = fx.response_sensitivities(
+    found = fx.models.response_sensitivities(
         mechanism, frequency_hz=hz, inputs=ins, outputs=outs, free=["thickness", "length"], damping=0.03, n=18
     )
 
@@ -185,7 +186,7 @@ def test_responses_with_few_modes_keep_their_static_part():
         table = [(whole(name, value + h) - whole(name, value - h)) / (2 * h) for h in value * 0.01 / 2 ** np.arange(3)]
         expected = richardson(table)
         assert abs(found.derivative[p] - expected).max() <= 1e-5 * abs(expected).max()
-    few = fx.response_sensitivities(
+    few = fx.models.response_sensitivities(
         mechanism, frequency_hz=[5.0], inputs=ins, outputs=outs, free=["thickness"], damping=0.03, n=2
     )
     assert few.response == pytest.approx(found.response[:1], rel=1e-3)
@@ -194,17 +195,17 @@ def test_responses_with_few_modes_keep_their_static_part():
 
 def test_what_can_be_wrong_is_named():
     with pytest.raises(fx.OptionError, match="not a parameter; known"):
-        fx.mode_sensitivities(samples.beam(), free=["depth"])
+        fx.models.mode_sensitivities(samples.beam(), free=["depth"])
     with pytest.raises(fx.OptionError, match="follows from"):
-        fx.mode_sensitivities(fx.load(RPR), free=["height"])
+        fx.models.mode_sensitivities(fx.load(RPR), free=["height"])
     with pytest.raises(fx.OptionError, match="named twice"):
-        fx.mode_sensitivities(samples.beam(), free=["width", "width"])
+        fx.models.mode_sensitivities(samples.beam(), free=["width", "width"])
     with pytest.raises(fx.OptionError, match="keep belongs to order low"):
-        fx.mode_sensitivities(samples.beam(), free=["width"], keep=2)
+        fx.models.mode_sensitivities(samples.beam(), free=["width"], keep=2)
 
 
 def test_a_parameter_at_its_bound_has_a_derivative():
     mechanism = samples.beam(thickness=4e-3)
-    found = fx.mode_sensitivities(mechanism, free=["thickness"], n=1)
+    found = fx.models.mode_sensitivities(mechanism, free=["thickness"], n=1)
     assert 1 < found.relative[0, 0] < 1.5, "1 without the tip mass, 3/2 without mass of the beam"
     assert found.to_dict()["free"] == ["thickness"]

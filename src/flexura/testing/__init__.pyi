@@ -5,6 +5,7 @@ from flexura.testing.measurement import MeasuredFRF as MeasuredFRF
 from flexura.testing.measurement import ModeEvidence as ModeEvidence
 from flexura.testing.measurement import Poles as Poles
 from flexura.testing.measurement import Recording as Recording
+from flexura.testing.measurement import estimate_frf as estimate_frf
 from flexura.testing.rig import ChannelMatch as ChannelMatch
 from flexura.testing.rig import ChannelPairing as ChannelPairing
 from flexura.testing.rig import TrueModes as TrueModes
@@ -14,4 +15,6 @@ from flexura.testing.updating import CalibratedMode as CalibratedMode
 from flexura.testing.updating import CalibratedParameter as CalibratedParameter
 from flexura.testing.updating import MeasuredFrequencies as MeasuredFrequencies
 from flexura.testing.updating import Misfit as Misfit
+from flexura.testing.updating import read_frequencies as read_frequencies
+from flexura.testing.updating import save_calibrated as save_calibrated
 from flexura.testing.virtual import FoundMode as FoundMode

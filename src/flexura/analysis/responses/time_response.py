@@ -151,10 +151,6 @@ class TimeResponse(Tabular):
             yield Line(self.neglected.text)
         yield from map(Line, self.model_error_notes)
 
-    def output_columns(self) -> dict[str, Any]:
-        """Least, largest and last value of every output, and when."""
-        return {"output": [c.name for c in self.outputs], **_extremes(self.outputs, self.response, self.time)}
-
     def _data(self) -> dict[str, Any]:
         return {
             "name": self.name,

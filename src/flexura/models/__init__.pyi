@@ -1,0 +1,16 @@
+from flexura.analysis import Drift as Drift
+from flexura.analysis import drift as drift
+from flexura.analysis import internal_force_rows as internal_force_rows
+from flexura.analysis import member_stresses as member_stresses
+from flexura.analysis import screw_axis as screw_axis
+from flexura.analysis import stress_rows as stress_rows
+from flexura.analysis import tangent_stiffness as tangent_stiffness
+from flexura.derivatives import ModeSensitivities as ModeSensitivities
+from flexura.derivatives import ResponseSensitivities as ResponseSensitivities
+from flexura.derivatives import mode_sensitivities as mode_sensitivities
+from flexura.derivatives import response_sensitivities as response_sensitivities
+from flexura.reduction import certify as certify
+from flexura.reduction import condense as condense
+from flexura.reduction import interface_reduction as interface_reduction
+from flexura.reduction import nested as nested
+from flexura.systems import neglected_bound as neglected_bound
