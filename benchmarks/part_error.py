@@ -21,7 +21,7 @@ import numpy as np
 from part_mechanisms import mechanisms
 
 import flexura as fx
-from flexura.deadline import told
+from flexura.deadline import announcer
 from flexura.describe import Flexure, Notch
 from flexura.modal import pair_modes
 from flexura.solid.whole import WholePart, elements
@@ -100,7 +100,7 @@ def meshed(mechanism: fx.Mechanism, model: fx.FullOrderModel) -> tuple[WholePart
     order = 4 if any(shape != "corner_filleted" for shape in contours) else 3
     for elements.GRADING, elements.CURVATURE in (MESH, FINER):
         try:
-            return WholePart(model, order, SIZE, told(None)), order
+            return WholePart(model, order, SIZE, announcer(None)), order
         except fx.SolverError:
             continue
     raise fx.SolverError("netgen could not mesh the part")

@@ -48,7 +48,7 @@ _UNLIKE = {
 _LEADING = re.compile(r"(kg|rad|Pa|Hz|[msNWVJA])(?![\w^])(.*)")
 _POWER = re.compile(r"\^(?:\((-?\d+)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_NUMERIC = re.compile(r"$|none$|missed$|[-+(]?[\d∞]")
+_NUMERIC = re.compile(r"$|(none|missed|driven|held|unknown|no evidence)$|(within |below |± )?[-+(]?[\d∞]")
 _HEADING = re.compile(r"(.*) \[(.+)\]")
 
 

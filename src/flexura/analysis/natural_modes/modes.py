@@ -218,8 +218,6 @@ class Modes(Tabular):
         rows |= {"proven": [m.proven_text for m in modes], "model error": [*self.model_errors.texts]}
         if any(m.mesh_error is not None for m in modes):
             rows["meshes"] = ["" if m.mesh_error is None else f"within {_percent(m.mesh_error)}" for m in modes]
-        if any(flags := [m.flag for m in modes]):
-            rows["flag"] = flags
         yield Table({**rows, "what moves": [m.motion.summary for m in modes]}, "modes")
         yield from self.evidence.presentation()
 

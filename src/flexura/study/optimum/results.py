@@ -150,9 +150,8 @@ class _Outcome(OfThePart, Tabular):
     warnings: tuple[Diagnostic, ...] = ()
     margins: Margins | None = field(default=None, repr=False, compare=False)
 
-    def _effort(self) -> Iterator[Item]:
-        yield from self.margin_facts()
-        yield Line(f"{self.evaluations} designs with gradients, {self.tried} without")
+    def _effort(self) -> Line:
+        return Line(f"{self.evaluations} designs with gradients, {self.tried} without")
 
     def _saved(self, design: Mapping[str, float], source: str, path: str | Path, base: str | Path) -> Path:
         """Write a model file that extends `base` with SI values of parameters, those of a design and fixed ones; the
@@ -259,7 +258,7 @@ class Optimum(_Outcome):
         yield Table({**columns, **errors}, "quantities")
         if self.is_feasible and not np.isnan(self.kkt_residual):
             yield Line(f"conditions of an optimum hold to {self.kkt_residual:.1g} of the gradient")
-        yield from self._effort()
+        yield self._effort()
 
     def _columns(self) -> dict[str, Any]:
         """A row for each variable."""
@@ -321,7 +320,8 @@ class Pareto(_Outcome):
 
     def presentation(self) -> Iterator[Item]:
         yield Table({"design": range(len(self)), **self._columns()}, "designs")
-        yield from self._effort()
+        yield from self.margin_facts()
+        yield self._effort()
 
     def _columns(self) -> dict[str, Any]:
         """A row for each design."""
