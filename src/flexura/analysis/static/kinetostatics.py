@@ -58,6 +58,7 @@ class Kinetostatics(Result):
 
     _shown = ("platform", "kind", "inputs", "freedoms", "warnings")
 
+    name: str
     platform: str
     inputs: tuple[Channel, ...]
     coupling: Array
@@ -270,6 +271,7 @@ def kinetostatics(
     directions = [f"of {node} by a load along its {dof}" for dof in DOF_NAMES]
     driven = [*directions, *(f"by {port.channel.name}" for port in inputs)]
     return Kinetostatics(
+        name=model.name,
         platform=node,
         inputs=tuple(port.channel for port in inputs),
         coupling=coupling,
