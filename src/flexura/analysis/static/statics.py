@@ -213,17 +213,17 @@ class Statics(Tabular):
         for alike in (headings[1:4], headings[4:]):
             least = SHOWN_AS_ZERO * max(np.abs(table[name]).max(initial=0.0) for name in alike)
             table |= {name: np.where(np.abs(table[name]) > least, table[name], 0.0) for name in alike}
+        rows = {name: k for k, name in reversed(list(enumerate(node_names)))}  # the first node of each name
         if nodes is None:
-            moved, named = (
-                np.abs([table[name] for name in headings[1:4]]).max(axis=0),
-                {*self.loads, *self.model.plan.body_names},
-            )
-            rows = sorted(range(len(moved)), key=lambda k: (node_names[k] not in named, -moved[k]))[:MOST_NODES]
+            moved = np.abs([table[name] for name in headings[1:4]]).max(axis=0)
+            named = {*self.loads, *self.model.plan.body_names}
+            nodes = sorted(rows, key=lambda name: (name not in named, -moved[rows[name]], rows[name]))[:MOST_NODES]
+            count = len(rows)
         else:
             self.model.plan.topology.numbers(nodes)
-            rows = [node_names.index(node) for node in nodes]
-        count = len(node_names) if nodes is None else len(rows)
-        yield Table({name: [column[k] for k in rows] for name, column in table.items()}, "nodes", count=count)
+            count = len(nodes)
+        shown = {name: [column[rows[node]] for node in nodes] for name, column in table.items()}
+        yield Table(shown, "nodes", count=count)
         yield Table(self.reading_columns(), "sensors")
         yield Table(self.actuator_columns(), "actuators")
         stresses = self.stresses()
