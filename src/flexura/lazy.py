@@ -9,7 +9,9 @@ import re
 import sys
 import warnings
 from collections.abc import Mapping
+from functools import cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
@@ -50,6 +52,12 @@ class _Face(ModuleType):
     def __reduce__(self) -> tuple[Any, ...]:
         # functions of a script that name a package are sent to the workers of a cluster with it
         return import_module, (self.__name__,)
+
+
+@cache
+def plugins(kind: str) -> dict[str, Any]:
+    """What other packages add: the entry points of the group `flexura.KIND` by name, loaded."""
+    return {entry.name: entry.load() for entry in entry_points(group=f"flexura.{kind}")}
 
 
 def listed(stub: str) -> dict[str, str]:

@@ -10,6 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from flexura._version import __version__
 from flexura.cli.guard import run
+from flexura.lazy import plugins
 
 
 class _Command(NamedTuple):
@@ -164,9 +165,10 @@ COMMANDS = {
 
 def loaded(name: str) -> Any:
     """A command with its arguments and options."""
-    own = COMMANDS[name]
+    own = COMMANDS.get(name)
     alone = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
-    alone.command(name)(getattr(import_module(f"flexura.cli.{own.module}"), own.function))
+    here = None if own is None else getattr(import_module(f"flexura.cli.{own.module}"), own.function)
+    alone.command(name)(here or plugins("commands")[name])
     return typer.main.get_command(alone)
 
 
@@ -176,6 +178,14 @@ class _Group(TyperGroup):
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**attributes)
         self.commands = {name: TyperCommand(name, short_help=own.line) for name, own in COMMANDS.items()}
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *plugins("commands")]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """One of these, or else of a plug-in."""
+        known = super().get_command(ctx, cmd_name)
+        return loaded(cmd_name) if known is None and cmd_name in plugins("commands") else known
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command itself in place of the line that the help shows of it."""

@@ -80,9 +80,9 @@ def export_command(
     as_json: Json = False,
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
-    from flexura.io import FORMATS, export, format_of, scalar_notes
+    from flexura.io import export, format_of, formats, scalar_notes
 
-    kind = what or KINDS[FORMATS[format_of(out, format)].takes[0]]
+    kind = what or KINDS[formats()[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
     limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any

@@ -19,6 +19,7 @@ from flexura.io.meshes import write_vtu
 from flexura.io.simscape import write_simscape
 from flexura.io.tables import read_csv, write_csv
 from flexura.io.uff import read_uff, write_results_uff, write_uff
+from flexura.lazy import plugins
 from flexura.mechanism import Damping
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
@@ -87,7 +88,14 @@ FORMATS = {
 }
 """All formats by name: the one place that lists them."""
 
-_EXPORTED = {name: own for name, own in FORMATS.items() if own.write is not None}
+
+def formats() -> dict[str, Format]:
+    """These, and those of plug-ins."""
+    return {**FORMATS, **plugins("formats")}
+
+
+def _exported() -> dict[str, Format]:
+    return {name: known for name, known in formats().items() if known.write is not None}
 
 
 @verb
@@ -115,12 +123,13 @@ def export(
     it has not and files that cannot be written.
     """
     name = format_of(path, format)
-    chosen = _EXPORTED[name]
+    exported = _exported()
+    chosen = exported[name]
     if isinstance(result, list | tuple) and name != "uff":
         raise OptionError(f"{name} takes one thing, not several; several go into a universal file (uff)")
     kind = kind_of(result)
     if kind not in chosen.takes:
-        others = [other for other, one in _EXPORTED.items() if kind in one.takes]
+        others = [other for other, one in exported.items() if kind in one.takes]
         hint = f"; formats that do: {', '.join(others)}" if others else ""
         raise OptionError(f"{name} takes a {' or a '.join(chosen.takes)}, not a {kind}{hint}")
     named = {
@@ -143,16 +152,17 @@ def export(
 
 def format_of(path: str | Path, format: str | None = None) -> str:
     """The name of the format. Raises OptionError for names and suffixes that are none."""
+    exported = _exported()
     if format is not None:
-        if format not in _EXPORTED:
-            raise OptionError(f"there is no format {format!r}; formats: {', '.join(_EXPORTED)}")
+        if format not in exported:
+            raise OptionError(f"there is no format {format!r}; formats: {', '.join(exported)}")
         return format
     suffix = Path(path).suffix.lower()
-    for name, known_format in _EXPORTED.items():
+    for name, known_format in exported.items():
         if suffix in known_format.suffixes:
             return name
     known = ", ".join(
-        f"{suffix} ({name})" for name, known_format in _EXPORTED.items() for suffix in known_format.suffixes
+        f"{suffix} ({name})" for name, known_format in exported.items() for suffix in known_format.suffixes
     )
     raise OptionError(f"{suffix or 'no suffix'} is no known format; name one with `format`, or take one of {known}")
 

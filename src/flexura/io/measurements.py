@@ -13,7 +13,7 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
-from flexura.io.formats import FORMATS, MeasuredFormat
+from flexura.io.formats import MeasuredFormat, formats
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan
 from flexura.testing.measurement import (
@@ -32,15 +32,18 @@ from flexura.testing.measurement import (
     with_description,
 )
 
-MEASURED = {
-    suffix: own.measured
-    for own in FORMATS.values()
-    if own.measured is not None
-    for suffix in (*own.suffixes, *own.measured.more_suffixes)
-}
-"""Formats of measured data by suffix."""
-
 SIDECAR = ".channels.yaml"
+
+
+def measured_formats() -> dict[str, MeasuredFormat]:
+    """Formats of measured data by suffix."""
+    known = [(own, own.measured) for own in formats().values()]
+    return {
+        suffix: measured
+        for own, measured in known
+        if measured is not None
+        for suffix in (*own.suffixes, *measured.more_suffixes)
+    }
 
 
 @verb
@@ -92,9 +95,9 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
     files: list[Path] = []
     for file in listed:
         if file.is_dir():
-            inside = sorted(f for f in file.iterdir() if f.suffix.lower() in MEASURED)
+            inside = sorted(f for f in file.iterdir() if f.suffix.lower() in measured_formats())
             if not inside:
-                raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(MEASURED)}")
+                raise OptionError(f"{file}: no measured data in the folder; suffixes: {', '.join(measured_formats())}")
             files += inside
         elif not file.exists():
             raise OptionError(f"{file}: the file does not exist")
@@ -206,7 +209,8 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
 def _format_of(path: Path, place: str = "") -> MeasuredFormat:
     """What reads and writes files of the suffix of a path. Raises OptionError, which begins with the place."""
     suffix = path.suffix.lower()
-    if suffix not in MEASURED:
-        known = ", ".join(MEASURED)
+    measured = measured_formats()
+    if suffix not in measured:
+        known = ", ".join(measured)
         raise OptionError(f"{place}{suffix or 'no suffix'} is no format of measured data; known: {known}")
-    return MEASURED[suffix]
+    return measured[suffix]

@@ -16,6 +16,7 @@ from flexura.deadline import Listener, announcer
 from flexura.errors import Diagnostic, FlexuraError, OptionError
 from flexura.files import read_bytes, write_file
 from flexura.full_order import plan_of
+from flexura.lazy import plugins
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
 from flexura.pages.report.curves import frequency_responses, over_the_stroke
@@ -151,7 +152,7 @@ def report(
     subject, digest = _subject(model, one_design(parameters), file, at or {}, n, solid)
     say = announcer(progress)
     sections, seconds = list[Section](), dict[str, float]()
-    for name, (heading, make) in MAKERS.items():
+    for name, (heading, make) in {**MAKERS, **plugins("report_sections")}.items():
         say(heading)
         begun = time.perf_counter()
         sections.append(Section(name, heading, _made(make, subject)))
