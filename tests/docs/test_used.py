@@ -10,6 +10,7 @@ from helpers.doc_snippets import PAGES, ROOT
 SOURCE = ROOT / "src" / "flexura"
 CALLED_BY_OTHERS = {
     "_repr_html_",
+    "list_commands",
     "_repr_png_",
     "to_frame",
     "make_image",
