@@ -66,7 +66,7 @@ def _public(name: str) -> Any:
     """What a name of the package such as `view.draw_mode` stands for; None where there is none."""
     own: Any = flexura
     for part in name.split("."):
-        own = getattr(own, part, None)
+        own = getattr(own, part, None) if part in dir(own) else None  # not what has another name now
     return own
 
 

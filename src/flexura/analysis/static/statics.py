@@ -50,7 +50,7 @@ NOTCH_FACTOR_ERROR = 0.05
 MOST_NODES = 6
 """Nodes that a notebook shows: those that carry loads and bodies first, then those that move most."""
 
-MOST_MEMBERS = 3
+MOST_MEMBERS = 10
 """Members that yield first, in a notebook."""
 
 
