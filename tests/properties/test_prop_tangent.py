@@ -24,6 +24,25 @@ def hat(model, u):
 @FEW
 @given(mechanisms())
 def test_tangents_follow_from_an_energy(mechanism):
+    follow_from_an_energy(mechanism)
+
+
+def test_tangents_follow_from_an_energy_where_stubby_members_meet_askew():
+    """Their roots couple stretching with bending."""
+    nodes = {"a": (-0.0008, 0.0017, 0.0201), "b": (0.0014, 0.0191, 0.0214), "c": (0.0185, 0.0187, -0.0017)}
+    bar, tube = (
+        fx.describe.Rectangle(width=2e-3, thickness=3e-3),
+        fx.describe.Tube(outer_diameter=5.4e-3, inner_diameter=3.7e-3),
+    )
+    made = {"ab": (bar, (0.47, 0.02, -0.88)), "ac": (bar, (-0.54, 0.79, 0.29)), "bc": (tube, (-0.85, -0.51, -0.1))}
+    links = {
+        name: fx.describe.Link(nodes=tuple(name), material="Al-7075-T6", reference=reference, section=section)
+        for name, (section, reference) in made.items()
+    }
+    follow_from_an_energy(fx.Mechanism(nodes=nodes, links=links, ground={"a": "clamped"}))
+
+
+def follow_from_an_energy(mechanism):
     """K_t(0) = K, K_t is symmetric, and its first-order change is a third derivative: symmetric in u and v.
 
     Rotations about the displaced state change the rotation vector by a + (a x u)/2, which is taken off. Springs stay as

@@ -128,10 +128,10 @@ def _element_tangents(elements: _Elements, u: Array) -> tuple[Array, Array, Arra
     d, k = _deformation(elements, u), np.linalg.inv(elements.C)
     load = (k @ d[..., None])[..., 0]
     bow = (elements.G @ d[..., None])[..., 0]
-    stretch = k[:, 0, 0, None, None]
-    k = k + load[:, 0, None, None] * elements.G + stretch * bow[:, :, None] * bow[:, None, :]
-    k[:, 0] += stretch[:, 0] * bow
-    k[:, :, 0] += stretch[:, 0] * bow
+    # bending shortens the chord, against all forces that stretching causes: where roots give askew, moments as well
+    bow, stretch = bow[:, :, None], k[:, :, :1]
+    bent = stretch @ bow.mT
+    k = k + load[:, 0, None, None] * elements.G + bent + bent.mT + stretch[:, :1] * bow @ bow.mT
     flip = np.concatenate([np.repeat(sign, 3, axis=1), np.ones((len(sign), 3))], axis=1)
     k *= flip[:, :, None] * flip[:, None, :]
     f, m = sign * load[:, :3], load[:, 3:]
