@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
 
 
-MOST_POSES, MOST_FREQUENCIES = 41, 6
-"""Of a stroke."""
-
 Nodes = Annotated[
     list[str] | None, typer.Option("--node", metavar="NAME", help="Print this node's displacement. May be repeated.")
 ]

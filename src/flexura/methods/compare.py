@@ -51,9 +51,6 @@ BUDGET = 60.0
 FAILURES = (FlexuraError, np.linalg.LinAlgError, FloatingPointError, OverflowError, MemoryError)
 """What a method may end with that is an answer about the mechanism, and none about the program."""
 
-MOST_SHOWN = 3
-"""Frequencies that a notebook shows."""
-
 
 @dataclass(frozen=True)
 class Task:

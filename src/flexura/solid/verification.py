@@ -64,9 +64,6 @@ DESCRIBED = {
 }
 """What the file says of its members."""
 
-MOST_SHOWN = 5
-"""Models that a notebook shows."""
-
 
 @dataclass(frozen=True)
 class BeamModel:

@@ -177,9 +177,6 @@ class ModePair:
 MOST_CHANNELS = 40
 """Channels that are listed."""
 
-MOST_LISTED = 12
-"""Modes without a counterpart that a notebook lists."""
-
 
 @dataclass(frozen=True, repr=False)
 class Correlation(Tabular):
