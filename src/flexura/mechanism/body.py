@@ -79,11 +79,21 @@ class Plate(Part):
 Solid = Annotated[Box | Cylinder | Plate, Field(discriminator="shape")]
 
 
-class RigidBody(Part):
-    """A rigid body that carries nodes on rigid arms.
+Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
+"""A face of a solid, by the axis of the solid that leads out of it."""
 
-    Its own node, at the centre of mass, goes by the body's name and may be used like any other node.
-    Give `mass` and `inertia`, or a `solid`.
+
+class Held(Part):
+    """What the ground holds of a body."""
+
+    face: Face
+
+
+class RigidBody(Part):
+    """A body that carries nodes: on rigid arms, or on its elastic solid.
+
+    Its own node, at the centre of mass, goes by the body's name and may be used like any other node; it moves as an
+    elastic body does on the mean. Give `mass` and `inertia`, or a `solid`.
     """
 
     centre: Vector = ORIGIN
@@ -95,6 +105,15 @@ class RigidBody(Part):
     solid: Solid | None = None
     rotate: Rotation | None = None
     """Turns the solid, or the axes in which `inertia` is given."""
+    elastic: bool | Literal["auto"] = "auto"
+    """Whether the solid bends; `auto`: where that matters."""
+    held: Held | None = None
+    """The face at which the ground holds the body."""
+
+    @property
+    def may_bend(self) -> bool:
+        """Whether it bends where that matters."""
+        return self.solid is not None and self.elastic is not False and bool(self.carries)
 
     @model_validator(mode="after")
     def _one_inertia(self) -> Self:
@@ -103,6 +122,13 @@ class RigidBody(Part):
             raise refuse("a rigid body has either a solid or mass and inertia, not both")
         if self.solid is None and given != 2:
             raise refuse("a rigid body needs mass and inertia, or a solid", "a point mass has mass alone")
+        if self.solid is None and self.elastic is True:
+            raise refuse("mass and inertia alone do not bend: an elastic body has a solid", "or elastic: false")
+        if self.held is not None:
+            if self.solid is None:
+                raise refuse("a body of mass and inertia alone has no face to be held at", "give it a solid")
+            if isinstance(self.solid, Cylinder) and self.held.face[0] != "x":
+                raise refuse("a cylinder is held at an end", "x- or x+, x leading along its axis")
         return self
 
 

@@ -176,8 +176,12 @@ class Design(Record):
     def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
         """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
         parts = self.plan.parts.items()
+
+        def ends() -> tuple[Array, Array]:
+            return self.plan.members.end_sizes(self.values, self.geometry.lengths)
+
         return {
-            name: part.discrete_elements(self.values, self.geometry.parts[name])
+            name: part.discrete_elements(self.values, self.geometry.parts[name], ends)
             for name, part in parts
             if part.has_matrices
         }
@@ -185,9 +189,7 @@ class Design(Record):
     @cached_property
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
-        lengths, roots = self.geometry.lengths, self.plan.roots
-        fillets = roots.fillets(self.values, self.geometry)
-        return self.plan.members.elements(self.values, lengths, roots.of(self.values, self.geometry), fillets)
+        return self.plan.elements(self.values, self.geometry)
 
     def node_transforms(self, name: str, nodes: Index) -> Array:
         """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame

@@ -126,12 +126,20 @@ class BodyElement(Inertia):
     def __init__(self, table: ValueTable, body: RigidBody, mechanism: Mechanism) -> None:
         self._frame = _Frame.of(table, body.rotate)
         self._solid = body.solid
+        self.elastic: bool | str = body.elastic if body.solid is not None else False
+        """Whether it bends, as described."""
+        self.held: tuple[int, int] | None = None
+        """Axis and side of the face at which the ground holds it."""
+        if body.held is not None:
+            self.held = "xyz".index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1
         if body.solid is None:
             assert body.mass is not None and body.inertia is not None
             self._mass, self._inertia = table.add(body.mass), table.entries(body.inertia)
             return
         material = mechanism.material(body.solid.material)
         self._rho, self._E = table.add(material.rho), table.add(material.E)
+        self._has_nu = material.nu is not None
+        self._nu_or_G = table.add(material.nu if material.nu is not None else material.G)  # type: ignore[arg-type]
         match body.solid:
             case Box(size=size):
                 self._size = table.entries(size)
@@ -177,6 +185,11 @@ class BodyElement(Inertia):
     def modulus(self, values: Array) -> Array:
         """Young's modulus (...) of a body that has a form, Pa."""
         return values[..., self._E]
+
+    def material(self, values: Array) -> tuple[Array, Array, Array]:
+        """Young's modulus (...), Pa, Poisson's ratio (...) and density (...), kg/m^3, of a body that has a form."""
+        E, other = values[..., self._E], values[..., self._nu_or_G]
+        return E, other if self._has_nu else E / (2 * other) - 1, values[..., self._rho]
 
     def box(self, values: Array) -> tuple[Array, Array]:
         """The box around a body that has a form: axes (..., 3, 3) as rows, part's axes, and half sizes (..., 3), m."""

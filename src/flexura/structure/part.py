@@ -31,6 +31,7 @@ from flexura.structure.discrete_elements import (
     SuperelementMatrices,
     least_aligned,
 )
+from flexura.structure.elastic_bodies import AMPLITUDES, ElasticBody, EndSizes
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
 from flexura.structure.values import ValueTable, picked
@@ -88,11 +89,15 @@ class _Nodes:
 class Part:
     """Layout of one prototype's own part."""
 
-    def __init__(self, layout: Layout, name: str, table: ValueTable) -> None:
+    def __init__(
+        self, layout: Layout, name: str, table: ValueTable, elastic: frozenset[str] = frozenset[str]()
+    ) -> None:
         self.name = name
         prototype = layout.prototypes[name]
         mechanism = layout.mechanism
-        nodes = _Nodes(layout.own_nodes(name))
+        held = [key for key, body in prototype.bodies.items() if body.held is not None]
+        frames = {key: f"{key}[held]" for key in held if key in elastic}
+        nodes = _Nodes([*layout.own_nodes(name), *frames.values()])
         self.n_own: int = len(nodes.names)
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
@@ -120,10 +125,21 @@ class Part:
             nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
             for key, body in prototype.bodies.items()
         }
+        self.clamped: list[int] = [nodes.number[frames.get(key, key)] for key in held]
+        """Nodes of what the ground holds at a face."""
+        self.elastic: dict[str, ElasticBody] = {}
+        """The bodies that bend, by name."""
+        for key in prototype.bodies:
+            if key in elastic:
+                number, body = self.bodies[key]
+                frame = nodes.number[frames[key]] if key in frames else None
+                self.elastic[key] = ElasticBody(body, number, frame, self.carried[number])
         self.joints: list[tuple[int, int]] = [(nodes.get(a), nodes.get(b)) for a, b in prototype.joints]
         self.foreign: list[str] = nodes.names[self.n_own :]
         self.n_named: int = len(nodes.names)
-        own_positions = [*prototype.nodes.values(), *(body.centre for body in prototype.bodies.values())]
+        bodies = prototype.bodies
+        centres = [*(body.centre for body in bodies.values()), *(bodies[key].centre for key in frames)]
+        own_positions = [*prototype.nodes.values(), *centres]
         self._position_entries = np.array([table.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, table, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
@@ -167,19 +183,25 @@ class Part:
         self.amplitude_at: list[int] = []
         for key, (connected, K, M) in self.superelements.items():
             count = len(K) - 6 * len(connected)
-            names = [f"{key} amplitude {k + 1}" for k in range(count)]
-            extra = []
-            for first in range(0, count, 6):
-                node = nodes.get(f"{key} amplitudes {first + 1} to {min(first + 6, count)}")
-                self.amplitude_names[node] = names[first : first + 6]
-                self.amplitude_at.append(connected[0])
-                extra.append(node)
+            extra = self._amplitude_nodes(nodes, key, count, connected[0])
             spare = np.eye(-count % 6)
             self.superelements[key] = ([*connected, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
+        for key, body in self.elastic.items():
+            body.nodes += self._amplitude_nodes(nodes, key, AMPLITUDES, body.nodes[0])
         self.unused: NDArray[np.bool_] = np.zeros((len(nodes.names), 6), dtype=bool)
         """Which freedoms (n, 6) of the nodes for amplitudes stand for nothing."""
         for node, names in self.amplitude_names.items():
             self.unused[node, len(names) :] = True
+
+    def _amplitude_nodes(self, nodes: _Nodes, key: str, count: int, at: int) -> list[int]:
+        """Nodes that hold the amplitudes of a superelement; their place is that of one of its nodes."""
+        names, extra = [f"{key} amplitude {k + 1}" for k in range(count)], []
+        for first in range(0, count, 6):
+            node = nodes.get(f"{key} amplitudes {first + 1} to {min(first + 6, count)}")
+            self.amplitude_names[node] = names[first : first + 6]
+            self.amplitude_at.append(at)
+            extra.append(node)
+        return extra
 
     def _boundary(self, layout: Layout, nodes: _Nodes) -> Index:
         """Nodes that a reduction keeps: the interface, what bodies carry, bodies, and nodes shared with instances.
@@ -190,7 +212,7 @@ class Part:
         keep = {nodes.number[n] for n in layout.prototypes[self.name].interface if n in nodes.number}
         keep |= set(range(self.n_own, self.n_named))
         keep |= {node for node, _ in self.bodies.values()} | {n for ns in self.carried.values() for n in ns}
-        keep |= {n for joint in self.joints for n in joint}
+        keep |= {*self.clamped, *(n for joint in self.joints for n in joint)}
         if self.name == TOP:
             held = {n for text in layout.mechanism.ground for n in matching(text, list(nodes.number))}
             keep |= {nodes.number[n] for n in held}
@@ -234,7 +256,8 @@ class Part:
         }
         superelements = self.superelements.items()
         return [
-            *((key, [node], body) for key, (node, body) in self.bodies.items()),
+            *((key, [node], body) for key, (node, body) in self.bodies.items() if key not in self.elastic),
+            *((key, body.nodes, body) for key, body in self.elastic.items()),
             *((key, [node], point) for key, (node, point) in self.points.items()),
             *((key, spring.nodes, spring) for key, spring in self.springs.items()),
             *((key, nodes, SuperelementMatrices(K, M, loss[key])) for key, (nodes, K, M) in superelements),
@@ -328,9 +351,12 @@ class Part:
         local = np.stack([polar, slender + rotary * section.Iy, slender + rotary * section.Iz], axis=-1)
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
-    def discrete_elements(self, values: Array, geometry: PartGeometry) -> list[DiscreteElement]:
-        """Matrices of bodies, point masses, springs and superelements for values (..., s)."""
+    def discrete_elements(self, values: Array, geometry: PartGeometry, ends: EndSizes) -> list[DiscreteElement]:
+        """Matrices of bodies, point masses, springs and superelements for values (..., s); `ends` has the sizes of the
+        members of all prototypes."""
         x = geometry.positions
+        for body in self.elastic.values():
+            body.ends = ends
         return [
             DiscreteElement(name, nodes, *part.matrices(values, x[..., nodes, :]))
             for name, nodes, part in self.discrete

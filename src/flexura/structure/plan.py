@@ -33,6 +33,8 @@ from flexura.mechanism import (
 )
 from flexura.records import Kept, Latest, Record
 from flexura.results import Displayed
+from flexura.structure.body_places import BodyPlaces
+from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
@@ -109,6 +111,13 @@ def _refuse_solid_members(layout: Layout) -> None:
         raise ModelError(refused)
 
 
+def _cannot_bend(name: str, key: str) -> Problem:
+    above = () if name == TOP else ("substructures", origin_of(name))
+    rule = "the body hangs on another one or is clamped by a node, which says nothing of the face that is held"
+    hint = "let both bodies carry a node on the face that they share, or give `held: {face: ...}`"
+    return Problem((*above, "bodies", key, "elastic"), "true", rule, hint)
+
+
 class Plan(Record, Displayed):
     """A mechanism laid out once: prototypes, instances, numbering; evaluated by pure functions of values.
 
@@ -124,11 +133,11 @@ class Plan(Record, Displayed):
         self.layout: Layout = Layout(mechanism)
         _refuse_solid_members(self.layout)
         self.value_table: ValueTable = ValueTable()
-        self.parts: dict[str, Part] = {
-            name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes
+        bending = {
+            name: frozenset(key for key, body in prototype.bodies.items() if body.may_bend)
+            for name, prototype in self.layout.prototypes.items()
         }
-        members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members: Members = Members(members, self.layout.mechanism, self.value_table)
+        self._describe(bending)
         self._children = {
             name: {child.name: _ChildPlacement(child, self.value_table) for child in children}
             for name, children in self.layout.children.items()
@@ -139,6 +148,24 @@ class Plan(Record, Displayed):
         specialised = self.layout.specialised
         self._parameters = ParameterTable(mechanism, specialised.parameters, specialised.follows)
         self.value_table.close(self._parameters.defaults)
+        self._lay_out()
+        if any(bending.values()):
+            left = self._bending()
+            if left != bending:
+                self._describe(left)
+                self._lay_out()
+                self._bending()
+
+    def _describe(self, bending: Mapping[str, frozenset[str]]) -> None:
+        """The parts and members of all prototypes, of whose bodies those bend that are named."""
+        self.parts: dict[str, Part] = {
+            name: Part(self.layout, name, self.value_table, bending[name]) for name in self.layout.prototypes
+        }
+        members = [m for part in self.parts.values() for m in part.members.values()]
+        self.members: Members = Members(members, self.layout.mechanism, self.value_table)
+
+    def _lay_out(self) -> None:
+        """Number everything, and settle what depends on the default parameters."""
         self.topology: Topology = Topology(self.layout, self.parts)
         self._levels = self._group_by_level()
         self._foreign = {name: self._foreign_sources(name) for name in self.parts}
@@ -155,6 +182,31 @@ class Plan(Record, Displayed):
         rooted = {name: part.table.corrections.rooted for name, part in self.parts.items()}
         self.roots: Roots = Roots(self.parts, self.topology, self.members, rooted)
         self._settle_corrections()
+
+    def _bending(self) -> dict[str, frozenset[str]]:
+        """The bodies that bend, by prototype, of those that may; settles what pulls at them."""
+        values = self.values()
+        geometry = self.geometry(values)
+        places = BodyPlaces(self.parts, self.members, geometry, values, self.elements(values, geometry))
+        left: dict[str, frozenset[str]] = {}
+        for name, part in self.parts.items():
+            bending: set[str] = set()
+            for key, body in part.elastic.items():
+                body.ends = lambda: self.members.end_sizes(values, geometry.lengths)
+                can_bend = places.can_bend(name, body)
+                if not can_bend and body.body.elastic is True:
+                    raise ModelError([_cannot_bend(name, key)])
+                if can_bend:
+                    places.settle(name, body)
+                    if body.body.elastic is True or places.matters(name, body):
+                        bending.add(key)
+            left[name] = frozenset(bending)
+        return left
+
+    def elements(self, values: Array, geometry: Geometry) -> Elements:
+        """The elements of all prototypes in one table, for values (..., s)."""
+        roots = self.roots.of(values, geometry), self.roots.fillets(values, geometry)
+        return self.members.elements(values, geometry.lengths, *roots)
 
     @property
     def name(self) -> str:

@@ -17,6 +17,7 @@ from flexura.beam import FAR, root_flexibility
 from flexura.duals import plain
 from flexura.mechanism import origin_of
 from flexura.structure.discrete_elements import BodyElement
+from flexura.structure.elastic_bodies import ROOT_DEPTH
 from flexura.structure.members import Members
 from flexura.structure.part import Part
 from flexura.structure.topology import Geometry, Topology
@@ -38,9 +39,6 @@ for _one, _other, _sign in ((2, 5, 1.0), (3, 6, -1.0), (4, 7, 1.0)):
 HELD_FLAT = 0.15
 """How far a block reaches beyond a member, over its thickness, from which its end counts as held flat: what
 that gives is in the root."""
-
-ROOT_DEPTH = 0.5
-"""How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
 
 FACING = 0.3
 """Cosine between a member and the normal of a face from which it may end at that face."""
@@ -146,8 +144,10 @@ class Roots:
             part, first = self._parts[name], self.first[name]
             inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
-                for node, body in part.bodies.values():
-                    bodies.setdefault(int(topology.root[offset + node]), []).append(len(self._bodies))
+                for key, (node, body) in part.bodies.items():
+                    on = part.carried[node] if key in part.elastic else [node]
+                    for root in {int(topology.root[offset + at]) for at in on}:
+                        bodies.setdefault(root, []).append(len(self._bodies))
                     self._bodies.append(_Body(offset + node, instance, body))
                 stiff |= {int(topology.root[offset + node]) for node in inner}
                 for m, ends in enumerate(part.ends.tolist()):

@@ -128,7 +128,10 @@ class Topology:
                     together.append((offset + part.n_own + k, self.node(path, foreign)))
                 for a, b in part.joints:
                     together.append((offset + a, offset + b))
+                bending = {part.bodies[key][0] for key in part.elastic}
                 for body, carried in part.carried.items():
+                    if body in bending:
+                        continue
                     depths[offset + body] = len(path)
                     together += [(offset + body, offset + node) for node in carried]
         cluster = _clusters(self.n_nodes, together)
@@ -156,6 +159,10 @@ class Topology:
         ground = self.layout.mechanism.ground
         exposed = self.layout.exposed(TOP)
         held: dict[int, tuple[int, tuple[bool, ...]]] = {}
+        for copies in self.copies.values():
+            for node in copies.numbers(copies.part.clamped).ravel().tolist():
+                self.is_clamped[node] = True
+                held[int(cluster[node])] = (node, (True,) * 6)
         for text, support in ground.items():
             for name in matching(text, exposed):
                 node = self.node((), name)

@@ -1,0 +1,159 @@
+"""What pulls at the bodies of a mechanism that bend, and which of them bend enough to matter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from flexura.arrays import Array
+from flexura.beam import block_rotation, rigid_arm
+from flexura.beam.ritz import Material, patch_rows
+from flexura.structure.discrete_elements import BodyElement
+from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
+from flexura.structure.elements import Elements
+from flexura.structure.members import Members
+from flexura.structure.part import Part
+from flexura.structure.topology import Geometry
+
+MATTERS = 2e-3
+"""Flexibility of a body over that of the members on it, held at their other ends, from which it bends: half of that is
+the change of a frequency."""
+
+
+class _Place(NamedTuple):
+    """The instance of a copy, the axes (3, 3) of its part as columns, and something in it."""
+
+    instance: int
+    Q: Array
+    part: str
+    index: int
+    end: int
+
+
+class BodyPlaces:
+    """What pulls at bodies that bend, for one design: all parts, the values, and the elements of all members."""
+
+    def __init__(
+        self, parts: Mapping[str, Part], members: Members, geometry: Geometry, values: Array, elements: Elements
+    ) -> None:
+        self._parts, self._members, self._elements = parts, members, elements
+        self._values, self._geometry, self._topology = values, geometry, geometry.topology
+        first = np.cumsum([0, *(len(part.members) for part in parts.values())]).tolist()
+        self._first: dict[str, int] = dict(zip(parts, first, strict=False))
+        self._ends: dict[int, list[_Place]] = {}
+        self._solids: dict[int, list[tuple[int, _Place, BodyElement]]] = {}
+        root = self._topology.root
+        for name, copies in self._topology.copies.items():
+            part = parts[name]
+            for number, offset in zip(copies.number, copies.offset, strict=True):
+                Q = self._geometry.Q[number]
+                for m, both in enumerate(part.ends.tolist()):
+                    for end, node in enumerate(both):
+                        self._ends.setdefault(int(root[offset + node]), []).append(_Place(number, Q, name, m, end))
+                for node, body in part.bodies.values():
+                    if not body.has_form:
+                        continue
+                    for on in {node, *part.carried[node]}:
+                        place = _Place(number, Q, name, offset + node, 0)
+                        self._solids.setdefault(int(root[offset + on]), []).append((offset + on, place, body))
+        widths, thicknesses = members.end_sizes(values, geometry.lengths)
+        self._area = widths * thicknesses
+
+    def settle(self, name: str, body: ElasticBody) -> None:
+        """Place what pulls at a body of a prototype, as at its first copy."""
+        topology = self._topology
+        copies = topology.copies[name]
+        number, offset = copies.number[0], copies.offset[0]
+        own = _Own(body.body, self._values, self._geometry.Q[number], self._geometry.positions[offset + body.nodes[0]])
+        rows = [self._pull(own, offset + node) for node in body.carried]
+        body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
+
+    def _pull(self, own: _Own, node: int) -> tuple[int, int, Array, Array, bool, Array]:
+        """One row of `Pulls`."""
+        root, positions = int(self._topology.root[node]), self._geometry.positions
+        first = self._first
+        if members := self._ends.get(root):
+            at = max(members, key=lambda place: self._area[first[place.part] + place.index, place.end])
+            geometry = self._geometry.parts[at.part]
+            axes = own.turn @ at.Q @ geometry.R[at.index].T
+            axes = axes * np.array([2.0 * at.end - 1.0, 1.0, 1.0])
+            member = first[at.part] + at.index
+            offset = own.Q.T @ at.Q @ geometry.offsets[at.index, at.end]
+            return member, at.end, axes, offset, bool(self._members.is_round[member]), np.zeros(2)
+        at, bare = own.turn @ (positions[node] - own.centre), np.full(3, BARE * own.half.min())
+        for _, place, other in self._solids.get(root, []):
+            if other is own.body:
+                continue
+            rows, half = other.box(self._values)
+            reach = np.abs(own.turn @ place.Q @ rows.T) @ half
+            middle = own.turn @ (positions[place.index] - own.centre)
+            low, high = np.maximum(middle - reach, -own.half), np.minimum(middle + reach, own.half)
+            at, bare = (low + high) / 2, np.maximum((high - low) / 2, 0.0)
+            break
+        inside = np.abs(inside(at[None], own.half, own.body.is_round)[0]) / own.half
+        axis = int(inside.argmax())
+        others = [k for k in range(3) if k != axis]
+        axes = np.zeros((3, 3))
+        axes[axis, 0], axes[others[0], 1], axes[others[1], 2] = -1.0 if at[axis] > 0 else 1.0, 1.0, 1.0
+        offset = own.Q.T @ (own.turn.T @ at + own.centre - positions[node])
+        return -1, 0, axes, offset, False, bare[others]
+
+    def can_bend(self, name: str, body: ElasticBody) -> bool:
+        """Whether the node of a body is its own and nothing that it carries is clamped: where it hangs on another body
+        or is clamped by a node, nothing says at which face."""
+        topology, number = self._topology, body.own
+        others = {
+            offset + node
+            for other, copies in topology.copies.items()
+            for offset in copies.offset
+            for node, _ in self._parts[other].bodies.values()
+        }
+        for offset in topology.copies[name].offset:
+            root = topology.root[offset + number]
+            is_shared = any(topology.root[node] == root for node in others - {offset + number})
+            carried = topology.root[offset + np.array(body.carried, dtype=np.intp)]
+            if is_shared or topology.held[root].any() or topology.held[carried].all(axis=1).any():
+                return False
+        return True
+
+    def matters(self, name: str, body: ElasticBody) -> bool:
+        """Whether what a body gives changes a number by more than MATTERS at most."""
+        geometry, values = self._geometry.parts[name], self._values
+        size = 2 * body.body.box(values)[1]
+        patches = body.patches(values, geometry.positions[body.nodes])
+        rows = patch_rows(body.solid, size, patches)
+        C = rows @ body.solid.solved(size, Material(*body.body.material(values)), rows.T)
+        k = np.zeros_like(C)
+        for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):
+            if member >= 0:
+                axes = body.pulls.axes[p] * np.array([2.0 * end - 1.0, 1.0, 1.0])
+                six = slice(6 * p, 6 * p + 6)
+                turn = block_rotation(axes)
+                k[six, six] = turn @ self._held_at_the_other_end(member, end) @ turn.T
+        return float(np.abs(la.eigvals(C @ k)).max(initial=0.0)) > MATTERS
+
+    def _held_at_the_other_end(self, member: int, end: int) -> Array:
+        """Stiffness (6, 6) of a member at an end, its own axes."""
+        first, elements = self._members.first, self._elements
+        own = slice(int(first[member]), int(first[member + 1]))
+        C = elements.C[own]
+        step = float(self._geometry.lengths[member]) / len(C)
+        arms = np.zeros((len(C), 3))
+        arms[:, 0] = step * np.arange(len(C) - 1, -1, -1)
+        D = rigid_arm(arms)
+        k = np.linalg.inv((D @ C @ np.swapaxes(D, -1, -2)).sum(axis=0))
+        whole = rigid_arm(np.array([step * len(C), 0.0, 0.0]))
+        return k if end else whole.T @ k @ whole
+
+
+class _Own:
+    """A body as placed: its element, the axes (3, 3) of its part as columns, its centre (3,), m, what turns global
+    axes into its own (3, 3), and half sizes (3,), m."""
+
+    def __init__(self, body: BodyElement, values: Array, Q: Array, centre: Array) -> None:
+        self.body, self.Q, self.centre = body, Q, centre
+        rows, self.half = body.box(values)
+        self.turn: Array = rows @ Q.T

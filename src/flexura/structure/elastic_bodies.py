@@ -1,0 +1,186 @@
+"""Bodies that bend: their solids as superelements over patches at which members pull (theory eqs. E1-E6).
+
+A member pulls at more than its own section: what its root gives lies in a part of the body that reaches from the
+section as far as `flexura.structure.roots` takes it to, and only what lies beyond is in the body. So nothing is counted
+twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from flexura.arrays import Array, Bools, Index
+from flexura.beam import FAR
+from flexura.beam.ritz import Material, Patches, RitzSolid, elastic_body
+from flexura.duals import plain
+from flexura.structure.discrete_elements import BodyElement, Lumped
+from flexura.structure.values import common
+
+ROOT_DEPTH = 0.5
+"""How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
+
+AMPLITUDES = 6
+"""Amplitudes of a body beside the displacements of its patches."""
+
+BARE = 0.1
+"""Half side, over the least half side of the body, of the patch of a node at which no member ends."""
+
+POINTS = 6
+"""Gauss points along each side of a patch."""
+
+GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
+ACROSS, ALONG = (axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij"))
+SHARES = np.outer(WEIGHTS, WEIGHTS).ravel() / 4
+
+EndSizes: TypeAlias = Callable[[], tuple[Array, Array]]
+"""Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
+
+
+@dataclass(frozen=True)
+class Pulls:
+    """What pulls at the p carried nodes of a body: the member (p,) and its end (p,), -1 for none; its axes (p, 3, 3) as
+    columns in those of the body, x leading into the body; the way (p, 3) from the node to its end, part's axes; whether
+    it is a rod (p,); and half sides (p, 2), m, of the patch where there is none."""
+
+    member: Index
+    end: Index
+    axes: Array
+    offset: Array
+    is_rod: Bools
+    bare: Array
+
+
+class ElasticBody(Lumped):
+    """K and M of a body that bends over its own node, the frame of its held face, carried nodes, and amplitudes."""
+
+    pulls: Pulls
+    solid: RitzSolid
+    shapes: Array
+    """Displacements (3n, AMPLITUDES) whose amplitudes are coordinates."""
+    ends: EndSizes
+
+    def __init__(self, body: BodyElement, node: int, frame: int | None, carried: list[int]) -> None:
+        self.body, self.own, self.carried = body, node, carried
+        self.nodes: list[int] = [node, *carried] if frame is None else [frame, *carried, node]
+        """Nodes in the order of the matrices; those of the amplitudes last."""
+
+    def place(self, values: Array, pulls: Pulls) -> None:
+        """Settle for one design what pulls at the body, and which functions it has."""
+        self.pulls = pulls
+        _, half = self.body.box(values)
+        held = self.body.held
+        self.solid = RitzSolid.of(2 * half, self.body.is_round, held, len(self.carried))
+        self.shapes = self.solid.modes(2 * half, self._material(values))[1][:, :AMPLITUDES]
+
+    def _material(self, values: Array) -> Material:
+        return Material(*self.body.material(values))
+
+    def patches(self, values: Array, positions: Array) -> Patches:
+        """Where it is pulled at, in its own axes; positions (..., n, 3) of its nodes, part's axes."""
+        pulls, count = self.pulls, len(self.carried)
+        rows, half = self.body.box(values)
+        turned = np.swapaxes(rows, -1, -2)
+        nodes = positions[..., 1 : 1 + count, :] - positions[..., :1, :]  # the frame of a held face is at the centre, too
+        at, nodes = (nodes + pulls.offset) @ turned, nodes @ turned
+        at = inside(at, half, self.body.is_round)
+        width, thickness = self.ends()
+        is_member = pulls.member >= 0
+        b, t = (
+            np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare)
+            for size, bare in zip((width, thickness), pulls.bare.T, strict=True)
+        )
+        inner = at + np.where(is_member[:, None], t[..., None] * pulls.axes[..., 0], 0.0)
+        sides = [_exits(inner, sign * pulls.axes[..., k], half, self.body.is_round) for k in (2, 1) for sign in (1, -1)]
+        behind = _exits(inner, pulls.axes[..., 0], half, self.body.is_round) + t
+        up, down, left, right = (
+            _lesser(side, reached) for side, reached in zip(sides, self._reach(b, t, behind), strict=True)
+        )
+        y, z = pulls.axes[..., 1], pulls.axes[..., 2]
+        centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
+        points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (ACROSS[:, None] * y[:, None])
+        points = points + ((up + down) / 2)[..., None, None] * (ALONG[:, None] * z[:, None])
+        points = inside(points, half[..., None, :], self.body.is_round)
+        return Patches(points, SHARES + 0 * points[..., 0], nodes)
+
+    def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
+        """How far patches reach along and against the member's z and y, at most."""
+        share = _lesser(behind / (2 * t), np.array(1.0))
+        beyond = share * _lesser(ROOT_DEPTH * behind, FAR * t)
+        beyond = np.where(self.pulls.member >= 0, beyond, 0.0)
+        tall = t / 2 + beyond
+        wide = np.where(self.pulls.is_rod, tall, b / 2)
+        return tall, tall, wide, wide
+
+    def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
+        """K and M over its nodes, part's axes."""
+        rows, half = self.body.box(values)
+        mass, inertia = self.body.mass_and_inertia(values)
+        rigid = np.zeros((*inertia.shape[:-2], 6, 6), like=inertia)
+        for k in range(3):
+            rigid[..., k, k] = mass
+        rigid[..., 3:, 3:] = rows @ inertia @ np.swapaxes(rows, -1, -2)
+        patches = Patches(*(common(array, axes) for array, axes in zip(self.patches(values, positions), (3, 2, 2))))
+        size, rigid = common(2 * half, 1), common(rigid, 2)
+        material = Material(*(common(number, 0) for number in self._material(values)))
+        K, M = elastic_body(self.solid, size, material, patches, self.shapes, rigid)
+        count = len(self.nodes) - AMPLITUDES // 6
+        T = np.zeros((*rows.shape[:-2], K.shape[-1], K.shape[-1]), like=rows)
+        T[..., range(6 * count, K.shape[-1]), range(6 * count, K.shape[-1])] = 1.0
+        for k in range(2 * count):
+            T[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = rows
+        T = common(T, 2)
+        Tt = np.swapaxes(T, -1, -2)
+        return Tt @ K @ T, Tt @ M @ T
+
+
+PARALLEL = 1e-9
+"""Cosine below which a direction is along a face."""
+
+
+def inside(points: Array, half: Array, is_round: bool) -> Array:
+    """The nearest points (..., 3) within half sizes (..., 3) of a box, or of a cylinder about the first axis."""
+    half = half[..., None, :] if half.ndim < points.ndim else half
+    if not is_round:
+        return np.clip(points, -half, half)
+    radius = np.sqrt((points[..., 1:] ** 2).sum(axis=-1) + TINY * half[..., 1] ** 2)
+    share = _lesser(half[..., 1] / radius, np.array(1.0))
+    along = np.clip(points[..., :1], -half[..., :1], half[..., :1])
+    return np.concatenate([along, points[..., 1:] * share[..., None]], axis=-1)
+
+
+TINY = 1e-24
+"""What keeps the axis of a cylinder from having a direction away from it."""
+
+
+def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
+    """How far it is (..., p), m, from points (..., p, 3) in a solid along unit vectors (p, 3) to where these leave it."""
+    exits: Array | None = None
+    for axis in range(1 if is_round else 3):
+        slope = towards[..., axis]
+        steep = np.abs(slope) > PARALLEL
+        size = np.where(steep, np.abs(slope), 1.0)
+        room = (half[..., axis, None] - np.sign(slope) * at[..., axis]) / size
+        room = np.where(steep, room, 1e30)
+        exits = room if exits is None else _lesser(exits, room)
+    assert exits is not None
+    if is_round:
+        y, z = at[..., 1], at[..., 2]
+        a = (towards[..., 1:] ** 2).sum(axis=-1)
+        b = (towards[..., 1:] * at[..., 1:]).sum(axis=-1)
+        steep = a > PARALLEL
+        unit = np.where(steep, a, 1.0)
+        c = half[..., 1, None] ** 2 - y * y - z * z
+        c = np.where(plain(c) > 0, c, 0.0 * c)
+        room = (np.sqrt(b * b + unit * c + TINY * half[..., 1, None] ** 2) - b) / unit
+        exits = _lesser(exits, np.where(steep, room, 1e30))
+    return np.where(plain(exits) > 0, exits, 0.0 * exits)
+
+
+def _lesser(a: Array, b: Array) -> Array:
+    """The smaller of two, with its slopes; of equal ones the first."""
+    return np.where(plain(b) < plain(a), b, a)
+
