@@ -262,14 +262,16 @@ class _Copy:
         return self._signed((T @ K @ T.T)[None]), self._signed((T @ M @ T.T)[None])
 
     def superelements(self) -> Iterator[Named]:
-        """Superelements between nodes, and those of one node that has stiffness to the ground."""
-        for key, (nodes, *matrices) in self.part.superelements.items():
+        """Superelements and bodies that bend, between nodes, and those of one node that has stiffness to the ground."""
+        for key, nodes, K, M in self.matrices.discrete_elements:
+            if key not in self.part.superelements and key not in self.part.elastic:
+                continue
             at = np.array(nodes)
             positioned = at < self.part.n_positioned
             arm = self._arms(at, np.zeros((len(at), 3)))
             frames = self._frames(at)
             sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in positioned])
-            K, M = (sign[:, None] * matrix * sign for matrix in matrices)
+            K, M = (sign[:, None] * matrix * sign for matrix in (K, M))
             builder, axes = self.builder, self._axes(np.eye(3))
             yield (
                 Superelements.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M),
@@ -278,7 +280,7 @@ class _Copy:
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""
-        heavy = {*self.part.bodies, *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
+        heavy = {*(self.part.bodies.keys() - self.part.elastic), *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
         for mass in self.matrices.discrete_elements:
             if mass.M is None or mass.name not in heavy:
                 continue

@@ -93,8 +93,8 @@ class BodyPlaces:
             low, high = np.maximum(middle - reach, -own.half), np.minimum(middle + reach, own.half)
             at, bare = (low + high) / 2, np.maximum((high - low) / 2, 0.0)
             break
-        inside = np.abs(inside(at[None], own.half, own.body.is_round)[0]) / own.half
-        axis = int(inside.argmax())
+        share = np.abs(inside(at[None], own.half, own.body.is_round)[0]) / own.half
+        axis = int(share.argmax())
         others = [k for k in range(3) if k != axis]
         axes = np.zeros((3, 3))
         axes[axis, 0], axes[others[0], 1], axes[others[1], 2] = -1.0 if at[axis] > 0 else 1.0, 1.0, 1.0
@@ -105,17 +105,18 @@ class BodyPlaces:
         """Whether the node of a body is its own and nothing that it carries is clamped: where it hangs on another body
         or is clamped by a node, nothing says at which face."""
         topology, number = self._topology, body.own
-        others = {
-            offset + node
-            for other, copies in topology.copies.items()
-            for offset in copies.offset
-            for node, _ in self._parts[other].bodies.values()
-        }
+        bodies, carried = set[int](), list[int]()
+        for other, copies in topology.copies.items():
+            part = self._parts[other]
+            for offset in copies.offset:
+                bodies |= {offset + node for node, _ in part.bodies.values()}
+                carried += [offset + node for nodes in part.carried.values() for node in nodes]
+        hanging = set(topology.root[carried].tolist())
         for offset in topology.copies[name].offset:
-            root = topology.root[offset + number]
-            is_shared = any(topology.root[node] == root for node in others - {offset + number})
-            carried = topology.root[offset + np.array(body.carried, dtype=np.intp)]
-            if is_shared or topology.held[root].any() or topology.held[carried].all(axis=1).any():
+            root = int(topology.root[offset + number])
+            is_shared = any(topology.root[node] == root for node in bodies - {offset + number})
+            held = topology.held[topology.root[[offset + node for node in body.carried]]].all(axis=1)
+            if is_shared or root in hanging or topology.held[root].any() or held.any():
                 return False
         return True
 

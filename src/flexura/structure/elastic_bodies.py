@@ -86,7 +86,7 @@ class ElasticBody(Lumped):
         turned = np.swapaxes(rows, -1, -2)
         nodes = positions[..., 1 : 1 + count, :] - positions[..., :1, :]  # the frame of a held face is at the centre, too
         at, nodes = (nodes + pulls.offset) @ turned, nodes @ turned
-        at = inside(at, half, self.body.is_round)
+        at = inside(at, half[..., None, :], self.body.is_round)
         width, thickness = self.ends()
         is_member = pulls.member >= 0
         b, t = (
@@ -103,7 +103,7 @@ class ElasticBody(Lumped):
         centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
         points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (ACROSS[:, None] * y[:, None])
         points = points + ((up + down) / 2)[..., None, None] * (ALONG[:, None] * z[:, None])
-        points = inside(points, half[..., None, :], self.body.is_round)
+        points = inside(points, half[..., None, None, :], self.body.is_round)
         return Patches(points, SHARES + 0 * points[..., 0], nodes)
 
     def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
@@ -143,9 +143,8 @@ PARALLEL = 1e-9
 
 def inside(points: Array, half: Array, is_round: bool) -> Array:
     """The nearest points (..., 3) within half sizes (..., 3) of a box, or of a cylinder about the first axis."""
-    half = half[..., None, :] if half.ndim < points.ndim else half
     if not is_round:
-        return np.clip(points, -half, half)
+        return -_lesser(-_lesser(points, half + 0 * points), half + 0 * points)
     radius = np.sqrt((points[..., 1:] ** 2).sum(axis=-1) + TINY * half[..., 1] ** 2)
     share = _lesser(half[..., 1] / radius, np.array(1.0))
     along = np.clip(points[..., :1], -half[..., :1], half[..., :1])

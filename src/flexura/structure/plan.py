@@ -149,12 +149,10 @@ class Plan(Record, Displayed):
         self._parameters = ParameterTable(mechanism, specialised.parameters, specialised.follows)
         self.value_table.close(self._parameters.defaults)
         self._lay_out()
-        if any(bending.values()):
-            left = self._bending()
-            if left != bending:
-                self._describe(left)
-                self._lay_out()
-                self._bending()
+        while any(bending.values()) and (left := self._bending()) != bending:
+            bending = left
+            self._describe(bending)
+            self._lay_out()
 
     def _describe(self, bending: Mapping[str, frozenset[str]]) -> None:
         """The parts and members of all prototypes, of whose bodies those bend that are named."""
