@@ -2,13 +2,15 @@
 
 Displacements are products of Legendre polynomials (W. M. Visscher, A. Migliori, T. M. Bell, R. A. Reinert, J. Acoust.
 Soc. Am. 90 (1991) 2154), so that frequencies are upper and deflections lower bounds. A box has the axes of its edges,
-a cylinder lies along its first axis; places are over the half sizes.
+a cylinder lies along its first axis; places are over the half sizes. Both are their own mirror images, so that
+displacements fall into classes that know nothing of each other: those that mirrors leave as they are or turn round.
+Coordinates are in blocks (c, s), one for each class, filled up with coordinates of nothing.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +18,7 @@ import scipy.linalg as la
 from numpy.polynomial import legendre
 
 from flexura.arrays import Array, Index
-from flexura.beam.frames import combine, rigid_arm, skew
+from flexura.beam.frames import rigid_arm, skew
 from flexura.duals import zeros
 from flexura.errors import SolverError
 
@@ -36,6 +38,7 @@ RIDGE = 1e-9
 """Flexibility over that of a patch which patches that the functions cannot tell apart have between them."""
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+"""The axes of products of two slopes, as a stiffness is made up of them."""
 
 
 class Material(NamedTuple):
@@ -47,12 +50,14 @@ class Material(NamedTuple):
 
 
 class _Tables(NamedTuple):
-    """Integrals over the solid of half sizes one: of products of functions (n, n), of functions times 1 and the three
-    coordinates (4, n), the stiffness by its twelve coefficients (12, 9 n^2), and the volume."""
+    """Integrals over the solid of half sizes one, in blocks: of products of functions (c, s, s), of displacements along
+    the axes times 1 and the three coordinates (4, 3, c, s), the stiffness by its twelve coefficients (12, c s^2), what
+    keeps coordinates of nothing in place (c, s, s), and the volume."""
 
     product: Array
     moments: Array
     stiffness: Array
+    spare: Array
     volume: float
 
 
@@ -84,6 +89,16 @@ class RitzSolid:
         """Orders (n, 3) along the axes of the products."""
         return _exponents(self.orders)
 
+    @property
+    def blocks(self) -> Index:
+        """The coordinates (c, s) of all classes, numbered by displacement, then by function; 3n is one of nothing."""
+        return _blocks(self)
+
+    def split(self, rows: Array) -> Array:
+        """Rows (..., k, 3n) by coordinates, in blocks (..., c, k, s)."""
+        at = np.concatenate([rows, 0.0 * rows[..., :1]], axis=-1)[..., self.blocks]
+        return np.moveaxis(at, -2, -3)
+
     def functions(self, places: Array) -> Array:
         """Values (..., p, n) at places (..., p, 3)."""
         n = self.exponents
@@ -108,103 +123,137 @@ class RitzSolid:
         gradients[axis] -= side * np.prod([at[k][:, n[:, k]] for k in range(3)], axis=0)
         return gradients
 
-    def stiffness(self, size: Array, material: Material) -> Array:
-        """K (..., 3n, 3n), N/m, of sides (..., 3), m; coordinates by displacement, then by function."""
-        E, nu, _ = material
+
+class ElasticSolid:
+    """A RitzSolid of sides (..., 3), m, and a material; all that does not vary in a stack may lack its axis."""
+
+    def __init__(self, functions: RitzSolid, size: Array, material: Material) -> None:
+        self.functions, self.size, self.material = functions, size, material
+        self._tables = _tables(functions)
+        self._volume = np.prod(size, axis=-1) / 8
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """K (..., c, s, s), N/m."""
+        E, nu, _ = self.material
         lame, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
-        volume = np.prod(size, axis=-1) / 8
-        by = [volume * 4 / (size[..., a] * size[..., b]) for a, b in PAIRS]
+        by = [self._volume * 4 / (self.size[..., a] * self.size[..., b]) for a, b in PAIRS]
         coefficients = np.stack([modulus * each for modulus in (lame, mu) for each in by], axis=-1)
-        return combine(coefficients, _tables(self).stiffness, 3 * len(self.exponents))
+        K = coefficients @ self._tables.stiffness
+        return K.reshape(*K.shape[:-1], *self._tables.spare.shape) + _each(E * self._volume ** (1 / 3)) * (
+            self._tables.spare
+        )
 
-    def mass(self, size: Array, material: Material) -> Array:
-        """Mass (..., n, n), kg, of each displacement."""
-        return _each(material.rho * np.prod(size, axis=-1) / 8) * _tables(self).product
+    @cached_property
+    def mass(self) -> Array:
+        """M (..., c, s, s), kg."""
+        return _each(self.material.rho * self._volume) * self._tables.product
 
-    def rigid(self, size: Array) -> Array:
-        """Coordinates (..., 3n, 6) of the motions and rotations about the centre, of a solid that is not held."""
-        n = self.exponents
-        R = zeros((*size.shape[:-1], 3, len(n), 6), size)
+    @cached_property
+    def momentum(self) -> Array:
+        """Momentum and angular momentum about the centre (..., c, 6, s), kg and kg m, of unit coordinates."""
+        moments, half = self._tables.moments, self.size[..., None, None, :] / 2
+        L = zeros((*half.shape[:-3], *moments.shape[2:], 6), half)
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            L[..., a] = moments[0, a]
+            L[..., 3 + a] = half[..., b] * moments[1 + b, c] - half[..., c] * moments[1 + c, b]
+        return np.swapaxes(_each(self.material.rho * self._volume) * L, -1, -2)
+
+    @cached_property
+    def mean_rows(self) -> Array:
+        """Mean motion of the volume (..., c, 6, s): momentum over mass, angular momentum over inertia."""
+        mass = self.material.rho * self._volume * self._tables.volume
+        square = self.size * self.size / 4 * (np.array([1 / 3, 1 / 4, 1 / 4]) if self.functions.is_round else 1 / 3)
+        inertia = mass[..., None] * (square.sum(axis=-1, keepdims=True) - square)
+        by = np.concatenate([np.stack([mass] * 3, axis=-1) + 0 * inertia, inertia], axis=-1)
+        return self.momentum / by[..., None, :, None]
+
+    @cached_property
+    def _rigid(self) -> tuple[Array, Array]:
+        """Rigid motions (..., c, s, 6) of unit mass of a solid that is not held, and the momenta that go with them."""
+        n = self.functions.exponents
+        R = zeros((*self.size.shape[:-1], 6, 3, len(n)), self.size)
         at = [int(np.flatnonzero((n == row).all(axis=1))[0]) for row in np.vstack([np.zeros((1, 3)), np.eye(3)])]
         for a in range(3):
-            R[..., a, at[0], a] = 1.0
             b, c = (a + 1) % 3, (a + 2) % 3
-            R[..., b, at[1 + c], 3 + a] = -size[..., c] / 2
-            R[..., c, at[1 + b], 3 + a] = size[..., b] / 2
-        return R.reshape(*R.shape[:-3], 3 * len(n), 6)
-
-    def momentum(self, size: Array, material: Material) -> Array:
-        """Momentum and angular momentum about the centre (..., 6, 3n), kg and kg m, of unit coordinates."""
-        moments = _tables(self).moments
-        mass = _each(material.rho * np.prod(size, axis=-1) / 8)
-        L = zeros((*mass.shape[:-2], 6, 3, moments.shape[-1]), size, mass)
-        for a in range(3):
-            b, c = (a + 1) % 3, (a + 2) % 3
-            L[..., a, a, :] = mass[..., 0] * moments[0]
-            L[..., 3 + a, c, :] = mass[..., 0] * size[..., b, None] / 2 * moments[1 + b]
-            L[..., 3 + a, b, :] = -mass[..., 0] * size[..., c, None] / 2 * moments[1 + c]
-        return L.reshape(*L.shape[:-2], -1)
-
-    def mean_rows(self, size: Array) -> Array:
-        """Mean motion of the volume (..., 6, 3n): momentum over mass, angular momentum over inertia."""
-        one = np.ones(size.shape[:-1])
-        L = self.momentum(size, Material(one, one, one))
-        mass, square = np.prod(size, axis=-1) / 8 * _tables(self).volume, size * size / 4
-        square = square * (np.array([1 / 3, 1 / 4, 1 / 4]) if self.is_round else 1 / 3)
-        inertia = mass[..., None] * (square.sum(axis=-1, keepdims=True) - square)
-        return L / np.concatenate([np.stack([mass] * 3, axis=-1), inertia], axis=-1)[..., None]
-
-    def modes(self, size: Array, material: Material) -> tuple[Array, Array]:
-        """Squared angular frequencies (k,), 1/s^2, and shapes (3n, k) of unit modal mass of the elastic modes, one
-        design. Raises SolverError where round-off hides the lowest."""
-        M = self.mass(size, material)
-        squared, shapes = la.eigh(self.stiffness(size, material), la.block_diag(M, M, M))
-        rigid = 6 if self.held is None else 0
-        if not squared[rigid] > SLENDEREST * squared[-1]:
-            sides = " x ".join(f"{1e3 * side:.3g}" for side in size)
-            raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
-        return squared[rigid:], shapes[:, rigid:]
-
-    def solved(self, size: Array, material: Material, loads: Array) -> Array:
-        """Coordinates (..., 3n, k), m/N, under loads (..., 3n, k). A solid that is not held is accelerated by what of
-        them is out of balance, and has no mean motion."""
-        K = self.stiffness(size, material)
-        if self.held is not None:
-            return np.linalg.solve(K, loads)
-        R, MR = self._normed(size, material)
-        scale = _each(material.E / (material.rho * np.prod(size, axis=-1) ** (2 / 3)))
-        K = K + scale * MR @ np.swapaxes(MR, -1, -2)
-        balanced = loads - MR @ (np.swapaxes(R, -1, -2) @ loads)
-        return self.without_mean(size, material, np.linalg.solve(K, balanced))
-
-    def without_mean(self, size: Array, material: Material, coordinates: Array) -> Array:
-        """Coordinates (..., 3n, k) less their mean motion, of a solid that is not held."""
-        R, MR = self._normed(size, material)
-        return coordinates - R @ (np.swapaxes(MR, -1, -2) @ coordinates)
-
-    def _normed(self, size: Array, material: Material) -> tuple[Array, Array]:
-        """Rigid motions (..., 3n, 6) of unit mass, and the momenta that go with them."""
-        R = self.rigid(size)
-        MR = self.massed(size, material, R)
-        norm = np.sqrt((R * MR).sum(axis=-2, keepdims=True))
+            R[..., a, a, at[0]] = 1.0
+            R[..., 3 + a, b, at[1 + c]] = -self.size[..., c] / 2
+            R[..., 3 + a, c, at[1 + b]] = self.size[..., b] / 2
+        R = np.swapaxes(self.functions.split(R.reshape(*R.shape[:-2], -1)), -1, -2)
+        MR = self.mass @ R
+        norm = np.sqrt((R * MR).sum(axis=(-3, -2)))[..., None, None, :]
         return R / norm, MR / norm
 
-    def massed(self, size: Array, material: Material, coordinates: Array) -> Array:
-        """Mass times coordinates (..., 3n, k)."""
-        M, n = self.mass(size, material), len(self.exponents)
-        by = coordinates.reshape(*coordinates.shape[:-2], 3, n, coordinates.shape[-1])
-        out = M[..., None, :, :] @ by
-        return out.reshape(*out.shape[:-3], 3 * n, out.shape[-1])
+    @cached_property
+    def _flexibility(self) -> Array:
+        """The inverse of K, of a solid that is not held with a stiffness against its rigid motions."""
+        if self.functions.held is not None:
+            return np.linalg.inv(self.stiffness)
+        _, MR = self._rigid
+        scale = _each(self.material.E / (self.material.rho * self._volume ** (2 / 3)))
+        return np.linalg.inv(self.stiffness + scale * MR @ np.swapaxes(MR, -1, -2))
+
+    def solved(self, loads: Array) -> Array:
+        """Coordinates (..., c, s, k), m/N, under loads (..., c, s, k). A solid that is not held is accelerated by what of
+        them is out of balance, and has no mean motion."""
+        if self.functions.held is not None:
+            return self._flexibility @ loads
+        R, MR = self._rigid
+        balanced = loads - MR @ (np.swapaxes(R, -1, -2) @ loads)
+        return self.without_mean(self._flexibility @ balanced)
+
+    def without_mean(self, coordinates: Array) -> Array:
+        """Coordinates (..., c, s, k) less their mean motion, of a solid that is not held."""
+        R, MR = self._rigid
+        return coordinates - R @ (np.swapaxes(MR, -1, -2) @ coordinates)
+
+    def modes(self, count: int) -> tuple[Array, Array]:
+        """Squared angular frequencies (k,), 1/s^2, and shapes (c, s, k) of unit modal mass of the lowest elastic modes, one
+        design. Raises SolverError where round-off hides the lowest."""
+        values, shapes = list[Array](), np.zeros((*self.stiffness.shape[:2], 0))
+        largest = 0.0
+        for block, at in enumerate(self.functions.blocks):
+            own = np.flatnonzero(at < at.max(initial=0) + 1)
+            own = own[at[own] < 3 * len(self.functions.exponents)]
+            pick = np.ix_(own, own)
+            squared, vectors = la.eigh(self.stiffness[block][pick], self.mass[block][pick])
+            placed = np.zeros((*self.stiffness.shape[:2], len(own)))
+            placed[block, own] = vectors
+            values.append(squared)
+            shapes = np.concatenate([shapes, placed], axis=-1)
+            largest = max(largest, float(squared[-1]))
+        squared = np.concatenate(values)
+        order = np.argsort(squared)[6 if self.functions.held is None else 0 :][:count]
+        if not squared[order[0]] > SLENDEREST * largest:
+            sides = " x ".join(f"{1e3 * side:.3g}" for side in self.size)
+            raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
+        return squared[order], shapes[..., order]
 
 
 def _each(scalar: Array) -> Array:
-    return np.asarray(scalar)[..., None, None] if not hasattr(scalar, "slope") else scalar[..., None, None]
+    """(..., 1, 1, 1) of a scalar (...)."""
+    return scalar[..., None, None, None]
 
 
 @lru_cache(64)
 def _exponents(orders: tuple[int, int, int]) -> Index:
     every = np.array(list(np.ndindex(*(order + 1 for order in orders))))
     return every[(every / np.array(orders)).sum(axis=1) <= 1 + 1e-9]
+
+
+@lru_cache(64)
+def _blocks(solid: RitzSolid) -> Index:
+    n = solid.exponents
+    odd = (n[None] + np.eye(3, dtype=int)[:, None]) % 2
+    if solid.held is not None:
+        odd[..., solid.held[0]] = 0
+    classes = (odd @ np.array([1, 2, 4])).ravel()
+    members = [np.flatnonzero(classes == k) for k in np.unique(classes)]
+    blocks = np.full((len(members), max(map(len, members))), 3 * len(n))
+    for row, own in zip(blocks, members, strict=True):
+        row[: len(own)] = own
+    return blocks
 
 
 def _legendre(x: Array, order: int) -> Array:
@@ -221,16 +270,27 @@ def _tables(solid: RitzSolid) -> _Tables:
     N, G = solid.functions(places), solid.gradients(places)
     n = N.shape[1]
     T = np.einsum("iqm,q,jqn->ijmn", G, weights, G, optimize=True)
-    basis = np.zeros((12, 3, n, 3, n))
+    stiffness = np.zeros((12, 3, n, 3, n))
     for k, (i, j) in enumerate(PAIRS):
         for a, b in {(i, j), (j, i)}:
-            basis[k, a, :, b] += T[a, b]
-            basis[6 + k, a, :, b] += T[b, a]
+            stiffness[k, a, :, b] += T[a, b]
+            stiffness[6 + k, a, :, b] += T[b, a]
         if i == j:
             for a in range(3):
-                basis[6 + k, a, :, a] += T[i, i]
-    around = np.concatenate([np.ones((1, len(places))), places.T])
-    return _Tables((N.T * weights) @ N, (around * weights) @ N, basis.reshape(12, -1), float(weights.sum()))
+                stiffness[6 + k, a, :, a] += T[i, i]
+    product = np.zeros((1, 3, n, 3, n))
+    product[0, range(3), :, range(3)] = (N.T * weights) @ N
+    around = (np.concatenate([np.ones((1, len(places))), places.T]) * weights) @ N
+    moments = np.einsum("ab,kn->kabn", np.eye(3), around).reshape(4, 3, 3 * n)
+    blocks = solid.blocks
+
+    def block(matrix: Array) -> Array:
+        padded = np.pad(matrix.reshape(-1, 3 * n, 3 * n), ((0, 0), (0, 1), (0, 1)))
+        return padded[:, blocks[:, :, None], blocks[:, None, :]]
+
+    spare = (blocks == 3 * n)[..., None] * np.eye(blocks.shape[1])
+    by = np.pad(moments, ((0, 0), (0, 0), (0, 1)))[..., blocks]
+    return _Tables(block(product)[0], by, block(stiffness).reshape(12, -1), spare, float(weights.sum()))
 
 
 def _quadrature(solid: RitzSolid) -> tuple[Array, Array]:
@@ -261,67 +321,70 @@ class Patches(NamedTuple):
 
 
 def patch_rows(solid: RitzSolid, size: Array, patches: Patches) -> Array:
-    """Motion (..., 6p, 3n) of patches by coordinates: of the plane that fits best, read at their nodes."""
+    """Motion (..., c, 6p, s) of patches by coordinates: of the plane that fits best, read at their nodes."""
     points, weights, nodes = patches
     N = solid.functions(points / (size[..., None, None, :] / 2))
     centre = (weights[..., None] * points).sum(axis=-2)
     arms = points - centre[..., None, :]
-    by = np.swapaxes(weights[..., None] * N, -1, -2)
-    mean = by.sum(axis=-1)
-    first = np.swapaxes(by @ arms, -1, -2)
+    weighted = weights[..., None] * np.concatenate([0 * arms[..., :1] + 1.0, arms], axis=-1)
+    moments = np.swapaxes(weighted, -1, -2) @ N
     cross = skew(arms)
     inertia = (weights[..., None, None] * (np.swapaxes(cross, -1, -2) @ cross)).sum(axis=-3)
-    rows = zeros((*mean.shape[:-1], 6, 3, mean.shape[-1]), mean, first)
+    rows = zeros((*moments.shape[:-2], 6, 3, moments.shape[-1]), moments)
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
-        rows[..., a, a, :] = mean
-        rows[..., 3 + a, c, :] = first[..., b, :]
-        rows[..., 3 + a, b, :] = -first[..., c, :]
+        rows[..., a, a, :] = moments[..., 0, :]
+        rows[..., 3 + a, c, :] = moments[..., 1 + b, :]
+        rows[..., 3 + a, b, :] = -moments[..., 1 + c, :]
     rows = rows.reshape(*rows.shape[:-2], -1)
-    turned = np.linalg.inv(inertia) @ rows[..., 3:, :]
-    rows = rigid_arm(nodes - centre) @ np.concatenate([rows[..., :3, :], turned], axis=-2)
-    return rows.reshape(*rows.shape[:-3], -1, rows.shape[-1])
+    turned = zeros((*inertia.shape[:-2], 6, 6), inertia)
+    turned[..., range(3), range(3)] = 1.0
+    turned[..., 3:, 3:] = np.linalg.inv(inertia)
+    rows = (rigid_arm(nodes - centre) @ turned) @ rows
+    return solid.split(rows.reshape(*rows.shape[:-3], -1, rows.shape[-1]))
 
 
-def elastic_body(
-    solid: RitzSolid, size: Array, material: Material, patches: Patches, shapes: Array, rigid_mass: Array
-) -> tuple[Array, Array]:
-    """K and M (..., 6 + 6p + m) of a solid over a frame at its centre, patches, and amplitudes of shapes (3n, m).
+def flexibility(solid: ElasticSolid, patches: Patches) -> Array:
+    """Flexibility (..., 6p, 6p) of a solid between the motions of patches, beside its mean motion where it is free."""
+    rows = patch_rows(solid.functions, solid.size, patches)
+    return (rows @ solid.solved(np.swapaxes(rows, -1, -2))).sum(axis=-3)
+
+
+def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mass: Array) -> tuple[Array, Array]:
+    """K and M (..., 6 + 6p + m) of a solid over a frame at its centre, patches, and amplitudes of shapes (c, s, m).
 
     The frame is the mean motion of a solid that is free, and the motion of the face at which one is held; the last
     patch of that is its mean motion. `rigid_mass` (..., 6, 6) is that about the centre. Patches lead what is between
     them as in statics, and shapes are taken with patches at rest (Craig and Bampton 1968).
     """
-    rows = patch_rows(solid, size, patches)
-    nodes = patches.nodes
-    if solid.held is not None:
-        rows = np.concatenate([rows, solid.mean_rows(size)], axis=-2)
-        nodes = np.concatenate([nodes, 0 * nodes[..., :1, :]], axis=-2)
-    X = solid.solved(size, material, np.swapaxes(rows, -1, -2) + 0.0)
-    C = rows @ X
+    rows, nodes = patch_rows(solid.functions, solid.size, patches), patches.nodes
+    is_held = solid.functions.held is not None
+    if is_held:
+        mean = solid.mean_rows
+        rows = np.concatenate([rows, mean + 0.0 * rows[..., :1, :1]], axis=-2)
+        nodes = np.concatenate([nodes, 0.0 * nodes[..., :1, :]], axis=-2)
+    X = solid.solved(np.swapaxes(rows, -1, -2))
+    C = (rows @ X).sum(axis=-3)
     C = (C + np.swapaxes(C, -1, -2)) / 2
-    C = C + RIDGE * C * np.eye(C.shape[-1])
-    k = np.linalg.inv(C)
-    leads = X @ k
-    if solid.held is None:
-        shapes = solid.without_mean(size, material, shapes + 0 * X[..., :1])
-    inner = shapes - leads @ (rows @ shapes)
+    k = np.linalg.inv(C + RIDGE * C * np.eye(C.shape[-1]))
+    leads = X @ k[..., None, :, :]
+    if not is_held:
+        shapes = solid.without_mean(shapes)
+    inner = shapes - leads @ (rows @ shapes).sum(axis=-3)[..., None, :, :]
     both = np.concatenate([leads, inner], axis=-1)
-    arms = rigid_arm(nodes)
     p, m = k.shape[-1], shapes.shape[-1]
+    arms = rigid_arm(nodes)
     T = zeros((*arms.shape[:-3], p + m, 6 + p + m), arms)
     T[..., :p, :6] = -arms.reshape(*arms.shape[:-3], p, 6)
     T[..., range(p + m), range(6, 6 + p + m)] = 1.0
-    inner_K = np.swapaxes(inner, -1, -2) @ (solid.stiffness(size, material) @ inner)
-    own = zeros((*k.shape[:-2], p + m, p + m), k, inner_K)
-    own[..., :p, :p], own[..., p:, p:] = (k + np.swapaxes(k, -1, -2)) / 2, inner_K
-    mass = np.swapaxes(both, -1, -2) @ solid.massed(size, material, both)
     Tt = np.swapaxes(T, -1, -2)
-    K, M = Tt @ own @ T, Tt @ mass @ T
-    frame = np.zeros((6, 6 + p + m))
-    frame[:, :6] = np.eye(6)
-    M = M + frame.T @ rigid_mass @ frame
-    if solid.held is not None:
-        coupling = frame.T @ (solid.momentum(size, material) @ both) @ T
+    own = zeros((*k.shape[:-2], p + m, p + m), k)
+    own[..., :p, :p] = k
+    own[..., p:, p:] = (np.swapaxes(inner, -1, -2) @ (solid.stiffness @ inner)).sum(axis=-3)
+    mass = (np.swapaxes(both, -1, -2) @ (solid.mass @ both)).sum(axis=-3)
+    frame = np.eye(6, 6 + p + m)
+    K, M = Tt @ own @ T, Tt @ mass @ T + frame.T @ rigid_mass @ frame
+    if is_held:
+        coupling = frame.T @ (solid.momentum @ both).sum(axis=-3) @ T
         M = M + coupling + np.swapaxes(coupling, -1, -2)
     return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2

@@ -10,7 +10,7 @@ import scipy.linalg as la
 
 from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
-from flexura.beam.ritz import Material, patch_rows
+from flexura.beam.ritz import ElasticSolid, flexibility
 from flexura.structure.discrete_elements import BodyElement
 from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
 from flexura.structure.elements import Elements
@@ -125,8 +125,7 @@ class BodyPlaces:
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes])
-        rows = patch_rows(body.solid, size, patches)
-        C = rows @ body.solid.solved(size, Material(*body.body.material(values)), rows.T)
+        C = flexibility(ElasticSolid(body.solid, size, body.material(values)), patches)
         k = np.zeros_like(C)
         for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):
             if member >= 0:

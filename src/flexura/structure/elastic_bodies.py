@@ -15,7 +15,7 @@ import numpy as np
 
 from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR
-from flexura.beam.ritz import Material, Patches, RitzSolid, elastic_body
+from flexura.beam.ritz import ElasticSolid, Material, Patches, RitzSolid, elastic_body
 from flexura.duals import plain
 from flexura.structure.discrete_elements import BodyElement, Lumped
 from flexura.structure.values import common
@@ -29,7 +29,7 @@ AMPLITUDES = 6
 BARE = 0.1
 """Half side, over the least half side of the body, of the patch of a node at which no member ends."""
 
-POINTS = 6
+POINTS = 5
 """Gauss points along each side of a patch."""
 
 GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
@@ -60,7 +60,7 @@ class ElasticBody(Lumped):
     pulls: Pulls
     solid: RitzSolid
     shapes: Array
-    """Displacements (3n, AMPLITUDES) whose amplitudes are coordinates."""
+    """Displacements (c, s, AMPLITUDES) whose amplitudes are coordinates."""
     ends: EndSizes
 
     def __init__(self, body: BodyElement, node: int, frame: int | None, carried: list[int]) -> None:
@@ -74,10 +74,11 @@ class ElasticBody(Lumped):
         _, half = self.body.box(values)
         held = self.body.held
         self.solid = RitzSolid.of(2 * half, self.body.is_round, held, len(self.carried))
-        self.shapes = self.solid.modes(2 * half, self._material(values))[1][:, :AMPLITUDES]
+        self.shapes = ElasticSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
 
-    def _material(self, values: Array) -> Material:
-        return Material(*self.body.material(values))
+    def material(self, values: Array) -> Material:
+        """What it is made of."""
+        return Material(*(common(number, 0) for number in self.body.material(values)))
 
     def patches(self, values: Array, positions: Array) -> Patches:
         """Where it is pulled at, in its own axes; positions (..., n, 3) of its nodes, part's axes."""
@@ -125,8 +126,8 @@ class ElasticBody(Lumped):
         rigid[..., 3:, 3:] = rows @ inertia @ np.swapaxes(rows, -1, -2)
         patches = Patches(*(common(array, axes) for array, axes in zip(self.patches(values, positions), (3, 2, 2))))
         size, rigid = common(2 * half, 1), common(rigid, 2)
-        material = Material(*(common(number, 0) for number in self._material(values)))
-        K, M = elastic_body(self.solid, size, material, patches, self.shapes, rigid)
+        solid = ElasticSolid(self.solid, size, self.material(values))
+        K, M = elastic_body(solid, patches, self.shapes, rigid)
         count = len(self.nodes) - AMPLITUDES // 6
         T = np.zeros((*rows.shape[:-2], K.shape[-1], K.shape[-1]), like=rows)
         T[..., range(6 * count, K.shape[-1]), range(6 * count, K.shape[-1])] = 1.0

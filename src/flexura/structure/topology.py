@@ -120,6 +120,7 @@ class Topology:
 
     def _join(self, parts: dict[str, Part]) -> None:
         together: list[tuple[int, int]] = []
+        bent: list[tuple[int, int]] = []
         depths: dict[int, int] = {}
         for name, copies in self.copies.items():
             part = parts[name]
@@ -131,10 +132,13 @@ class Topology:
                 bending = {part.bodies[key][0] for key in part.elastic}
                 for body, carried in part.carried.items():
                     if body in bending:
+                        bent += [(offset + body, offset + node) for node in carried]
                         continue
                     depths[offset + body] = len(path)
                     together += [(offset + body, offset + node) for node in carried]
         cluster = _clusters(self.n_nodes, together)
+        self.piece: Index = _clusters(self.n_nodes, together + bent)
+        """The least node (n,) of what is one piece: a rigid cluster, or a body that bends and what it carries."""
         self.is_clamped: Bools = np.zeros(self.n_nodes, dtype=bool)
         """Nodes that are described as clamped, each by itself."""
         held = self._held(cluster)

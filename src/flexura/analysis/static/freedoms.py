@@ -127,8 +127,8 @@ def compliance_spectrum(model: FullOrderModel, number: int, C: Array) -> Complia
     A = rigid_arm(centre - position)
     at_centre = A @ C @ A.T
     if not square > 0:
-        root = model.plan.topology.root
-        cluster = model.geometry.positions[root == root[number]]
+        piece = model.plan.topology.piece
+        cluster = model.geometry.positions[piece == piece[number]]
         square = float(((cluster - centre) ** 2).sum(axis=1).max())
     if not square > 0:
         turning = float(np.trace(at_centre[3:, 3:]))
@@ -163,10 +163,10 @@ def _largest_gap(values: Array) -> tuple[int, float, float]:
 
 
 def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
-    """Middles (k, 3), m, of the members, springs, stacks and superelements on the rigid cluster of a node, and their
+    """Middles (k, 3), m, of the members, springs, stacks and superelements on the body of a node, and their
     mean squares of distance from there (k,), m^2."""
     topology = model.plan.topology
-    on_platform = topology.root == topology.root[number]
+    on_platform = topology.piece == topology.piece[number]
     middle: list[Array] = []
     spread: list[float] = []
     for name in model.matrices:

@@ -12,7 +12,7 @@ from flexura.arrays import Array
 from flexura.linalg import leading, ranked, turned
 from flexura.mechanism import origin_of
 from flexura.records import Record
-from flexura.structure import FullOrderModel, Part
+from flexura.structure import DiscreteElement, FullOrderModel, Part
 
 STILL = 0.05
 """A body, mass or part with a smaller share of the kinetic energy is said to stand still, unless all shares are small:
@@ -119,19 +119,29 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
     for number, (path, part, instance, offset) in enumerate(_placed(model)):
         Q = model.geometry.Q[instance]
         for discrete in model.matrices[part.name].discrete_elements:
-            if len(discrete.nodes) > 1 or discrete.K is not None or discrete.M is None or not discrete.M.any():
+            if (found := _rigid_mass(model, part, discrete)) is None:
                 continue
-            node = offset + discrete.nodes[0]
-            m = discrete.M[0, 0]
-            coupling = discrete.M[3:, :3] / (m or 1.0)
+            node, M = offset + found[0], found[1]
+            m = M[0, 0]
+            coupling = M[3:, :3] / (m or 1.0)
             arm = Q @ np.array([coupling[2, 1], coupling[0, 2], coupling[1, 0]])
             turn = u[node, 3:]
             v = np.asarray(u[node, :3] + np.cross(turn, arm, axis=0), dtype=np.float64)
-            inertia = Q @ (discrete.M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
+            inertia = Q @ (M[3:, 3:] - m * coupling @ coupling.T) @ Q.T
             turning = np.einsum("ik,ij,jk->k", turn, inertia, turn) / 2
             about = (".".join((*path, discrete.name)), discrete.name in part.bodies, node, number)
             rigid.append(_Rigid(*about, m * (v**2).sum(axis=0) / 2, turning, v, turn, total))
     return rigid
+
+
+def _rigid_mass(model: FullOrderModel, part: Part, discrete: DiscreteElement) -> tuple[int, Array] | None:
+    """The node of a mass, and its matrix (6, 6) there; of a body that bends, its mean motion and all of its mass."""
+    if discrete.name in part.elastic:
+        body = part.elastic[discrete.name]
+        return body.own, body.body.matrix(model.values)
+    if len(discrete.nodes) > 1 or discrete.K is not None or discrete.M is None or not discrete.M.any():
+        return None
+    return discrete.nodes[0], discrete.M
 
 
 def _loose(model: FullOrderModel, number: int, u: Array) -> str:
