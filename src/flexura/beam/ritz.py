@@ -350,6 +350,29 @@ def flexibility(solid: ElasticSolid, patches: Patches) -> Array:
     return (rows @ solid.solved(np.swapaxes(rows, -1, -2))).sum(axis=-3)
 
 
+def leads(solid: ElasticSolid, patches: Patches) -> tuple[Array, Array, Array]:
+    """How patches lead a solid: coordinates (..., c, s, 6p) when these move by one and the frame of `elastic_body` does
+    not, the stiffness (..., 6p, 6p) against that, and the rows (..., c, 6p, s) of their motion. The last patch of a
+    solid that is held is its mean motion."""
+    rows = patch_rows(solid.functions, solid.size, patches)
+    if solid.functions.held is not None:
+        rows = np.concatenate([rows, solid.mean_rows + 0.0 * rows[..., :1, :1]], axis=-2)
+    X = solid.solved(np.swapaxes(rows, -1, -2))
+    C = (rows @ X).sum(axis=-3)
+    C = (C + np.swapaxes(C, -1, -2)) / 2
+    k = np.linalg.inv(C + RIDGE * C * np.eye(C.shape[-1]))
+    return X @ k[..., None, :, :], k, rows
+
+
+def displaced(solid: ElasticSolid, coordinates: Array, points: Array) -> Array:
+    """Displacements (q, 3, k), m, of points (q, 3), m from the centre, by coordinates (c, s, k); one design."""
+    blocks, n = solid.functions.blocks, len(solid.functions.exponents)
+    flat = np.zeros((3 * n + 1, coordinates.shape[-1]))
+    flat[blocks.ravel()] = coordinates.reshape(-1, coordinates.shape[-1])
+    N = solid.functions.functions(points / (solid.size / 2))
+    return np.einsum("qn,ank->qak", N, flat[:-1].reshape(3, n, -1))
+
+
 def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mass: Array) -> tuple[Array, Array]:
     """K and M (..., 6 + 6p + m) of a solid over a frame at its centre, patches, and amplitudes of shapes (c, s, m).
 
@@ -357,21 +380,14 @@ def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mas
     patch of that is its mean motion. `rigid_mass` (..., 6, 6) is that about the centre. Patches lead what is between
     them as in statics, and shapes are taken with patches at rest (Craig and Bampton 1968).
     """
-    rows, nodes = patch_rows(solid.functions, solid.size, patches), patches.nodes
+    (led, k, rows), nodes = leads(solid, patches), patches.nodes
     is_held = solid.functions.held is not None
     if is_held:
-        mean = solid.mean_rows
-        rows = np.concatenate([rows, mean + 0.0 * rows[..., :1, :1]], axis=-2)
         nodes = np.concatenate([nodes, 0.0 * nodes[..., :1, :]], axis=-2)
-    X = solid.solved(np.swapaxes(rows, -1, -2))
-    C = (rows @ X).sum(axis=-3)
-    C = (C + np.swapaxes(C, -1, -2)) / 2
-    k = np.linalg.inv(C + RIDGE * C * np.eye(C.shape[-1]))
-    leads = X @ k[..., None, :, :]
     if not is_held:
         shapes = solid.without_mean(shapes)
-    inner = shapes - leads @ (rows @ shapes).sum(axis=-3)[..., None, :, :]
-    both = np.concatenate([leads, inner], axis=-1)
+    inner = shapes - led @ (rows @ shapes).sum(axis=-3)[..., None, :, :]
+    both = np.concatenate([led, inner], axis=-1)
     p, m = k.shape[-1], shapes.shape[-1]
     arms = rigid_arm(nodes)
     T = zeros((*arms.shape[:-3], p + m, 6 + p + m), arms)

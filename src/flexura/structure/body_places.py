@@ -59,8 +59,8 @@ class BodyPlaces:
                     for on in {node, *part.carried[node]}:
                         place = _Place(number, Q, name, offset + node, 0)
                         self._solids.setdefault(int(root[offset + on]), []).append((offset + on, place, body))
-        widths, thicknesses = members.end_sizes(values, geometry.lengths)
-        self._area = widths * thicknesses
+        self._sizes = members.end_sizes(values, geometry.lengths)
+        self._area = self._sizes[0] * self._sizes[1]
 
     def settle(self, name: str, body: ElasticBody) -> None:
         """Place what pulls at a body of a prototype, as at its first copy."""
@@ -124,7 +124,7 @@ class BodyPlaces:
         """Whether what a body gives changes a number by more than MATTERS at most."""
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
-        patches = body.patches(values, geometry.positions[body.nodes])
+        patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
         C = flexibility(ElasticSolid(body.solid, size, body.material(values)), patches)
         k = np.zeros_like(C)
         for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):

@@ -176,10 +176,8 @@ class Design(Record):
     def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
         """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
         parts = self.plan.parts.items()
-
-        def ends() -> tuple[Array, Array]:
-            return self.plan.members.end_sizes(self.values, self.geometry.lengths)
-
+        bends = any(part.elastic for _, part in parts)
+        ends = self.plan.members.end_sizes(self.values, self.geometry.lengths) if bends else None
         return {
             name: part.discrete_elements(self.values, self.geometry.parts[name], ends)
             for name, part in parts

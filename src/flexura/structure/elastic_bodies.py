@@ -7,7 +7,6 @@ twice.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR
-from flexura.beam.ritz import ElasticSolid, Material, Patches, RitzSolid, elastic_body
+from flexura.beam.ritz import ElasticSolid, Material, Patches, RitzSolid, displaced, elastic_body, leads
 from flexura.duals import plain
 from flexura.structure.discrete_elements import BodyElement, Lumped
 from flexura.structure.values import common
@@ -36,7 +35,7 @@ GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 ACROSS, ALONG = (axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij"))
 SHARES = np.outer(WEIGHTS, WEIGHTS).ravel() / 4
 
-EndSizes: TypeAlias = Callable[[], tuple[Array, Array]]
+EndSizes: TypeAlias = tuple[Array, Array]
 """Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
 
 
@@ -61,7 +60,6 @@ class ElasticBody(Lumped):
     solid: RitzSolid
     shapes: Array
     """Displacements (c, s, AMPLITUDES) whose amplitudes are coordinates."""
-    ends: EndSizes
 
     def __init__(self, body: BodyElement, node: int, frame: int | None, carried: list[int]) -> None:
         self.body, self.own, self.carried = body, node, carried
@@ -80,7 +78,7 @@ class ElasticBody(Lumped):
         """What it is made of."""
         return Material(*(common(number, 0) for number in self.body.material(values)))
 
-    def patches(self, values: Array, positions: Array) -> Patches:
+    def patches(self, values: Array, positions: Array, ends: EndSizes) -> Patches:
         """Where it is pulled at, in its own axes; positions (..., n, 3) of its nodes, part's axes."""
         pulls, count = self.pulls, len(self.carried)
         rows, half = self.body.box(values)
@@ -88,11 +86,10 @@ class ElasticBody(Lumped):
         nodes = positions[..., 1 : 1 + count, :] - positions[..., :1, :]  # the frame of a held face is at the centre, too
         at, nodes = (nodes + pulls.offset) @ turned, nodes @ turned
         at = inside(at, half[..., None, :], self.body.is_round)
-        width, thickness = self.ends()
         is_member = pulls.member >= 0
         b, t = (
             np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare)
-            for size, bare in zip((width, thickness), pulls.bare.T, strict=True)
+            for size, bare in zip(ends, pulls.bare.T, strict=True)
         )
         inner = at + np.where(is_member[:, None], t[..., None] * pulls.axes[..., 0], 0.0)
         sides = [_exits(inner, sign * pulls.axes[..., k], half, self.body.is_round) for k in (2, 1) for sign in (1, -1)]
@@ -116,18 +113,30 @@ class ElasticBody(Lumped):
         wide = np.where(self.pulls.is_rod, tall, b / 2)
         return tall, tall, wide, wide
 
-    def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
-        """K and M over its nodes, part's axes."""
-        rows, half = self.body.box(values)
+    def _placed(self, values: Array, positions: Array, ends: EndSizes) -> tuple[ElasticSolid, Patches]:
+        """Its solid and what pulls at it; what does not vary in a stack lacks its axis."""
+        size = common(2 * self.body.box(values)[1], 1)
+        every = zip(self.patches(values, positions, ends), (3, 2, 2), strict=True)
+        return ElasticSolid(self.solid, size, self.material(values)), Patches(*(common(one, n) for one, n in every))
+
+    def bent(self, values: Array, positions: Array, ends: EndSizes, points: Array) -> Array:
+        """Displacements (q, 3, 6p) of points (q, 3) from its centre, part's axes, when its nodes after the first move out
+        of the places to which that carries them; one design."""
+        rows, _ = self.body.box(values)
+        solid, patches = self._placed(values, positions, ends)
+        own = displaced(solid, leads(solid, patches)[0], points @ rows.T)
+        count = own.shape[-1] // 3
+        return np.asarray(rows.T @ (own.reshape(len(own), 3, count, 3) @ rows).reshape(own.shape))
+
+    def superelement(self, values: Array, positions: Array, ends: EndSizes) -> tuple[Array, Array]:
+        """K and M over its nodes, part's axes; `ends` are the sizes of all members."""
+        rows, _ = self.body.box(values)
         mass, inertia = self.body.mass_and_inertia(values)
         rigid = np.zeros((*inertia.shape[:-2], 6, 6), like=inertia)
         for k in range(3):
             rigid[..., k, k] = mass
         rigid[..., 3:, 3:] = rows @ inertia @ np.swapaxes(rows, -1, -2)
-        patches = Patches(*(common(array, axes) for array, axes in zip(self.patches(values, positions), (3, 2, 2))))
-        size, rigid = common(2 * half, 1), common(rigid, 2)
-        solid = ElasticSolid(self.solid, size, self.material(values))
-        K, M = elastic_body(solid, patches, self.shapes, rigid)
+        K, M = elastic_body(*self._placed(values, positions, ends), self.shapes, common(rigid, 2))
         count = len(self.nodes) - AMPLITUDES // 6
         T = np.zeros((*rows.shape[:-2], K.shape[-1], K.shape[-1]), like=rows)
         T[..., range(6 * count, K.shape[-1]), range(6 * count, K.shape[-1])] = 1.0

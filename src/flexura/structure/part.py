@@ -351,14 +351,20 @@ class Part:
         local = np.stack([polar, slender + rotary * section.Iy, slender + rotary * section.Iz], axis=-1)
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
-    def discrete_elements(self, values: Array, geometry: PartGeometry, ends: EndSizes) -> list[DiscreteElement]:
-        """Matrices of bodies, point masses, springs and superelements for values (..., s); `ends` has the sizes of the
-        members of all prototypes."""
+    def discrete_elements(self, values: Array, geometry: PartGeometry, ends: EndSizes | None) -> list[DiscreteElement]:
+        """Matrices of bodies, point masses, springs and superelements for values (..., s); `ends` are the sizes of the
+        members of all prototypes, where bodies bend."""
         x = geometry.positions
-        for body in self.elastic.values():
-            body.ends = ends
         return [
-            DiscreteElement(name, nodes, *part.matrices(values, x[..., nodes, :]))
+            DiscreteElement(
+                name,
+                nodes,
+                *(
+                    part.superelement(values, x[..., nodes, :], ends)
+                    if isinstance(part, ElasticBody) and ends is not None
+                    else part.matrices(values, x[..., nodes, :])
+                ),
+            )
             for name, nodes, part in self.discrete
         ]
 

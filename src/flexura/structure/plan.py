@@ -190,7 +190,6 @@ class Plan(Record, Displayed):
         for name, part in self.parts.items():
             bending: set[str] = set()
             for key, body in part.elastic.items():
-                body.ends = lambda: self.members.end_sizes(values, geometry.lengths)
                 can_bend = places.can_bend(name, body)
                 if not can_bend and body.body.elastic is True:
                     raise ModelError([_cannot_bend(name, key)])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -79,6 +80,10 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
                 np.all(plan.topology.held[plan.topology.root[span]], axis=1),
                 "".join(f"{step}." for step in path),
             )
+            if part.elastic:
+                own, sizes = geometry.parts[name].positions, plan.members.end_sizes(model.values, geometry.lengths)
+                for key, bending in part.elastic.items():
+                    copy.bending[key] = partial(bending.bent, model.values, own[bending.nodes], sizes)
             copy.add(bodies, masses, springs, dashpots)
             for key, piezo in part.channels.piezos.items():
                 section = piezo.section(model.values)
@@ -122,6 +127,9 @@ class _Copy:
     motions: Motions
     clamped: NDArray[np.bool_]
     prefix: str
+    bending: dict[str, Callable[[Array], Array]] = field(default_factory=dict)
+    """By bodies that bend: displacements (q, 3, 6p) of points (q, 3), both in the part's axes, by how far their nodes
+    leave the places to which the first carries them."""
 
     def attached(self, node: int, points: Array) -> Array:
         """Motions (p, 3) of points (p, 3), global frame, fixed to a node."""
@@ -185,7 +193,8 @@ class _Copy:
         centre = self.x[node]
         faces = mesh.faces[:, ::-1] if np.linalg.det(self.Q) < 0 else mesh.faces
         placed = Mesh(mesh.points @ self.Q.T + centre, faces)
-        collector.mesh(placed, self.attached(node, placed.points), kind, name)
+        moved = self.attached(node, placed.points) if key not in self.bending else self._bent(key, mesh.points, placed)
+        collector.mesh(placed, moved, kind, name)
         if body.solid is None:
             collector.dot(centre, self.motions.shift[node], Kind.CENTRE, name)
         carries = self.part.carried.get(node, [])
@@ -193,6 +202,17 @@ class _Copy:
             if kind is Kind.EQUIVALENT_BODY or not is_inside(placed, self.x[carried]):
                 self.add_arm(name, node, self.x[carried])
         self.scene.bodies.add(placed)
+
+    def _bent(self, key: str, points: Array, placed: Mesh) -> Array:
+        """Motions (p, 3) of the points of a body that bends, part's axes, which are placed."""
+        first, *others = [node for node in self.part.elastic[key].nodes if node < self.part.n_positioned]
+        carrier, led = self.motions.of(first), self.motions.of(others)
+        turn = self.Q.T @ (np.eye(3) + (carrier.turn if carrier.is_finite else 0.0)).T
+        shift = (led.shift - carrier.carried(self.x[others] - self.x[first])) @ turn.T
+        rotation = np.linalg.det(self.Q).round() * (turn @ (led.turn - carrier.turn) @ self.Q)
+        turned = (rotation[..., [2, 0, 1], [1, 2, 0]] - rotation[..., [1, 2, 0], [2, 0, 1]]) / 2
+        own = self.bending[key](points) @ np.concatenate([shift, turned], axis=1).ravel()
+        return self.attached(first, placed.points) + own @ turn
 
     def _add_mass(self, key: str, mass: PointMass) -> None:
         """A ball of steel of that mass, within limits that keep it visible."""
