@@ -290,7 +290,7 @@ def static_nodes(assembler: LowOrderAssembler, names: Sequence[str] | None) -> t
     topology = plan.topology
     chosen = plan.layout.prototypes[TOP].interface if names is None else names
     if names is None and not chosen:
-        chosen = plan.body_names or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
+        chosen = plan.moving_bodies or plan.parts[TOP].node_names[: plan.parts[TOP].n_own]
     kept = set(np.unravel_index(assembler.physical, topology.dof.shape)[0].tolist())
     static = []
     for name, root in zip(chosen, topology.root[topology.numbers(chosen)], strict=True):

@@ -218,9 +218,15 @@ class Plan(Record, Displayed):
 
     @property
     def body_names(self) -> list[str]:
-        """Rigid bodies of all instances, by the names of their nodes."""
+        """Bodies of all instances, by the names of their nodes."""
         copies = self.topology.copies.values()
         return [".".join((*path, key)) for own in copies for path in own.paths for key in own.part.bodies]
+
+    @property
+    def moving_bodies(self) -> list[str]:
+        """Those of them that the ground does not hold."""
+        topology = self.topology
+        return [name for name in self.body_names if not topology.grounded[topology.numbers([name])].any()]
 
     @property
     def is_loaded(self) -> bool:

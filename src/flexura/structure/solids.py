@@ -170,9 +170,9 @@ def solids_of(model: FullOrderModel) -> tuple[Bars, Bodies]:
 
 
 def _clusters(model: FullOrderModel) -> Index:
-    """What each node (n,) moves with: the root of its cluster, or the ground."""
+    """What each node (n,) moves with: the piece that it is of, or the ground."""
     topology = model.plan.topology
-    return np.where(topology.held[topology.root].all(axis=1), GROUND, topology.root)
+    return np.where(topology.grounded, GROUND, topology.piece)
 
 
 def _bars(model: FullOrderModel, clusters: Index) -> Bars:

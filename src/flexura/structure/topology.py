@@ -129,7 +129,8 @@ class Topology:
                     together.append((offset + part.n_own + k, self.node(path, foreign)))
                 for a, b in part.joints:
                     together.append((offset + a, offset + b))
-                bending = {part.bodies[key][0] for key in part.elastic}
+                bending = {body.own for body in part.elastic.values()}
+                bent += [(offset + body.own, offset + body.nodes[0]) for body in part.elastic.values()]
                 for body, carried in part.carried.items():
                     if body in bending:
                         bent += [(offset + body, offset + node) for node in carried]
@@ -157,6 +158,8 @@ class Topology:
         self.held: Bools = np.zeros((self.n_nodes, 6), dtype=bool)
         for node, mask in held.items():
             self.held[self.root[node]] = mask
+        self.grounded: Bools = np.isin(self.piece, self.piece[self.held.all(axis=1)])
+        """Nodes (n,) of pieces that the ground holds."""
 
     def _held(self, cluster: Index) -> dict[int, tuple[bool, ...]]:
         """Held DOFs by node, at most one node in a cluster; a clamped one outdoes others."""

@@ -218,7 +218,7 @@ def overlapping_nodes(full: FullOrderModel) -> Iterator[Diagnostic]:
     order = np.lexsort(cell.T)
     same = (cell[order][1:] == cell[order][:-1]).all(axis=1)
     for a, b in zip(named[order][:-1][same], named[order][1:][same], strict=True):
-        if topology.root[a] != topology.root[b]:
+        if topology.piece[a] != topology.piece[b]:
             text = f"at the same place as {topology.node_names[b]}, but not joined to it"
             yield Diagnostic.about("overlap", text, topology.node_names[a])
 

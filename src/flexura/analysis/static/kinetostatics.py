@@ -237,7 +237,7 @@ def kinetostatics(
 ) -> Kinetostatics:
     """Coupling, amplification, stiffness, workspace and freedoms of a platform (theory eqs. T20-T24).
 
-    `platform` is a node, by default the only rigid body; `actuators` are inputs as in `system`, by default all that are
+    `platform` is a node, by default the only body that is not held; `actuators` are inputs as in `system`, by default all that are
     described. Freedoms are the motions whose compliance the actuators own: what is left of it when their lengths are
     held is less than half. Without actuators they are the compliances above a gap of their spectrum that stands out
     (`ComplianceSpectrum`, theory eq. T24), or none is named.
@@ -312,9 +312,9 @@ def _platform_node(model: FullOrderModel, platform: str | None) -> str:
         if plan.topology.held[plan.topology.root[plan.topology.numbers([platform])]].all():
             raise OptionError(f"{platform} is held")
         return platform
-    bodies = plan.body_names
+    bodies = plan.moving_bodies
     if len(bodies) != 1:
-        raise OptionError(f"name the platform: there are {len(bodies)} rigid bodies ({', '.join(bodies[:8])})")
+        raise OptionError(f"name the platform: there are {len(bodies)} moving bodies ({', '.join(bodies[:8])})")
     return bodies[0]
 
 

@@ -441,9 +441,7 @@ def _watched(plan: Plan) -> list[str]:
         for sensor in plan.layout.prototypes[name].sensors.values()
         if not isinstance(sensor, ForceSensor)
     ]
-    topology = plan.topology
-    free = [name for name in plan.body_names if not topology.held[topology.root[topology.numbers([name])]].all()]
-    return list(dict.fromkeys(read)) or free[:WATCHED_BODIES]
+    return list(dict.fromkeys(read)) or plan.moving_bodies[:WATCHED_BODIES]
 
 
 def _at_low_order(

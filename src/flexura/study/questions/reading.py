@@ -269,7 +269,7 @@ class Reader:
         if axis not in _SPELLING:
             raise OptionError(f"{name}: {text!r} is no displacement: write NODE.DOF, a DOF of {', '.join(AXES)}")
         if not node:
-            bodies = self.plan.body_names
+            bodies = self.plan.moving_bodies
             if len(bodies) != 1:
                 raise OptionError(f"{name}: {text!r} of which node? {suggestion('', bodies, 'bodies')}")
             node = bodies[0]
