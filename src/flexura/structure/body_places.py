@@ -12,11 +12,12 @@ from flexura.arrays import Array
 from flexura.beam import block_rotation, rigid_arm
 from flexura.beam.ritz import ElasticSolid, flexibility
 from flexura.structure.discrete_elements import BodyElement
-from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
+from flexura.structure.elastic_bodies import BARE, ElasticBody, Hold, Pulls, inside
 from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part
 from flexura.structure.topology import Geometry
+from flexura.thresholds import SAME_PLACE
 
 MATTERS = 2e-3
 """Flexibility of a body over that of the members on it, held at their other ends, from which it bends: half of that is
@@ -53,10 +54,10 @@ class BodyPlaces:
                 for m, both in enumerate(part.ends.tolist()):
                     for end, node in enumerate(both):
                         self._ends.setdefault(int(root[offset + node]), []).append(_Place(number, Q, name, m, end))
-                for node, body in part.bodies.values():
+                for key, (node, body) in part.bodies.items():
                     if not body.has_form:
                         continue
-                    for on in {node, *part.carried[node]}:
+                    for on in part.elastic[key].carried if key in part.elastic else [node, *part.carried[node]]:
                         place = _Place(number, Q, name, offset + node, 0)
                         self._solids.setdefault(int(root[offset + on]), []).append((offset + on, place, body))
         self._sizes = members.end_sizes(values, geometry.lengths)
@@ -71,7 +72,7 @@ class BodyPlaces:
         rows = [self._pull(own, offset + node) for node in body.carried]
         body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
 
-    def _pull(self, own: _Own, node: int) -> tuple[int, int, Array, Array, bool, Array]:
+    def _pull(self, own: _Own, node: int) -> tuple[int, int, Array, Array, bool, Array, bool]:
         """One row of `Pulls`."""
         root, positions = int(self._topology.root[node]), self._geometry.positions
         first = self._first
@@ -82,8 +83,9 @@ class BodyPlaces:
             axes = axes * np.array([2.0 * at.end - 1.0, 1.0, 1.0])
             member = first[at.part] + at.index
             offset = own.Q.T @ at.Q @ geometry.offsets[at.index, at.end]
-            return member, at.end, axes, offset, bool(self._members.is_round[member]), np.zeros(2)
+            return member, at.end, axes, offset, bool(self._members.is_round[member]), np.zeros(2), False
         at, bare = own.turn @ (positions[node] - own.centre), np.full(3, BARE * own.half.min())
+        is_seat = False
         for _, place, other in self._solids.get(root, []):
             if other is own.body:
                 continue
@@ -91,7 +93,7 @@ class BodyPlaces:
             reach = np.abs(own.turn @ place.Q @ rows.T) @ half
             middle = own.turn @ (positions[place.index] - own.centre)
             low, high = np.maximum(middle - reach, -own.half), np.minimum(middle + reach, own.half)
-            at, bare = (low + high) / 2, np.maximum((high - low) / 2, 0.0)
+            at, bare, is_seat = (low + high) / 2, np.maximum((high - low) / 2, 0.0), True
             break
         share = np.abs(inside(at[None], own.half, own.body.is_round)[0]) / own.half
         axis = int(share.argmax())
@@ -99,29 +101,37 @@ class BodyPlaces:
         axes = np.zeros((3, 3))
         axes[axis, 0], axes[others[0], 1], axes[others[1], 2] = -1.0 if at[axis] > 0 else 1.0, 1.0, 1.0
         offset = own.Q.T @ (own.turn.T @ at + own.centre - positions[node])
-        return -1, 0, axes, offset, False, bare[others]
+        return -1, 0, axes, offset, False, bare[others], is_seat
 
-    def can_bend(self, name: str, body: ElasticBody) -> bool:
-        """Whether the node of a body is its own and nothing that it carries is clamped: where it hangs on another body
-        or is clamped by a node, nothing says at which face."""
-        topology, number = self._topology, body.own
-        bodies, carried = set[int](), list[int]()
-        for other, copies in topology.copies.items():
-            part = self._parts[other]
-            for offset in copies.offset:
-                bodies |= {offset + node for node, _ in part.bodies.values()}
-                carried += [offset + node for nodes in part.carried.values() for node in nodes]
-        hanging = set(topology.root[carried].tolist())
-        for offset in topology.copies[name].offset:
-            root = int(topology.root[offset + number])
-            is_shared = any(topology.root[node] == root for node in bodies - {offset + number})
-            held = topology.held[topology.root[[offset + node for node in body.carried]]].all(axis=1)
-            if is_shared or root in hanging or topology.held[root].any() or held.any():
-                return False
-        return True
+    def hold(self, name: str, body: ElasticBody) -> tuple[bool, Hold | None]:
+        """Whether it is known how a body of a prototype is held, and how: at the face that is described, or at one on
+        which nodes lie that it carries and that are clamped.
+
+        Nothing says at which face where its own node, or one within it, is clamped or joined to another body.
+        """
+        topology, part = self._topology, self._parts[name]
+        offset = topology.copies[name].offset
+        root = topology.root[[k + body.own for k in offset]]
+        bodies = [k + node for own, copies in topology.copies.items() for k in copies.offset
+                  for node, _ in self._parts[own].bodies.values()]  # fmt: skip
+        if topology.held[root].any() or (np.bincount(topology.root[bodies], minlength=topology.n_nodes)[root] > 1).any():
+            return False, None
+        clamped = [n for n in body.carried if topology.held[topology.root[[k + n for k in offset]]].all(axis=1).any()]
+        if not clamped:
+            return True, body.hold
+        own = _Own(body.body, self._values, np.eye(3), self._geometry.parts[name].positions[body.own])
+        at = own.turn @ (self._geometry.parts[name].positions[clamped] - own.centre).T / own.half[:, None]
+        on = {(k, side) for k in range(1 if body.body.is_round else 3) for side in (-1, 1)
+              if (np.abs(side * at[k] - 1) < SAME_PLACE).all()}  # fmt: skip
+        names = tuple(part.node_names[n] for n in clamped)
+        if len(on) != 1 or len(offset) > 1 or (body.hold and body.hold.face not in on):
+            return False, None
+        return True, Hold(on.pop(), names)
 
     def matters(self, name: str, body: ElasticBody) -> bool:
-        """Whether what a body gives changes a number by more than MATTERS at most."""
+        """Whether what a body gives changes a number by more than MATTERS at most, or another body sits on it."""
+        if body.pulls.is_seat.any():
+            return True
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)

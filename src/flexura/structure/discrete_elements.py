@@ -128,10 +128,6 @@ class BodyElement(Inertia):
         self._solid = body.solid
         self.elastic: bool | str = body.elastic if body.solid is not None else False
         """Whether it bends, as described."""
-        self.held: tuple[int, int] | None = None
-        """Axis and side of the face at which the ground holds it."""
-        if body.held is not None:
-            self.held = "xyz".index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1
         if body.solid is None:
             assert body.mass is not None and body.inertia is not None
             self._mass, self._inertia = table.add(body.mass), table.entries(body.inertia)

@@ -7,8 +7,9 @@ twice.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR
 from flexura.beam.ritz import ElasticSolid, Material, Patches, RitzSolid, displaced, elastic_body, leads
 from flexura.duals import plain
+from flexura.mechanism import RigidBody
 from flexura.structure.discrete_elements import BodyElement, Lumped
 from flexura.structure.values import common
 
@@ -31,19 +33,50 @@ BARE = 0.1
 POINTS = 5
 """Gauss points along each side of a patch."""
 
+AXES = "xyz"
+
 GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 ACROSS, ALONG = (axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij"))
 SHARES = np.outer(WEIGHTS, WEIGHTS).ravel() / 4
 
+Face: TypeAlias = tuple[int, int]
+"""Axis and side, -1 or 1, of a face."""
+
 EndSizes: TypeAlias = tuple[Array, Array]
 """Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
+
+
+class Hold(NamedTuple):
+    """The face at which the ground holds a body, and the nodes of the part on it that are clamped."""
+
+    face: Face
+    nodes: tuple[str, ...] = ()
+
+
+def described_hold(body: RigidBody) -> Hold | None:
+    """How a body is held, as described."""
+    return None if body.held is None else Hold((AXES.index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1))
+
+
+class Bending(NamedTuple):
+    """The bodies of a prototype that bend, by name, with how they are held; those of them that other bodies carry; and
+    what bodies of this prototype carry of bodies that bend, by the names of their nodes and of their seats."""
+
+    bodies: Mapping[str, Hold | None] = {}
+    seated: frozenset[str] = frozenset()
+    seats: Mapping[str, str] = {}
+
+
+def seat(reference: str) -> str:
+    """The node at which a body that bends sits on another one, by the name of its own."""
+    return f"{reference}[seat]"
 
 
 @dataclass(frozen=True)
 class Pulls:
     """What pulls at the p carried nodes of a body: the member (p,) and its end (p,), -1 for none; its axes (p, 3, 3) as
     columns in those of the body, x leading into the body; the way (p, 3) from the node to its end, part's axes; whether
-    it is a rod (p,); and half sides (p, 2), m, of the patch where there is none."""
+    it is a rod (p,); half sides (p, 2), m, of the patch where there is none; and whether another body sits there (p,)."""
 
     member: Index
     end: Index
@@ -51,6 +84,7 @@ class Pulls:
     offset: Array
     is_rod: Bools
     bare: Array
+    is_seat: Bools
 
 
 class ElasticBody(Lumped):
@@ -61,8 +95,10 @@ class ElasticBody(Lumped):
     shapes: Array
     """Displacements (c, s, AMPLITUDES) whose amplitudes are coordinates."""
 
-    def __init__(self, body: BodyElement, node: int, frame: int | None, carried: list[int]) -> None:
-        self.body, self.own, self.carried = body, node, carried
+    def __init__(
+        self, body: BodyElement, node: int, carried: list[int], frame: int | None = None, hold: Hold | None = None
+    ) -> None:
+        self.body, self.own, self.carried, self.hold = body, node, carried, hold
         self.nodes: list[int] = [node, *carried] if frame is None else [frame, *carried, node]
         """Nodes in the order of the matrices; those of the amplitudes last."""
 
@@ -70,8 +106,7 @@ class ElasticBody(Lumped):
         """Settle for one design what pulls at the body, and which functions it has."""
         self.pulls = pulls
         _, half = self.body.box(values)
-        held = self.body.held
-        self.solid = RitzSolid.of(2 * half, self.body.is_round, held, len(self.carried))
+        self.solid = RitzSolid.of(2 * half, self.body.is_round, self.hold and self.hold.face, len(self.carried))
         self.shapes = ElasticSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
 
     def material(self, values: Array) -> Material:

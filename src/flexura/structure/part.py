@@ -31,7 +31,7 @@ from flexura.structure.discrete_elements import (
     SuperelementMatrices,
     least_aligned,
 )
-from flexura.structure.elastic_bodies import AMPLITUDES, ElasticBody, EndSizes
+from flexura.structure.elastic_bodies import AMPLITUDES, Bending, ElasticBody, EndSizes, seat
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
 from flexura.structure.values import ValueTable, picked
@@ -90,14 +90,14 @@ class Part:
     """Layout of one prototype's own part."""
 
     def __init__(
-        self, layout: Layout, name: str, table: ValueTable, elastic: frozenset[str] = frozenset[str]()
+        self, layout: Layout, name: str, table: ValueTable, bending: Bending
     ) -> None:
         self.name = name
         prototype = layout.prototypes[name]
         mechanism = layout.mechanism
-        held = [key for key, body in prototype.bodies.items() if body.held is not None]
-        frames = {key: f"{key}[held]" for key in held if key in elastic}
-        nodes = _Nodes([*layout.own_nodes(name), *frames.values()])
+        frames = {key: f"{key}[held]" for key, hold in bending.bodies.items() if hold is not None}
+        seats = {key: seat(key) for key in prototype.bodies if key in bending.seated}
+        nodes = _Nodes([*layout.own_nodes(name), *frames.values(), *seats.values()])
         self.n_own: int = len(nodes.names)
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
@@ -122,23 +122,29 @@ class Part:
         self.channels: PartChannels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)
         self.carried: dict[int, list[int]] = {
-            nodes.number[key]: [nodes.get(n) for text in body.carries for n in matching(text, exposed)]
+            nodes.number[key]: [
+                nodes.get(bending.seats.get(n, n)) for text in body.carries for n in matching(text, exposed)
+            ]
             for key, body in prototype.bodies.items()
         }
+        held = [key for key, body in prototype.bodies.items() if body.held is not None or key in frames]
         self.clamped: list[int] = [nodes.number[frames.get(key, key)] for key in held]
         """Nodes of what the ground holds at a face."""
         self.elastic: dict[str, ElasticBody] = {}
         """The bodies that bend, by name."""
-        for key in prototype.bodies:
-            if key in elastic:
-                number, body = self.bodies[key]
-                frame = nodes.number[frames[key]] if key in frames else None
-                self.elastic[key] = ElasticBody(body, number, frame, self.carried[number])
         self.joints: list[tuple[int, int]] = [(nodes.get(a), nodes.get(b)) for a, b in prototype.joints]
+        for key, hold in bending.bodies.items():
+            number, body = self.bodies[key]
+            on_face = [nodes.get(node) for node in hold.nodes] if hold is not None else []
+            pulled = [n for n in self.carried[number] if n not in on_face]
+            pulled += [nodes.number[seats[key]]] if key in seats else []
+            frame = nodes.number[frames[key]] if key in frames else None
+            self.elastic[key] = ElasticBody(body, number, pulled, frame, hold)
+            self.joints += [(frame, node) for node in on_face if frame is not None]
         self.foreign: list[str] = nodes.names[self.n_own :]
         self.n_named: int = len(nodes.names)
         bodies = prototype.bodies
-        centres = [*(body.centre for body in bodies.values()), *(bodies[key].centre for key in frames)]
+        centres = [body.centre for body in bodies.values()] + [bodies[key].centre for key in (*frames, *seats)]
         own_positions = [*prototype.nodes.values(), *centres]
         self._position_entries = np.array([table.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, table, np.array(ends, dtype=np.intp).reshape(-1, 2))
@@ -212,6 +218,7 @@ class Part:
         keep = {nodes.number[n] for n in layout.prototypes[self.name].interface if n in nodes.number}
         keep |= set(range(self.n_own, self.n_named))
         keep |= {node for node, _ in self.bodies.values()} | {n for ns in self.carried.values() for n in ns}
+        keep |= {nodes.number[name] for name in nodes.number if name.endswith("[seat]")}
         keep |= {*self.clamped, *(n for joint in self.joints for n in joint)}
         if self.name == TOP:
             held = {n for text in layout.mechanism.ground for n in matching(text, list(nodes.number))}

@@ -25,6 +25,7 @@ from flexura.mechanism import (
     ParameterTable,
     Reflect,
     Turn,
+    matching,
     origin_of,
     problems,
     reflect,
@@ -34,6 +35,7 @@ from flexura.mechanism import (
 from flexura.records import Kept, Latest, Record
 from flexura.results import Displayed
 from flexura.structure.body_places import BodyPlaces
+from flexura.structure.elastic_bodies import Bending, Hold, described_hold, seat
 from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry, settle_ends
@@ -133,8 +135,8 @@ class Plan(Record, Displayed):
         self.layout: Layout = Layout(mechanism)
         _refuse_solid_members(self.layout)
         self.value_table: ValueTable = ValueTable()
-        bending = {
-            name: frozenset(key for key, body in prototype.bodies.items() if body.may_bend)
+        bending: dict[str, dict[str, Hold | None]] = {
+            name: {key: described_hold(body) for key, body in prototype.bodies.items() if body.may_bend}
             for name, prototype in self.layout.prototypes.items()
         }
         self._describe(bending)
@@ -154,10 +156,23 @@ class Plan(Record, Displayed):
             self._describe(bending)
             self._lay_out()
 
-    def _describe(self, bending: Mapping[str, frozenset[str]]) -> None:
+    def _describe(self, bending: Mapping[str, Mapping[str, Hold | None]]) -> None:
         """The parts and members of all prototypes, of whose bodies those bend that are named."""
+        seated: dict[str, set[str]] = {name: set() for name in bending}
+        seats: dict[str, dict[str, str]] = {name: {} for name in bending}
+        for name, prototype in self.layout.prototypes.items():
+            exposed = self.layout.exposed(name)
+            for node in (n for body in prototype.bodies.values() for text in body.carries for n in matching(text, exposed)):
+                *steps, own = node.split(".")
+                source = name
+                for step in steps:
+                    source = next(child.prototype for child in self.layout.children[source] if child.name == step)
+                if own in bending[source]:
+                    seated[source].add(own)
+                    seats[name][node] = seat(node)
         self.parts: dict[str, Part] = {
-            name: Part(self.layout, name, self.value_table, bending[name]) for name in self.layout.prototypes
+            name: Part(self.layout, name, self.value_table, Bending(own, frozenset(seated[name]), seats[name]))
+            for name, own in bending.items()
         }
         members = [m for part in self.parts.values() for m in part.members.values()]
         self.members: Members = Members(members, self.layout.mechanism, self.value_table)
@@ -181,23 +196,22 @@ class Plan(Record, Displayed):
         self.roots: Roots = Roots(self.parts, self.topology, self.members, rooted)
         self._settle_corrections()
 
-    def _bending(self) -> dict[str, frozenset[str]]:
-        """The bodies that bend, by prototype, of those that may; settles what pulls at them."""
+    def _bending(self) -> dict[str, dict[str, Hold | None]]:
+        """The bodies that bend, by prototype, of those that may, with how they are held; settles what pulls at them."""
         values = self.values()
         geometry = self.geometry(values)
         places = BodyPlaces(self.parts, self.members, geometry, values, self.elements(values, geometry))
-        left: dict[str, frozenset[str]] = {}
+        left: dict[str, dict[str, Hold | None]] = {}
         for name, part in self.parts.items():
-            bending: set[str] = set()
+            left[name] = {}
             for key, body in part.elastic.items():
-                can_bend = places.can_bend(name, body)
-                if not can_bend and body.body.elastic is True:
+                is_known, hold = places.hold(name, body)
+                if not is_known and body.body.elastic is True:
                     raise ModelError([_cannot_bend(name, key)])
-                if can_bend:
+                if is_known:
                     places.settle(name, body)
                     if body.body.elastic is True or places.matters(name, body):
-                        bending.add(key)
-            left[name] = frozenset(bending)
+                        left[name][key] = hold
         return left
 
     def elements(self, values: Array, geometry: Geometry) -> Elements:

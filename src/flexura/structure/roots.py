@@ -145,7 +145,7 @@ class Roots:
             inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
                 for key, (node, body) in part.bodies.items():
-                    on = part.carried[node] if key in part.elastic else [node]
+                    on = part.elastic[key].carried if key in part.elastic else [node]
                     for root in {int(topology.root[offset + at]) for at in on}:
                         bodies.setdefault(root, []).append(len(self._bodies))
                     self._bodies.append(_Body(offset + node, instance, body))

@@ -130,10 +130,10 @@ class Topology:
                 for a, b in part.joints:
                     together.append((offset + a, offset + b))
                 bending = {body.own for body in part.elastic.values()}
-                bent += [(offset + body.own, offset + body.nodes[0]) for body in part.elastic.values()]
+                for own in part.elastic.values():
+                    bent += [(offset + own.own, offset + node) for node in own.nodes if node < part.n_positioned]
                 for body, carried in part.carried.items():
                     if body in bending:
-                        bent += [(offset + body, offset + node) for node in carried]
                         continue
                     depths[offset + body] = len(path)
                     together += [(offset + body, offset + node) for node in carried]
