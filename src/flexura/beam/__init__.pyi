@@ -42,6 +42,15 @@ from flexura.beam.frames import rigid_arm as rigid_arm
 from flexura.beam.frames import skew as skew
 from flexura.beam.notch import beam_flexibility as beam_flexibility
 from flexura.beam.notch import notch_flexibility as notch_flexibility
+from flexura.beam.ritz import ElasticSolid as ElasticSolid
+from flexura.beam.ritz import Material as Material
+from flexura.beam.ritz import Patches as Patches
+from flexura.beam.ritz import RitzSolid as RitzSolid
+from flexura.beam.ritz import displaced as displaced
+from flexura.beam.ritz import elastic_body as elastic_body
+from flexura.beam.ritz import leads as leads
+from flexura.beam.ritz import patch_flexibility as patch_flexibility
+from flexura.beam.ritz import patch_rows as patch_rows
 from flexura.beam.root import COUPLED_FLEXIBILITY_BASIS as COUPLED_FLEXIBILITY_BASIS
 from flexura.beam.root import FAR as FAR
 from flexura.beam.root import PLANE_BASIS as PLANE_BASIS

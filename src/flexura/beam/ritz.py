@@ -344,7 +344,7 @@ def patch_rows(solid: RitzSolid, size: Array, patches: Patches) -> Array:
     return solid.split(rows.reshape(*rows.shape[:-3], -1, rows.shape[-1]))
 
 
-def flexibility(solid: ElasticSolid, patches: Patches) -> Array:
+def patch_flexibility(solid: ElasticSolid, patches: Patches) -> Array:
     """Flexibility (..., 6p, 6p) of a solid between the motions of patches, beside its mean motion where it is free."""
     rows = patch_rows(solid.functions, solid.size, patches)
     return (rows @ solid.solved(np.swapaxes(rows, -1, -2))).sum(axis=-3)

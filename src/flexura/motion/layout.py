@@ -280,7 +280,11 @@ class _Copy:
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""
-        heavy = {*(self.part.bodies.keys() - self.part.elastic), *self.part.points, *(key for key, _, _ in self.part.channels.masses)}
+        heavy = {
+            *(self.part.bodies.keys() - self.part.elastic),
+            *self.part.points,
+            *(key for key, _, _ in self.part.channels.masses),
+        }
         for mass in self.matrices.discrete_elements:
             if mass.M is None or mass.name not in heavy:
                 continue

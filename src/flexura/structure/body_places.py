@@ -9,10 +9,9 @@ import numpy as np
 import scipy.linalg as la
 
 from flexura.arrays import Array
-from flexura.beam import block_rotation, rigid_arm
-from flexura.beam.ritz import ElasticSolid, flexibility
-from flexura.structure.discrete_elements import BodyElement
-from flexura.structure.elastic_bodies import BARE, ElasticBody, Hold, Pulls, inside
+from flexura.beam import ElasticSolid, block_rotation, patch_flexibility, rigid_arm
+from flexura.structure.discrete_elements import BodyElement, Hold
+from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
 from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part
@@ -114,7 +113,10 @@ class BodyPlaces:
         root = topology.root[[k + body.own for k in offset]]
         bodies = [k + node for own, copies in topology.copies.items() for k in copies.offset
                   for node, _ in self._parts[own].bodies.values()]  # fmt: skip
-        if topology.held[root].any() or (np.bincount(topology.root[bodies], minlength=topology.n_nodes)[root] > 1).any():
+        if (
+            topology.held[root].any()
+            or (np.bincount(topology.root[bodies], minlength=topology.n_nodes)[root] > 1).any()
+        ):
             return False, None
         clamped = [n for n in body.carried if topology.held[topology.root[[k + n for k in offset]]].all(axis=1).any()]
         if not clamped:
@@ -135,7 +137,7 @@ class BodyPlaces:
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
-        C = flexibility(ElasticSolid(body.solid, size, body.material(values)), patches)
+        C = patch_flexibility(ElasticSolid(body.solid, size, body.material(values)), patches)
         k = np.zeros_like(C)
         for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):
             if member >= 0:

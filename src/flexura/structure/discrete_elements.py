@@ -120,12 +120,27 @@ class Form(NamedTuple):
     is_round: bool
 
 
+class Hold(NamedTuple):
+    """The face at which the ground holds a body, by axis and side, -1 or 1, and the nodes of the part on it that are
+    clamped."""
+
+    face: tuple[int, int]
+    nodes: tuple[str, ...] = ()
+
+
+def described_hold(body: RigidBody) -> Hold | None:
+    """How a body is held, as described."""
+    return None if body.held is None else Hold(("xyz".index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1))
+
+
 class BodyElement(Inertia):
     """Mass matrix of a rigid body at its own node (theory eqs. 31-32)."""
 
     def __init__(self, table: ValueTable, body: RigidBody, mechanism: Mechanism) -> None:
         self._frame = _Frame.of(table, body.rotate)
         self._solid = body.solid
+        self.hold: Hold | None = described_hold(body)
+        """The face at which the ground holds it."""
         self.elastic: bool | str = body.elastic if body.solid is not None else False
         """Whether it bends, as described."""
         if body.solid is None:

@@ -14,11 +14,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from flexura.arrays import Array, Bools, Index
-from flexura.beam import FAR
-from flexura.beam.ritz import ElasticSolid, Material, Patches, RitzSolid, displaced, elastic_body, leads
+from flexura.beam import FAR, ElasticSolid, Material, Patches, RitzSolid, displaced, elastic_body, leads
 from flexura.duals import plain
-from flexura.mechanism import RigidBody
-from flexura.structure.discrete_elements import BodyElement, Lumped
+from flexura.structure.discrete_elements import BodyElement, Hold, Lumped
 from flexura.structure.values import common
 
 ROOT_DEPTH = 0.5
@@ -33,29 +31,12 @@ BARE = 0.1
 POINTS = 5
 """Gauss points along each side of a patch."""
 
-AXES = "xyz"
-
 GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
 ACROSS, ALONG = (axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij"))
 SHARES = np.outer(WEIGHTS, WEIGHTS).ravel() / 4
 
-Face: TypeAlias = tuple[int, int]
-"""Axis and side, -1 or 1, of a face."""
-
 EndSizes: TypeAlias = tuple[Array, Array]
 """Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
-
-
-class Hold(NamedTuple):
-    """The face at which the ground holds a body, and the nodes of the part on it that are clamped."""
-
-    face: Face
-    nodes: tuple[str, ...] = ()
-
-
-def described_hold(body: RigidBody) -> Hold | None:
-    """How a body is held, as described."""
-    return None if body.held is None else Hold((AXES.index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1))
 
 
 class Bending(NamedTuple):
@@ -118,7 +99,9 @@ class ElasticBody(Lumped):
         pulls, count = self.pulls, len(self.carried)
         rows, half = self.body.box(values)
         turned = np.swapaxes(rows, -1, -2)
-        nodes = positions[..., 1 : 1 + count, :] - positions[..., :1, :]  # the frame of a held face is at the centre, too
+        nodes = (
+            positions[..., 1 : 1 + count, :] - positions[..., :1, :]
+        )  # the frame of a held face is at the centre, too
         at, nodes = (nodes + pulls.offset) @ turned, nodes @ turned
         at = inside(at, half[..., None, :], self.body.is_round)
         is_member = pulls.member >= 0
@@ -227,4 +210,3 @@ def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
 def _lesser(a: Array, b: Array) -> Array:
     """The smaller of two, with its slopes; of equal ones the first."""
     return np.where(plain(b) < plain(a), b, a)
-

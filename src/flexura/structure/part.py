@@ -89,9 +89,7 @@ class _Nodes:
 class Part:
     """Layout of one prototype's own part."""
 
-    def __init__(
-        self, layout: Layout, name: str, table: ValueTable, bending: Bending
-    ) -> None:
+    def __init__(self, layout: Layout, name: str, table: ValueTable, bending: Bending) -> None:
         self.name = name
         prototype = layout.prototypes[name]
         mechanism = layout.mechanism

@@ -35,7 +35,8 @@ from flexura.mechanism import (
 from flexura.records import Kept, Latest, Record
 from flexura.results import Displayed
 from flexura.structure.body_places import BodyPlaces
-from flexura.structure.elastic_bodies import Bending, Hold, described_hold, seat
+from flexura.structure.discrete_elements import Hold, described_hold
+from flexura.structure.elastic_bodies import Bending, seat
 from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry, settle_ends
@@ -162,7 +163,9 @@ class Plan(Record, Displayed):
         seats: dict[str, dict[str, str]] = {name: {} for name in bending}
         for name, prototype in self.layout.prototypes.items():
             exposed = self.layout.exposed(name)
-            for node in (n for body in prototype.bodies.values() for text in body.carries for n in matching(text, exposed)):
+            for node in (
+                n for body in prototype.bodies.values() for text in body.carries for n in matching(text, exposed)
+            ):
                 *steps, own = node.split(".")
                 source = name
                 for step in steps:

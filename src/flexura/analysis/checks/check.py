@@ -236,7 +236,7 @@ def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None
                 *angle_warnings(plan.mechanism, used),
                 *free.warnings,
                 *slender_members(full),
-                *nodes_outside(full, used, nodes_in_the_air(found, bars)),
+                *nodes_outside(full, nodes_in_the_air(found, bars)),
                 *overlapping_nodes(full),
                 *coarse_meshes(full),
                 *size_warnings(full),

@@ -184,20 +184,20 @@ OUTSIDE = 0.25
 """Distance of a carried node from the solid, relative to the size of the solid, from which it is a warning."""
 
 
-def nodes_outside(full: FullOrderModel, values: Mapping[str, Any], reported: Collection[int]) -> list[Diagnostic]:
-    """Bodies that carry nodes well outside their solids, for parameter values in SI; nodes `reported` have a warning
+def nodes_outside(full: FullOrderModel, reported: Collection[int]) -> list[Diagnostic]:
+    """Bodies that carry nodes well outside their solids; nodes `reported` have a warning
     already for where they are."""
     warnings: dict[str, Diagnostic] = {}
     topology, positions = full.plan.topology, full.geometry.positions
-    bodies = drawn_solids(full, values)
-    clusters = [int(topology.root[node_of(full, body.name)]) for body in bodies]
+    bodies = drawn_solids(full)
+    clusters = [int(topology.piece[node_of(full, body.name)]) for body in bodies]
     for body, cluster in zip(bodies, clusters, strict=True):
-        carried = np.flatnonzero((topology.root == cluster) & topology.has_position).tolist()
+        carried = np.flatnonzero((topology.piece == cluster) & topology.has_position).tolist()
         nodes = [node for node in carried if node not in reported]
         if clusters.count(cluster) > 1 or not nodes:
             continue
         farthest = max(nodes, key=lambda node: body.distance(positions[node]))
-        distance, size = body.distance(positions[farthest]), max(body.solid.size)
+        distance, size = body.distance(positions[farthest]), float(max(body.size))
         if distance > OUTSIDE * size:
             text = (
                 f"{topology.node_names[farthest]} lies {quantity(distance, 'm', 3)} outside the solid of"

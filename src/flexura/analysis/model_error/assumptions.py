@@ -38,6 +38,9 @@ ROOT_LEFT_OUT = (0.0, 1.2)
 BODY = (0.1, 1.2)
 """Share of the estimated flexibility of a body that it has."""
 
+BENDS = (-0.15, 0.15)
+"""The same of a body that bends: how it differs from one that is pulled at by patches."""
+
 AT_NOTCH = 3.5
 """The most of it where notches end in the body, whose flanks lead their load into little of it."""
 
@@ -144,10 +147,12 @@ class Assumptions:
                 E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
                 assumptions.append(Assumption("root", root.place, root.text, root.group, E, share))
         for body in loaded_solids(self._full, wrenches, self._values):
-            kind = "ground" if body.solid.held else "body"
-            least, most = BODY if body.is_sure else GROUND
+            kind = "ground" if body.held else "body"
+            least, most = BENDS if body.bends else BODY if body.is_sure else GROUND
             members = [self._full.plan.parts[name].members[key] for name, key in (end.member for end in body.ends)]
-            if any(isinstance(member, Flexure) and member.profile.type == "notch" for member in members):
+            if not body.bends and any(
+                isinstance(member, Flexure) and member.profile.type == "notch" for member in members
+            ):
                 most = AT_NOTCH
             about = kind, body.kind, body.text, kind
             try:
