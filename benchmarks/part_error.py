@@ -23,6 +23,7 @@ from part_mechanisms import mechanisms
 import flexura as fx
 from flexura.deadline import announcer
 from flexura.describe import Flexure, Notch
+from flexura.mechanism import with_rigid_bodies
 from flexura.modal import pair_modes
 from flexura.solid.whole import WholePart, elements
 from flexura.structure import solids_of
@@ -115,7 +116,7 @@ def flexures(mechanism: fx.Mechanism) -> list[Flexure]:
 def solved(mechanism: fx.Mechanism) -> Solid:
     """The whole solid by elements of two orders, whose difference says how far off it is; shapes at nodes in it."""
     begin = time.perf_counter()
-    model = fx.assemble(mechanism)
+    model = fx.assemble(with_rigid_bodies(mechanism))
     part, order = meshed(mechanism, model)
     found, coarse = (part.modes(MODES + MORE, own) for own in (order, order - 1))
     shapes, rough = (scaled(model, np.array(own.shapes)) for own in (found, coarse))

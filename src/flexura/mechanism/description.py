@@ -416,6 +416,16 @@ def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Conta
     return rooted(mechanism).replaced({"substructures": parts})
 
 
+def with_rigid_bodies(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with bodies none of which bends."""
+
+    def rigid(part: P) -> P:
+        return part.replaced({"bodies": {key: body.replaced({"elastic": False}) for key, body in part.bodies.items()}})
+
+    parts = {name: rigid(part) for name, part in mechanism.substructures.items()}
+    return rigid(mechanism).replaced({"substructures": parts})
+
+
 def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flexure:
     pairs = zip(member.nodes, member.root, strict=True)
     root = tuple("rigid" if rigid is None or node in rigid else kind for node, kind in pairs)

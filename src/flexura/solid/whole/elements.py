@@ -350,7 +350,7 @@ class Lumped:
                 rule = "a superelement has no form, so that there is no whole solid of it"
                 raise ModelError([Problem(("superelements", key), "matrices", rule, "describe its members and bodies")])
             formed = {key for key, (_, body) in part.bodies.items() if body.has_form}
-            for element in part.discrete_elements(model.values, geometry.parts[name]):
+            for element in part.discrete_elements(model.values, geometry.parts[name], None):
                 if element.name in formed and element.K is None:
                     continue
                 for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):

@@ -18,7 +18,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.fem import as_beams
 from flexura.full_order import assemble
 from flexura.linalg import SingularError, factorise_large
-from flexura.mechanism import Mechanism, with_rigid_roots
+from flexura.mechanism import Mechanism, with_rigid_bodies, with_rigid_roots
 from flexura.methods import Counterpart, Solution, counterparts
 from flexura.reduction import full_order_modes
 from flexura.results import Tabular
@@ -268,10 +268,13 @@ def verify_whole(
     """The `n` lowest modes of the part as one solid beside the described model. Raises as `WholePart`."""
     began, single = time.perf_counter(), one_design(parameters)
     beams = as_beams(model)
-    described, rigid = assemble(beams, single), assemble(with_rigid_roots(beams), single)
+    described, stiff_bodies = assemble(beams, single), with_rigid_bodies(beams)
+    stiff, rigid = assemble(stiff_bodies, single), assemble(with_rigid_roots(stiff_bodies), single)
+    names = described.plan.topology.node_names
+    common = [names.index(name) for name in stiff.plan.topology.node_names]
     if described.order == 0:
         raise OptionError("nothing in this mechanism can move: every node is held")
-    part, more = WholePart(described, ORDER, size, say), n + SPARE_MODES
+    part, more = WholePart(stiff, ORDER, size, say), n + SPARE_MODES
     say(f"the part with elements of order {ORDER}")
     fine = part.modes(more, ORDER)
     say("the same with a lower order, for the uncertainty")
@@ -291,19 +294,21 @@ def verify_whole(
         return Solution("", None, hz, np.where(inside, shapes, 0.0))
 
     def matched(solution: Solution) -> list[Counterpart | None]:
-        return counterparts(described, at_nodes_inside(fine.frequency_hz, fine.shapes), solution, count)
+        return counterparts(stiff, at_nodes_inside(fine.frequency_hz, fine.shapes), solution, count)
 
     def of_beams(beam_model: FullOrderModel) -> list[Counterpart | None]:
         pairs = full_order_modes(beam_model, min(more, beam_model.order))
         hz = np.sqrt(pairs.values) / (2 * np.pi)
-        return matched(at_nodes_inside(hz, beam_model.node_displacements(pairs.vectors)))
+        shapes = beam_model.node_displacements(pairs.vectors)
+        return matched(at_nodes_inside(hz, shapes[common] if beam_model is described else shapes))
 
     def of_solid(modes: WholeModes | None) -> list[float | None]:
         if modes is None:
             return [None] * count
         return [mode and mode.frequency_hz for mode in matched(at_nodes_inside(modes.frequency_hz, modes.shapes))]
 
-    elastic_roots, rigid_roots, lower = of_beams(described), of_beams(rigid), of_solid(coarse)
+    all_elastic, elastic_roots, rigid_roots = of_beams(described), of_beams(stiff), of_beams(rigid)
+    lower = of_solid(coarse)
     bodies, ground = of_solid(variants.get("bodies")), of_solid(variants.get("ground"))
     all_rigid = of_solid(list(variants.values())[-1] if variants else coarse)
     modes = []
@@ -311,8 +316,9 @@ def verify_whole(
         low = lower[k]
         uncertain = abs(low - hz) / CONVERGENCE if low else hz
         limit = hz - uncertain if low else hz
-        mode, rigid_mode = elastic_roots[k], rigid_roots[k]
-        elastic_hz, rigid_hz = mode and mode.frequency_hz, rigid_mode and rigid_mode.frequency_hz
+        mode, roots_mode, rigid_mode = all_elastic[k], elastic_roots[k], rigid_roots[k]
+        rigid_hz = rigid_mode and rigid_mode.frequency_hz
+        described_hz = mode and mode.frequency_hz
         between_rigid = all_rigid[k]
         if between_rigid is not None and low:
             between_rigid *= limit / low  # the same mesh has the same error
@@ -320,11 +326,11 @@ def verify_whole(
             WholeMode(
                 frequency_hz=limit,
                 uncertainty=uncertain / limit if limit else 0.0,
-                described_hz=elastic_hz,
+                described_hz=described_hz,
                 mac=mode and mode.mac,
-                difference=_over(elastic_hz, limit),
+                difference=_over(described_hz, limit),
                 beams=_over(rigid_hz, between_rigid),
-                roots=_over(elastic_hz, rigid_hz),
+                roots=_over(roots_mode and roots_mode.frequency_hz, rigid_hz),
                 bodies=_over(bodies[k], low),
                 ground=_over(ground[k], low),
             )

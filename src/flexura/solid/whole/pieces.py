@@ -184,6 +184,19 @@ def _held_faces(
     numbers = [k for k, block in enumerate(bodies) if block.root == root]
     clamped = [node for node, held in clamped_nodes(model).items() if roots[node] == root and all(held)]
     on_faces = False
+    faces_held = {
+        ".".join((*path, key)): body.hold.face
+        for name, part in model.plan.parts.items()
+        for key, (_, body) in part.bodies.items()
+        for path in model.plan.topology.copies[name].paths
+        if body.hold is not None
+    }
+    for k in numbers:
+        if bodies[k].name in faces_held:
+            on_faces = True
+            yield Held(k, *faces_held[bodies[k].name])
+    if on_faces:
+        return
     for node in clamped:
         faces = ((k, _face_at(bodies[k], model.positions[node])) for k in numbers)
         k, face = next(((k, face) for k, face in faces if face is not None), (0, None))
