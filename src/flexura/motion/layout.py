@@ -263,7 +263,7 @@ class _Copy:
 
     def superelements(self) -> Iterator[Named]:
         """Superelements and bodies that bend, between nodes, and those of one node that has stiffness to the ground."""
-        for key, nodes, K, M in self.matrices.discrete_elements:
+        for key, nodes, *matrices in self.matrices.discrete_elements:
             if key not in self.part.superelements and key not in self.part.elastic:
                 continue
             at = np.array(nodes)
@@ -271,7 +271,7 @@ class _Copy:
             arm = self._arms(at, np.zeros((len(at), 3)))
             frames = self._frames(at)
             sign = np.concatenate([MIRRORED if own and self.mirrored else np.ones(6) for own in positioned])
-            K, M = (sign[:, None] * matrix * sign for matrix in (K, M))
+            K, M = (sign[:, None] * matrix * sign for matrix in matrices)
             builder, axes = self.builder, self._axes(np.eye(3))
             yield (
                 Superelements.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M),

@@ -57,7 +57,7 @@ def seat(reference: str) -> str:
 class Pulls:
     """What pulls at the p carried nodes of a body: the member (p,) and its end (p,), -1 for none; its axes (p, 3, 3) as
     columns in those of the body, x leading into the body; the way (p, 3) from the node to its end, part's axes; whether
-    it is a rod (p,); half sides (p, 2), m, of the patch where there is none; and whether another body sits there (p,)."""
+    it is a rod (p,); half sides (p, 2), m, of the patch where there is none; and whether a body sits there (p,)."""
 
     member: Index
     end: Index
@@ -138,8 +138,8 @@ class ElasticBody(Lumped):
         return ElasticSolid(self.solid, size, self.material(values)), Patches(*(common(one, n) for one, n in every))
 
     def bent(self, values: Array, positions: Array, ends: EndSizes, points: Array) -> Array:
-        """Displacements (q, 3, 6p) of points (q, 3) from its centre, part's axes, when its nodes after the first move out
-        of the places to which that carries them; one design."""
+        """Displacements (q, 3, 6p) of points (q, 3) from its centre, part's axes, when its nodes after the first leave
+        the places to which that carries them; one design."""
         rows, _ = self.body.box(values)
         solid, patches = self._placed(values, positions, ends)
         own = displaced(solid, leads(solid, patches)[0], points @ rows.T)
@@ -184,7 +184,7 @@ TINY = 1e-24
 
 
 def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
-    """How far it is (..., p), m, from points (..., p, 3) in a solid along unit vectors (p, 3) to where these leave it."""
+    """How far it is (..., p), m, from points (..., p, 3) in a solid along unit vectors (p, 3) to where it ends."""
     exits: Array | None = None
     for axis in range(1 if is_round else 3):
         slope = towards[..., axis]

@@ -137,18 +137,13 @@ class Roots:
         """Ends of members, as placed, by member and end; those of one substructure with values of its own at several
         instances are together."""
         topology = self._topology
-        bodies: dict[int, list[int]] = {}
+        bodies = self._place_bodies()
         meeting: dict[int, list[int]] = {}
         stiff: set[int] = set()
         for name, copies in topology.copies.items():
             part, first = self._parts[name], self.first[name]
             inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
-                for key, (node, body) in part.bodies.items():
-                    on = part.elastic[key].carried if key in part.elastic else [node]
-                    for root in {int(topology.root[offset + at]) for at in on}:
-                        bodies.setdefault(root, []).append(len(self._bodies))
-                    self._bodies.append(_Body(offset + node, instance, body))
                 stiff |= {int(topology.root[offset + node]) for node in inner}
                 for m, ends in enumerate(part.ends.tolist()):
                     for end, node in enumerate(ends):
@@ -171,6 +166,19 @@ class Roots:
                     end = self._ends[k]
                     found.setdefault((end.member, end.end), []).append(_Copy(end, hosts))
         return self._together(found, wanted)
+
+    def _place_bodies(self) -> dict[int, list[int]]:
+        """The numbers of the bodies at every root: of rigid ones at their own, of others at those of what they carry."""
+        bodies: dict[int, list[int]] = {}
+        for name, copies in self._topology.copies.items():
+            part = self._parts[name]
+            for instance, offset in zip(copies.number, copies.offset, strict=True):
+                for key, (node, body) in part.bodies.items():
+                    on = part.elastic[key].carried if key in part.elastic else [node]
+                    for root in {int(self._topology.root[offset + at]) for at in on}:
+                        bodies.setdefault(root, []).append(len(self._bodies))
+                    self._bodies.append(_Body(offset + node, instance, body))
+        return bodies
 
     def _together(
         self, found: dict[tuple[int, int], list[_Copy]], wanted: list[tuple[int, int]]

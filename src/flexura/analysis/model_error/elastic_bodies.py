@@ -63,10 +63,10 @@ class MemberEnd(NamedTuple):
 
 @dataclass
 class LoadedSolid:
-    """A placed solid: its names, half sizes (3,), m, its place, its axes (3, 3) as columns, and what pulls at it, global.
+    """A placed solid: its names, half sizes (3,), m, its place, its axes (3, 3) as columns, what pulls at it, global.
 
-    A cylinder lies along its first axis. `held` is the axis and the side of the face that does not move; `is_sure` where
-    the description says what it is and where it is held, `bends` where it is elastic in the model, too.
+    A cylinder lies along its first axis. `held` is the axis and the side of the face that does not move; `is_sure`
+    where the description says what it is and where it is held, `bends` where it is elastic in the model, too.
     """
 
     name: str
