@@ -44,9 +44,9 @@ from flexura.beam.notch import beam_flexibility as beam_flexibility
 from flexura.beam.notch import notch_flexibility as notch_flexibility
 from flexura.beam.ritz import ElasticSolid as ElasticSolid
 from flexura.beam.ritz import Material as Material
+from flexura.beam.ritz import ModalSolid as ModalSolid
 from flexura.beam.ritz import Patches as Patches
 from flexura.beam.ritz import RitzSolid as RitzSolid
-from flexura.beam.ritz import displaced as displaced
 from flexura.beam.ritz import elastic_body as elastic_body
 from flexura.beam.ritz import leads as leads
 from flexura.beam.ritz import patch_flexibility as patch_flexibility

@@ -208,26 +208,99 @@ class ElasticSolid:
         R, MR = self._rigid
         return coordinates - R @ (np.swapaxes(MR, -1, -2) @ coordinates)
 
-    def modes(self, count: int) -> tuple[Array, Array]:
-        """Squared angular frequencies (k,), 1/s^2, and shapes (c, s, k) of unit modal mass of the lowest elastic modes,
-        one design. Raises SolverError where round-off hides the lowest."""
-        values, shapes = list[Array](), np.zeros((*self.stiffness.shape[:2], 0))
-        largest = 0.0
-        for block, at in enumerate(self.functions.blocks):
-            own = np.flatnonzero(at < 3 * len(self.functions.exponents))
+    def rows(self, patches: Patches) -> Array:
+        """Motion (..., c, 6p, s) of patches by coordinates, of one that is held with its mean motion as the last."""
+        rows = patch_rows(self.functions, self.size, patches)
+        if self.functions.held is None:
+            return rows
+        return np.concatenate([rows, self.mean_rows + 0.0 * rows[..., :1, :1]], axis=-2)
+
+    def products(self, coordinates: Array, inner: Array) -> tuple[Array, Array]:
+        """Mass (..., k, k) between coordinates (..., c, s, k), and stiffness (..., m, m) between inner ones."""
+        mass = np.swapaxes(coordinates, -1, -2) @ (self.mass @ coordinates)
+        stiffness = np.swapaxes(inner, -1, -2) @ (self.stiffness @ inner)
+        return mass.sum(axis=-3), stiffness.sum(axis=-3)
+
+    def momenta(self, coordinates: Array) -> Array:
+        """Momentum and angular momentum about the centre (..., 6, k) of coordinates (..., c, s, k)."""
+        return (self.momentum @ coordinates).sum(axis=-3)
+
+    def kept(self, shapes: Array) -> Array:
+        """The coordinates (..., c, s, k) of shapes (c, s, k) by functions, without their mean motion where it is free."""
+        return self.without_mean(shapes) if self.functions.held is None else shapes
+
+    def displaced(self, coordinates: Array, points: Array) -> Array:
+        """Displacements (q, 3, k), m, of points (q, 3), m from the centre, by coordinates (c, s, k); one design."""
+        blocks, n = self.functions.blocks, len(self.functions.exponents)
+        flat = np.zeros((3 * n + 1, coordinates.shape[-1]))
+        flat[blocks.ravel()] = coordinates.reshape(-1, coordinates.shape[-1])
+        N = self.functions.functions(points / (self.size / 2))
+        return np.einsum("qn,ank->qak", N, flat[:-1].reshape(3, n, -1))
+
+
+class ModalSolid(ElasticSolid):
+    """An ElasticSolid of one design in the coordinates (c, s) of its modes, which cost less.
+
+    `squared` (c, s) are squared angular frequencies, 1/s^2, infinite for rigid motions and what stands for nothing;
+    `shapes` (c, s, s) lead from coordinates to functions, modes of unit modal mass. Raises SolverError where round-off
+    hides the lowest.
+    """
+
+    def __init__(self, functions: RitzSolid, size: Array, material: Material) -> None:
+        super().__init__(functions, size, material)
+        self.squared: Array = np.full(functions.blocks.shape, np.inf)
+        self.shapes: Array = np.zeros(self.stiffness.shape)
+        for block, at in enumerate(functions.blocks):
+            own = np.flatnonzero(at < 3 * len(functions.exponents))
             pick = np.ix_(own, own)
             squared, vectors = la.eigh(self.stiffness[block][pick], self.mass[block][pick])
-            placed = np.zeros((*self.stiffness.shape[:2], len(own)))
-            placed[block, own] = vectors
-            values.append(squared)
-            shapes = np.concatenate([shapes, placed], axis=-1)
-            largest = max(largest, float(squared[-1]))
-        squared = np.concatenate(values)
-        order = np.argsort(squared)[6 if self.functions.held is None else 0 :][:count]
-        if not squared[order[0]] > SLENDEREST * largest:
-            sides = " x ".join(f"{1e3 * side:.3g}" for side in self.size)
+            self.squared[block, : len(own)], self.shapes[block, own, : len(own)] = squared, vectors
+        largest = self.squared[np.isfinite(self.squared)].max()
+        if functions.held is None:
+            self.squared.flat[np.argsort(self.squared, axis=None)[:6]] = np.inf
+        if not self.squared.min() > SLENDEREST * largest:
+            sides = " x ".join(f"{1e3 * side:.3g}" for side in size)
             raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
-        return squared[order], shapes[..., order]
+
+    def modes(self, count: int) -> tuple[Array, Array]:
+        """Squared angular frequencies (k,), 1/s^2, and shapes (c, s, k) by functions of the lowest elastic modes."""
+        order = np.argsort(self.squared, axis=None)[:count]
+        at = np.unravel_index(order, self.squared.shape)
+        shapes = np.zeros((*self.squared.shape, len(order)))
+        shapes[at[0], :, np.arange(len(order))] = self.shapes[at[0], :, at[1]]
+        return self.squared[at], shapes
+
+    def rows(self, patches: Patches) -> Array:
+        """As of an ElasticSolid."""
+        return super().rows(patches) @ self.shapes
+
+    def momenta(self, coordinates: Array) -> Array:
+        """As of an ElasticSolid."""
+        return super().momenta(self.shapes @ coordinates)
+
+    def solved(self, loads: Array) -> Array:
+        """As of an ElasticSolid."""
+        return loads / self.squared[..., None]
+
+    def products(self, coordinates: Array, inner: Array) -> tuple[Array, Array]:
+        """As of an ElasticSolid."""
+        finite = np.where(np.isfinite(self.squared), self.squared, 0.0)[..., None]
+        flat, own = (_flat(one) for one in (coordinates, inner))
+        return np.swapaxes(flat, -1, -2) @ flat, np.swapaxes(own, -1, -2) @ _flat(finite * inner)
+
+    def kept(self, shapes: Array) -> Array:
+        """As of an ElasticSolid."""
+        own = np.swapaxes(self.shapes, -1, -2) @ (self.mass @ shapes)
+        return np.where(np.isfinite(self.squared)[..., None], own, 0.0)
+
+    def displaced(self, coordinates: Array, points: Array) -> Array:
+        """As of an ElasticSolid."""
+        return super().displaced(self.shapes @ coordinates, points)
+
+
+def _flat(coordinates: Array) -> Array:
+    """(..., c s, k) of coordinates (..., c, s, k)."""
+    return coordinates.reshape(*coordinates.shape[:-3], -1, coordinates.shape[-1])
 
 
 def _each(scalar: Array) -> Array:
@@ -345,31 +418,19 @@ def patch_rows(solid: RitzSolid, size: Array, patches: Patches) -> Array:
 
 def patch_flexibility(solid: ElasticSolid, patches: Patches) -> Array:
     """Flexibility (..., 6p, 6p) of a solid between the motions of patches, beside its mean motion where it is free."""
-    rows = patch_rows(solid.functions, solid.size, patches)
+    rows = solid.rows(patches)[..., : 6 * patches.nodes.shape[-2], :]
     return (rows @ solid.solved(np.swapaxes(rows, -1, -2))).sum(axis=-3)
 
 
 def leads(solid: ElasticSolid, patches: Patches) -> tuple[Array, Array, Array]:
     """How patches lead a solid: coordinates (..., c, s, 6p) when these move by one and the frame of `elastic_body` does
-    not, the stiffness (..., 6p, 6p) against that, and the rows (..., c, 6p, s) of their motion. The last patch of a
-    solid that is held is its mean motion."""
-    rows = patch_rows(solid.functions, solid.size, patches)
-    if solid.functions.held is not None:
-        rows = np.concatenate([rows, solid.mean_rows + 0.0 * rows[..., :1, :1]], axis=-2)
+    not, the stiffness (..., 6p, 6p) against that, and the rows (..., c, 6p, s) of their motion."""
+    rows = solid.rows(patches)
     X = solid.solved(np.swapaxes(rows, -1, -2))
     C = (rows @ X).sum(axis=-3)
     C = (C + np.swapaxes(C, -1, -2)) / 2
     k = np.linalg.inv(C + RIDGE * C * np.eye(C.shape[-1]))
     return X @ k[..., None, :, :], k, rows
-
-
-def displaced(solid: ElasticSolid, coordinates: Array, points: Array) -> Array:
-    """Displacements (q, 3, k), m, of points (q, 3), m from the centre, by coordinates (c, s, k); one design."""
-    blocks, n = solid.functions.blocks, len(solid.functions.exponents)
-    flat = np.zeros((3 * n + 1, coordinates.shape[-1]))
-    flat[blocks.ravel()] = coordinates.reshape(-1, coordinates.shape[-1])
-    N = solid.functions.functions(points / (solid.size / 2))
-    return np.einsum("qn,ank->qak", N, flat[:-1].reshape(3, n, -1))
 
 
 def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mass: Array) -> tuple[Array, Array]:
@@ -383,8 +444,7 @@ def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mas
     is_held = solid.functions.held is not None
     if is_held:
         nodes = np.concatenate([nodes, 0.0 * nodes[..., :1, :]], axis=-2)
-    if not is_held:
-        shapes = solid.without_mean(shapes)
+    shapes = solid.kept(shapes)
     inner = shapes - led @ (rows @ shapes).sum(axis=-3)[..., None, :, :]
     both = np.concatenate([led, inner], axis=-1)
     p, m = k.shape[-1], shapes.shape[-1]
@@ -395,11 +455,10 @@ def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mas
     Tt = np.swapaxes(T, -1, -2)
     own = zeros((*k.shape[:-2], p + m, p + m), k)
     own[..., :p, :p] = k
-    own[..., p:, p:] = (np.swapaxes(inner, -1, -2) @ (solid.stiffness @ inner)).sum(axis=-3)
-    mass = (np.swapaxes(both, -1, -2) @ (solid.mass @ both)).sum(axis=-3)
+    mass, own[..., p:, p:] = solid.products(both, inner)
     frame = np.eye(6, 6 + p + m)
     K, M = Tt @ own @ T, Tt @ mass @ T + frame.T @ rigid_mass @ frame
     if is_held:
-        coupling = frame.T @ (solid.momentum @ both).sum(axis=-3) @ T
+        coupling = frame.T @ solid.momenta(both) @ T
         M = M + coupling + np.swapaxes(coupling, -1, -2)
     return (K + np.swapaxes(K, -1, -2)) / 2, (M + np.swapaxes(M, -1, -2)) / 2

@@ -9,7 +9,8 @@ import numpy as np
 import scipy.linalg as la
 
 from flexura.arrays import Array
-from flexura.beam import ElasticSolid, block_rotation, patch_flexibility, rigid_arm
+from flexura.beam import ModalSolid, block_rotation, patch_flexibility, rigid_arm
+from flexura.errors import SolverError
 from flexura.structure.discrete_elements import BodyElement, Hold
 from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
 from flexura.structure.elements import Elements
@@ -62,14 +63,21 @@ class BodyPlaces:
         self._sizes = members.end_sizes(values, geometry.lengths)
         self._area = self._sizes[0] * self._sizes[1]
 
-    def settle(self, name: str, body: ElasticBody) -> None:
-        """Place what pulls at a body of a prototype, as at its first copy."""
+    def settle(self, name: str, body: ElasticBody) -> bool:
+        """Place what pulls at a body of a prototype, as at its first copy. Whether what it gives changes a number by more
+        than MATTERS at most, or another body sits on it; no for one that is too slender for polynomials."""
         topology = self._topology
         copies = topology.copies[name]
         number, offset = copies.number[0], copies.offset[0]
         own = _Own(body.body, self._values, self._geometry.Q[number], self._geometry.positions[offset + body.nodes[0]])
         rows = [self._pull(own, offset + node) for node in body.carried]
-        body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
+        try:
+            body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
+        except SolverError:
+            if body.body.elastic is True:
+                raise
+            return False
+        return bool(body.pulls.is_seat.any()) or self._gives(name, body) > MATTERS
 
     def _pull(self, own: _Own, node: int) -> tuple[int, int, Array, Array, bool, Array, bool]:
         """One row of `Pulls`."""
@@ -130,14 +138,12 @@ class BodyPlaces:
             return False, None
         return True, Hold(on.pop(), names)
 
-    def matters(self, name: str, body: ElasticBody) -> bool:
-        """Whether what a body gives changes a number by more than MATTERS at most, or another body sits on it."""
-        if body.pulls.is_seat.any():
-            return True
+    def _gives(self, name: str, body: ElasticBody) -> float:
+        """Flexibility of a body over that of the members on it, at most (theory eq. E5)."""
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
-        C = patch_flexibility(ElasticSolid(body.solid, size, body.material(values)), patches)
+        C = patch_flexibility(ModalSolid(body.solid, size, body.material(values)), patches)
         k = np.zeros_like(C)
         for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):
             if member >= 0:
@@ -145,7 +151,7 @@ class BodyPlaces:
                 six = slice(6 * p, 6 * p + 6)
                 turn = block_rotation(axes)
                 k[six, six] = turn @ self._held_at_the_other_end(member, end) @ turn.T
-        return float(np.abs(la.eigvals(C @ k)).max(initial=0.0)) > MATTERS
+        return float(np.abs(la.eigvals(C @ k)).max(initial=0.0))
 
     def _held_at_the_other_end(self, member: int, end: int) -> Array:
         """Stiffness (6, 6) of a member at an end, its own axes."""

@@ -14,8 +14,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from flexura.arrays import Array, Bools, Index
-from flexura.beam import FAR, ElasticSolid, Material, Patches, RitzSolid, displaced, elastic_body, leads
-from flexura.duals import plain
+from flexura.beam import FAR, ElasticSolid, Material, ModalSolid, Patches, RitzSolid, elastic_body, leads
+from flexura.duals import plain, with_slopes_of
+from flexura.records import Latest
 from flexura.structure.discrete_elements import BodyElement, Hold, Lumped
 from flexura.structure.values import common
 
@@ -80,6 +81,7 @@ class ElasticBody(Lumped):
         self, body: BodyElement, node: int, carried: list[int], frame: int | None = None, hold: Hold | None = None
     ) -> None:
         self.body, self.own, self.carried, self.hold = body, node, carried, hold
+        self._latest: Latest[ModalSolid] = Latest()
         self.nodes: list[int] = [node, *carried] if frame is None else [frame, *carried, node]
         """Nodes in the order of the matrices; those of the amplitudes last."""
 
@@ -88,7 +90,7 @@ class ElasticBody(Lumped):
         self.pulls = pulls
         _, half = self.body.box(values)
         self.solid = RitzSolid.of(2 * half, self.body.is_round, self.hold and self.hold.face, len(self.carried))
-        self.shapes = ElasticSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
+        self.shapes = ModalSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
 
     def material(self, values: Array) -> Material:
         """What it is made of."""
@@ -135,14 +137,21 @@ class ElasticBody(Lumped):
         """Its solid and what pulls at it; what does not vary in a stack lacks its axis."""
         size = common(2 * self.body.box(values)[1], 1)
         every = zip(self.patches(values, positions, ends), (3, 2, 2), strict=True)
-        return ElasticSolid(self.solid, size, self.material(values)), Patches(*(common(one, n) for one, n in every))
+        material = self.material(values)
+        numbers = [size, *material]
+        if with_slopes_of(*numbers) is not None or max(n.ndim - k for n, k in zip(numbers, (1, 0, 0, 0), strict=True)):
+            solid: ElasticSolid = ElasticSolid(self.solid, size, material)
+        else:
+            key = np.concatenate([np.ravel(number) for number in numbers]).tobytes()
+            solid = self._latest.get(key, lambda: ModalSolid(self.solid, size, material))
+        return solid, Patches(*(common(one, n) for one, n in every))
 
     def bent(self, values: Array, positions: Array, ends: EndSizes, points: Array) -> Array:
         """Displacements (q, 3, 6p) of points (q, 3) from its centre, part's axes, when its nodes after the first leave
         the places to which that carries them; one design."""
         rows, _ = self.body.box(values)
         solid, patches = self._placed(values, positions, ends)
-        own = displaced(solid, leads(solid, patches)[0], points @ rows.T)
+        own = solid.displaced(leads(solid, patches)[0], points @ rows.T)
         count = own.shape[-1] // 3
         return np.asarray(rows.T @ (own.reshape(len(own), 3, count, 3) @ rows).reshape(own.shape))
 

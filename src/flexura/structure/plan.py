@@ -211,10 +211,8 @@ class Plan(Record, Displayed):
                 is_known, hold = places.hold(name, body)
                 if not is_known and body.body.elastic is True:
                     raise ModelError([_cannot_bend(name, key)])
-                if is_known:
-                    places.settle(name, body)
-                    if body.body.elastic is True or places.matters(name, body):
-                        left[name][key] = hold
+                if is_known and (places.settle(name, body) or body.body.elastic is True):
+                    left[name][key] = hold
         return left
 
     def elements(self, values: Array, geometry: Geometry) -> Elements:

@@ -168,7 +168,7 @@ class Roots:
         return self._together(found, wanted)
 
     def _place_bodies(self) -> dict[int, list[int]]:
-        """The numbers of the bodies at every root: of rigid ones at their own, of others at those of what they carry."""
+        """The numbers of the bodies at every root: of rigid ones at their own, of others where something is carried."""
         bodies: dict[int, list[int]] = {}
         for name, copies in self._topology.copies.items():
             part = self._parts[name]

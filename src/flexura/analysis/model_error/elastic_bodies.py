@@ -12,17 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.beam import ElasticSolid, Material, Patches, RitzSolid, patch_rows
-from flexura.errors import SolverError
+from flexura.beam import Material, ModalSolid, Patches, RitzSolid
 from flexura.mechanism import TOP, Mechanism, evaluated
 from flexura.structure import BodyElement, FullOrderModel, inside
 from flexura.thresholds import SAME_PLACE
 
 PATCH_POINTS, PATCH_WEIGHTS = np.polynomial.legendre.leggauss(3)
 """Gauss points along each side of the patch that a member holds."""
-
-SLENDEREST = 500.0
-"""Length over the least side from which round-off hides how a solid gives."""
 
 
 def _in_mm(size: Array) -> str:
@@ -110,12 +106,10 @@ class LoadedSolid:
     def flexibility(self) -> Array:
         """Products of deflection and load (k, k), J, of the loads at its ends; what is out of balance among them
         accelerates a free solid. Raises SolverError for a solid that is too slender."""
-        if self.half.max() > SLENDEREST * self.half.min():
-            raise SolverError(f"a solid of {_in_mm(self.size)} mm is too slender for an estimate of how it gives")
         wrenches = [np.concatenate([self.axes.T @ end.wrench[:3], self.axes.T @ end.wrench[3:]]) for end in self.ends]
         functions = RitzSolid.of(self.size, self.is_round, self.held, len(self.ends))
-        solid = ElasticSolid(functions, self.size, self.material)
-        load = np.swapaxes(patch_rows(functions, self.size, self._patches()), -1, -2) @ np.concatenate(wrenches)
+        solid, patches = ModalSolid(functions, self.size, self.material), self._patches()
+        load = np.swapaxes(solid.rows(patches)[:, : 6 * len(wrenches)], -1, -2) @ np.concatenate(wrenches)
         return np.asarray((np.swapaxes(load, -1, -2) @ solid.solved(load)).sum(axis=0))
 
     def _patches(self) -> Patches:

@@ -206,6 +206,8 @@ def _sensed_actuator(survey: Survey, name: str, path: Path, sensor: ForceSensor)
 
 def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
     carrier: dict[str, str] = {}
+    shared: set[str] = set()
+    described = survey.layout.prototypes[name].bodies
     for key, body in survey.layout.prototypes[name].bodies.items():
         path = (*prefix(name), "bodies", key)
         carried: list[str] = []
@@ -214,6 +216,8 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
                 if node == key:
                     hint = "the node at its centre belongs to the body anyway; name the others"
                     survey.report((*path, "carries", i), text, f"the body carries its own node {key}", hint)
+                elif node in carrier and carrier[node] != key and _share(described, node, key, carrier[node], shared):
+                    carried.append(node)
                 elif node in carrier:
                     again = "this body" if carrier[node] == key else f"body {carrier[node]}"
                     survey.report((*path, "carries", i), text, f"the node {node} is already carried by {again}")
@@ -222,6 +226,13 @@ def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
                     carried.append(node)
         yield Use(path, [key, *carried], joins=True)
     _carried_in_a_circle(survey, name, carrier, survey.layout.prototypes[name].bodies)
+
+
+def _share(bodies: dict[str, RigidBody], node: str, one: str, other: str, shared: set[str]) -> bool:
+    """Whether two bodies may carry a node, which is on a face of both: both bend, and no third one carries it."""
+    may = node not in shared and node not in bodies and bodies[one].may_bend and bodies[other].may_bend
+    shared.add(node)
+    return may
 
 
 def _carried_in_a_circle(survey: Survey, name: str, carrier: dict[str, str], bodies: dict[str, RigidBody]) -> None:
