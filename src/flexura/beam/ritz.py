@@ -226,7 +226,7 @@ class ElasticSolid:
         return (self.momentum @ coordinates).sum(axis=-3)
 
     def kept(self, shapes: Array) -> Array:
-        """The coordinates (..., c, s, k) of shapes (c, s, k) by functions, without their mean motion where it is free."""
+        """Coordinates (..., c, s, k) of shapes (c, s, k) by functions, without mean motion where that is free."""
         return self.without_mean(shapes) if self.functions.held is None else shapes
 
     def displaced(self, coordinates: Array, points: Array) -> Array:

@@ -64,8 +64,8 @@ class BodyPlaces:
         self._area = self._sizes[0] * self._sizes[1]
 
     def settle(self, name: str, body: ElasticBody) -> bool:
-        """Place what pulls at a body of a prototype, as at its first copy. Whether what it gives changes a number by more
-        than MATTERS at most, or another body sits on it; no for one that is too slender for polynomials."""
+        """Place what pulls at a body of a prototype, as at its first copy. Whether what it gives changes a number by
+        more than MATTERS at most, or another body sits on it; no for one that is too slender for polynomials."""
         topology = self._topology
         copies = topology.copies[name]
         number, offset = copies.number[0], copies.offset[0]

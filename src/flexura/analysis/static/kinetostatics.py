@@ -239,8 +239,8 @@ def kinetostatics(
 
     `platform` is a node, by default the only body that moves; `actuators` are inputs as in `system`, by default all
     that are described. Freedoms are the motions whose compliance the actuators own: what is left of it when their
-    lengths are held is less than half. Without actuators they are the compliances above a gap of their spectrum that stands out
-    (`ComplianceSpectrum`, theory eq. T24), or none is named.
+    lengths are held is less than half. Without actuators they are the compliances above a gap of their spectrum that
+    stands out (`ComplianceSpectrum`, theory eq. T24), or none is named.
 
     Raises ModelError; OptionError for unknown names and where the platform is not clear; SolverError when something can
     move freely.
