@@ -58,7 +58,7 @@ class FullOrderModel(OfDesign, Result):
         plan = self.plan
         members = sum(len(part.members) * len(plan.topology.copies[name].paths) for name, part in plan.parts.items())
         counts = {"order": self.order, "nodes": plan.topology.n_nodes, "members": members}
-        yield Facts({**counts, "rigid bodies": len(plan.body_names) or ""})
+        yield Facts({**counts, "bodies": len(plan.body_names) or ""})
 
     @property
     def matrices(self) -> dict[str, PartMatrices]:

@@ -229,7 +229,7 @@ class Plan(Record, Displayed):
         copies = self.topology.copies
         members = sum(len(part.members) * len(copies[name].paths) for name, part in self.parts.items())
         counts = {"nodes": self.topology.n_nodes, "free DOFs": self.topology.n_dof, "members": members}
-        yield Facts({**counts, "rigid bodies": len(self.body_names), "parameters": ", ".join(self.parameter_values())})
+        yield Facts({**counts, "bodies": len(self.body_names), "parameters": ", ".join(self.parameter_values())})
 
     @property
     def body_names(self) -> list[str]:

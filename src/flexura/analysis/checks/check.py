@@ -130,7 +130,7 @@ class CheckReport(Result):
         yield Table(self.substructure_columns(), "substructures")
         yield Facts(
             {
-                "rigid body": {body: quantity(mass, "kg") for body, mass in self.rigid_bodies.items()},
+                "body": {body: quantity(mass, "kg") for body, mass in self.rigid_bodies.items()},
                 "held": {node: "clamped" if len(dofs) == 6 else " ".join(dofs) for node, dofs in self.held.items()},
                 "corrected for": self._corrected(),
                 "solid part": {name: str(mesh) for name, mesh in self.solid_parts.items()},

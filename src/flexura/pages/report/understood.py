@@ -174,10 +174,10 @@ def _bodies(found: CheckReport, command: str) -> list[Block]:
     if not found.rigid_bodies:
         return []
     shown = list(found.rigid_bodies.items())[:MOST]
-    columns = {"rigid body": [name for name, _ in shown], "mass [kg]": [mass for _, mass in shown]}
-    blocks: list[Block] = [Table.of(columns, "rigid bodies", Evidence(command))]
+    columns = {"body": [name for name, _ in shown], "mass [kg]": [mass for _, mass in shown]}
+    blocks: list[Block] = [Table.of(columns, "bodies", Evidence(command))]
     more = len(found.rigid_bodies) - MOST
-    return [*blocks, Paragraph(f"and {more} more rigid bodies; --json has all", "soft")] if more > 0 else blocks
+    return [*blocks, Paragraph(f"and {more} more bodies; --json has all", "soft")] if more > 0 else blocks
 
 
 def _materials(subject: Subject) -> Block:
