@@ -128,7 +128,7 @@ class Facts:
 
     def _body(self, part: Part, key: str, body: Any) -> list[Fact]:
         mass, inertia = part.bodies[key][1].mass_and_inertia(self.model.values)
-        found: list[Fact] = [("kind", "rigid body")]
+        found: list[Fact] = [("kind", "body, elastic" if key in part.elastic else "rigid body")]
         match body.solid:
             case Box(size=size):
                 found.append(("box", _product(size)))
