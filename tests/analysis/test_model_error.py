@@ -8,6 +8,7 @@ import pytest
 import flexura as fx
 from flexura.analysis.model_error.model_error import model_errors_of_modes
 from flexura.full_order import assemble
+from flexura.mechanism import with_rigid_bodies
 
 E, NU, RHO = 206e9, 0.3, 7850.0
 CLAMPED = fx.describe.Support(fixed=fx.describe.DOF_NAMES)
@@ -96,7 +97,7 @@ def test_the_part_lies_within_the_model_error(name: str) -> None:
 
 def test_what_makes_the_model_error_is_said_with_its_mode() -> None:
     """The third mode of the leaf guide turns the table about the leaves' direction and bends both blocks."""
-    doubts = fx.check(fx.loads(MONOLITHS["leaf guide"][0])).warnings
+    doubts = fx.check(with_rigid_bodies(fx.loads(MONOLITHS["leaf guide"][0]))).warnings
     body = next(d for d in doubts if d.kind == "body")
     assert body.place == "table" and "moves mode 3 (59" in body.text and "Hz) by -1" in body.text
     ground = next(d for d in doubts if d.kind == "ground")
@@ -122,7 +123,7 @@ def effect(mechanism: fx.Mechanism, kind: str, n: int = 6) -> np.ndarray:
 
 def test_a_block_on_a_notch_gives_as_solids_do() -> None:
     """Solid against rigid block, both solid notches (benchmarks/elastic_bodies.py): -0.1 -5.1 -2.7 -7.1 -9.4 -20 %."""
-    errors, _ = model_errors_of_modes(assemble(on_block((20e-3, 8e-3, 6.5e-3))), 6)
+    errors, _ = model_errors_of_modes(assemble(with_rigid_bodies(on_block((20e-3, 8e-3, 6.5e-3)))), 6)
     (body,) = (own for own in errors.effects if own.kind == "body")
     measured = -np.array([0.001, 0.051, 0.027, 0.071, 0.094, 0.204])
     assert np.all(body.low < measured + 0.01) and np.all(body.high > measured - 0.01)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import plain
+from flexura.duals import plain, zeros
 from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, accelerating
 from flexura.motion.se3 import Logarithm
 
@@ -121,15 +121,16 @@ class Superelements:
         for i in range(count):
             rigid[6 * i : 6 * i + 6] = np.eye(6)
             rigid[6 * i : 6 * i + 3, 3:] = np.cross(np.eye(3), axes.T @ (x[i] - x[0])).T
-        size = np.abs(K).max(initial=0.0)
-        motions = plain(rigid)
-        if count < 2 or np.abs(K @ motions).max() > RIGID * size * max(np.abs(motions).max(), 1.0):
+        stiffness, motions = plain(K), plain(rigid)
+        size = np.abs(stiffness).max(initial=0.0)
+        if count < 2 or np.abs(stiffness @ motions).max() > RIGID * size * max(np.abs(motions).max(), 1.0):
             frames, arm = np.append(ground, frames), np.concatenate([x[:1], arm])
             K, M = (np.pad(matrix, ((6, 0), (6, 0))) for matrix in (K, M))
             count += 1
         placed_arm = arm[None, :count]
         logs = _seen_from_first(Ends.of(rest, frames[None, :count], axes[None, None], placed_arm))
-        J = np.eye(len(K) - 6, like=logs.e)
+        J = zeros((len(K) - 6,) * 2, logs.e)
+        J[range(len(J)), range(len(J))] = 1.0
         for i, after in enumerate(logs.after[0]):
             J[6 * i : 6 * i + 6, 6 * i : 6 * i + 6] = np.linalg.inv(after)
         k = J.T @ K[6:, 6:] @ J

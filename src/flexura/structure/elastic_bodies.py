@@ -108,7 +108,7 @@ class ElasticBody(Lumped):
         at = inside(at, half[..., None, :], self.body.is_round)
         is_member = pulls.member >= 0
         b, t = (
-            np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare)
+            np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare) if is_member.any() else 2 * bare
             for size, bare in zip(ends, pulls.bare.T, strict=True)
         )
         inner = at + np.where(is_member[:, None], t[..., None] * pulls.axes[..., 0], 0.0)
@@ -117,6 +117,7 @@ class ElasticBody(Lumped):
         up, down, left, right = (
             _lesser(side, reached) for side, reached in zip(sides, self._reach(b, t, behind), strict=True)
         )
+        up, down = (_lesser(side, room) for side, room in zip((up, down), self._between(at, b, t), strict=True))
         y, z = pulls.axes[..., 1], pulls.axes[..., 2]
         centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
         points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (ACROSS[:, None] * y[:, None])
@@ -132,6 +133,23 @@ class ElasticBody(Lumped):
         tall = t / 2 + beyond
         wide = np.where(self.pulls.is_rod, tall, b / 2)
         return tall, tall, wide, wide
+
+    def _between(self, at: Array, b: Array, t: Array) -> tuple[Array, Array]:
+        """How far (..., p) patches may reach along and against the members' z: halfway to the next member beside."""
+        axes, apart = self.pulls.axes, at[..., None, :, :] - at[..., :, None, :]
+        x, y, z = (np.einsum("...kji,ki->...kj", apart, axes[..., k]) for k in range(3))
+        b, t = (size + 0 * at[..., 0] for size in (b, t))
+        beside = (np.abs(plain(y)) < plain(b[..., None, :] + b[..., :, None]) / 2) & (
+            np.abs(plain(x)) < plain(t[..., None])
+        )
+        beside = beside & (self.pulls.member >= 0)
+        rooms = []
+        for sign in (1, -1):
+            halfway = (sign * z + (t[..., :, None] - t[..., None, :]) / 2) / 2
+            is_next = beside & (plain(sign * z) > 0)
+            room = np.min(np.where(is_next, halfway, LARGE), axis=-1)
+            rooms.append(np.where(plain(room) > plain(t) / 2, room, t / 2))
+        return rooms[0], rooms[1]
 
     def _placed(self, values: Array, positions: Array, ends: EndSizes) -> tuple[ElasticSolid, Patches]:
         """Its solid and what pulls at it; what does not vary in a stack lacks its axis."""
@@ -174,6 +192,9 @@ class ElasticBody(Lumped):
         return Tt @ K @ T, Tt @ M @ T
 
 
+LARGE = 1e30
+"""A distance, m, that nothing is as large as."""
+
 PARALLEL = 1e-9
 """Cosine below which a direction is along a face."""
 
@@ -200,7 +221,7 @@ def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
         steep = np.abs(slope) > PARALLEL
         size = np.where(steep, np.abs(slope), 1.0)
         room = (half[..., axis, None] - np.sign(slope) * at[..., axis]) / size
-        room = np.where(steep, room, 1e30)
+        room = np.where(steep, room, LARGE)
         exits = room if exits is None else _lesser(exits, room)
     assert exits is not None
     if is_round:
@@ -212,7 +233,7 @@ def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
         c = half[..., 1, None] ** 2 - y * y - z * z
         c = np.where(plain(c) > 0, c, 0.0 * c)
         room = (np.sqrt(b * b + unit * c + TINY * half[..., 1, None] ** 2) - b) / unit
-        exits = _lesser(exits, np.where(steep, room, 1e30))
+        exits = _lesser(exits, np.where(steep, room, LARGE))
     return np.where(plain(exits) > 0, exits, 0.0 * exits)
 
 

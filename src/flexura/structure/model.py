@@ -224,7 +224,8 @@ def _geometric(
     for name in state.model.matrices:
         part_state = _PartState(state, name)
         part_state.refuse_superelements()
-        for part in (part_state.members(forces), part_state.springs(), part_state.stacks(), part_state.weights()):
+        every = part_state.members(forces), part_state.springs(), part_state.stacks(), part_state.bodies()
+        for part in (*every, part_state.weights()):
             for entry in part:
                 (pushes if isinstance(entry, Pushes) else K).append(entry)  # type: ignore[arg-type]
     for dof, force, arm in pushes:
@@ -341,6 +342,22 @@ class _PartState:
             reach = spring.point(self.state.model.values, here) - here
             arm = self.arm[:, spring.nodes] + self._global(np.stack([reach] * len(self.v)))
             yield Pushes.of(self.dof[:, spring.nodes], self._global(force), arm)
+
+    def bodies(self) -> Iterator[Pushes]:
+        """What the arms of bodies that bend exert, from their frames to the nodes that pull at them."""
+        for key, body in self.part.elastic.items():
+            own = next(discrete for discrete in self.matrices.discrete_elements if discrete.name == key)
+            frame, *nodes = [node for node in body.nodes if node < self.part.n_positioned]
+            count, v = len(nodes), self.v[:, own.nodes]
+            weight = zeros(v.shape, v, self.pull)
+            weight[:, : count + 1, :3] = self.pull[:, None]
+            flat = (len(v), -1, 1)
+            held = own.K @ v.reshape(flat) - own.M @ weight.reshape(flat)
+            force = held.reshape(v.shape)[:, 1 : count + 1, :3]
+            arm = self.local_positions[nodes] - self.local_positions[frame]
+            yield Pushes.of(
+                self.dof[:, [frame] * count], -self._global(force), self._global(np.stack([arm] * len(self.v)))
+            )
 
     def refuse_superelements(self) -> None:
         """Raise OptionError where forces go through a superelement."""

@@ -118,8 +118,7 @@ class Bodies:
     """Rigid bodies given as solids, all placed copies (n).
 
     origin: (n, 3), m; axes: (n, 3, 3) as rows, global frame; half: (n, 3), half sizes, m; is_round: (n,), cylinders
-    about their first axis; nodes, clusters (n,); unknown: roots of the nodes of bodies of which only mass and inertia
-    are known.
+    about their first axis; nodes, clusters (n,); unknown: pieces of bodies of which only mass and inertia are known.
     """
 
     names: list[str]
@@ -242,7 +241,7 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
             form = body.form(model.values)
             for number, offset, path in zip(placed.number, placed.offset, placed.paths, strict=True):
                 if form is None:
-                    unknown.add(int(plan.topology.root[offset + node]))
+                    unknown.add(int(plan.topology.piece[offset + node]))
                     continue
                 names.append(".".join((*path, key)))
                 labels.append(".".join(filter(None, (name, key))))

@@ -13,7 +13,7 @@ from flexura.arguments import verb
 from flexura.arrays import Array, Bools
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
-from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_roots
+from flexura.mechanism import Mechanism, PublishedValue, evaluated, with_rigid_bodies, with_rigid_roots
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design
 from flexura.study.questions import Formula, Margins, Questions, formula
@@ -122,7 +122,9 @@ def published(model: Mechanism | Plan, parameters: Mapping[str, float] | None = 
     here, given = np.empty((2, len(listed)))
     reasons, notes, margins = [""] * len(listed), list[str](), dict[str, Margins]()
     for root in dict.fromkeys(entry.root for entry in listed):
-        of_root = plan if root == "elastic" else plan_of(with_rigid_roots(plan.mechanism), parameters)
+        of_root = (
+            plan if root == "elastic" else plan_of(with_rigid_bodies(with_rigid_roots(plan.mechanism)), parameters)
+        )
         numbers = [k for k, entry in enumerate(listed) if entry.root == root]
         asked = tuple(dict.fromkeys(quantity for k in numbers for side in pairs[k] for quantity in side.quantities))
         questions = Questions(of_root, asked)

@@ -278,16 +278,16 @@ class _Looker:
 
 def _gaps(model: FullOrderModel, bars: Bars, bodies: Bodies) -> list[Clash]:
     """Members that end on a rigid cluster, and reach no solid of it."""
-    root, names = model.plan.topology.root, model.plan.topology.node_names
+    piece, names = model.plan.topology.piece, model.plan.topology.node_names
     of_body: dict[int, list[int]] = {}
     for k, node in enumerate(bodies.nodes):
-        of_body.setdefault(int(root[node]), []).append(k)
+        of_body.setdefault(int(piece[node]), []).append(k)
     gaps: list[Clash] = []
     for end in (0, 1):
         tips, half = bars.end(end), bars.end_half[:, :, end]
         for i, node in enumerate(bars.nodes[:, end]):
-            carriers = of_body.get(int(root[node]), [])
-            if not carriers or int(root[node]) in bodies.unknown:
+            carriers = of_body.get(int(piece[node]), [])
+            if not carriers or int(piece[node]) in bodies.unknown:
                 continue
             to_solids = np.concatenate([bodies.nearest(k, tips[i : i + 1]) for k in carriers])
             nearest = int(np.argmin(np.linalg.norm(to_solids, axis=1)))

@@ -19,7 +19,7 @@ from flexura.beam import arm_stiffness, geometric_stiffness, rigid_arm, skew
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Scatter, Segments, segments
+from flexura.structure import FullOrderModel, Scatter, Segments, block_diagonal, segments
 from flexura.tables import Facts, Item, Table, in_mm, quantity
 
 _MEAN = np.vstack([-np.eye(6) / 2, np.eye(6) / 2])
@@ -52,8 +52,8 @@ def tangent_stiffness(
     about the displaced state, global frame. K_t(0) = K, and K_t is symmetric. `loads`, (6,) N and N m by node, are
     needed only where dead forces act on rigid arms.
 
-    Correct to first order in u: internal forces are those of small displacements. Springs, superelements and piezo
-    stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
+    Correct to first order in u: internal forces are those of small displacements. Bodies that bend turn with their
+    frames; springs, superelements and piezo stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
     model.plan.refuse_pose("the stiffness about linear displacements")
@@ -65,9 +65,48 @@ def tangent_stiffness(
     force, arm = force.reshape(-1, 3), arm.reshape(-1, 3)
     for at, load, load_arm in _dead_load_arms(model, state, loads or {}):
         dof, force, arm = np.vstack([dof, at]), np.vstack([force, -load]), np.vstack([arm, load_arm])
+    bodies = list(_turned_bodies(model, state))
+    for body in bodies:
+        dof, force, arm = (np.vstack(pair) for pair in ((dof, body.frame), (force, body.force), (arm, body.arm)))
     turning = Scatter([dof[:, 3:]], model.order).sparse([arm_stiffness(force, arm)])
-    K_t = cut.scatter().sparse([K]) + turning + cut.K
+    turned = Scatter([body.dof[None] for body in bodies], model.order).sparse([body.K[None] for body in bodies])
+    K_t = cut.scatter().sparse([K]) + turning + turned + cut.K
     return ((K_t + K_t.T) / 2).tocsc()
+
+
+class _TurnedBody(NamedTuple):
+    """A body that bends and turns with its frame: DOFs (6n,) of its nodes, -1 where held, and what the turn changes of
+    its stiffness (6n, 6n); DOFs (k, 6) of the frame, and forces (k, 3), N, and arms (k, 3), m, of nodes that pull at
+    it."""
+
+    dof: Index
+    K: Array
+    frame: Index
+    force: Array
+    arm: Array
+
+
+def _turned_bodies(model: FullOrderModel, u: Array) -> Iterator[_TurnedBody]:
+    """All placed bodies that bend, as turned by u (n,)."""
+    topology, positions, moved = model.plan.topology, model.geometry.positions, np.append(u, 0.0)
+    for name, placed in topology.copies.items():
+        for key, body in placed.part.elastic.items():
+            own = next(discrete for discrete in model.matrices[name].discrete_elements if discrete.name == key)
+            nodes = np.array(body.nodes)
+            count = int((nodes < placed.part.n_positioned).sum())
+            for G, offset in zip(model.design.node_transforms(name, nodes), placed.offset, strict=True):
+                dof = topology.dof[topology.root[offset + nodes]]
+                T = block_diagonal(G[None])[0]
+                K = T.T @ own.K @ T
+                turn = Rotation.from_rotvec(moved[dof[0, 3:]]).as_matrix()
+                X = np.eye(len(K))
+                for k in range(2 * count):
+                    X[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = turn
+                force = (K @ moved[dof].ravel()).reshape(-1, 6)[1:count, :3]
+                arm = positions[offset + nodes[1:count]] - positions[offset + nodes[0]]
+                yield _TurnedBody(
+                    dof.ravel(), X @ K @ X.T - K, np.tile(dof[0], (count - 1, 1)), -force @ turn.T, arm @ turn.T
+                )
 
 
 def _refuse_springs_on_arms(model: FullOrderModel) -> None:
