@@ -34,8 +34,9 @@ ENOUGH = 6
 SLENDEREST = 1e-15
 """Squared frequency over the largest one that is round-off: of rods from some 1500 times as long as thick on."""
 
-RIDGE = 1e-9
-"""Flexibility over that of a patch which patches that the functions cannot tell apart have between them."""
+RIDGE = 1e-4
+"""Flexibility over that of a patch that is added to it: what patches have between them that functions of these orders
+cannot tell apart."""
 
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """The axes of products of two slopes, as a stiffness is made up of them."""

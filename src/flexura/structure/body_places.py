@@ -10,7 +10,8 @@ import scipy.linalg as la
 
 from flexura.arrays import Array
 from flexura.beam import ModalSolid, block_rotation, patch_flexibility, rigid_arm
-from flexura.errors import SolverError
+from flexura.errors import ModelError, Problem, SolverError
+from flexura.mechanism import TOP, origin_of
 from flexura.structure.discrete_elements import BodyElement, Hold
 from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
 from flexura.structure.elements import Elements
@@ -22,6 +23,23 @@ from flexura.thresholds import SAME_PLACE
 MATTERS = 2e-3
 """Flexibility of a body over that of the members on it, held at their other ends, from which it bends: half of that is
 the change of a frequency."""
+
+
+AWAY = 0.05
+"""Distance of what a body carries from its solid, over its longest side, from which it does not touch it."""
+
+TOUCH = "let its solid reach there, draw links or bodies between, or say elastic: false"
+
+
+def body_name(part: Part, body: ElasticBody) -> str:
+    """The name of a body of a part."""
+    return next(key for key, own in part.elastic.items() if own is body)
+
+
+def cannot_bend(prototype: str, key: str, rule: str, hint: str) -> Problem:
+    """Why a body that is described as elastic is not."""
+    above = () if prototype == TOP else ("substructures", origin_of(prototype))
+    return Problem((*above, "bodies", key, "elastic"), "true", rule, hint)
 
 
 class _Place(NamedTuple):
@@ -71,6 +89,15 @@ class BodyPlaces:
         number, offset = copies.number[0], copies.offset[0]
         own = _Own(body.body, self._values, self._geometry.Q[number], self._geometry.positions[offset + body.nodes[0]])
         rows = [self._pull(own, offset + node) for node in body.carried]
+        at = np.array([own.turn @ (self._geometry.positions[offset + node] - own.centre) for node in body.carried])
+        at = at + np.array([row[3] for row in rows]) @ (own.turn @ own.Q).T
+        away = np.linalg.norm(at - inside(at, own.half, own.body.is_round), axis=1)
+        if away.max() > AWAY * 2 * own.half.max():
+            node = self._parts[name].node_names[body.carried[int(away.argmax())]].removesuffix("[seat]")
+            reason = f"it carries {node}, which is {1e3 * away.max():.3g} mm from its solid"
+            if body.body.elastic is True:
+                raise ModelError([cannot_bend(name, body_name(self._parts[name], body), reason, TOUCH)])
+            return False
         try:
             body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
         except SolverError:

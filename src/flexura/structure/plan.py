@@ -34,7 +34,7 @@ from flexura.mechanism import (
 )
 from flexura.records import Kept, Latest, Record
 from flexura.results import Displayed
-from flexura.structure.body_places import BodyPlaces
+from flexura.structure.body_places import BodyPlaces, cannot_bend
 from flexura.structure.discrete_elements import Hold, described_hold
 from flexura.structure.elastic_bodies import Bending, seat
 from flexura.structure.elements import Elements
@@ -114,11 +114,8 @@ def _refuse_solid_members(layout: Layout) -> None:
         raise ModelError(refused)
 
 
-def _cannot_bend(name: str, key: str) -> Problem:
-    above = () if name == TOP else ("substructures", origin_of(name))
-    rule = "the body hangs on another one or is clamped by a node, which says nothing of the face that is held"
-    hint = "let both bodies carry a node on the face that they share, or give `held: {face: ...}`"
-    return Problem((*above, "bodies", key, "elastic"), "true", rule, hint)
+HANGS = "it hangs on another body by its own node or is clamped by a node, which says nothing of the face that is held"
+FACE = "let both bodies carry a node on the face that they share, or give `held: {face: ...}`"
 
 
 class Plan(Record, Displayed):
@@ -210,7 +207,7 @@ class Plan(Record, Displayed):
             for key, body in part.elastic.items():
                 is_known, hold = places.hold(name, body)
                 if not is_known and body.body.elastic is True:
-                    raise ModelError([_cannot_bend(name, key)])
+                    raise ModelError([cannot_bend(name, key, HANGS, FACE)])
                 if is_known and (places.settle(name, body) or body.body.elastic is True):
                     left[name][key] = hold
         return left

@@ -53,7 +53,8 @@ def tangent_stiffness(
     needed only where dead forces act on rigid arms.
 
     Correct to first order in u: internal forces are those of small displacements. Bodies that bend turn with their
-    frames; springs, superelements and piezo stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
+    frames; springs, superelements and piezo stacks do not turn. Raises OptionError for displacements that do not fit,
+    unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
     model.plan.refuse_pose("the stiffness about linear displacements")
