@@ -83,6 +83,7 @@ def test_missing_modes_are_announced(run) -> None:
 def test_set_replaces_a_parameter(run, tmp_path: Path) -> None:
     rigid = tmp_path / "guide.yaml"
     text = GUIDE.read_text(encoding="utf-8")
+    text = text.replace("    carries:", "    elastic: false\n    carries:")
     rigid.write_text(text.replace("reference: x\n", "reference: x\n        root: rigid\n"), encoding="utf-8")
     thin, thick = (
         json.loads(run("modes", rigid, "-n", "1", "--json", "--set", f"thickness={t}").stdout)["modes"][0][

@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import flexura as fx
+from flexura.mechanism import with_rigid_bodies
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 E, G, YIELD = 200e9, 77e9, 500e6
@@ -144,7 +145,7 @@ def xy_stage(springs="5 N/um", angle=0.0):
     text = (EXAMPLES / "xy_stage" / "xy_stage.yaml").read_text(encoding="utf-8")
     text = text.replace("value: 5 N/um", f"value: {springs}")
     turned = f"    of: leg\n    rotate: {{axis: z, angle: {angle} deg}}\n    pattern"
-    return fx.loads(text.replace("    of: leg\n    pattern", turned))
+    return with_rigid_bodies(fx.loads(text.replace("    of: leg\n    pattern", turned)))
 
 
 @pytest.mark.parametrize(("springs", "angle"), [("0 N/um", 0.0), ("0 N/um", 30.0), ("5 N/um", 0.0)])

@@ -193,7 +193,7 @@ def test_impossible_questions():
             for k, n in (("a", ("one",)), ("b", ("one", "two")))
         },
     )
-    with pytest.raises(fx.OptionError, match="2 rigid bodies"):
+    with pytest.raises(fx.OptionError, match="2 moving bodies"):
         fx.kinetostatics(two)
     assert fx.kinetostatics(two, platform="two").platform == "two"
     free = fx.Mechanism(bodies={"one": fx.describe.RigidBody(mass=0.1, inertia=INERTIA)})

@@ -262,7 +262,7 @@ def test_bars_of_a_tornado_are_the_per_cent_and_sorted(influence):
         expected = [influence.relative[k, influence.parameters.index(name)] for name in names]
         np.testing.assert_allclose(bars, expected)
         assert len({own.get_facecolor() for own in axes.patches}) == len({*np.sign(bars)})
-    assert "−1.54 %" in words(figure) and "f1: 54.35 Hz" in words(figure)
+    assert "−1.54 %" in words(figure) and "f1: 54.34 Hz" in words(figure)
     assert_no_overlap(figure)
 
 
