@@ -22,6 +22,7 @@ from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import TOP, Flexure, Layout, Link, Substructure, matching
 from flexura.records import Latest
+from flexura.structure.diaphragms import DiaphragmElement
 from flexura.structure.discrete_elements import (
     BodyElement,
     Lumped,
@@ -96,6 +97,10 @@ class Part:
         self.n_own: int = len(nodes.names)
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
+        self.diaphragms: dict[str, DiaphragmElement] = {
+            key: DiaphragmElement(table, diaphragm, mechanism, [nodes.get(n) for n in diaphragm.nodes])
+            for key, diaphragm in prototype.diaphragms.items()
+        }
         self.springs: dict[str, SpringElement] = {
             key: SpringElement(table, spring, [nodes.get(n) for n in spring.nodes])
             for key, spring in prototype.springs.items()
@@ -234,6 +239,7 @@ class Part:
         }
         superelements = self.superelements.items()
         return [
+            *((key, diaphragm.nodes, diaphragm) for key, diaphragm in self.diaphragms.items()),
             *((key, [node], body) for key, (node, body) in self.bodies.items()),
             *((key, [node], point) for key, (node, point) in self.points.items()),
             *((key, spring.nodes, spring) for key, spring in self.springs.items()),
@@ -329,7 +335,7 @@ class Part:
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
     def discrete_elements(self, values: Array, geometry: PartGeometry) -> list[DiscreteElement]:
-        """Matrices of bodies, point masses, springs and superelements for values (..., s)."""
+        """Matrices of diaphragms, bodies, point masses, springs and superelements for values (..., s)."""
         x = geometry.positions
         return [
             DiscreteElement(name, nodes, *part.matrices(values, x[..., nodes, :]))
@@ -365,9 +371,9 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
     One design: values (s,).
     """
     table = part.table
-    J, web, thickness = table.bulk(values, geometry.length)
+    J, least, thickness = table.bulk(values, geometry.length)
     arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
-    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / web, 0.0))
+    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]
     at: dict[int, list[tuple[int, int]]] = {}
@@ -404,7 +410,8 @@ def _clamping_nodes(layout: Layout, part: Part) -> set[int]:
     prototype = layout.prototypes[part.name]
     names = set(prototype.interface) | set(prototype.bodies)
     names |= {name for joint in prototype.joints for name in joint}
-    names |= {name for superelement in prototype.superelements.values() for name in superelement.nodes}
+    held = (*prototype.diaphragms.values(), *prototype.superelements.values())
+    names |= {name for element in held for name in element.nodes}
     if part.name == TOP:
         names |= {name for text in prototype.ground for name in matching(text, list(part.node_number))}  # type: ignore[attr-defined]
     nodes = {part.node_number[name] for name in names if name in part.node_number}

@@ -52,8 +52,9 @@ def tangent_stiffness(
     about the displaced state, global frame. K_t(0) = K, and K_t is symmetric. `loads`, (6,) N and N m by node, are
     needed only where dead forces act on rigid arms.
 
-    Correct to first order in u: internal forces are those of small displacements. Springs, superelements and piezo
-    stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on rigid arms.
+    Correct to first order in u: internal forces are those of small displacements. Springs, diaphragms, superelements
+    and piezo stacks do not turn. Raises OptionError for displacements that do not fit, unknown nodes, and springs on
+    rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
     model.plan.refuse_pose("the stiffness about linear displacements")
@@ -71,17 +72,18 @@ def tangent_stiffness(
 
 
 def _refuse_springs_on_arms(model: FullOrderModel) -> None:
-    """Raise OptionError where a spring, superelement or piezo stack pulls on a rigid arm: how its force turns is not
-    known."""
+    """Raise OptionError where a spring, diaphragm, superelement or piezo stack pulls on a rigid arm: how its force
+    turns is not known."""
     topology = model.plan.topology
     for name, placed in topology.copies.items():
         part = model.plan.parts[name]
         ends = [n for spring in part.springs.values() for n in spring.nodes]
+        ends += [n for diaphragm in part.diaphragms.values() for n in diaphragm.nodes]
         ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
         ends += [n for piezo in part.channels.piezos.values() for n in piezo.nodes]
         number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
         if (topology.is_rigid[number] & (topology.root[number] != number)).any():
-            what = f"a spring, superelement or piezo stack of {name or 'the mechanism'}"
+            what = f"a spring, diaphragm, superelement or piezo stack of {name or 'the mechanism'}"
             raise OptionError(f"{what} is attached off a body's centre: use a short link")
 
 
