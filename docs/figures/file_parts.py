@@ -143,7 +143,7 @@ def profiles() -> Sheet:
 blade:
   profile:
     type: leaf
-    width: 16 mm
+    width: [16 mm, 10 mm]
     thickness: 2 mm
 hinge:
   profile:
@@ -184,7 +184,7 @@ ground: {{base: clamped}}
     own = mechanism(whole, "flexures:\n" + "\n".join("  " + line for line in fragment.split("\n")))
     drawn = scene(sheet, own, (20, -70), (64, 60, 70, 90))
     drawn.size((-1, -8, 0), (-1, 8, 0), "width", by=(-22, 0, 0), shift=(-26, 6))
-    drawn.size((-1, -8, 40), (1, -8, 40), "thickness", by=(0, 0, 9), shift=(0, -12))
+    drawn.size((-1, -5, 40), (1, -5, 40), "thickness", by=(0, 0, 9), shift=(0, -12))
     drawn.name((60, -8, 20), "web", (-46, 0))
     drawn.size((160, -9, 14), (160, -9, 26), "shift", by=(16, 0, 0), shift=(22, 0))
     for x, words in ((0, "leaf"), (60, "notch"), (115, "round"), (160, "two_axis")):

@@ -371,9 +371,9 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
     One design: values (s,).
     """
     table = part.table
-    J, least, thickness = table.bulk(values, geometry.length)
+    J, web, thickness = table.bulk(values, geometry.length)
     arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
-    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
+    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / web, 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]
     at: dict[int, list[tuple[int, int]]] = {}

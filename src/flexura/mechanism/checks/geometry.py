@@ -133,7 +133,7 @@ _MEANINGLESS = {
     "plate": ("only a strip can be wide: a rectangle, a leaf or a one-axis notch", "leave it out"),
     "warping": ("warping is known for a rectangle, a leaf or a one-axis notch", "leave it out"),
     "root": ("roots are known of rectangles, leaves, notches and rods", "leave it out"),
-    "notch": ("only a flexure with a contour has a notch", "leave it out"),
+    "notch": ("only a contour, or a leaf that tapers, has flanks", "leave it out"),
     "shear": ("the theory euler_bernoulli is without shear", "theory: rayleigh or timoshenko"),
 }
 """Why a correction cannot apply, and what to do."""

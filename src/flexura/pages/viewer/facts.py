@@ -202,7 +202,8 @@ def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
 def _sizes(described: Any) -> list[Fact]:
     """Sizes of a section, a profile or a contour."""
     if isinstance(described, Rectangle) or getattr(described, "type", "") == "leaf":
-        return [("section", _product((described.thickness, described.width)))]
+        ends = np.broadcast_arrays(*(getattr(described, name) for name in ("thickness", "width")))
+        return [("section", " to ".join(dict.fromkeys(map(_product, np.reshape(ends, (2, -1)).T))))]
     if isinstance(described, Tube):
         return [("section", f"outer {quantity(_number(described.outer_diameter), 'm', 4)}, inner "
                             f"{quantity(_number(described.inner_diameter), 'm', 4)}")]  # fmt: skip
