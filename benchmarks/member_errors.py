@@ -46,6 +46,7 @@ COLUMNS = ("kind", "beam", "nu", *RATIOS_OF, *ERRORS, "mesh", "script")
 KEYS = COLUMNS.index(ERRORS[0])
 GRIDS: dict[str, tuple[tuple[float, ...], ...]] = {
     "leaf": ((1, 2, 5, 15, 60), (0.15, 0.3, 0.6, 1, 2, 5, 20)),
+    "tapered leaf": ((1, 3, 12, 50), (0.6, 1.2, 3, 10), (0.4, 0.7, 1), (0.5, 1, 2)),
     "right-circular notch": ((0.75, 2, 6, 18, 50), (0.1, 0.3, 1, 2, 5)),
     "corner-filleted notch": ((0.3, 1, 3), (8, 20, 60), (2, 10, 40)),
     "elliptical notch": ((0.5, 1.5, 5), (1, 5, 25), (0.2, 1, 4)),
@@ -72,6 +73,10 @@ def described(kind: str, ratios: tuple[float, ...]) -> tuple[Any, float]:
     match kind, ratios:
         case "leaf", (b, short):
             return D.Leaf(width=b * t, thickness=t), b * short * t
+        case "tapered leaf", (b, short, narrow, thin):
+            sizes = ((1, narrow, b), (1, thin, 1))
+            width, thickness = ((mean * t * 2 / (x + y) * x, mean * t * 2 / (x + y) * y) for x, y, mean in sizes)
+            return D.Leaf(width=width, thickness=thickness), b * short * t
         case "rod", (slender,):
             return D.Circle(diameter=t), slender * t
         case "tube", (bore, slender):

@@ -1,4 +1,5 @@
-"""Stiffness of single members between rigid faces by solids: an eighth of each, which is enough by symmetry.
+"""Stiffness of single members between rigid faces by solids: an eighth of each, which is enough by symmetry, or a
+quarter of those that taper.
 
 Cells of 27 nodes are graded to the edges of the held face, where stresses are singular: meshes of the same count that
 are not are some per cent too stiff.
@@ -22,16 +23,22 @@ KIND = "hexahedron27"
 SAMPLES = 400
 NEAR = 0.03
 """Distance from an edge, over the size of what meets there, within which cells shrink no further."""
-LOADS = (
-    ("sss", lambda _x, y, z: (1 + 0 * y, 0 * y, 0 * z)),
-    ("aaa", lambda _x, y, z: (0 * y, -z, y)),
-    ("ssa", lambda _x, y, z: (z, 0 * y, 0 * z)),
-    ("asa", lambda _x, y, z: (0 * y, 0 * y, 1 + 0 * z)),
-    ("sas", lambda _x, y, z: (y, 0 * y, 0 * z)),
-    ("aas", lambda _x, y, z: (0 * y, 1 + 0 * y, 0 * z)),
+STRETCH = lambda y, z: (1 + 0 * y, 0 * y, 0 * z)  # noqa: E731
+TWIST = lambda y, z: (0 * y, -z, y)  # noqa: E731
+TURN_Y, SHIFT_Z = lambda y, z: (z, 0 * y, 0 * z), lambda y, z: (0 * y, 0 * y, 1 + 0 * z)
+TURN_Z, SHIFT_Y = lambda y, z: (y, 0 * y, 0 * z), lambda y, z: (0 * y, 1 + 0 * y, 0 * z)
+EIGHTH = (
+    ("sss", STRETCH),
+    ("aaa", TWIST),
+    ("ssa", TURN_Y),
+    ("asa", SHIFT_Z),
+    ("sas", TURN_Z),
+    ("aas", SHIFT_Y),
 )
 """Symmetric (s) or antisymmetric (a) about the middle planes across x, y and z, and how the end face moves: stretch,
 twist, bending about y by moments and between parallel ends, about z likewise."""
+QUARTER = (("hss", STRETCH), ("haa", TWIST), ("hsa", TURN_Y, SHIFT_Z), ("has", TURN_Z, SHIFT_Y))
+"""The same of members that are not symmetric along x, whose first face is held (h)."""
 
 
 def _points(density: np.ndarray, x: np.ndarray, fine: float) -> np.ndarray:
@@ -52,7 +59,7 @@ def _to_edge(least: float, fine: float, smooth: float) -> np.ndarray:
 
 
 def _along(member: MemberSolid, fine: float) -> np.ndarray:
-    """Points from 0.5 to 1 along a member of unit length."""
+    """Points from 0.5 to 1 along a member of unit length, or from 0 to 1 where it tapers."""
     shape = member.shape
     inner = sorted({0.5, *(b for b in shape.breaks if 0.5 < b < 1 - 1e-9), 1.0})
     found = [np.array([0.5])]
@@ -77,7 +84,8 @@ def _along(member: MemberSolid, fine: float) -> np.ndarray:
         flat = np.maximum(*(abs(np.diff(h)) for h in high)) / 2 < np.diff(at[::2])
         at[1::2] = np.where(flat, (at[::2][1:] + at[::2][:-1]) / 2, at[1::2])
         found.append(at[1:])
-    return np.concatenate(found)
+    half = np.concatenate(found)
+    return np.concatenate([1 - half[:0:-1], half]) if shape.kind == ("tapered",) else half
 
 
 def _section(member: MemberSolid, fine: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -113,7 +121,7 @@ def stiffnesses(member: MemberSolid, fine: float = 1.0) -> np.ndarray:
     size_y, size_z = member.shape.at(x)
     shape = (len(x), *Y.shape)
     points = np.empty((*shape, 3))
-    points[..., 0] = (x - 0.5)[:, None, None]
+    points[..., 0] = (x - x[0])[:, None, None]
     points[..., 1] = size_y[:, None, None] * Y
     points[..., 2] = size_z[:, None, None] * Z
     across, up, on = (shape_of(KIND).points.astype(int) + 1).T
@@ -125,19 +133,22 @@ def stiffnesses(member: MemberSolid, fine: float = 1.0) -> np.ndarray:
     where = np.broadcast_to(planes, shape).ravel()
     middles = (np.arange(len(X)) < planes.size, where % 2 == 1, where >= 2)
     end = np.arange(len(X)) >= len(X) - planes.size
-    found, solver = np.empty(6), _solver()
-    for n, (parity, motion) in enumerate(LOADS):
+    found, solver = list[float](), _solver()
+    for parity, *motions in QUARTER if x[0] == 0 else EIGHTH:
         free = np.ones((len(X), 3), dtype=bool)
         for axis, (sign, on_plane) in enumerate(zip(parity, middles, strict=True)):
-            fixed = [axis] if sign == "s" else [other for other in range(3) if other != axis]
+            fixed = [other for other in range(3) if sign == "h" or (other == axis) == (sign == "s")]
             free[np.ix_(on_plane, fixed)] = False
         free[end] = False
-        u = np.zeros(X.shape)
-        u[end] = np.stack(motion(*X[end].T), axis=-1)
+        u = np.zeros((*X.shape, len(motions)))
+        u[end] = np.stack([np.stack(motion(*X[end, 1:].T), axis=-1) for motion in motions], axis=-1)
+        u = u.reshape(X.size, -1)
         rows = np.flatnonzero(free.ravel())
-        force = K @ u.ravel()
-        inner = solver.solve(sp.triu(K[rows][:, rows]).tocsr(), -force[rows])
+        force = K @ u
+        inner = solver.solve(sp.triu(K[rows][:, rows]).tocsr(), -force[rows]).reshape(len(rows), -1)
         solver.free_memory()
-        # the ends part by two and the solid is eight such pieces
-        found[n] = 2 * (u.ravel() @ force + inner @ force[rows])
-    return found
+        # where ends part by two, the solid is eight such pieces
+        energy = (4 if x[0] == 0 else 2) * (u.T @ force + inner.T @ force[rows])
+        turn, *shift = energy.diagonal()
+        found += [1 / np.linalg.inv(energy)[0, 0], *shift] if shift else [turn]
+    return np.array(found)

@@ -19,7 +19,7 @@ from helpers.public_names import IN_TWO_PLACES, NAMESPACES, public_names
 STUBS = sorted(Path(flexura.__file__).parent.rglob("__init__.pyi"))
 FACES = [".".join(stub.parent.relative_to(Path(flexura.__file__).parents[1]).parts) for stub in STUBS]
 MODULES = {
-    *("dimension", "element", "notch", "occ", "profile", "section", "signals"),
+    *("dimension", "element", "notch", "ring_plate", "occ", "profile", "section", "signals"),
     *NAMESPACES,
 }
 """Faces show these as they are: families of functions and constants, and the namespaces of the package."""

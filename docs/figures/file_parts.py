@@ -143,7 +143,7 @@ def profiles() -> Sheet:
 blade:
   profile:
     type: leaf
-    width: 16 mm
+    width: [16 mm, 10 mm]
     thickness: 2 mm
 hinge:
   profile:
@@ -184,7 +184,7 @@ ground: {{base: clamped}}
     own = mechanism(whole, "flexures:\n" + "\n".join("  " + line for line in fragment.split("\n")))
     drawn = scene(sheet, own, (20, -70), (64, 60, 70, 90))
     drawn.size((-1, -8, 0), (-1, 8, 0), "width", by=(-22, 0, 0), shift=(-26, 6))
-    drawn.size((-1, -8, 40), (1, -8, 40), "thickness", by=(0, 0, 9), shift=(0, -12))
+    drawn.size((-1, -5, 40), (1, -5, 40), "thickness", by=(0, 0, 9), shift=(0, -12))
     drawn.name((60, -8, 20), "web", (-46, 0))
     drawn.size((160, -9, 14), (160, -9, 26), "shift", by=(16, 0, 0), shift=(22, 0))
     for x, words in ((0, "leaf"), (60, "notch"), (115, "round"), (160, "two_axis")):
@@ -256,6 +256,35 @@ ground: {foot: clamped}
     drawn.name((38.2, -9, 1.4), "fillet", (-34, -34))
     drawn.name((0, -9, 0), "rigid", (-4, 34))
     drawn.name((41, -9, -1), "elastic", (-40, 44))
+    return sheet
+
+
+def diaphragms() -> Sheet:
+    """A shaft on two diaphragms."""
+    fragment = """\
+diaphragms:
+  lower:
+    nodes: [a, foot]
+    material: aluminium
+    normal: z
+    rim_diameter: 60 mm
+    hub_diameter: 20 mm
+    thickness: 1 mm"""
+    rest = """
+materials: {aluminium: Al-6061-T6}
+nodes: {a: [0, 0, 0], foot: [0, 0, 0], b: [0, 0, 36 mm], head: [0, 0, 36 mm]}
+diaphragms:
+  upper: {nodes: [b, head], material: aluminium, rim_diameter: 60 mm, hub_diameter: 20 mm, thickness: 1 mm}
+bodies:
+  shaft:
+    centre: [0, 0, 18 mm]
+    carries: [foot, head]
+    solid: {shape: cylinder, diameter: 20 mm, length: 50 mm, material: aluminium}
+"""
+    sheet = Sheet("Two diaphragms that guide a shaft", fragment, 230)
+    drawn = scene(sheet, mechanism(rest, fragment), (24, -70), (60, 40, 110, 40))
+    drawn.name((24, 0, 0), "lower", (40, 16))
+    drawn.name((24, 0, 36), "upper", (40, -12))
     return sheet
 
 
@@ -407,6 +436,7 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
     profiles,
     ends,
     roots,
+    diaphragms,
     springs,
     bodies,
     superelements,

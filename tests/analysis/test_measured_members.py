@@ -82,7 +82,13 @@ def test_rows_are_met_at_their_own_ratios(measuring: ModuleType) -> None:
 
 @pytest.mark.parametrize(
     ("kind", "ratios"),
-    [("leaf", (3.0, 1.4)), ("leaf", (25.0, 0.45)), ("right-circular notch", (3.5, 0.55)), ("rod", (3.0,))],
+    [
+        ("leaf", (3.0, 1.4)),
+        ("leaf", (25.0, 0.45)),
+        ("tapered leaf", (6.0, 2.0, 0.55, 1.3)),
+        ("right-circular notch", (3.5, 0.55)),
+        ("rod", (3.0,)),
+    ],
 )
 def test_solids_between_rows_lie_within_the_errors(kind: str, ratios: tuple[float, ...], measuring: ModuleType) -> None:
     form, length = measuring.described(kind, ratios)

@@ -31,6 +31,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Parameters": (describe.Parameter,),
     "Materials": (describe.Material,),
     "Links and flexures": (describe.Link, describe.Flexure),
+    "Diaphragms": (describe.Diaphragm,),
     "Springs": (describe.Spring,),
     "Dashpots": (describe.Dashpot,),
     "Bodies": (describe.RigidBody,),

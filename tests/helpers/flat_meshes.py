@@ -20,6 +20,7 @@ from flexura.mechanism import (
     Flexure,
     LinearPattern,
     Mechanism,
+    Notch,
     PointMass,
     RigidBody,
     RoundNotch,
@@ -234,8 +235,11 @@ def _shape(member: Any, x: np.ndarray, length: float) -> tuple[np.ndarray, np.nd
             outer = _thickness(form.contour, x, length) if outer is None else outer * one
             second = np.pi / 64 * (outer**4 - inner**4)
             return np.pi / 4 * (outer**2 - inner**2), second, second
-    t = form.thickness * one if hasattr(form, "thickness") else _thickness(form.contour, x, length)
-    return form.width * t, form.width * t**3 / 12, t * form.width**3 / 12
+    if isinstance(form, Notch):
+        b, t = form.width * one, _thickness(form.contour, x, length)
+    else:
+        b, t = (np.interp(x / length, (-0.5, 0.5), np.broadcast_to(s, 2)) for s in (form.width, form.thickness))
+    return b * t, b * t**3 / 12, t * b**3 / 12
 
 
 def _thickness(contour: Any, x: np.ndarray, length: float) -> np.ndarray:

@@ -84,7 +84,8 @@ def profile(rng: np.random.Generator, kind: str, length: float) -> Any:
     width, web = rng.uniform(3.0, 6.0) * MM, rng.uniform(0.6, 1.2) * MM
     match kind:
         case "leaf":
-            return Leaf(width=width, thickness=web)
+            tapers = width > 4.5 * MM
+            return Leaf(width=(width, 0.6 * width) if tapers else width, thickness=(web, 1.5 * web) if tapers else web)
         case "filleted":
             return Notch(width=width, contour=CornerFilletedContour(fillet_radius=0.2 * length, web=web))
         case "round":

@@ -6,13 +6,13 @@ from scipy.optimize import brentq
 
 from flexura.mechanism import (
     Flexure,
+    Leaf,
     Link,
     Material,
     Mechanism,
     Notch,
     SectionConstants,
     TabulatedContour,
-    TwoAxisNotch,
 )
 
 STEEL = Material(E=200e9, rho=7800.0, nu=0.3)
@@ -57,15 +57,9 @@ def flexure(profile, length, ground, elements, integration):
     )
 
 
-def tapering(thick, thin):
-    """Return a linear taper over a length of 1 m."""
-    return TabulatedContour(positions=(0.0, 1.0), thicknesses=(thick, thin))
-
-
 def wedge(width, elements, integration):
     """Return SDLL09 with the given greatest width; the height, along z, tapers from 40 to 10 mm."""
-    profile = TwoAxisNotch(y_contour=tapering(width, 0.01), z_contour=tapering(0.04, 0.01))
-    return flexure(profile, 1.0, {"a": "clamped"}, elements, integration)
+    return flexure(Leaf(width=(width, 0.01), thickness=(0.04, 0.01)), 1.0, {"a": "clamped"}, elements, integration)
 
 
 XZ = ("tz", "ry")

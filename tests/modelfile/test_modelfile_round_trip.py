@@ -150,10 +150,16 @@ def branches(draw) -> Substructure:
         else:
             contour = CircularContour(radius=draw(st.floats(1, 9)), web=draw(lengths))
             profile = draw(
-                st.sampled_from([Leaf(width=draw(lengths), thickness=draw(lengths)), Notch(width=1.0, contour=contour)])
+                st.sampled_from(
+                    [
+                        Leaf(width=draw(lengths), thickness=draw(lengths)),
+                        Leaf(width=(draw(lengths), draw(lengths)), thickness=draw(lengths)),
+                        Notch(width=1.0, contour=contour),
+                    ]
+                )
             )
             flexures[f"f{i}"] = Flexure(
-                profile=profile, integration=draw(st.sampled_from(["stepped", "tapered"])), **common
+                profile=profile, integration=draw(st.sampled_from([None, "stepped", "tapered"])), **common
             )
     springs = {"k": Spring(nodes=("n0",), stiffness=DiagonalStiffness(tx=draw(sizes), rz=draw(sizes)))}
     matrix = Superelement(nodes=("n0",), stiffness=np.diag([draw(sizes)] * 6), mass=np.eye(6))

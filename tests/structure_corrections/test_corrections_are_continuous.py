@@ -103,6 +103,7 @@ SWEEPS = {
     "length, b/t = 15, one end": (lambda s: stiffness(leaf(15, 1), s * MM, FIRST), GROWING),
     "length, ends worked out": (lambda s: stiffness(leaf(5, 1), s * MM), GROWING),
     "width": (lambda s: stiffness(leaf(s, 1), ends=BOTH), GROWING),
+    "width at one end": (lambda s: stiffness(fx.describe.Leaf(width=(5 * MM, s * MM), thickness=MM)), GROWING),
     "thickness": (lambda s: stiffness(leaf(3, s), ends=FIRST), GROWING),
     "Poisson's ratio": (lambda s: stiffness(leaf(5, 1), ends=BOTH, material=s), np.linspace(-0.4, 0.49, POINTS)),
     "arm": (lambda s: stiffness(leaf(5, 0.5), end_offset=(0, 0, s * MM)), np.geomspace(1e-3, 2, POINTS)),

@@ -139,30 +139,31 @@ def anticlastic_compliance(nu: Real, width: Real, span: Real, start: Real, stop:
     return 1 - nu * nu * (of_slow - of_fast) / (at_fast - at_slow)
 
 
-def warping_compliance(nu: Real, J: Real, warping: Real, secondary: Real, span: Real, start: Real, stop: Real) -> Array:
+def warping_compliance(decay: Real, kappa: Real, span: Real, start: Real, stop: Real) -> Array:
     """Return the mean twist per torque of a bar over [start, stop], as a factor of 1/GJ (theory eqs. F6-F9).
 
     theta' = T/GJ [1 - kappa cosh(lambda x)/cosh(lambda span/2)], lambda^2 = kappa (1 - nu) J / 2 Gamma and
     kappa = 1/(1 + J/Js): warping is held at clamped ends (Vlasov 1961; Reissner and Stein 1951 for the plate).
 
-    nu: -; J: Saint-Venant constant, m^4; warping Gamma: m^6; secondary Js: m^4; span, start, stop as in the module
-    docstring, m. Returns (...), -, between 0 and 1.
+    decay lambda: 1/m, and kappa: -, of `warping_decay`; span, start, stop as in the module docstring, m. Returns (...),
+    -, between 0 and 1.
     """
-    decay, kappa = warping_decay(nu, J, warping, secondary)
     return 1 - kappa * mean_cosh(decay, span, start, stop)
 
 
-def warping_moments(nu: Real, J: Real, warping: Real, secondary: Real, span: Real, start: Real, stop: Real) -> Array:
+def warping_moments(decay: Real, kappa: Real, span: Real, start: Real, stop: Real) -> Array:
     """Return the means (..., 5) over [start, stop] of the twist per torque of `warping_compliance` times Legendre's
     polynomials of degree 0 to 4, which run from -1 to 1 there."""
-    decay, kappa = warping_decay(nu, J, warping, secondary)
     moments = -real(kappa)[..., None] * _cosh_moments(decay, span, start, stop)
     moments[..., 0] += 1.0
     return moments
 
 
 def warping_decay(nu: Real, J: Real, warping: Real, secondary: Real) -> tuple[Array, Array]:
-    """Return lambda, 1/m, and kappa, -, of `warping_compliance` (theory eq. F8)."""
+    """Return lambda, 1/m, and kappa, -, of `warping_compliance` (theory eq. F8).
+
+    nu: -; J: Saint-Venant constant, m^4; warping Gamma: m^6; secondary Js: m^4; each (...).
+    """
     kappa = 1 / (1 + real(J) / secondary)
     return np.sqrt(kappa * (1 - nu) * J / (2 * warping)), kappa
 

@@ -17,6 +17,7 @@ from flexura.mechanism import Dashpot as Dashpot
 from flexura.mechanism import DescribedStudy as DescribedStudy
 from flexura.mechanism import DiagonalDamping as DiagonalDamping
 from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
+from flexura.mechanism import Diaphragm as Diaphragm
 from flexura.mechanism import EllipticalContour as EllipticalContour
 from flexura.mechanism import Flexure as Flexure
 from flexura.mechanism import ForceActuator as ForceActuator

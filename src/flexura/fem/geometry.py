@@ -60,8 +60,7 @@ class MemberShape:
         group, numbers = SectionGroup(self.kind, [0]), []
         for name, values in self.sizes:
             entries = list(range(len(numbers), len(numbers) + len(values)))
-            is_table = name.endswith(("positions", "thicknesses"))
-            group.entries[name] = [entries if is_table else entries[0]]
+            group.entries[name] = [entries if len(entries) > 1 else entries[0]]
             numbers += values
         group.freeze()
         return group, np.array(numbers)
@@ -83,7 +82,7 @@ class MemberShape:
     @property
     def is_straight(self) -> bool:
         """Whether the section is the same all along."""
-        return self.kind[0] not in ("notch", "round", "two_axis")
+        return self.kind[0] in ("rectangle", "leaf", "circle", "tube")
 
     @property
     def bore(self) -> float:
@@ -128,7 +127,7 @@ class MemberShape:
 
     def outline(self, length: float) -> Outline:
         """The contour of a member of some length, m, sampled closer towards the ends of its smooth pieces."""
-        count = 2 if self.is_straight else STATIONS
+        count = 2 if self.is_straight or self.kind[0] == "tapered" else STATIONS
         spacing = (1 - np.cos(np.pi * np.linspace(0, 1, count))) / 2
         pieces = [a + (b - a) * spacing for a, b in pairwise(self.breaks)]
         x = np.concatenate([[0.0], *(piece[1:] for piece in pieces)])

@@ -161,6 +161,8 @@ def _directions(outline: Outline) -> list[int]:
             return [1, 2] if outline.y[0] >= outline.z[0] else [2, 1]
         case "notch":
             return [1]
+        case "tapered":
+            return [k for k, half in ((1, outline.y), (2, outline.z)) if np.ptp(half) <= 1e-9 * half.max()]
     return []
 
 

@@ -47,6 +47,7 @@ def lines_of(model: FullOrderModel) -> Lines:
             for k, m in enumerate(part.members)
         ]
         part_lines += [(b, "body", _star(n, part.carried.get(n, []))) for b, (n, _) in part.bodies.items()]
+        part_lines += [(key, "flexure", np.array([d.nodes])) for key, d in part.diaphragms.items()]
         part_lines += [(key, "spring", _star(s.nodes[0], s.nodes[1:])) for key, s in part.springs.items()]
         part_lines += [
             (s, "superelement", _star(n[0], [k for k in n[1:] if k < part.n_positioned]))

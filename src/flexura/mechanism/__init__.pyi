@@ -57,6 +57,7 @@ from flexura.mechanism.description import refined as refined
 from flexura.mechanism.description import solid_members as solid_members
 from flexura.mechanism.description import with_rigid_bodies as with_rigid_bodies
 from flexura.mechanism.description import with_rigid_roots as with_rigid_roots
+from flexura.mechanism.diaphragm import Diaphragm as Diaphragm
 from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated

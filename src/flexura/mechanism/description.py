@@ -13,6 +13,7 @@ from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
+from flexura.mechanism.diaphragm import Diaphragm
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Corrections, Fidelity, Flexure, Link, MeshSize, Theory
@@ -237,6 +238,7 @@ class Substructure(Part):
     nodes: dict[Name, Vector] = {}
     links: dict[Name, Link] = {}
     flexures: dict[Name, Flexure] = {}
+    diaphragms: dict[Name, Diaphragm] = {}
     springs: dict[Name, Spring] = {}
     bodies: dict[Name, RigidBody] = {}
     masses: dict[Name, PointMass] = {}
@@ -340,7 +342,17 @@ class Mechanism(Substructure, Displayed):
 
     def _counts(self) -> dict[str, dict[str, Any]]:
         """What is described, by kind."""
-        kinds = ("parameters", "substructures", "instances", "flexures", "links", "springs", "bodies", "actuators")
+        kinds = (
+            "parameters",
+            "substructures",
+            "instances",
+            "flexures",
+            "diaphragms",
+            "links",
+            "springs",
+            "bodies",
+            "actuators",
+        )
         return {kind: getattr(self, kind) for kind in (*kinds, "sensors", "ground", "loads", "at")}
 
     def presentation(self) -> Iterator[Item]:

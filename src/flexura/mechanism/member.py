@@ -122,12 +122,12 @@ class Flexure(Member):
     """A flexure, cut into `elements` elements of equal length.
 
     `stepped` gives every element the uniform section at its middle, as the paper does; `tapered` integrates
-    the varying section inside every element.
+    the varying section inside every element. None is `tapered` for a leaf that tapers, otherwise `stepped`.
     """
 
     profile: Profile
     elements: ElementCount = 10
-    integration: Integration = "stepped"
+    integration: Integration | None = None
 
 
 def possible_corrections(form: Section | Profile, theory: Theory) -> frozenset[Correction]:
@@ -135,7 +135,7 @@ def possible_corrections(form: Section | Profile, theory: Theory) -> frozenset[C
     names: set[Correction] = set() if theory == "euler_bernoulli" else {"shear"}
     if isinstance(form, Rectangle | Leaf | Notch):
         names |= {"plate", "warping"}
-    if not isinstance(form, Rectangle | Circle | Tube | SectionConstants | Leaf):
+    if form.tapers if isinstance(form, Leaf) else not isinstance(form, Rectangle | Circle | Tube | SectionConstants):
         names.add("notch")
     if not isinstance(form, Tube | SectionConstants):
         names.add("root")

@@ -7,9 +7,9 @@ that spans the member, xi measured from its middle.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from flexura.mechanism.base import Part, refuse
 from flexura.mechanism.quantity import (
@@ -160,12 +160,29 @@ Contour = Annotated[
 ]
 
 
+def _ends(raw: Any) -> str:
+    return "two" if isinstance(raw, list | tuple) else "one"
+
+
+Tapering = Annotated[
+    Annotated[PositiveLength, Tag("one")] | Annotated[tuple[PositiveLength, PositiveLength], Tag("two")],
+    Discriminator(_ends),
+]
+"""A size all along, or those at the first and at the second end, linear in between."""
+
+
 class Leaf(Part):
-    """A constant leaf: `width` along local y, `thickness` along local z."""
+    """A leaf: `width` along local y, `thickness` along local z; a pair of sizes is that at both ends, linear in
+    between."""
 
     type: Literal["leaf"] = "leaf"
-    width: PositiveLength
-    thickness: PositiveLength
+    width: Tapering
+    thickness: Tapering
+
+    @property
+    def tapers(self) -> bool:
+        """Whether the sizes at both ends may differ."""
+        return isinstance(self.width, tuple) or isinstance(self.thickness, tuple)
 
 
 class Notch(Part):

@@ -144,7 +144,7 @@ def pseudo_rigid_body_model(model: FullOrderModel) -> PseudoRigidBodyModel:
     """
     springs, links, compliant = _members(model)
     parts = model.plan.parts.values()
-    if not springs and not any(part.springs or part.superelements for part in parts):
+    if not springs and not any(part.springs or part.diaphragms or part.superelements for part in parts):
         raise OptionError(
             "the pseudo-rigid-body model takes links as rigid, and this mechanism has nothing else;"
             " describe its compliant members as flexures"

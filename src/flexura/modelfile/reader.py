@@ -39,6 +39,7 @@ _NAMED = frozenset(
         "nodes",
         "links",
         "flexures",
+        "diaphragms",
         "springs",
         "bodies",
         "masses",

@@ -10,6 +10,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator
+from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements
@@ -117,6 +118,7 @@ class _Builder:
         for at in self._copies():
             beams += at.members()
             springs += at.springs()
+            others += at.diaphragms()
             others += at.superelements()
             actuators += at.stacks()
             actuators += at.pushes()
@@ -277,6 +279,14 @@ class _Copy:
                 Superelements.of(builder.rest, builder.ground, frames, positioned, axes, arm, K, M),
                 (self.prefix + key,),
             )
+
+    def diaphragms(self) -> Iterator[Named]:
+        """Diaphragms, one by one."""
+        for key, diaphragm in self.part.diaphragms.items():
+            nodes, x = np.array(diaphragm.nodes), self.local.positions[diaphragm.nodes]
+            axes, values = self._axes(diaphragm.axes(self.design.values)), self.design.values
+            frames, arm = self._frames(nodes), self._arms(nodes, x[1] - x)
+            yield BentRings.bent(self.builder.rest, frames, axes, arm, diaphragm.plate(values)), (self.prefix + key,)
 
     def masses(self) -> None:
         """Add what bodies, point masses and sensors weigh to the frames that carry them."""

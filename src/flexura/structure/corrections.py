@@ -25,6 +25,10 @@ from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_co
 from flexura.structure.sections import SectionGroup
 from flexura.structure.values import common
 
+UNIFORM = ("leaf", "rectangle")
+STRIPS = (*UNIFORM, "tapered")
+"""Kinds of sections of which the whole member is a strip, not a web."""
+
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
 
@@ -106,10 +110,10 @@ class MemberCorrections:
         moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4), like=values)
         for group, n, _ in self._groups:
             warping = self.active[group.index, CORRECTIONS.index("warping")]
-            if group.kind not in (("leaf",), ("rectangle",)) or not warping.any():
+            if group.kind[0] not in STRIPS or not warping.any():
                 continue
             L, own_nu = length[..., group.index, None], nu[..., group.index, None]
-            b, t = group.sizes(values, L[..., 0], np.array([0.5]))
+            b, t = group.sizes(values, L[..., 0], np.arange(n + 1) / n)
             by_degree = _compliance_moments(b, t, own_nu, L, n, self.clamped[group.index])
             at = first[group.index][:, None] + np.arange(n)
             moments[..., at, :] = np.where(warping[:, None, None], by_degree[..., 1:] / by_degree[..., :1], 0.0)
@@ -128,32 +132,36 @@ class MemberCorrections:
                 continue
             L, own_nu = length[..., group.index], nu[..., group.index]
             clamped = self.clamped[group.index]
-            if group.kind in (("leaf",), ("rectangle",)):
-                b, t = group.sizes(values, L, np.array([0.5]))
-                of_group = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
+            flanks: tuple[Array | float, ...] = (1.0, 1.0, 1.0, 1.0)
+            held = flanks
+            if group.kind[0] not in UNIFORM:
+                cut, flanks = _flanks(group, values, L, n, is_tapered, active[:, 3:4])
+            if not active[:, :2].any():
+                pass
+            elif group.kind[0] in STRIPS:
+                b, t = group.sizes(values, L, np.arange(n + 1) / n)
+                held = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
             else:
-                of_group = _notch(group, values, own_nu, L, n, is_tapered, active, clamped)
+                held = _web(cut, own_nu[..., None], active, clamped)
             at = first[group.index][:, None] + np.arange(n)
-            for target, value in zip(factors, of_group, strict=True):
-                target[..., at] = value
+            for target, one, other in zip(factors, flanks, held, strict=True):
+                target[..., at] = one * other
         return factors
 
 
 def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
-    """Factors, (..., m, n) or 1, of uniform strips; b, t, nu, L: (..., m, 1)."""
+    """Factors, (..., m, n) or 1, of strips; nu, L: (..., m, 1); b, t: the same, or (..., m, n + 1) at the edges of the
+    elements of those that taper, along which x/b is the integral of dx/b (theory eq. F5)."""
     plate, warping = active[:, :1], active[:, 1:2]
-    J, constant = rectangle(b, t, nu).J, warping_constant(b, t)
-    edges = np.arange(n + 1) / n
+    over_b, over_t = (_over(side, L, n) for side in (b, t)) if plate.any() else (L, L)
     every = []
-    for share, span, start in _cases(clamped):
-        at = start + edges
-        place = (span * L, at[:-1] * L, at[1:] * L)
+    for share, times, start in _cases(clamped):
         case: list[Array | float] = [1.0, 1.0, 1.0]
         if plate.any():
-            case[:2] = [anticlastic_compliance(nu, side, *place) for side in (b, t)]
+            case[:2] = [anticlastic_compliance(nu, 1.0, *_place(x, times, start)) for x in (over_b, over_t)]
         if warping.any():
-            secondary = secondary_constant(nu, J, b, t, place[0])
-            case[2] = warping_compliance(nu, J, constant, secondary, *place)
+            kappa, x = _warping(b, t, nu, L, n, times)
+            case[2] = warping_compliance(1.0, kappa, *_place(x, times, start))
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
     return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
@@ -161,15 +169,36 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
 
 def _compliance_moments(b: Array, t: Array, nu: Array, L: Array, n: int, clamped: Array) -> Array:
     """Moments (..., m, n, 5) of the compliance in torsion along the elements of strips; arguments as in `_strip`."""
-    J, edges = rectangle(b, t, nu).J, np.arange(n + 1) / n
     whole = np.zeros(5)
     whole[0] = 1.0
     moments = whole
-    for share, span, start in _cases(clamped):
-        place = (span * L, (start + edges[:-1]) * L, (start + edges[1:]) * L)
-        constants = (warping_constant(b, t), secondary_constant(nu, J, b, t, place[0]))
-        moments = moments - share[..., None] * (whole - warping_moments(nu, J, *constants, *place))
+    for share, times, start in _cases(clamped):
+        kappa, x = _warping(b, t, nu, L, n, times)
+        moments = moments - share[..., None] * (whole - warping_moments(1.0, kappa, *_place(x, times, start)))
     return moments
+
+
+def _over(size: Array, L: Array, n: int) -> Array:
+    """The integral (..., m, n + 1) of dx/size from the first end to the edges of the elements, for a size that is the
+    same all along (..., m, 1) or given at the edges, linear in between."""
+    if size.shape[-1] == 1:
+        return np.arange(n + 1) / n * (L / size)
+    inner = np.cumsum(beam_flexibility(L[..., 0] / n, size)[1], axis=-1)
+    return np.concatenate([0.0 * inner[..., :1], inner], axis=-1)
+
+
+def _place(x: Array, times: float, start: float) -> tuple[Array, Array, Array]:
+    """Span, starts and stops of the elements whose edges are at x (..., m, n + 1), from the middle of the span."""
+    at = start * x[..., -1:] + x
+    return times * x[..., -1:], at[..., :-1], at[..., 1:]
+
+
+def _warping(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> tuple[Array, Array]:
+    """Kappa (..., m, n) of theory eq. F8, or (..., m, 1), and the integral (..., m, n + 1) of lambda up to the edges of
+    the elements of strips; arguments as in `_strip`."""
+    J = rectangle(b, t, nu).J
+    decay, kappa = warping_decay(nu, J, warping_constant(b, t), secondary_constant(nu, J, b, t, times * L))
+    return kappa if kappa.shape[-1] == 1 else (kappa[..., 1:] + kappa[..., :-1]) / 2, _over(1 / decay, L, n)
 
 
 def _cases(clamped: Array) -> list[tuple[Array, float, float]]:
@@ -219,35 +248,31 @@ def _slices(group: SectionGroup, values: Array, L: Array, count: int, notch: Boo
     return _Slices(dx[..., None], y, z, beam_y, beam_z, width, thickness)
 
 
-def _notch(
-    group: SectionGroup, values: Array, nu: Array, L: Array, n: int, is_tapered: bool, active: Bools, clamped: Array
-) -> tuple[Array, ...]:
-    """Factors (..., m, n) of notches, relative to the section in the middle of every element or, for tapered ones, to
-    the integral over it (theory eqs. F15-F18). nu, L: (..., m)."""
+def _flanks(
+    group: SectionGroup, values: Array, L: Array, n: int, is_tapered: bool, notch: Bools
+) -> tuple[_Slices, tuple[Array | float, ...]]:
+    """Members of varying section in slices, and the factors (..., m, n) of those of them (m, 1) with the correction
+    `notch`, relative to the section in the middle of every element or, for tapered ones, to the integral over it
+    (theory eqs. F15-F18). L: (..., m)."""
     per = -(-SLICES // n)
-    cut = _slices(group, values, L, n * per, active[:, 3:4])
-    nu = nu[..., None]
-
+    cut = _slices(group, values, L, n * per, notch)
     pairs = ((1, 1), (1, 0), (0, 1))  # rotation or stretch of the profiles along y and z: EA, EIy, EIz
     beam, corrected = [], []
     for y, z in pairs:
         plain = cut.beam_y[y] * cut.beam_z[z] / cut.dx
-        excess = _together(cut.y[y] / cut.beam_y[y] - 1, cut.z[z] / cut.beam_z[z] - 1)
+        of_y, of_z = cut.y[y] / cut.beam_y[y] - 1, cut.z[z] / cut.beam_z[z] - 1
+        if group.kind == ("tapered",):  # a thin strip that bends is a plate, to which the slope of its edges is little
+            of_y = of_y if z else of_y * np.minimum(cut.thickness / cut.width, 1.0)
+            of_z = of_z if y else of_z * np.minimum(cut.width / cut.thickness, 1.0)
+        excess = _together(of_y, of_z)
         for out, slices in ((beam, plain), (corrected, plain * (1 + excess))):
             out.append(slices.reshape(*slices.shape[:-1], n, per).sum(axis=-1))
     if not is_tapered:
         sizes = group.sizes(values, L, (np.arange(n) + 0.5) / n)
         b, t, dx = sizes[0], sizes[-1], per * cut.dx
         stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
-        beam = [np.where(active[:, 3:4], s, o) for s, o in zip(stepped, corrected, strict=True)]
-    axial, bend_y, bend_z = (base / o for base, o in zip(beam, corrected, strict=True))
-    twist = np.ones_like(axial)
-    plate, warping = active[:, :1], active[:, 1:2]
-    if plate.any() or warping.any():
-        bend, turn = _web(cut, nu, clamped)
-        bend_y = np.where(plate, bend_y * bend, bend_y)
-        twist = np.where(warping, twist * turn, twist)
-    return axial, bend_y, bend_z, twist
+        beam = [np.where(notch, s, o) for s, o in zip(stepped, corrected, strict=True)]
+    return cut, (*(base / o for base, o in zip(beam, corrected, strict=True)), 1.0)
 
 
 def _together(y: Array, z: Array) -> Array:
@@ -256,9 +281,10 @@ def _together(y: Array, z: Array) -> Array:
     return (y * y + z * z) / np.where(both > 0, both, 1.0)
 
 
-def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
-    """Factors (..., m, 1) on bending and torsion of notches whose web is wide, as of a leaf of an equivalent length
-    (theory eqs. F16-F17)."""
+def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
+    """Factors, (..., m, 1) or 1, of notches whose web is wide, as of a leaf of an equivalent length (theory eqs.
+    F16-F17)."""
+    plate, warping = active[:, :1], active[:, 1:2]
     dx, rotation, stretch = cut.dx, cut.z[0], cut.z[1]
     b = cut.width[..., :1]
     web = cut.thickness.min(axis=-1, keepdims=True)
@@ -279,4 +305,4 @@ def _web(cut: _Slices, nu: Array, clamped: Array) -> tuple[Array, Array]:
         decay, kappa = warping_decay(nu, J_web, warping, secondary_constant(nu, J_web, b, web, span))
         z = decay * np.sqrt(3 * inertia / length)
         turn = turn + share * kappa * np.tanh(z) / z
-    return 1 / (1 - bend), 1 / (1 - turn)
+    return 1.0, np.where(plate, 1 / (1 - bend), 1.0), 1.0, np.where(warping, 1 / (1 - turn), 1.0)

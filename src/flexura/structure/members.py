@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, fillet_shares
 from flexura.mechanism import Flexure, Link, Mechanism
-from flexura.structure.corrections import Factors, MemberCorrections, Torsion
+from flexura.structure.corrections import STRIPS, Factors, MemberCorrections, Torsion
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
@@ -186,16 +186,19 @@ class Members:
         return Torsion(moments, wanted * (Iy + Iz) / A, wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A)
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
-        """Torsion constants at both ends (m, 2) and the least along the member (m,), m^4; the least thickness (m,), m.
+        """Torsion constants (m, 2), m^4, at both ends and where what the ends hold is, in the web of notches; the least
+        thickness (m,), m.
 
         One design.
         """
         _, _, nu, _ = self.moduli(values)
-        ends, least, thickness = np.empty((len(self.counts), 2)), np.empty(len(self.counts)), np.empty(len(self.counts))
+        ends, web = np.empty((2, len(self.counts), 2))
+        thickness = np.empty(len(self.counts))
         for group, _, _ in self.groups:
             at = group.index
             section = group.properties(values, nu[at], length[at], np.linspace(0, 1, 41))
             J, depth = (np.broadcast_to(f, (len(at), 41)) for f in (section.J, np.sqrt(12 * section.Iy / section.A)))
-            ends[at], least[at] = J[:, [0, -1]], J.min(axis=1)
+            ends[at] = J[:, [0, -1]]
+            web[at] = ends[at] if group.kind[0] in STRIPS else J.min(axis=1)[:, None]
             thickness[at] = np.minimum(depth, np.sqrt(12 * section.Iz / section.A)).min(axis=1)
-        return ends, least, thickness
+        return ends, web, thickness

@@ -224,8 +224,14 @@ def _geometric(
     for name in state.model.matrices:
         part_state = _PartState(state, name)
         part_state.refuse_superelements()
-        every = part_state.members(forces), part_state.springs(), part_state.stacks(), part_state.bodies()
-        for part in (*every, part_state.weights()):
+        for part in (
+            part_state.members(forces),
+            part_state.springs(),
+            part_state.diaphragms(),
+            part_state.stacks(),
+            part_state.bodies(),
+            part_state.weights(),
+        ):
             for entry in part:
                 (pushes if isinstance(entry, Pushes) else K).append(entry)  # type: ignore[arg-type]
     for dof, force, arm in pushes:
@@ -342,6 +348,18 @@ class _PartState:
             reach = spring.point(self.state.model.values, here) - here
             arm = self.arm[:, spring.nodes] + self._global(np.stack([reach] * len(self.v)))
             yield Pushes.of(self.dof[:, spring.nodes], self._global(force), arm)
+
+    def diaphragms(self) -> Iterator[tuple[Index, Array] | Pushes]:
+        """Geometric stiffness of the diaphragms, and what the arms exert that lead from rims to their centres."""
+        values = self.state.model.values
+        for diaphragm in self.part.diaphragms.values():
+            here = self.local_positions[diaphragm.nodes]
+            ends = self.v[:, diaphragm.nodes].reshape(len(self.v), 12)
+            yield self._over(diaphragm.nodes, diaphragm.geometric(values, here, ends))
+            K, _ = diaphragm.matrices(values, here)
+            force = (ends @ K).reshape(-1, 2, 6)[..., :3]
+            arm = self.arm[:, diaphragm.nodes] + self._global(np.stack([here[1] - here] * len(self.v)))
+            yield Pushes.of(self.dof[:, diaphragm.nodes], self._global(force), arm)
 
     def bodies(self) -> Iterator[Pushes]:
         """What the arms of bodies that bend exert, from their frames to the nodes that pull at them."""

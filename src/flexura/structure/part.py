@@ -22,6 +22,7 @@ from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import TOP, Flexure, Layout, Link, Substructure, matching
 from flexura.records import Latest
+from flexura.structure.diaphragms import DiaphragmElement
 from flexura.structure.discrete_elements import (
     BodyElement,
     Lumped,
@@ -99,6 +100,10 @@ class Part:
         self.n_own: int = len(nodes.names)
         self.members: dict[str, Link | Flexure] = {**prototype.links, **prototype.flexures}
         ends = [[nodes.get(end) for end in member.nodes] for member in self.members.values()]
+        self.diaphragms: dict[str, DiaphragmElement] = {
+            key: DiaphragmElement(table, diaphragm, mechanism, [nodes.get(n) for n in diaphragm.nodes])
+            for key, diaphragm in prototype.diaphragms.items()
+        }
         self.springs: dict[str, SpringElement] = {
             key: SpringElement(table, spring, [nodes.get(n) for n in spring.nodes])
             for key, spring in prototype.springs.items()
@@ -261,6 +266,7 @@ class Part:
         }
         superelements = self.superelements.items()
         return [
+            *((key, diaphragm.nodes, diaphragm) for key, diaphragm in self.diaphragms.items()),
             *((key, [node], body) for key, (node, body) in self.bodies.items() if key not in self.elastic),
             *((key, body.nodes, body) for key, body in self.elastic.items()),
             *((key, [node], point) for key, (node, point) in self.points.items()),
@@ -357,8 +363,8 @@ class Part:
         return mass, np.einsum("eji,ej,ejk->eik", R, local, R), centre
 
     def discrete_elements(self, values: Array, geometry: PartGeometry, ends: EndSizes | None) -> list[DiscreteElement]:
-        """Matrices of bodies, point masses, springs and superelements for values (..., s); `ends` are the sizes of the
-        members of all prototypes, where bodies bend."""
+        """Matrices of diaphragms, bodies, point masses, springs and superelements for values (..., s); `ends` are the
+        sizes of the members of all prototypes, where bodies bend."""
         x = geometry.positions
         return [
             DiscreteElement(
@@ -402,9 +408,9 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
     One design: values (s,).
     """
     table = part.table
-    J, least, thickness = table.bulk(values, geometry.length)
+    J, web, thickness = table.bulk(values, geometry.length)
     arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
-    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / least[:, None], 0.0))
+    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / web, 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]
     at: dict[int, list[tuple[int, int]]] = {}
@@ -441,7 +447,8 @@ def _clamping_nodes(layout: Layout, part: Part) -> set[int]:
     prototype = layout.prototypes[part.name]
     names = set(prototype.interface) | set(prototype.bodies)
     names |= {name for joint in prototype.joints for name in joint}
-    names |= {name for superelement in prototype.superelements.values() for name in superelement.nodes}
+    held = (*prototype.diaphragms.values(), *prototype.superelements.values())
+    names |= {name for element in held for name in element.nodes}
     if part.name == TOP:
         names |= {name for text in prototype.ground for name in matching(text, list(part.node_number))}  # type: ignore[attr-defined]
     nodes = {part.node_number[name] for name in names if name in part.node_number}

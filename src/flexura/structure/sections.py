@@ -14,6 +14,14 @@ from flexura.mechanism import Flexure, Leaf, Link, Mechanism, Notch, Part, Profi
 from flexura.structure.values import ValueTable
 from flexura.thresholds import SAME_SIZE
 
+_FAMILIES = {
+    "leaf": "rectangle",
+    "tapered": "rectangle",
+    "notch": "rectangle",
+    "two_axis": "rectangle",
+    "round": "circle",
+}
+
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
@@ -58,9 +66,7 @@ class SectionGroup:
     @property
     def family(self) -> str:
         """The section formula that applies: `rectangle`, `circle`, `tube` or `constants`."""
-        return {"leaf": "rectangle", "notch": "rectangle", "two_axis": "rectangle", "round": "circle"}.get(
-            self.kind[0], self.kind[0]
-        )
+        return _FAMILIES.get(self.kind[0], self.kind[0])
 
     def _filled(self, values: Array) -> Sizes:
         """Sizes by field name."""
@@ -83,6 +89,9 @@ class SectionGroup:
                 return sizes["outer_diameter"], sizes["inner_diameter"]
             case ("constants",):
                 return tuple(sizes[name] for name in SectionProperties._fields)
+            case ("tapered",):
+                width, thickness = sizes["width"], sizes["thickness"]
+                return tuple((1 - fractions) * s[..., 0] + fractions * s[..., 1] for s in (width, thickness))
         L = length[..., None]
         x = (fractions - 0.5) * L
         match self.kind:
@@ -197,7 +206,7 @@ def section_groups(
     for position, member in enumerate(members):
         if isinstance(member, Flexure):
             kind, sizes = _profile_sizes(member.profile)
-            is_tapered = member.integration == "tapered"
+            is_tapered = (member.integration or ("tapered" if kind == ("tapered",) else "stepped")) == "tapered"
         else:
             section = mechanism.sections[member.section] if isinstance(member.section, str) else member.section
             kind, sizes, is_tapered = (section.shape,), _fields(section), False
@@ -218,6 +227,8 @@ def _fields(part: Part) -> dict[str, Any]:
 
 def _profile_sizes(profile: Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
     match profile:
+        case Leaf(tapers=True):
+            return ("tapered",), {name: s if isinstance(s, tuple) else (s, s) for name, s in _fields(profile).items()}
         case Leaf():
             return ("leaf",), _fields(profile)
         case Notch():

@@ -209,16 +209,23 @@ def nodes_outside(full: FullOrderModel, reported: Collection[int]) -> list[Diagn
 
 
 def overlapping_nodes(full: FullOrderModel) -> Iterator[Diagnostic]:
-    """Named nodes of different rigid clusters at one place: perhaps a joint was forgotten."""
+    """Named nodes of different rigid clusters at one place, which no diaphragm joins: perhaps a joint was forgotten."""
     topology, positions = full.plan.topology, full.geometry.positions
     copies = topology.copies.values()
     named = np.array([k + node for own in copies for k in own.offset for node in range(own.part.n_named)], np.intp)
+    rings = [
+        [(k + ring.nodes[0], k + ring.nodes[1]) for ring in own.part.diaphragms.values()]
+        for own in copies
+        for k in own.offset
+    ]
+    held = {frozenset(topology.root[[*pair]].tolist()) for own in rings for pair in own}
     size = float(np.ptp(positions, axis=0).max()) or 1.0
     cell = np.round(positions[named] / (SAME_PLACE * size)).astype(np.int64)
     order = np.lexsort(cell.T)
     same = (cell[order][1:] == cell[order][:-1]).all(axis=1)
     for a, b in zip(named[order][:-1][same], named[order][1:][same], strict=True):
-        if topology.piece[a] != topology.piece[b]:
+        roots = frozenset(topology.root[[a, b]].tolist())
+        if topology.piece[a] != topology.piece[b] and roots not in held:
             text = f"at the same place as {topology.node_names[b]}, but not joined to it"
             yield Diagnostic.about("overlap", text, topology.node_names[a])
 

@@ -284,11 +284,11 @@ def _thicker_than_long(full: FullOrderModel) -> Iterator[Diagnostic]:
     for name, part in full.plan.parts.items():
         keys = list(part.members)
         for group, _, _ in part.table.groups:
-            if group.kind != ("leaf",):
+            if group.kind[0] not in ("leaf", "tapered"):
                 continue
             lengths = full.geometry.parts[name].length[group.index]
-            sizes = group.sizes(full.values, lengths, np.array([0.5]))
-            widths, thicknesses = (np.broadcast_to(size[:, 0], lengths.shape) for size in sizes)
+            sizes = group.sizes(full.values, lengths, np.array([0.0, 1.0]))
+            widths, thicknesses = (np.broadcast_to(size.min(axis=-1), lengths.shape) for size in sizes)
             for k, width, thickness, length in zip(group.index, widths, thicknesses, lengths, strict=True):
                 if thickness > length:
                     hint = "; width and thickness exchanged?" if width < length else ""
@@ -312,7 +312,8 @@ def _sizes(full: FullOrderModel) -> Iterator[_Size]:
                 if size.endswith(("angle", "positions", "thicknesses", "shift")):
                     continue
                 for k, entry in zip(group.index, entries, strict=True):
-                    yield _Size(f"{kinds[k]} {size}", places[k], size, float(full.values[entry]))
+                    for value in np.unique(full.values[np.array(entry)]).tolist():
+                        yield _Size(f"{kinds[k]} {size}", places[k], size, value)
         for key, (_, body) in part.bodies.items():
             form = body.form(full.values)
             if form is not None:

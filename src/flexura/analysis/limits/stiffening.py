@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.limits.limits import States, largest, member_rows, motion_limits, stress_limits, times
+from flexura.analysis.strain import bent_plates
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.motion import Equations, Frames, Loads, MovingModel, Path, Point, Stopped, commanded, unstable
@@ -53,12 +54,14 @@ def bent_most(states: States) -> Bent | None:
     if states.model.plan.is_posed or not states.columns.size or states.model.order > MOST_COORDINATES:
         return None
     names, _, bends = member_rows(states.model, states.columns)
-    thickness, turns = _thickness(states.model), states.model.node_displacements(states.columns)[:, 3:]
+    moved = states.model.node_displacements(states.columns)
+    thickness, turns, plates = _thickness(states.model), moved[:, 3:], _plates(states.model, moved)
     scale = [
         STIFFENING_DEFLECTION * np.repeat([thickness.get(name, np.inf) for name in names], 2),
         np.full(len(turns), RATIO_CHANGING_ROTATION),
+        np.full(len(plates), STIFFENING_DEFLECTION),
     ]
-    worst = largest(np.concatenate([bends, turns]), np.concatenate(scale), states)
+    worst = largest(np.concatenate([bends, turns, plates]), np.concatenate(scale), states)
     if worst is None:
         return None
     return Bent(worst.value, worst.state, states.at(np.array([worst.state]))[:, 0], states.when(worst.state))
@@ -138,6 +141,12 @@ def _thickness(model: FullOrderModel) -> dict[str, float]:
             for path in model.plan.topology.copies[name].paths:
                 thickness |= {".".join((*path, members[k])): float(t) for k, t in zip(group.index, thin, strict=True)}
     return thickness
+
+
+def _plates(model: FullOrderModel, moved: Array) -> Array:
+    """Deflections (p, 3, c) of placed diaphragms over their thickness in displacements (n_nodes, 6, c)."""
+    rows = [bent.deflection[None] for bent in bent_plates(model, moved)]
+    return np.concatenate([np.empty((0, 3, moved.shape[2])), *rows])
 
 
 def _holding(

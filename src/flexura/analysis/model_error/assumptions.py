@@ -15,8 +15,9 @@ import numpy as np
 
 from flexura.analysis.model_error.elastic_bodies import Wrenches, loaded_solids, place_of
 from flexura.analysis.model_error.measured import ratios_of, root_shares, stiffness_errors, unlike
+from flexura.analysis.strain import bent_plates
 from flexura.arrays import Array
-from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, root_coefficients
+from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, ring_plate, root_coefficients
 from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
 from flexura.structure import FullOrderModel
@@ -59,6 +60,10 @@ GOES_ON = 0.05
 RIGID_FACE = 2.0
 """How far what it ends in reaches beyond both its faces, over its thickness, from which that is a rigid face to it; one
 thickness less, it goes on."""
+
+EDGES = 2.65
+"""What both edges of a diaphragm on half planes add to its flexibility, per thickness over width: each turns as 0.442
+thicknesses more do (W. J. O'Donnell, J. Appl. Mech. 27 (1960) 461)."""
 
 FEW = 1e-4
 """Relative change of a member's stiffness by more elements from which it is looked at."""
@@ -138,14 +143,15 @@ class Assumptions:
         self._beams = [beam for name in full.matrices for beam in _beams(full, name, self._values)]
         self._roots = list(_roots(full))
 
-    def of(self, wrenches: Wrenches) -> list[Assumption]:
-        """All of them, with their flexibility in the forces of k motions."""
+    def of(self, wrenches: Wrenches, states: Array) -> list[Assumption]:
+        """All of them, with their flexibility in k motions: by the forces in members, and displacements (order, k)."""
         assumptions = [one for beam in self._beams for one in self._of_beam(beam, wrenches[beam.name])]
         for root in self._roots:
             force = wrenches[root.name][root.end][:, root.element]
             for flexibility, share in root.parts:
                 E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
                 assumptions.append(Assumption("root", root.place, root.text, root.group, E, share))
+        assumptions += _of_diaphragms(self._full, states)
         for body in loaded_solids(self._full, wrenches, self._values):
             kind = "ground" if body.held else "body"
             least, most = BENDS if body.bends else BODY if body.is_sure else GROUND
@@ -226,6 +232,17 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
             uneven_twist=uneven,
             reason=errors.reason,
         )
+
+
+def _of_diaphragms(full: FullOrderModel, states: Array) -> Iterator[Assumption]:
+    """Shear, which Kirchhoff's plates leave out, and edges that give, as a half plane does, where none is drawn."""
+    for bent in bent_plates(full, full.node_displacements(states)):
+        plate, d = bent.plate, bent.motion
+        k = ring_plate.stiffnesses(plate) * np.array([0, 0, 1, 1, 1, 0])
+        E = d.T @ (k[:, None] * d)
+        edges = EDGES * float(plate.thickness / (plate.rim - plate.hub))
+        for what, share in (("without shear", (0.0, 2 * float(plate.shear))), ("between rigid edges", (0.0, edges))):
+            yield Assumption("plate", bent.place, f"bending of a diaphragm {what}", f"diaphragm {what}", E, share)
 
 
 def _with_section(full: FullOrderModel, member: Link | Flexure) -> Link | Flexure:

@@ -43,6 +43,7 @@ from flexura.mechanism import (
     TwoAxisNotch,
     VShapedContour,
 )
+from flexura.thresholds import SAME_SIZE
 
 ERRORS = ("stretch", "twist", "y moment", "y parallel", "z moment", "z parallel")
 """Stiffnesses that are measured: those of bending about local y and z by moments and between parallel ends."""
@@ -51,6 +52,12 @@ _CONTOUR = ("half length over depth", "depth over web", "width over length")
 
 KINDS_OF_MEMBERS: dict[str, tuple[str, ...]] = {
     "leaf": ("larger side over smaller side", "length over larger side"),
+    "tapered leaf": (
+        "larger side over smaller side",
+        "length over larger side",
+        "larger side at its narrow end over that at the other",
+        "smaller side at that end over that at the other",
+    ),
     "rod": ("length over diameter",),
     "tube": ("inner over outer diameter", "length over outer diameter"),
     "right-circular notch": ("radius over web", "width over length"),
@@ -198,7 +205,8 @@ def _measured_members() -> dict[str, _Kind]:
 def ratios_of(form: Any, length: float) -> tuple[str, tuple[float, ...]]:
     """The kind of a section or profile, a key of KINDS_OF_MEMBERS, with its ratios, or what else it is, in words."""
     if sides := _sides(form):
-        return "leaf", (max(sides) / min(sides), length / max(sides))
+        ratios = (max(sides) / min(sides), length / max(sides))
+        return ("tapered leaf", (*ratios, *_tapers(form))) if _is_tapered(form) else ("leaf", ratios)
     match form:
         case Circle(diameter=float(d)):
             return "rod", (length / d,)
@@ -246,8 +254,26 @@ def _is_right(radius: float, length: float) -> bool:
     return abs(2 * radius - length) < 1e-6 * radius
 
 
+def _is_tapered(form: Any) -> bool:
+    """Whether the form is a leaf that tapers."""
+    return isinstance(form, Leaf) and form.tapers
+
+
+def _tapers(form: Any) -> tuple[float, float]:
+    """Sizes of the larger and of the smaller side of a leaf at the end where the larger is narrower over those at the
+    other."""
+    mean_width, mean_thickness = _sides(form) or (0.0, 0.0)
+    larger, smaller = (float(np.divide(*np.broadcast_to(size, 2)[::-1])) for size in (form.width, form.thickness))
+    if mean_width < mean_thickness:
+        larger, smaller = smaller, larger
+    return (1 / larger, 1 / smaller) if larger > 1 else (larger, smaller)
+
+
 def _sides(form: Any) -> tuple[float, float] | None:
-    """Width and thickness where a member is as a leaf all along."""
+    """Width and thickness where a member is as a leaf all along, means of one that tapers."""
+    if _is_tapered(form):
+        width, thickness = (float(np.mean(size)) for size in (form.width, form.thickness))
+        return width, width if abs(thickness - width) < SAME_SIZE * width else thickness
     match form:
         case Leaf(width=float(b), thickness=float(t)) | Rectangle(width=float(b), thickness=float(t)):
             return b, t
@@ -264,7 +290,7 @@ def _sides(form: Any) -> tuple[float, float] | None:
 
 
 def member_between_faces(
-    form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration
+    form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration | None
 ) -> Mechanism:
     """A member along x between rigid faces at nodes a, which is clamped, and b, its Young's modulus 1 Pa.
 
@@ -285,9 +311,10 @@ def member_between_faces(
     )
 
 
-def beam_stiffness(form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration) -> Array:
-    """Stiffness (6,), N/m and N m, of `member_between_faces` in the order of ERRORS: about the middle of a symmetric
-    member its six motions part."""
+def beam_stiffness(
+    form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration | None
+) -> Array:
+    """Stiffness (6,), N/m and N m, of `member_between_faces` in the order of ERRORS."""
     model = assemble(member_between_faces(form, length, nu, beam, elements, integration))
     (flexibility,) = (m.elements.member_C for m in model.matrices.values() if len(m.elements.member_C))
     # flexibilities of its elements add up; a matrix of many stiff ones and a thin web has lost this
@@ -295,7 +322,9 @@ def beam_stiffness(form: Any, length: float, nu: float, beam: str, elements: int
     middle[:, 0] = length / 2 - np.arange(1, len(flexibility) + 1) * length / len(flexibility)
     arm = rigid_arm(middle)
     C = (arm @ flexibility @ np.swapaxes(arm, -1, -2)).sum(axis=0)
-    return 1 / C.diagonal()[[0, 3, 4, 2, 5, 1]]
+    stretch, shift_y, shift_z, twist, turn_y, turn_z = C.diagonal()
+    parallel = shift_z - C[2, 4] ** 2 / turn_y, shift_y - C[1, 5] ** 2 / turn_z
+    return 1 / np.array([stretch, twist, turn_y, parallel[0], turn_z, parallel[1]])
 
 
 EXACT: tuple[int, Integration] = (100, "tapered")
@@ -303,7 +332,7 @@ EXACT: tuple[int, Integration] = (100, "tapered")
 
 
 @lru_cache(maxsize=1000)
-def _stiffness(form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration) -> Array:
+def _stiffness(form: Any, length: float, nu: float, beam: str, elements: int, integration: Integration | None) -> Array:
     """Logarithms (6,) of the stiffness of a beam."""
     return np.log(beam_stiffness(form, length, nu, beam, elements, integration))
 
@@ -322,8 +351,8 @@ def stiffness_errors(
     kind, ratios = ratios_of(form, length)
     measured, sides = _measured_members().get(kind), _sides(form)
     beam = form, length, nu, "auto" if is_corrected else "shear" if shears else "none"
-    described = member.elements, member.integration if isinstance(member, Flexure) else "stepped"
-    is_uniform = sides is not None or isinstance(form, SectionConstants)
+    described = member.elements, member.integration if isinstance(member, Flexure) else None
+    is_uniform = (sides is not None and not _is_tapered(form)) or isinstance(form, SectionConstants)
     few = np.zeros(6) if is_uniform else _stiffness(*beam, *described) - _stiffness(*beam, *EXACT)
     if not ratios or measured is None:
         unknown = np.full(6, np.nan)

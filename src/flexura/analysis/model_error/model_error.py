@@ -195,7 +195,7 @@ def frequency_errors(
     if not len(squared):
         return NO_ERRORS
     scale, base = 1 / np.outer(squared, squared), np.diag(1 / squared)
-    assumptions = Assumptions(full).of(force_changes(full, states)) if assumptions is None else assumptions
+    assumptions = Assumptions(full).of(force_changes(full, states), states) if assumptions is None else assumptions
 
     def periods(flexibility: Array) -> Array:
         """1/omega^2 (n,) with a flexibility, in the order of shapes without it."""
@@ -230,7 +230,7 @@ def errors_of(
     groups their squares; equal ones are taken at once, so that modes of equal frequencies are not told apart by them.
     `assumptions` are those for the states, where they are worked out already.
     """
-    assumptions = Assumptions(full).of(force_changes(full, states)) if assumptions is None else assumptions
+    assumptions = Assumptions(full).of(force_changes(full, states), states) if assumptions is None else assumptions
     base = numbers(np.zeros((states.shape[1],) * 2))
     n, size = len(base), np.where(base == 0, np.inf, base)
 

@@ -188,6 +188,8 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
     for node, discrete in [*part.bodies.values(), *part.points.values()]:
         D = rigid_arm(geometry.positions[node])
         total += D.T @ discrete.matrix(values) @ D
+    for diaphragm in part.diaphragms.values():
+        total += diaphragm.described_mass(values, geometry.positions[diaphragm.nodes])
     for key, piezo in part.channels.piezos.items():
         total += part.channels.described_mass(key, values, geometry.positions[piezo.nodes])
     for _, node, M in part.channels.mass_matrices(values):

@@ -14,7 +14,7 @@ from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence, mass_evidence
 from flexura.analysis.natural_modes.solved import Solved, solved_full, solved_low
-from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning, motions
+from flexura.analysis.strain import LIMIT, Motion, frequency_errors, mesh_warning, motions, plate_warnings
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import stage
@@ -303,7 +303,12 @@ def _result(solved: Solved, parameters: dict[str, float]) -> Modes:
         certificate=proof,
         steps=solved.steps,
         tolerance=min(solved.tolerance, PROVEN),
-        warnings=(*_unproven(modes, proof, solved.tolerance), *mesh_warnings, *pose_limits(full)),
+        warnings=(
+            *_unproven(modes, proof, solved.tolerance),
+            *mesh_warnings,
+            *plate_warnings(full, max(mode.frequency_hz for mode in modes)),
+            *pose_limits(full),
+        ),
     )
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, interval_text, model_errors_near
-from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes
+from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes, plate_warnings
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError, SolverError
@@ -423,7 +423,7 @@ def response_meshes(
     """Warnings of what meshes leave uncertain of the static deflection by inputs, and of the `modes` up to a frequency:
     the worst of each; and of the pose, where one is described."""
     full = system.full_order
-    posed = pose_limits(full)
+    posed = (*pose_limits(full), *plate_warnings(full, up_to_hz if np.isfinite(up_to_hz) else 0.0))
     if not part_meshes(full):
         return posed
     static = np.zeros((full.order, 0))

@@ -163,7 +163,7 @@ def _largest_gap(values: Array) -> tuple[int, float, float]:
 
 
 def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
-    """Middles (k, 3), m, of the members, springs, stacks and superelements on the body of a node, and their
+    """Middles (k, 3), m, of the members, diaphragms, springs, stacks and superelements on the body of a node, and their
     mean squares of distance from there (k,), m^2."""
     topology = model.plan.topology
     on_platform = topology.piece == topology.piece[number]
@@ -174,6 +174,7 @@ def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
         part = placed.part
         ends = geometry.positions[part.ends] + geometry.offsets
         discrete_elements = [(spring.nodes, 0.0) for spring in part.springs.values()]
+        discrete_elements += [(diaphragm.nodes, 0.0) for diaphragm in part.diaphragms.values()]
         discrete_elements += [(stack.nodes, 1 / 3) for stack in part.channels.piezos.values()]
         discrete_elements += [
             ([n for n in nodes if n < part.n_positioned], 1.0) for nodes, _, _ in part.superelements.values()

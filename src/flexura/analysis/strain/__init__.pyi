@@ -1,3 +1,5 @@
+from flexura.analysis.strain.diaphragms import bent_plates as bent_plates
+from flexura.analysis.strain.diaphragms import plate_warnings as plate_warnings
 from flexura.analysis.strain.energy import KINDS as KINDS
 from flexura.analysis.strain.energy import LIMIT as LIMIT
 from flexura.analysis.strain.energy import PartMesh as PartMesh

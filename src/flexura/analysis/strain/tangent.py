@@ -53,8 +53,8 @@ def tangent_stiffness(
     needed only where dead forces act on rigid arms.
 
     Correct to first order in u: internal forces are those of small displacements. Bodies that bend turn with their
-    frames; springs, superelements and piezo stacks do not turn. Raises OptionError for displacements that do not fit,
-    unknown nodes, and springs on rigid arms.
+    frames; springs, diaphragms, superelements and piezo stacks do not turn. Raises OptionError for displacements that
+    do not fit, unknown nodes, and springs on rigid arms.
     """
     state = finite_numbers("displacements", u, model.order)
     model.plan.refuse_pose("the stiffness about linear displacements")
@@ -111,17 +111,18 @@ def _turned_bodies(model: FullOrderModel, u: Array) -> Iterator[_TurnedBody]:
 
 
 def _refuse_springs_on_arms(model: FullOrderModel) -> None:
-    """Raise OptionError where a spring, superelement or piezo stack pulls on a rigid arm: how its force turns is not
-    known."""
+    """Raise OptionError where a spring, diaphragm, superelement or piezo stack pulls on a rigid arm: how its force
+    turns is not known."""
     topology = model.plan.topology
     for name, placed in topology.copies.items():
         part = model.plan.parts[name]
         ends = [n for spring in part.springs.values() for n in spring.nodes]
+        ends += [n for diaphragm in part.diaphragms.values() for n in diaphragm.nodes]
         ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
         ends += [n for piezo in part.channels.piezos.values() for n in piezo.nodes]
         number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
         if (topology.is_rigid[number] & (topology.root[number] != number)).any():
-            what = f"a spring, superelement or piezo stack of {name or 'the mechanism'}"
+            what = f"a spring, diaphragm, superelement or piezo stack of {name or 'the mechanism'}"
             raise OptionError(f"{what} is attached off a body's centre: use a short link")
 
 

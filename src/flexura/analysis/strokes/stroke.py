@@ -117,7 +117,7 @@ class Stroke(Tabular):
             moving, stable = state.tangent.model, np.flatnonzero(values > 0)
             padded = np.concatenate([vectors[:, stable], np.zeros((1, len(stable)))])
             wrenches = end_force_changes(moving, state, padded[moving.dof])
-            known = assumptions.of(wrenches)
+            known = assumptions.of(wrenches, vectors[:, stable])
             error = frequency_errors(self.model, values[stable], vectors[:, stable], len(stable), known)
             low, high = np.full((2, len(values)), np.nan)
             low[stable], high[stable] = error.low, error.high

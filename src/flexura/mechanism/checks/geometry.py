@@ -49,6 +49,16 @@ def check_members(survey: Survey) -> None:
             _member(survey, (*prefix(name), kind, key), member, survey.positions[name])
 
 
+def check_diaphragms(survey: Survey) -> None:
+    """Report diaphragms without a ring between hub and rim."""
+    for name, prototype in survey.layout.prototypes.items():
+        for key, diaphragm in prototype.diaphragms.items():
+            rim, hub = _number(diaphragm.rim_diameter), _number(diaphragm.hub_diameter)
+            if hub >= rim:
+                rule = f"the hub of a diaphragm is smaller than its rim of {_mm(rim)}"
+                survey.report((*prefix(name), "diaphragms", key, "hub_diameter"), _mm(hub), rule, "swap the two?")
+
+
 def _mesh_sizes(survey: Survey) -> None:
     """Report sizes of meshes where nothing is meshed."""
     mechanism = survey.layout.mechanism
@@ -123,7 +133,7 @@ _MEANINGLESS = {
     "plate": ("only a strip can be wide: a rectangle, a leaf or a one-axis notch", "leave it out"),
     "warping": ("warping is known for a rectangle, a leaf or a one-axis notch", "leave it out"),
     "root": ("roots are known of rectangles, leaves, notches and rods", "leave it out"),
-    "notch": ("only a flexure with a contour has a notch", "leave it out"),
+    "notch": ("only a contour, or a leaf that tapers, has flanks", "leave it out"),
     "shear": ("the theory euler_bernoulli is without shear", "theory: rayleigh or timoshenko"),
 }
 """Why a correction cannot apply, and what to do."""

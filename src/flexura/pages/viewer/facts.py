@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexura.beam import ring_plate
 from flexura.mechanism import (
     DOF_NAMES,
     STIFFNESS_UNITS,
@@ -97,7 +98,20 @@ class Facts:
                 return self._actuator(evaluated(described.actuators[key], self.values))
         return self._member(part, key)
 
+    def _diaphragm(self, part: Part, key: str) -> list[Fact]:
+        described = evaluated(self.plan.layout.prototypes[part.name].diaphragms[key], self.values)
+        mass, _ = ring_plate.described_mass(part.diaphragms[key].plate(self.model.values))
+        return [
+            ("kind", "diaphragm"),
+            *_sizes(described),
+            ("material", described.material),
+            ("mass", quantity(float(mass), "kg", 4)),
+            ("between", " and ".join(described.nodes)),
+        ]
+
     def _member(self, part: Part, key: str) -> list[Fact]:
+        if key in part.diaphragms:
+            return self._diaphragm(part, key)
         member: Flexure | Link = part.members[key]
         k = list(part.members).index(key)
         if isinstance(member, Flexure):
@@ -188,7 +202,8 @@ def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
 def _sizes(described: Any) -> list[Fact]:
     """Sizes of a section, a profile or a contour."""
     if isinstance(described, Rectangle) or getattr(described, "type", "") == "leaf":
-        return [("section", _product((described.thickness, described.width)))]
+        ends = np.broadcast_arrays(*(getattr(described, name) for name in ("thickness", "width")))
+        return [("section", " to ".join(dict.fromkeys(map(_product, np.reshape(ends, (2, -1)).T))))]
     if isinstance(described, Tube):
         return [("section", f"outer {quantity(_number(described.outer_diameter), 'm', 4)}, inner "
                             f"{quantity(_number(described.inner_diameter), 'm', 4)}")]  # fmt: skip
@@ -196,7 +211,16 @@ def _sizes(described: Any) -> list[Fact]:
     for name in type(described).model_fields:
         value = getattr(described, name)
         if isinstance(value, float) and (value or name != "shift"):
-            unit = {"angle": "rad", "A": "m^2", "Iy": "m^4", "Iz": "m^4", "J": "m^4", "ky": "", "kz": ""}.get(name, "m")
+            unit = {
+                "angle": "rad",
+                "A": "m^2",
+                "Iy": "m^4",
+                "Iz": "m^4",
+                "J": "m^4",
+                "ky": "",
+                "kz": "",
+                "loss_factor": "",
+            }.get(name, "m")
             found.append((name.replace("_", " "), quantity(value, unit, 4)))
     return found
 
