@@ -45,8 +45,8 @@ flexures:
   a: {{nodes: [a0, a1], material: al, reference: y, profile: {{type: leaf, width: 12 mm, thickness: 0.5 mm}}}}
   b: {{nodes: [b0, b1], material: al, reference: y, profile: {{type: leaf, width: 12 mm, thickness: 0.5 mm}}}}
 bodies:
-  block: {{centre: [4 mm, tall/2, 6 mm], solid: {{shape: box, size: [8 mm, tall, 12 mm], material: al}}, carries: [a0, b0],
-    held: {{face: x-}}}}
+  block: {{centre: [4 mm, tall/2, 6 mm], solid: {{shape: box, size: [8 mm, tall, 12 mm], material: al}},
+    carries: [a0, b0], held: {{face: x-}}}}
   table: {{centre: [28 mm + deep/2, tall/2, 6 mm], solid: {{shape: box, size: [deep, tall, 12 mm], material: al}},
     carries: [a1, b1]}}
 """
@@ -80,7 +80,7 @@ def test_parts_of_one_piece_against_their_whole_solids(text: str, whole: tuple[f
 
 
 def test_a_clamped_node_on_a_face_holds_it() -> None:
-    held = GUIDE.replace(",\n    held: {face: x-}", "").replace("carries: [a0, b0]", "carries: [a0, b0, wall]")
+    held = GUIDE.replace(", held: {face: x-}", "").replace("carries: [a0, b0]", "carries: [a0, b0, wall]")
     held = held.replace("nodes:\n", "nodes:\n  wall: [0, tall/2, 6 mm]\n", 1) + "ground: {wall: clamped}\n"
     np.testing.assert_allclose(hz(fx.loads(held)), hz(fx.loads(GUIDE)), rtol=1e-9)
 
