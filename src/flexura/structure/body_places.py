@@ -25,6 +25,9 @@ MATTERS = 2e-3
 the change of a frequency."""
 
 
+SQUARED = np.sqrt(np.pi) / 2
+"""Half side of a square over the radius of a disc of its area."""
+
 AWAY = 0.05
 """Distance of what a body carries from its solid, over its longest side, from which it does not touch it."""
 
@@ -63,6 +66,7 @@ class BodyPlaces:
         first = np.cumsum([0, *(len(part.members) for part in parts.values())]).tolist()
         self._first: dict[str, int] = dict(zip(parts, first, strict=False))
         self._ends: dict[int, list[_Place]] = {}
+        self._rings: dict[int, tuple[Array, float]] = {}
         self._solids: dict[int, list[tuple[int, _Place, BodyElement]]] = {}
         root = self._topology.root
         for name, copies in self._topology.copies.items():
@@ -72,6 +76,10 @@ class BodyPlaces:
                 for m, both in enumerate(part.ends.tolist()):
                     for end, node in enumerate(both):
                         self._ends.setdefault(int(root[offset + node]), []).append(_Place(number, Q, name, m, end))
+                for diaphragm in part.diaphragms.values():
+                    plate, axes = diaphragm.plate(values), Q @ diaphragm.axes(values).T[:, [2, 0, 1]]
+                    for node, radius in zip(diaphragm.nodes, (plate.rim, plate.hub), strict=True):
+                        self._rings[int(root[offset + node])] = axes, float(radius)
                 for key, (node, body) in part.bodies.items():
                     if not body.has_form:
                         continue
@@ -119,6 +127,9 @@ class BodyPlaces:
             offset = own.Q.T @ at.Q @ geometry.offsets[at.index, at.end]
             return member, at.end, axes, offset, bool(self._members.is_round[member]), np.zeros(2), False
         at, bare = own.turn @ (positions[node] - own.centre), np.full(3, BARE * own.half.min())
+        if root in self._rings:
+            axes, radius = self._rings[root]
+            return -1, 0, own.turn @ axes, np.zeros(3), False, np.full(2, SQUARED * radius), True
         is_seat = False
         for _, place, other in self._solids.get(root, []):
             if other is own.body:
