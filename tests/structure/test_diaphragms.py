@@ -82,7 +82,7 @@ def test_batches_slopes_and_exact_methods_are_those_of_single_designs(stage):
         wanted = (ahead - behind)[[0, 2]] / (2 * step)
         np.testing.assert_allclose(slopes.slope[:, slopes.parameters.index(name)], wanted, rtol=1e-5)
     table = fx.compare(stage, n=3)
-    assert all(abs(row.worst_error) < 1e-7 for row in table.rows if row.worst_error is not None)
+    assert all(abs(row.worst_error) < 1e-4 for row in table.rows if row.worst_error is not None)
 
 
 def test_a_mirrored_copy_is_the_same(stage):
