@@ -263,6 +263,10 @@ class ModalSolid(ElasticSolid):
             sides = " x ".join(f"{1e3 * side:.3g}" for side in size)
             raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
 
+    @cached_property
+    def _own_momentum(self) -> Array:
+        return self.momentum @ self.shapes
+
     def modes(self, count: int) -> tuple[Array, Array]:
         """Squared angular frequencies (k,), 1/s^2, and shapes (c, s, k) by functions of the lowest elastic modes."""
         order = np.argsort(self.squared, axis=None)[:count]
@@ -277,7 +281,7 @@ class ModalSolid(ElasticSolid):
 
     def momenta(self, coordinates: Array) -> Array:
         """As of an ElasticSolid."""
-        return super().momenta(self.shapes @ coordinates)
+        return (self._own_momentum @ coordinates).sum(axis=-3)
 
     def solved(self, loads: Array) -> Array:
         """As of an ElasticSolid."""

@@ -14,7 +14,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from flexura.arrays import Array, Bools, Index
-from flexura.beam import FAR, ElasticSolid, Material, ModalSolid, Patches, RitzSolid, elastic_body, leads
+from flexura.beam import ElasticSolid, Material, ModalSolid, Patches, RitzSolid, elastic_body, leads
 from flexura.duals import plain, with_slopes_of
 from flexura.records import Latest
 from flexura.structure.discrete_elements import BodyElement, Hold, Lumped
@@ -128,9 +128,8 @@ class ElasticBody(Lumped):
     def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
         """How far patches reach along and against the member's z and y, at most."""
         share = _lesser(behind / (2 * t), np.array(1.0))
-        beyond = share * _lesser(ROOT_DEPTH * behind, FAR * t)
-        beyond = np.where(self.pulls.member >= 0, beyond, 0.0)
-        tall = t / 2 + beyond
+        beyond = np.where(self.pulls.member >= 0, share * ROOT_DEPTH * behind, 0.0)
+        tall = np.where(plain(beyond) > plain(t) / 2, beyond, t / 2)
         wide = np.where(self.pulls.is_rod, tall, b / 2)
         return tall, tall, wide, wide
 
