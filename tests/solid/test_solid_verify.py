@@ -244,7 +244,7 @@ def command(monkeypatch, capsys):
         ("pivot", 2, 2.0, (0.005, 0.02), 0.01, 0.0),
         # the stacks hold the lowest three; what the rods bend in comes fourth
         pytest.param("tip_tilt", 4, 1.4, (0.04, 0.08), 0.03, 0.0, marks=pytest.mark.slow),
-        ("xy_stage", 2, 1.4, (0.1, 0.2), 0.03, -0.001),
+        ("xy_stage", 2, 1.4, (0.05, 0.2), 0.03, -0.001),
         pytest.param("rpr", 2, 2.0, (0.04, 0.08), 0.03, -0.005, marks=pytest.mark.slow),
     ],
 )

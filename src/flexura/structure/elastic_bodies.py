@@ -26,6 +26,9 @@ ROOT_DEPTH = 0.5
 AMPLITUDES = 6
 """Amplitudes of a body beside the displacements of its patches."""
 
+STIFFEST = 0.495
+"""Poisson's ratio above which polynomials would lock."""
+
 BARE = 0.1
 """Half side, over the least half side of the body, of the patch of a node at which no member ends."""
 
@@ -93,8 +96,9 @@ class ElasticBody(Lumped):
         self.shapes = ModalSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
 
     def material(self, values: Array) -> Material:
-        """What it is made of."""
-        return Material(*(common(number, 0) for number in self.body.material(values)))
+        """What it is made of, less incompressible than polynomials can follow."""
+        E, nu, rho = (common(number, 0) for number in self.body.material(values))
+        return Material(E, _lesser(nu, np.array(STIFFEST)), rho)
 
     def patches(self, values: Array, positions: Array, ends: EndSizes) -> Patches:
         """Where it is pulled at, in its own axes; positions (..., n, 3) of its nodes, part's axes."""

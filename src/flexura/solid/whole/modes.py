@@ -89,7 +89,10 @@ class WholePart:
                 f"the size of the tetrahedra is from {TETRAHEDRON_SIZES[0]:g} to {TETRAHEDRON_SIZES[1]:g}, not {size!r}"
             )
         model.plan.refuse_loads("the part as one solid", model.values)
+        if any(part.elastic for part in model.plan.parts.values()):
+            model = assemble(with_rigid_bodies(model.plan.mechanism), model.parameters)
         self.model: FullOrderModel = model
+        """The description, whose bodies are rigid: nodes are those of this."""
         self.size: float = size
         self._say = say
         say("drawing the whole part")
