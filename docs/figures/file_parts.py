@@ -319,7 +319,7 @@ bodies:
 
 
 def bodies() -> Sheet:
-    """A rigid body with what it carries, and a point mass on an arm."""
+    """A body with what it carries, and a point mass on an arm."""
     fragment = """\
 bodies:
   table:
@@ -348,7 +348,7 @@ instances:
   leaf: {of: leaf, pattern: {type: linear, count: 2, step: [40 mm, 0, 0]}}
 ground: {"leaf*.foot": clamped}
 """
-    sheet = Sheet("A rigid body with its size, its centre and what it carries; a point mass on an arm", fragment, 270)
+    sheet = Sheet("A body with its size, its centre and what it carries; a point mass on an arm", fragment, 270)
     drawn = scene(sheet, mechanism(STEEL, rest, fragment), CAMERA, (80, 46, 120, 46), over=("table",))
     drawn.size((-5, 13, 33), (45, 13, 33), "length", by=(0, 0, 7), shift=(-46, -18))
     drawn.size((45, -13, 27), (45, 13, 27), "width", by=(7, 0, 0), shift=(30, 5))

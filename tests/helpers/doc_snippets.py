@@ -17,6 +17,7 @@ To rewrite the output of console and text blocks: PYTHONPATH=tests python -m hel
 from __future__ import annotations
 
 import contextlib
+import difflib
 import io
 import os
 import re
@@ -27,6 +28,7 @@ import tempfile
 import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -305,9 +307,30 @@ def workshop() -> Iterator[None]:
             os.chdir(before)
 
 
+def renewed(expected: list[str], found: str) -> list[str]:
+    """The output, without what `...` left out of it before: the lines that are most like those that were kept."""
+    output = [text.rstrip() for text in found.splitlines()]
+    gaps = [k for k, line in enumerate(expected) if line.strip() == "..."]
+    if not gaps:
+        return output
+    pieces = [expected[a + 1 : b] for a, b in pairwise([-1, *gaps, len(expected)])]
+    lines, at = output[: len(pieces[0])], len(pieces[0])
+    for k, piece in enumerate(pieces[1:], start=1):
+        last = max(len(output) - len(piece), at)
+        starts = [last] if k == len(pieces) - 1 else range(at, last + 1)
+        start = max(starts, key=lambda s, piece=piece: _likeness(piece, output[s : s + len(piece)]))
+        at = start + len(piece)
+        lines += [expected[gaps[k - 1]], *output[start:at]]
+    return lines
+
+
+def _likeness(one: list[str], other: list[str]) -> float:
+    return difflib.SequenceMatcher(None, "\n".join(one), "\n".join(other)).ratio()
+
+
 def rewrite(path: Path) -> None:
     """Replace the output in console blocks by what the commands print, and text by what the Python before it prints;
-    output with `...` in it is left alone, and text that is met."""
+    text that is met is left alone."""
     page = Page(path)
     lines = path.read_text(encoding="utf-8").splitlines()
     fresh: dict[int, tuple[int, list[str]]] = {}
@@ -319,12 +342,12 @@ def rewrite(path: Path) -> None:
             if block.language == "python":
                 page.printed = page.run_python(block)
             expected = block.text.splitlines()
-            if block.language == "text" and before is not None and mismatch(expected, before) and "..." not in expected:
-                fresh[block.line - 1] = (len(expected), [text.rstrip() for text in before.splitlines()])
+            if block.language == "text" and before is not None and mismatch(expected, before):
+                fresh[block.line - 1] = (len(expected), renewed(expected, before))
             for command in commands(block) if block.language in ("console", "sh") else ():
                 found = run_command(command.text)
-                if found is not None and command.expected and "..." not in map(str.strip, command.expected):
-                    fresh[command.line] = (len(command.expected), [text.rstrip() for text in found.splitlines()])
+                if found is not None and command.expected and mismatch(command.expected, found):
+                    fresh[command.line] = (len(command.expected), renewed(command.expected, found))
     for line in sorted(fresh, reverse=True):
         count, output = fresh[line]
         lines[line : line + count] = output

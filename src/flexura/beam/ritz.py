@@ -264,7 +264,7 @@ class ModalSolid(ElasticSolid):
             raise SolverError(f"a solid of {sides} mm is too slender for an estimate of how it gives")
 
     @cached_property
-    def _own_momentum(self) -> Array:
+    def _modal_momentum(self) -> Array:
         return self.momentum @ self.shapes
 
     def modes(self, count: int) -> tuple[Array, Array]:
@@ -281,7 +281,7 @@ class ModalSolid(ElasticSolid):
 
     def momenta(self, coordinates: Array) -> Array:
         """As of an ElasticSolid."""
-        return (self._own_momentum @ coordinates).sum(axis=-3)
+        return (self._modal_momentum @ coordinates).sum(axis=-3)
 
     def solved(self, loads: Array) -> Array:
         """As of an ElasticSolid."""

@@ -95,7 +95,9 @@ class BodyPlaces:
         topology = self._topology
         copies = topology.copies[name]
         number, offset = copies.number[0], copies.offset[0]
-        own = _Own(body.body, self._values, self._geometry.Q[number], self._geometry.positions[offset + body.nodes[0]])
+        own = _PlacedBody(
+            body.body, self._values, self._geometry.Q[number], self._geometry.positions[offset + body.nodes[0]]
+        )
         rows = [self._pull(own, offset + node) for node in body.carried]
         at = np.array([own.turn @ (self._geometry.positions[offset + node] - own.centre) for node in body.carried])
         at = at + np.array([row[3] for row in rows]) @ (own.turn @ own.Q).T
@@ -114,7 +116,7 @@ class BodyPlaces:
             return False
         return bool(body.pulls.is_seat.any()) or self._gives(name, body) > MATTERS
 
-    def _pull(self, own: _Own, node: int) -> tuple[int, int, Array, Array, bool, Array, bool]:
+    def _pull(self, own: _PlacedBody, node: int) -> tuple[int, int, Array, Array, bool, Array, bool]:
         """One row of `Pulls`."""
         root, positions = int(self._topology.root[node]), self._geometry.positions
         first = self._first
@@ -167,7 +169,7 @@ class BodyPlaces:
         clamped = [n for n in body.carried if topology.held[topology.root[[k + n for k in offset]]].all(axis=1).any()]
         if not clamped:
             return True, body.hold
-        own = _Own(body.body, self._values, np.eye(3), self._geometry.parts[name].positions[body.own])
+        own = _PlacedBody(body.body, self._values, np.eye(3), self._geometry.parts[name].positions[body.own])
         at = own.turn @ (self._geometry.parts[name].positions[clamped] - own.centre).T / own.half[:, None]
         on = {(k, side) for k in range(1 if body.body.is_round else 3) for side in (-1, 1)
               if (np.abs(side * at[k] - 1) < SAME_PLACE).all()}  # fmt: skip
@@ -177,7 +179,7 @@ class BodyPlaces:
         return True, Hold(on.pop(), names)
 
     def _gives(self, name: str, body: ElasticBody) -> float:
-        """Flexibility of a body over that of the members on it, at most (theory eq. E5)."""
+        """Flexibility of a body over that of the members on it, at most (theory eq. J5)."""
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
@@ -205,7 +207,7 @@ class BodyPlaces:
         return k if end else whole.T @ k @ whole
 
 
-class _Own:
+class _PlacedBody:
     """A body as placed: its element, the axes (3, 3) of its part as columns, its centre (3,), m, what turns global
     axes into its own (3, 3), and half sizes (3,), m."""
 
