@@ -137,7 +137,8 @@ def _by_part(cells: Index, part: Index, count: int) -> Cells:
 
 DISPLACEMENT = Colouring("displacement", "displacement", "m", None, None)
 
-STRAINED = {Kind.FLEXURE, Kind.LINK, Kind.SPRING, Kind.SUPERELEMENT, Kind.PIEZO}
+BODIES = {Kind.BODY, Kind.FLAGGED_BODY, Kind.CLAMP}
+STRAINED = {Kind.FLEXURE, Kind.LINK, Kind.SPRING, Kind.SUPERELEMENT, Kind.PIEZO, *BODIES}
 MEMBERS = {Kind.FLEXURE, Kind.LINK}
 HEAVY = {Kind.BODY, Kind.EQUIVALENT_BODY, Kind.MASS, Kind.SENSOR}
 
