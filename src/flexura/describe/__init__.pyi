@@ -57,6 +57,9 @@ from flexura.mechanism import RigidBody as RigidBody
 from flexura.mechanism import Rotation as Rotation
 from flexura.mechanism import RoundNotch as RoundNotch
 from flexura.mechanism import SectionConstants as SectionConstants
+from flexura.mechanism import Sheet as Sheet
+from flexura.mechanism import Slit as Slit
+from flexura.mechanism import Spokes as Spokes
 from flexura.mechanism import Spread as Spread
 from flexura.mechanism import Spring as Spring
 from flexura.mechanism import StraightContour as StraightContour

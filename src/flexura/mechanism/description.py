@@ -398,6 +398,12 @@ def refined(mechanism: Mechanism, times: int) -> Mechanism:
     return finer(mechanism).replaced({"substructures": parts})
 
 
+def sheets(mechanism: Mechanism, name: str) -> dict[str, Diaphragm]:
+    """Diaphragms of a substructure, or with no name of the mechanism itself, that are solids."""
+    part = mechanism.substructures[name] if name else mechanism
+    return {key: diaphragm for key, diaphragm in part.diaphragms.items() if diaphragm.is_sheet}
+
+
 def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
     """Links and flexures of fidelity `solid` declared in a substructure, or with no name in the mechanism itself."""
     part = mechanism.substructures[name] if name else mechanism
@@ -406,15 +412,16 @@ def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
 
 
 def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
-    """Relative sizes of the cells of the solid members of a substructure, or with no name of the mechanism itself."""
+    """Relative sizes of the cells of the solids of a substructure, or with no name of the mechanism itself."""
     part = mechanism.substructures[name] if name else mechanism
     default = part.mesh_size or mechanism.mesh_size or 1.0
-    return {key: member.mesh_size or default for key, member in solid_members(mechanism, name).items()}
+    meshed = {**solid_members(mechanism, name), **sheets(mechanism, name)}
+    return {key: member.mesh_size or default for key, member in meshed.items()}
 
 
 def has_solid_members(mechanism: Mechanism) -> bool:
-    """Whether any member is to be a solid."""
-    return any(solid_members(mechanism, name) for name in ("", *mechanism.substructures))
+    """Whether any member or sheet is to be a solid."""
+    return any(solid_members(mechanism, name) or sheets(mechanism, name) for name in ("", *mechanism.substructures))
 
 
 def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Container[str]] | None = None) -> Mechanism:

@@ -28,6 +28,7 @@ from flexura.mechanism import (
     origin_of,
     problems,
     reflect,
+    sheets,
     solid_members,
     turn,
 )
@@ -105,6 +106,9 @@ def _refuse_solid_members(layout: Layout) -> None:
             kind = "links" if key in prototype.links else "flexures"
             hint = "flexura.with_solid_parts(mechanism)"
             refused.append(Problem((*above, kind, key, "fidelity"), "solid", rule, hint))
+        for key in sheets(layout.mechanism, name):
+            rule = "a diaphragm with openings, or of fidelity solid, has to be reduced to a superelement first"
+            refused.append(Problem((*above, "diaphragms", key), "", rule, "flexura.with_solid_parts(mechanism)"))
     if refused:
         raise ModelError(refused)
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from flexura.errors import Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
-from flexura.mechanism.description import Substructure, solid_members
+from flexura.mechanism.description import Substructure, sheets, solid_members
+from flexura.mechanism.diaphragm import Slit
 from flexura.mechanism.layout import TOP, Point
 from flexura.mechanism.member import CORRECTIONS, Flexure, Link, possible_corrections
 from flexura.mechanism.quantity import Scalar
@@ -36,6 +37,9 @@ PARALLEL = 1e-6
 """Sine of the angle below which two directions count as parallel."""
 SINGULAR = 1e-12
 """A moment of inertia is none that is no larger than this beside the largest."""
+SLIT_POINTS = 400
+"""Points along a slit, of which some may meet others."""
+
 JOINT_DISTANCE = 1e-9
 """Distance in m within which joined nodes are at one place, besides `SAME_PLACE` of the size of the mechanism."""
 
@@ -57,12 +61,34 @@ def check_diaphragms(survey: Survey) -> None:
             if hub >= rim:
                 rule = f"the hub of a diaphragm is smaller than its rim of {_mm(rim)}"
                 survey.report((*prefix(name), "diaphragms", key, "hub_diameter"), _mm(hub), rule, "swap the two?")
+            for i, own in enumerate(diaphragm.slits):
+                _slit(survey, (*prefix(name), "diaphragms", key, "slits", i), own, (hub / 2, rim / 2))
+
+
+def _slit(survey: Survey, path: Path, slit: Slit, between: tuple[float, float]) -> None:
+    """Report a slit that leaves the ring, or meets itself."""
+    (r, angle), (to_r, to_angle) = ([_number(x) for x in end] for end in (slit.from_, slit.to))
+    for end, radius in (("from", r), ("to", to_r)):
+        if not between[0] <= radius <= between[1]:
+            rule = f"a slit lies between hub and rim, at radii of {_mm(between[0])} to {_mm(between[1])}"
+            survey.report((*path, end), _mm(radius), rule)
+    if (r, angle) == (to_r, to_angle):
+        survey.report((*path, "to"), _mm(to_r), "a slit goes from one point to another one", "this is where it begins")
+        return
+    share = np.linspace(0.0, 1.0, SLIT_POINTS)
+    at = (r + (to_r - r) * share) * np.exp(1j * (angle + (to_angle - angle) * share))
+    far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(at)))])
+    width = _number(slit.width)
+    meets = (np.abs(far[:, None] - far) > np.pi * width) & (np.abs(at[:, None] - at) < 1.05 * width)
+    if meets.any():
+        rule = f"a slit of {_mm(width)} does not come back to itself"
+        survey.report(path, f"{math.degrees(abs(to_angle - angle)):g} deg", rule, "a shorter or a narrower one")
 
 
 def _mesh_sizes(survey: Survey) -> None:
     """Report sizes of meshes where nothing is meshed."""
     mechanism = survey.layout.mechanism
-    solid = {name: solid_members(mechanism, name) for name in survey.layout.prototypes}
+    solid = {name: {**solid_members(mechanism, name), **sheets(mechanism, name)} for name in survey.layout.prototypes}
     hint = "add fidelity: solid, or leave mesh_size out"
     for name, prototype in survey.layout.prototypes.items():
         meshed = solid[name] if name != TOP else any(solid.values())
@@ -73,6 +99,11 @@ def _mesh_sizes(survey: Survey) -> None:
             if member.mesh_size is not None and key not in solid[name]:
                 rule = "the member is a beam, which has no mesh"
                 survey.report((*prefix(name), kind, key, "mesh_size"), f"{member.mesh_size:g}", rule, hint)
+        for key, diaphragm in prototype.diaphragms.items():
+            if diaphragm.mesh_size is not None and key not in solid[name]:
+                rule = "the diaphragm is a plate, which has no mesh"
+                place = (*prefix(name), "diaphragms", key, "mesh_size")
+                survey.report(place, f"{diaphragm.mesh_size:g}", rule, hint)
 
 
 def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[str, Point]) -> None:
