@@ -112,3 +112,71 @@ def test_distances_from_curves():
     np.testing.assert_allclose(arc.distance(at), [1.0, np.sqrt(2.0), 0.0, 2.0], atol=1e-12)
     other = Curve(tuple(reversed(arc.points)))
     np.testing.assert_allclose(other.distance(at), arc.distance(at), atol=1e-12)
+
+
+def flat(outline, pads, nodes=((0, 0, 0), (0, 0, 0)), **more):
+    """A flat spring of 0.3 mm from a clamped foot to a head."""
+    described = {"material": "Al-7075-T6", "reference": "x", "thickness": 0.3e-3, "outline": outline, "pads": pads}
+    return fx.Mechanism(
+        nodes=dict(zip(("foot", "hub"), nodes, strict=True)),
+        flat_springs={"spring": fx.describe.FlatSpring(**{**described, **more})},
+        ground={"foot": "clamped"},
+    )
+
+
+def arc(through, to):
+    return fx.describe.Arc(through=through, to=to)
+
+
+def test_a_quarter_circle_is_the_curved_beam():
+    """S. Timoshenko, Strength of materials: a bar of a quarter circle, clamped at one end, a force at the other, which
+    bends it in its plane, pi R^3/4EI, or out of it, R^3 (pi/4EI + (3 pi/4 - 2)/GJ)."""
+    R, b, t = 20e-3, 1e-3, 0.3e-3
+    low, high, c = R - b / 2, R + b / 2, np.sqrt(0.5)
+    outline = (arc((low * c, low * c), (low, 0)), (high, 0), arc((high * c, high * c), (0, high)), (0, low))
+    mechanism = flat(outline, {"foot": {"edges": [1]}, "hub": {"edges": [3]}}, ((R, 0, 0), (0, R, 0)), mesh_size=2.0)
+    C = fx.compliance(mechanism, nodes=["hub"])
+    EI, thin, GJ = METAL.E * t * b**3 / 12, METAL.E * b * t**3 / 12, METAL.E / (2 + 2 * METAL.nu) * b * t**3 / 3
+    GJ *= 1 - 0.63 * t / b
+    assert C[1, 1] == pytest.approx(np.pi * R**3 / (4 * EI), rel=0.02)
+    assert C[2, 2] == pytest.approx(R**3 * (np.pi / (4 * thin) + (3 * np.pi / 4 - 2) / GJ), rel=0.02)
+
+
+def test_a_round_outline_with_a_hole_is_a_ring():
+    """In a plane that is turned and away from the origin, with a foot elsewhere."""
+    a, normal, origin = 30e-3, np.array([1.0, 2.0, 2.0]) / 3, (0.01, 0.02, 0.03)
+    mechanism = flat(
+        (arc((0, -a), (a, 0)), arc((0, a), (-a, 0))),
+        {"foot": {"edges": [1, 2]}, "hub": {"holes": [1]}},
+        ((0, 0, 0.05), origin),
+        holes=(fx.describe.Hole(centre=(0, 0), diameter=20e-3),),
+        origin=origin,
+        normal=tuple(normal),
+        reference=(2, 1, -2),
+        mesh_size=0.7,
+    )
+    K, k = stiffness(mechanism), ring_plate.stiffnesses(PLATE)
+    assert normal @ K[:3, :3] @ normal == pytest.approx(k[2], rel=0.02)
+    assert np.trace(K[:3, :3]) == pytest.approx(k[:3].sum(), rel=1e-3)
+    assert np.trace(K[3:, 3:]) == pytest.approx(k[3:].sum(), rel=1e-3)
+
+
+SQUARE = ((0, 0), (20e-3, 0), (20e-3, 20e-3), (0, 20e-3))
+HELD = {"foot": {"edges": [4]}, "hub": {"edges": [2]}}
+
+
+@pytest.mark.parametrize(
+    ("outline", "pads", "holes", "place", "rule"),
+    [
+        ((*SQUARE[:2], SQUARE[3], SQUARE[2]), HELD, (), "outline", "edge 2 meets edge 4"),
+        (SQUARE, {**HELD, "hub": {"edges": [5]}}, (), "pads.hub.edges.0", "has 4 edges"),
+        (SQUARE, {**HELD, "hub": {"holes": [1]}}, (), "pads.hub.holes.0", "has no holes"),
+        (SQUARE, HELD, ((0.05, 0.01),), "holes.0", "inside the outline"),
+        ((SQUARE[0], *SQUARE), HELD, (), "outline.1", "no length"),
+    ],
+)
+def test_outlines_and_pads_that_cannot_be_are_named(outline, pads, holes, place, rule):
+    round_ = tuple(fx.describe.Hole(centre=centre, diameter=1e-3) for centre in holes)
+    with pytest.raises(fx.ModelError) as error:
+        fx.modes(flat(outline, pads, holes=round_), n=1)
+    assert f"flat_springs.spring.{place}" in str(error.value) and rule in str(error.value)

@@ -13,7 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.mechanism import Diaphragm
+from flexura.beam import block_rotation, member_frame, rigid_arm
+from flexura.fem.geometry import SolidMaterial
+from flexura.mechanism import Arc, Diaphragm, FlatSpring, Material
+from flexura.structure import least_aligned
 
 
 class Curve(NamedTuple):
@@ -117,10 +120,53 @@ def ring(diaphragm: Diaphragm) -> Figure:
     spokes, strips = diaphragm.spokes, ()
     if spokes is not None:
         angles = 2 * np.pi * np.arange(spokes.count) / spokes.count
-        strips = tuple(
-            strip(_number(spokes.width), 1.1 * _number(diaphragm.rim_diameter) / 2, a) for a in angles.tolist()
-        )
+        reach = 1.1 * _number(diaphragm.rim_diameter) / 2
+        strips = tuple(strip(_number(spokes.width), reach, angle) for angle in angles.tolist())
     return Figure(rim, (hub,), cuts, strips, (rim, hub))
+
+
+def outlined(spring: FlatSpring) -> Figure:
+    """The figure of a flat spring of numbers: held along its pads."""
+    corners = [_point(own.to if isinstance(own, Arc) else own) for own in spring.outline]
+    edges = []
+    for k, corner in enumerate(corners):
+        there = (k + 1) % len(corners)
+        led = spring.outline[there]
+        through = [_point(led.through)] if isinstance(led, Arc) else []
+        edges.append(Curve((corner, *through, corners[there])))
+    holes = tuple(circle(_number(hole.diameter) / 2, _point(hole.centre)) for hole in spring.holes)
+    pads = [[edges[k - 1] for k in pad.edges] + [holes[k - 1][0] for k in pad.holes] for pad in spring.pads.values()]
+    return Figure(tuple(edges), holes, (), (), tuple(tuple(pad) for pad in pads))
+
+
+class PlacedSheet(NamedTuple):
+    """A figure with its thickness, m, and material; the axes (3, 3) of its plane as rows, and what leads from the
+    displacements of each node to those of its pad about the origin of the plane (6, 6)."""
+
+    figure: Figure
+    thickness: float
+    material: SolidMaterial
+    axes: Array
+    to_pads: list[Array]
+
+
+def sheet_of(described: Diaphragm | FlatSpring, metal: Material, positions: Array) -> PlacedSheet:
+    """A sheet of numbers whose nodes are at `positions` (n, 3), m, in the frame of its substructure."""
+    normal = np.array(described.normal, dtype=float)[None]
+    reference = least_aligned(normal) if described.reference is None else np.array(described.reference, dtype=float)
+    axes = member_frame(normal, reference)[0, [2, 1, 0]] * np.array([[1.0], [-1.0], [1.0]])
+    is_ring = isinstance(described, Diaphragm)
+    figure = ring(described) if is_ring else outlined(described)
+    origin = positions[1] if is_ring else np.array(described.origin, dtype=float)
+    E, nu = _number(metal.E), _number(metal.nu if metal.nu is not None else metal.E / (2 * _number(metal.G)) - 1)
+    X = block_rotation(axes)
+    return PlacedSheet(
+        figure,
+        _number(described.thickness),
+        SolidMaterial(described.material, E, nu, _number(metal.rho)),
+        axes,
+        [X @ rigid_arm(origin - position) for position in positions],
+    )
 
 
 def _point(polar: Sequence[object]) -> tuple[float, float]:

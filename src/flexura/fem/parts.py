@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -20,14 +21,16 @@ from flexura.deadline import Listener, announcer
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.components import Component, own_components, turned
-from flexura.fem.figures import ring
-from flexura.fem.geometry import MemberSolid, SolidMaterial
+from flexura.fem.figures import sheet_of
+from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
 from flexura.mechanism import (
     TOP,
+    DiagonalStiffness,
     Diaphragm,
+    FlatSpring,
     Flexure,
     Layout,
     Link,
@@ -36,6 +39,7 @@ from flexura.mechanism import (
     Meshed,
     Parameter,
     Sheet,
+    Spring,
     Substructure,
     Superelement,
     evaluated,
@@ -60,8 +64,10 @@ MESH_RATIOS = (2.0, 1.5)
 error: others may differ in nothing that matters."""
 
 
-Meshables = Mapping[str, Link | Flexure | Diaphragm]
-KINDS = {Link: "links", Flexure: "flexures", Diaphragm: "diaphragms"}
+Meshables = Mapping[str, Link | Flexure | Diaphragm | FlatSpring]
+LEFT_OUT = {"mesh_size", "slits", "flat_springs"}
+"""What of a description the plan has not from which places are taken."""
+KINDS = {Link: "links", Flexure: "flexures", Diaphragm: "diaphragms", FlatSpring: "flat_springs"}
 P = TypeVar("P", bound=Substructure)
 
 
@@ -148,7 +154,7 @@ def with_solid_parts(
         return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
-    if impossible := [problem for problem in problems(model) if {"mesh_size", "slits"} & {*problem.path}]:
+    if impossible := [problem for problem in problems(model) if LEFT_OUT & {*problem.path}]:
         raise ModelError(impossible)
     plan = Plan(without_sheets(as_beams(model)).replaced({"at": {}}))
     chosen: dict[str, Meshables] = {
@@ -162,7 +168,7 @@ def with_solid_parts(
     tell = announcer(progress)
     changed = {}
     for name, meshed in chosen.items():
-        members = {key: member for key, member in meshed.items() if not isinstance(member, Diaphragm)}
+        members = {key: member for key, member in meshed.items() if isinstance(member, Link | Flexure)}
         part: Substructure = model if name == TOP else model.substructures[name]
         superelements: dict[str, Superelement] = {}
         sizes = {key: size * relative for key, relative in mesh_sizes(model, name).items()}
@@ -171,8 +177,8 @@ def with_solid_parts(
             element = _superelement(full, name, component, keep, size=cell_size, announce=tell)
             superelements[_short(component.members[0])] = element
         for key, described in meshed.items():
-            if isinstance(described, Diaphragm):
-                superelements[key] = _sheet(full, name, key, described, keep, sizes[key], tell)
+            if isinstance(described, Diaphragm | FlatSpring):
+                superelements[key] = _sheet(full, name, key, described, keep, size=sizes[key], announce=tell)
         if taken := superelements.keys() & part.superelements.keys():
             above = () if name == TOP else ("substructures", name)
             rule, hint = "a superelement has the name of a solid member", "give it another name"
@@ -189,6 +195,7 @@ def with_solid_parts(
                 "links": {key: member for key, member in part.links.items() if key in kept},
                 "flexures": {key: member for key, member in part.flexures.items() if key in kept},
                 "diaphragms": {key: own for key, own in part.diaphragms.items() if key not in meshed},
+                "flat_springs": {},
                 "superelements": {**part.superelements, **superelements},
                 "mesh_size": None,
             }
@@ -213,10 +220,17 @@ def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None =
 
 
 def without_sheets(mechanism: Mechanism) -> Mechanism:
-    """The same mechanism with whole rings, as plates, in the place of sheets."""
+    """The same mechanism with whole rings, as plates, in the place of those with openings, and with springs between the
+    nodes of flat ones."""
 
     def whole(part: P) -> P:
-        return part.replaced({"diaphragms": {key: own.as_ring for key, own in part.diaphragms.items()}})
+        rings = {key: own.as_ring for key, own in part.diaphragms.items()}
+        soft = DiagonalStiffness(tx=1.0, ty=1.0, tz=1.0)
+        pairs = {
+            f"{key}{k}": pair for key, own in part.flat_springs.items() for k, pair in enumerate(pairwise(own.nodes))
+        }
+        springs = {key: Spring(nodes=pair, stiffness=soft) for key, pair in pairs.items()}
+        return part.replaced({"diaphragms": rings, "flat_springs": {}, "springs": {**part.springs, **springs}})
 
     return whole(mechanism).replaced({"substructures": {k: whole(part) for k, part in mechanism.substructures.items()}})
 
@@ -231,7 +245,7 @@ def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
     """Own nodes of a substructure that something else than its members names."""
     nodes = list(part.nodes)
     texts = [*part.interface, *(node for joint in part.joints for node in joint)]
-    for kind in ("diaphragms", "springs", "superelements", "dashpots", "actuators", "sensors"):
+    for kind in ("diaphragms", "flat_springs", "springs", "superelements", "dashpots", "actuators", "sensors"):
         texts += [node for item in getattr(part, kind).values() for node in getattr(item, "nodes", ())]
     texts += [mass.node for mass in part.masses.values()]
     texts += [text for body in part.bodies.values() for text in body.carries]
@@ -291,46 +305,51 @@ SHEET_RATIO = 1.5
 
 
 def _sheet(
-    model: FullOrderModel, prototype: str, key: str, described: Diaphragm, modes: int, size: float, announce: Announce
+    model: FullOrderModel,
+    prototype: str,
+    key: str,
+    described: Diaphragm | FlatSpring,
+    modes: int,
+    *,
+    size: float,
+    announce: Announce,
 ) -> Superelement:
     """A sheet over its nodes, in the frame of its prototype. Raises ModelError where it is cut apart."""
-    own: Any = evaluated(described, model.plan.scoped_values(model.parameters))
-    part, values = model.plan.parts[prototype], model.values
+    plan = model.plan
+    values, part = plan.scoped_values(model.parameters), plan.parts[prototype]
+    own, metal = evaluated(described, values), evaluated(plan.layout.mechanism.material(described.material), values)
+    positions = model.geometry.parts[prototype].positions[[part.node_number[node] for node in described.nodes]]
+    placed = sheet_of(own, metal, positions)
     place = ".".join(filter(None, (prototype, key)))
 
-    def reduced(at: float, *, is_other: bool = False) -> ReducedSheet:
-        label = f"{'second mesh of ' if is_other else ''}sheet {place}, size {at:g}"
-        return reduced_sheet(figure, thickness, material, at, modes, lambda stage: announce(f"{label}: {stage}"))
+    def reduced(at: float, which: str = "") -> ReducedSheet:
+        label = f"{which}sheet {place}, size {at:g}"
+        return reduced_sheet(
+            placed.figure, placed.thickness, placed.material, at, modes, lambda stage: announce(f"{label}: {stage}")
+        )
 
-    element, figure, thickness = part.diaphragms[key], ring(own), float(own.thickness)
-    plate = element.plate(values)
-    material = SolidMaterial(own.material, float(plate.E), float(plate.nu), float(plate.rho))
     try:
-        unit, other = reduced(size), reduced(2 * size, is_other=True)
+        unit, other = reduced(size), reduced(2 * size, "second mesh of ")
         if unit.dofs < SHEET_RATIO * other.dofs:
-            other = reduced(size / 2, is_other=True)
+            other = reduced(size / 2, "second mesh of ")
     except CutApartError as error:
         above = ("substructures", origin_of(prototype)) if prototype else ()
-        raise ModelError(
-            [Problem((*above, "diaphragms", key), "", str(error), "shorter slits, or wider spokes")]
-        ) from None
-    count = len(unit.fixed_hz)
+        hint = "shorter slits or wider spokes, or pads that meet what they hold"
+        raise ModelError([Problem((*above, KINDS[type(described)], key), "", str(error), hint)]) from None
+    count, origin = len(unit.fixed_hz), np.zeros((len(positions), 3))
     longer = max(unit.dofs / other.dofs, other.dofs / unit.dofs) ** (ORDERS[0] / 2)
-    E = (1 if other.dofs < unit.dofs else longer) / (longer - 1) * _difference(np.zeros((2, 3)), unit, other)
-    to_pads = element.to_centre(values, model.geometry.parts[prototype].positions[element.nodes])
-    T = la.block_diag(to_pads, np.eye(count))
+    E = (1 if other.dofs < unit.dofs else longer) / (longer - 1) * _difference(origin, unit, other)
+    T = la.block_diag(*placed.to_pads, np.eye(count))
     K, M, E = (T.T @ A @ T for A in (unit.K, unit.M, E))
     return Superelement(
         nodes=described.nodes,
         amplitudes=count,
         stiffness=Matrix((K + K.T) / 2),
         mass=Matrix((M + M.T) / 2),
-        loss_factor=model.plan.mechanism.material(own.material).loss_factor
-        if own.loss_factor is None
-        else own.loss_factor,
+        loss_factor=metal.loss_factor if own.loss_factor is None else own.loss_factor,
         stiffness_error=Matrix((E + E.T) / 2),
         mesh=Meshed(size=size, dofs=unit.dofs),
-        sheet=Sheet(thickness=thickness, normal=tuple(element.axes(values)[2].tolist()), stiffening=unit.stiffening),
+        sheet=Sheet(thickness=placed.thickness, normal=tuple(placed.axes[2].tolist()), stiffening=unit.stiffening),
     )
 
 

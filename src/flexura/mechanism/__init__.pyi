@@ -70,6 +70,10 @@ from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimen
 from flexura.mechanism.evaluation import parameter_order as parameter_order
 from flexura.mechanism.evaluation import parameter_values as parameter_values
 from flexura.mechanism.evaluation import scalars as scalars
+from flexura.mechanism.flat_spring import Arc as Arc
+from flexura.mechanism.flat_spring import FlatSpring as FlatSpring
+from flexura.mechanism.flat_spring import Hole as Hole
+from flexura.mechanism.flat_spring import Pad as Pad
 from flexura.mechanism.instances import origin_of as origin_of
 from flexura.mechanism.instances import with_own_copies as with_own_copies
 from flexura.mechanism.layout import TOP as TOP

@@ -107,8 +107,9 @@ def _refuse_solid_members(layout: Layout) -> None:
             hint = "flexura.with_solid_parts(mechanism)"
             refused.append(Problem((*above, kind, key, "fidelity"), "solid", rule, hint))
         for key in sheets(layout.mechanism, name):
-            rule = "a diaphragm with openings, or of fidelity solid, has to be reduced to a superelement first"
-            refused.append(Problem((*above, "diaphragms", key), "", rule, "flexura.with_solid_parts(mechanism)"))
+            rule = "a sheet, of a flat spring or a diaphragm, has to be reduced to a superelement first"
+            kind = "diaphragms" if key in prototype.diaphragms else "flat_springs"
+            refused.append(Problem((*above, kind, key), "", rule, "flexura.with_solid_parts(mechanism)"))
     if refused:
         raise ModelError(refused)
 

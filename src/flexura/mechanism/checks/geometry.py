@@ -11,6 +11,7 @@ from flexura.errors import Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
 from flexura.mechanism.description import Substructure, sheets, solid_members
 from flexura.mechanism.diaphragm import Slit
+from flexura.mechanism.flat_spring import Arc, FlatSpring
 from flexura.mechanism.layout import TOP, Point
 from flexura.mechanism.member import CORRECTIONS, Flexure, Link, possible_corrections
 from flexura.mechanism.quantity import Scalar
@@ -37,6 +38,9 @@ PARALLEL = 1e-6
 """Sine of the angle below which two directions count as parallel."""
 SINGULAR = 1e-12
 """A moment of inertia is none that is no larger than this beside the largest."""
+EDGE_POINTS = 25
+"""Points along an arc of an outline."""
+
 SLIT_POINTS = 400
 """Points along a slit, of which some may meet others."""
 
@@ -63,6 +67,80 @@ def check_diaphragms(survey: Survey) -> None:
                 survey.report((*prefix(name), "diaphragms", key, "hub_diameter"), _mm(hub), rule, "swap the two?")
             for i, own in enumerate(diaphragm.slits):
                 _slit(survey, (*prefix(name), "diaphragms", key, "slits", i), own, (hub / 2, rim / 2))
+
+
+def check_flat_springs(survey: Survey) -> None:
+    """Report outlines that cross themselves, holes off the sheet, and pads along what there is not."""
+    for name, prototype in survey.layout.prototypes.items():
+        for key, spring in prototype.flat_springs.items():
+            path = (*prefix(name), "flat_springs", key)
+            counts = {"edges": len(spring.outline), "holes": len(spring.holes)}
+            for node, pad in spring.pads.items():
+                for kind, count in counts.items():
+                    for i, number in enumerate(getattr(pad, kind)):
+                        if number > count:
+                            rule = f"the sheet has {count} {kind}" if count else f"the sheet has no {kind}"
+                            survey.report((*path, "pads", node, kind, i), str(number), rule)
+            _outline(survey, path, spring)
+
+
+def _outline(survey: Survey, path: Path, spring: FlatSpring) -> None:
+    """Report an outline that crosses itself, by its edges, and holes that are not inside it."""
+    corners = [_complex(own.to if isinstance(own, Arc) else own) for own in spring.outline]
+    runs: list[NDArray[np.complex128]] = []
+    for k, a in enumerate(corners):
+        there = (k + 1) % len(corners)
+        led, b = spring.outline[there], corners[there]
+        through = _complex(led.through) if isinstance(led, Arc) else None
+        if a == b or through in (a, b):
+            survey.report((*path, "outline", there), "", f"edge {k + 1} has no length: its ends are at one place")
+            return
+        runs.append(edge_points(a, b, through))
+    crossing = _crossing(runs)
+    if crossing is not None:
+        one, other, at = crossing
+        hint = f"near ({_mm(at.real)}, {_mm(at.imag)})"
+        survey.report(
+            (*path, "outline"), "", f"the outline crosses itself: edge {one + 1} meets edge {other + 1}", hint
+        )
+        return
+    around = np.concatenate([run[:-1] for run in runs])
+    for i, hole in enumerate(spring.holes):
+        rim = _complex(hole.centre) + _number(hole.diameter) / 2 * np.exp(2j * np.pi * np.arange(24) / 24)
+        turns = np.angle((np.roll(around, -1) - rim[:, None]) / (around - rim[:, None])).sum(axis=1)
+        if (np.abs(turns) < np.pi).any():
+            survey.report((*path, "holes", i), _mm(_number(hole.diameter)), "a hole lies inside the outline")
+
+
+def _complex(point: tuple[Scalar, Scalar]) -> complex:
+    return complex(_number(point[0]), _number(point[1]))
+
+
+def edge_points(a: complex, b: complex, through: complex | None) -> NDArray[np.complex128]:
+    """Points along an edge: both ends of a line, more of an arc, which is a line after inversion about its first."""
+    if through is None or abs(((through - a) * (b - a).conjugate()).imag) < NO_LENGTH * abs(b - a) ** 2:
+        return np.array([a, b])
+    u, v = 1 / (through - a), 1 / (b - a)
+    beyond = np.tan(np.pi / 2 * np.linspace(1.0, 0.0, EDGE_POINTS)[1:-1])
+    return np.concatenate([[a], a + 1 / (v + (u - v) * beyond), [b]])
+
+
+def _crossing(runs: list[NDArray[np.complex128]]) -> tuple[int, int, complex] | None:
+    """The first two edges that meet elsewhere than at the corner that they share, and where."""
+    a, b = (np.concatenate([run[cut] for run in runs]) for cut in (slice(None, -1), slice(1, None)))
+    edge = np.concatenate([np.full(len(run) - 1, k) for k, run in enumerate(runs)])
+
+    def side(p: NDArray[np.complex128], q: NDArray[np.complex128], r: NDArray[np.complex128]) -> NDArray[np.float64]:
+        return ((q - p).conjugate() * (r - p)).imag
+
+    first, last, count = a[:, None], b[:, None], len(a)
+    apart = (side(first, last, a) * side(first, last, b) <= 0) & (side(a, b, first) * side(a, b, last) <= 0)
+    gap = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    found = np.argwhere(np.triu(apart & (gap > 1) & (gap < count - 1)))
+    if not len(found):
+        return None
+    i, j = found[0]
+    return int(edge[i]), int(edge[j]), complex((a[i] + b[i]) / 2)
 
 
 def _slit(survey: Survey, path: Path, slit: Slit, between: tuple[float, float]) -> None:
