@@ -7,6 +7,7 @@ import flexura as fx
 from flexura.beam import ring_plate
 from flexura.beam.ring_plate import RingPlate
 from flexura.fem.figures import Curve
+from flexura.view import Kind, solids
 
 pytest.importorskip("gmsh")
 METAL = fx.Mechanism().material("Al-7075-T6")
@@ -180,3 +181,21 @@ def test_outlines_and_pads_that_cannot_be_are_named(outline, pads, holes, place,
     with pytest.raises(fx.ModelError) as error:
         fx.modes(flat(outline, pads, holes=round_), n=1)
     assert f"flat_springs.spring.{place}" in str(error.value) and rule in str(error.value)
+
+
+def test_pictures_show_the_sheet_between_its_pads():
+    """Rigid motions move all of it, a hub by itself the points at the hub and none at the rim."""
+    model = fx.assemble(held(spokes=fx.describe.Spokes(count=3, width=1e-3), mesh_size=4.0))
+    u = np.zeros((model.plan.topology.n_nodes, 6))
+    u[:2] = [1e-3, 2e-3, 3e-3, 0.01, 0.02, 0.03]
+    drawn = solids(model, u)
+    on = drawn.face_kinds == Kind.SUPERELEMENT
+    points = np.unique(drawn.faces[on])
+    assert len(points) > 100 and np.ptp(drawn.points[points, 2]) == pytest.approx(0.3e-3)
+    rigid = u[0, :3] + np.cross(u[0, 3:], drawn.points[points])
+    np.testing.assert_allclose(drawn.motions[points], rigid, atol=1e-8)
+    u[0] = 0.0
+    bent, radius = solids(model, u).motions[points], np.hypot(*drawn.points[points, :2].T)
+    at_hub, at_rim = (np.abs(radius - r) < 1e-9 for r in (10e-3, 30e-3))
+    assert np.abs(bent[at_rim][:, :2]).max() < 1e-9
+    np.testing.assert_allclose(bent[at_hub][:, :2], rigid[at_hub][:, :2], atol=1e-8)

@@ -15,6 +15,7 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam import block_rotation, member_frame, rigid_arm
 from flexura.fem.geometry import SolidMaterial
+from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import Arc, Diaphragm, FlatSpring, Material
 from flexura.structure import least_aligned
 
@@ -140,14 +141,20 @@ def outlined(spring: FlatSpring) -> Figure:
 
 
 class PlacedSheet(NamedTuple):
-    """A figure with its thickness, m, and material; the axes (3, 3) of its plane as rows, and what leads from the
-    displacements of each node to those of its pad about the origin of the plane (6, 6)."""
+    """A figure with its thickness, m, and material; origin (3,), m, and axes (3, 3) of its plane as rows, and what
+    leads from the displacements of each node to those of its pad about that origin (6, 6)."""
 
     figure: Figure
     thickness: float
     material: SolidMaterial
+    origin: Array
     axes: Array
     to_pads: list[Array]
+
+    def surface(self, flat: Surface, T: Array) -> Surface:
+        """A surface in axes of the plane, in place; T leads from coordinates of the nodes to those of the pads."""
+        rows = np.einsum("ij,sic->sjc", self.axes, flat.rows.reshape(-1, 3, len(T))).reshape(-1, len(T)) @ T
+        return Surface(flat.points @ self.axes + self.origin, flat.facets, rows)
 
 
 def sheet_of(described: Diaphragm | FlatSpring, metal: Material, positions: Array) -> PlacedSheet:
@@ -164,6 +171,7 @@ def sheet_of(described: Diaphragm | FlatSpring, metal: Material, positions: Arra
         figure,
         _number(described.thickness),
         SolidMaterial(described.material, E, nu, _number(metal.rho)),
+        origin,
         axes,
         [X @ rigid_arm(origin - position) for position in positions],
     )

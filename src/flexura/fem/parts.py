@@ -26,6 +26,7 @@ from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
+from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import (
     TOP,
     DiagonalStiffness,
@@ -53,6 +54,7 @@ from flexura.mechanism import (
     solid_members,
     with_rigid_roots,
 )
+from flexura.records import Kept
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model
 
 ORDERS = (1.4, 1.0)
@@ -300,6 +302,16 @@ def _superelement(
     )
 
 
+SURFACES = Kept(most=64)
+"""Surfaces of the sheets that were reduced last, by their stiffness, for pictures: a description has none."""
+
+
+def sheet_surface(part: Superelement) -> Surface | None:
+    """The surface of a superelement that was reduced from a sheet here, m, in the frame of its substructure, and how it
+    moves with its coordinates; None where that is not known."""
+    return SURFACES.once(part.stiffness, lambda: None) if part.sheet is not None else None
+
+
 SHEET_RATIO = 1.5
 """Least ratio of the DOFs of a mesh to those of a coarser one at which the two tell an error of sheets."""
 
@@ -341,10 +353,12 @@ def _sheet(
     E = (1 if other.dofs < unit.dofs else longer) / (longer - 1) * _difference(origin, unit, other)
     T = la.block_diag(*placed.to_pads, np.eye(count))
     K, M, E = (T.T @ A @ T for A in (unit.K, unit.M, E))
+    stiffness = Matrix((K + K.T) / 2)
+    SURFACES.once(stiffness, lambda: placed.surface(unit.surface, T), lambda found: found is not None)
     return Superelement(
         nodes=described.nodes,
         amplitudes=count,
-        stiffness=Matrix((K + K.T) / 2),
+        stiffness=stiffness,
         mass=Matrix((M + M.T) / 2),
         loss_factor=metal.loss_factor if own.loss_factor is None else own.loss_factor,
         stiffness_error=Matrix((E + E.T) / 2),

@@ -22,7 +22,7 @@ from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.matrices import elastic_matrices
 from flexura.fem.meshing import LEAST_JACOBIAN, VOLUME_ERROR, jacobians
 from flexura.fem.reduced import IN_MEMORY, MOST_MODES, Announce, CondensedSolid, balanced, constraint_modes
-from flexura.fem.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
+from flexura.fem.solid_mesh import SolidMesh, Surface, dofs_of, outer_sides, quadrature, rigid_motions, shape_of
 from flexura.fem.sweep import Swept, sweep_quadrilaterals
 from flexura.linalg import factorise_large
 
@@ -41,7 +41,7 @@ STRAIGHTENED = 4
 NEAR = 1e-6
 """Distance over the size of the outline within which a point is on a curve."""
 
-REVISION = 1
+REVISION = 2
 """Goes up whenever meshes or matrices of sheets change, so that those in the cache are worked out anew."""
 
 QUADRATIC = "hexahedron27"
@@ -54,7 +54,7 @@ QUAD9 = 10
 class ReducedSheet:
     """K and M (6 p + m,) over the displacements of the pads about the origin of the plane, its axes, and
     fixed-interface modes of `fixed_hz` (m,), Hz; DOFs of the mesh, mass, kg, and what stretching adds to the force
-    along the normal, per square of the deflection over the thickness."""
+    along the normal, per square of the deflection over the thickness; and the surface, axes of the plane."""
 
     K: Array
     M: Array
@@ -62,6 +62,7 @@ class ReducedSheet:
     dofs: int
     mass: float
     stiffening: float
+    surface: Surface
 
 
 class CutApartError(SolverError):
@@ -220,6 +221,12 @@ def _tied(mesh: SolidMesh) -> sp.csc_matrix:
     return sp.csc_matrix((entries, at), shape=(mesh.order, len(free) + 6 * len(mesh.point_sets)))
 
 
+def _surface(mesh: SolidMesh, basis: Array) -> Arrays:
+    """The outer surface as `Surface` has it, from displacements of all points by coordinates of the sheet."""
+    used, facets = outer_sides(mesh)
+    return {"points": mesh.points[used], "facets": facets, "rows": basis[dofs_of(used)].astype(np.float32)}
+
+
 def _stiffening(mesh: SolidMesh, K: sp.csc_matrix, T: sp.csc_matrix, solid: CondensedSolid, thickness: float) -> float:
     """c of the force k s (1 + c s^2/t^2) of a pad along the normal, all others held, the largest of all pads but the
     first: the energy of Green's quadratic strains in the linear shapes, less what displacements take off (theory eq.
@@ -275,11 +282,12 @@ def reduced_sheet(
             "hz": solid.fixed_frequency_hz,
             "dofs": np.array(mesh.order),
             "mass": np.array(mass[0, 0]),
+            **_surface(mesh, T @ solid.basis),
             "stiffening": np.array(_stiffening(mesh, K, T, solid, thickness)),
         }
 
     parts = (REVISION, figure, thickness, unit, size, modes)
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("sheet", parts, compute), lambda _: True)
-    return ReducedSheet(
-        arrays["K"], arrays["M"], arrays["hz"], int(arrays["dofs"]), float(arrays["mass"]), float(arrays["stiffening"])
-    )
+    surface = Surface(arrays["points"], arrays["facets"], arrays["rows"])
+    numbers = int(arrays["dofs"]), float(arrays["mass"]), float(arrays["stiffening"])
+    return ReducedSheet(arrays["K"], arrays["M"], arrays["hz"], *numbers, surface)
