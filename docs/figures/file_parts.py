@@ -288,6 +288,48 @@ bodies:
     return sheet
 
 
+def flat_springs() -> Sheet:
+    """A flat spring in its plane, with its edges by number."""
+    fragment = """\
+flat_springs:
+  arm:
+    material: steel
+    reference: x
+    thickness: 0.2 mm
+    outline:
+      - [0, 0]
+      - [30 mm, 0]
+      - through: [34 mm, 4 mm]
+        to: [30 mm, 8 mm]
+      - [20 mm, 8 mm]
+      - [20 mm, 4 mm]
+      - [0, 4 mm]
+    holes:
+      - centre: [30 mm, 4 mm]
+        diameter: 3 mm
+    pads: {a: {edges: [6]}, b: {holes: [1]}}"""
+    sheet = Sheet("A flat spring between two nodes: its outline, its edges by number, and a hole", fragment, 320)
+    x, y, mm = sheet.left + 70, 190.0, 11.0
+
+    def at(u: float, v: float) -> tuple[float, float]:
+        return x + mm * u, y - mm * v
+
+    corners = [at(*corner) for corner in ((0, 0), (30, 0), (30, 8), (20, 8), (20, 4), (0, 4))]
+    (p, q), r = (f"{u:g} {v:g}" for u, v in corners[1:3]), 4 * mm
+    rest = " ".join(f"L{u:g} {v:g}" for u, v in corners[3:])
+    (u, v), start = at(30, 4), f"{corners[0][0]:g} {corners[0][1]:g}"
+    w = 1.5 * mm
+    hole = f"M{u + w:g} {v:g}a{w:g} {w:g} 0 1 0 {-2 * w:g} 0a{w:g} {w:g} 0 1 0 {2 * w:g} 0z"
+    outline = f"M{start}L{p}A{r:g} {r:g} 0 0 0 {q}{rest}z {hole}"
+    sheet.add(f'<path d="{outline}" fill="#f6c9ab" fill-rule="evenodd" stroke="{INK}"/>')
+    for number, (a, b) in enumerate(((15, -1.4), (35.4, 4), (25, 9), (19, 6), (10, 5), (-1.2, 2)), start=1):
+        sheet.text(*at(a, b - 0.4), str(number))
+    sheet.text(at(-3.4, 0)[0], at(0, 1.6)[1], "a", key=True)
+    sheet.text(*at(30, 3.6), "b", key=True)
+    sheet.text(*at(14, 1.6), "arm", key=True)
+    return sheet
+
+
 def springs() -> Sheet:
     """A spring to ground, and one between two nodes with axes that are turned."""
     fragment = """\
@@ -437,6 +479,7 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
     ends,
     roots,
     diaphragms,
+    flat_springs,
     springs,
     bodies,
     superelements,

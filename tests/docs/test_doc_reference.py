@@ -32,6 +32,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Materials": (describe.Material,),
     "Links and flexures": (describe.Link, describe.Flexure),
     "Diaphragms": (describe.Diaphragm,),
+    "Flat springs": (describe.FlatSpring,),
     "Springs": (describe.Spring,),
     "Dashpots": (describe.Dashpot,),
     "Bodies": (describe.RigidBody,),

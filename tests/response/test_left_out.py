@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 import flexura as fx
 from flexura.analysis.responses.time_limits import _spectrum
 from flexura.cli.app import app
+from flexura.mechanism import with_rigid_bodies
 from helpers.oscillators import beam, oscillator
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -29,7 +30,7 @@ def example(name):
     node, read = NODES[name], {"rpr/rpr_piezo": ["rpu1.c.force"]}.get(name, [])
     outputs = [*read, *(f"{node}.tz{word}" for word in ("", ":velocity", ":acceleration"))]
     built = fx.system(
-        fx.load(EXAMPLES / f"{name}.yaml"),
+        with_rigid_bodies(fx.load(EXAMPLES / f"{name}.yaml")),
         inputs=[INPUT[name], f"{node}.tz"],
         outputs=outputs,
         order="full",

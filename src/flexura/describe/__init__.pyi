@@ -3,6 +3,7 @@ from flexura.expressions import parameter as parameter
 from flexura.mechanism import CATALOGUE as CATALOGUE
 from flexura.mechanism import DOF_NAMES as DOF_NAMES
 from flexura.mechanism import Accelerometer as Accelerometer
+from flexura.mechanism import Arc as Arc
 from flexura.mechanism import BaseMotion as BaseMotion
 from flexura.mechanism import BaseRotation as BaseRotation
 from flexura.mechanism import Box as Box
@@ -19,11 +20,13 @@ from flexura.mechanism import DiagonalDamping as DiagonalDamping
 from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
 from flexura.mechanism import Diaphragm as Diaphragm
 from flexura.mechanism import EllipticalContour as EllipticalContour
+from flexura.mechanism import FlatSpring as FlatSpring
 from flexura.mechanism import Flexure as Flexure
 from flexura.mechanism import ForceActuator as ForceActuator
 from flexura.mechanism import ForceSensor as ForceSensor
 from flexura.mechanism import Goal as Goal
 from flexura.mechanism import HammerPoint as HammerPoint
+from flexura.mechanism import Hole as Hole
 from flexura.mechanism import HyperbolicContour as HyperbolicContour
 from flexura.mechanism import Instance as Instance
 from flexura.mechanism import Leaf as Leaf
@@ -42,6 +45,7 @@ from flexura.mechanism import MotionSensor as MotionSensor
 from flexura.mechanism import Moved as Moved
 from flexura.mechanism import Notch as Notch
 from flexura.mechanism import OptimumStudy as OptimumStudy
+from flexura.mechanism import Pad as Pad
 from flexura.mechanism import ParabolicContour as ParabolicContour
 from flexura.mechanism import Parameter as Parameter
 from flexura.mechanism import PiezoStack as PiezoStack
@@ -57,6 +61,9 @@ from flexura.mechanism import RigidBody as RigidBody
 from flexura.mechanism import Rotation as Rotation
 from flexura.mechanism import RoundNotch as RoundNotch
 from flexura.mechanism import SectionConstants as SectionConstants
+from flexura.mechanism import Sheet as Sheet
+from flexura.mechanism import Slit as Slit
+from flexura.mechanism import Spokes as Spokes
 from flexura.mechanism import Spread as Spread
 from flexura.mechanism import Spring as Spring
 from flexura.mechanism import StraightContour as StraightContour

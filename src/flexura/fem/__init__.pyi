@@ -16,6 +16,7 @@ from flexura.fem.matrices import mesh_mass as mesh_mass
 from flexura.fem.meshing import SIZES as SIZES
 from flexura.fem.occ import write_step as write_step
 from flexura.fem.parts import as_beams as as_beams
+from flexura.fem.parts import sheet_surface as sheet_surface
 from flexura.fem.parts import with_rigid_faces as with_rigid_faces
 from flexura.fem.parts import with_solid_parts as with_solid_parts
 from flexura.fem.reduced import LEAST_MODES as LEAST_MODES

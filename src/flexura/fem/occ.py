@@ -80,6 +80,9 @@ _OPTIONS = {
     "Mesh.TransfiniteTri": 0,
     "Mesh.Algorithm": 6,
     "Mesh.Algorithm3D": 1,
+    "Mesh.MeshSizeMin": 0,
+    "Mesh.MeshSizeMax": 1e22,
+    "Mesh.SubdivisionAlgorithm": 0,
     "Mesh.HighOrderPassMax": 5,
     "Geometry.OCCBoundsUseStl": 0,
 }

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -20,11 +21,17 @@ from flexura.deadline import Listener, announcer
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.components import Component, own_components, turned
+from flexura.fem.figures import sheet_of
 from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
+from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
+from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import (
     TOP,
+    DiagonalStiffness,
+    Diaphragm,
+    FlatSpring,
     Flexure,
     Layout,
     Link,
@@ -32,17 +39,22 @@ from flexura.mechanism import (
     Mechanism,
     Meshed,
     Parameter,
+    Sheet,
+    Spring,
     Substructure,
     Superelement,
+    evaluated,
     has_solid_members,
     matching,
     mesh_sizes,
     origin_of,
     problems,
     scalars,
+    sheets,
     solid_members,
     with_rigid_roots,
 )
+from flexura.records import Kept
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model
 
 ORDERS = (1.4, 1.0)
@@ -54,7 +66,10 @@ MESH_RATIOS = (2.0, 1.5)
 error: others may differ in nothing that matters."""
 
 
-Members = Mapping[str, Link | Flexure]
+Meshables = Mapping[str, Link | Flexure | Diaphragm | FlatSpring]
+LEFT_OUT = {"mesh_size", "slits", "flat_springs"}
+"""What of a description the plan has not from which places are taken."""
+KINDS = {Link: "links", Flexure: "flexures", Diaphragm: "diaphragms", FlatSpring: "flat_springs"}
 P = TypeVar("P", bound=Substructure)
 
 
@@ -72,7 +87,7 @@ def stiffness_error(piece: Piece, reduced: ReducedPiece, size: float, modes: int
         longer = min(max(ratio, 1 / ratio) ** (1 / 3), max(second / size, size / second))
         longer **= ORDERS[len(piece.members) > 1]
         off = (1 if ratio < 1 else longer) / (longer - 1)
-        return off * _difference(piece, reduced, other)
+        return off * _difference(piece.places, reduced, other)
     raise SolverError(f"no second mesh tells how fine that of size {size:g} is: the errors of others are not known")
 
 
@@ -94,11 +109,10 @@ def _others(piece: Piece, size: float, modes: int, announce: Announce) -> Iterat
         yield other, second
 
 
-def _difference(piece: Piece, reduced: ReducedPiece, other: ReducedPiece) -> Array:
+def _difference(places: Array, reduced: ReducedPiece | ReducedSheet, other: ReducedPiece | ReducedSheet) -> Array:
     """The absolute value of the difference of two stiffnesses, in the norm of the first (eq. B7)."""
     n, m = len(reduced.K), len(reduced.fixed_hz)
     b = n - m
-    places = piece.places
     rigid = np.zeros((b, 6))
     rigid[: 6 * len(places)] = rigid_arm(places - places[0]).reshape(-1, 6)
     stiff = np.sqrt(np.maximum(reduced.K.diagonal()[:b], 0.0))
@@ -123,7 +137,7 @@ def with_solid_parts(
     size: float = 1.0,
     progress: Listener | None = None,
 ) -> Mechanism:
-    """The mechanism with its members of `fidelity: solid` as superelements, all else unchanged.
+    """The mechanism with its members of `fidelity: solid`, and sheets, as superelements, all else unchanged.
 
     Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
     nodes inside it that nothing else names are left out. `keep` fixed-interface modes of every superelement are kept;
@@ -142,23 +156,31 @@ def with_solid_parts(
         return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
-    if impossible := [problem for problem in problems(model) if problem.path[-1:] == ("mesh_size",)]:
+    if impossible := [problem for problem in problems(model) if LEFT_OUT & {*problem.path}]:
         raise ModelError(impossible)
-    plan = Plan(as_beams(model).replaced({"at": {}}))
-    chosen = {name: members for name in plan.layout.prototypes if (members := solid_members(model, origin_of(name)))}
+    plan = Plan(without_sheets(as_beams(model)).replaced({"at": {}}))
+    chosen: dict[str, Meshables] = {
+        name: meshed
+        for name in plan.layout.prototypes
+        if (meshed := {**solid_members(model, origin_of(name)), **sheets(model, origin_of(name))})
+    }
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = full_order_model(checked_design(plan, parameters))
     tell = announcer(progress)
     changed = {}
-    for name, members in chosen.items():
+    for name, meshed in chosen.items():
+        members = {key: member for key, member in meshed.items() if isinstance(member, Link | Flexure)}
         part: Substructure = model if name == TOP else model.substructures[name]
         superelements: dict[str, Superelement] = {}
         sizes = {key: size * relative for key, relative in mesh_sizes(model, name).items()}
-        for component in own_components(full, name, list(members), _needed(model, part)):
+        for component in own_components(full, name, list(members), _needed(model, part)) if members else ():
             cell_size = min(sizes[_short(member)] for member in component.members)
             element = _superelement(full, name, component, keep, size=cell_size, announce=tell)
             superelements[_short(component.members[0])] = element
+        for key, described in meshed.items():
+            if isinstance(described, Diaphragm | FlatSpring):
+                superelements[key] = _sheet(full, name, key, described, keep, size=sizes[key], announce=tell)
         if taken := superelements.keys() & part.superelements.keys():
             above = () if name == TOP else ("substructures", name)
             rule, hint = "a superelement has the name of a solid member", "give it another name"
@@ -174,6 +196,8 @@ def with_solid_parts(
                 "nodes": {key: at for key, at in part.nodes.items() if key not in fused},
                 "links": {key: member for key, member in part.links.items() if key in kept},
                 "flexures": {key: member for key, member in part.flexures.items() if key in kept},
+                "diaphragms": {key: own for key, own in part.diaphragms.items() if key not in meshed},
+                "flat_springs": {},
                 "superelements": {**part.superelements, **superelements},
                 "mesh_size": None,
             }
@@ -197,6 +221,22 @@ def as_beams(mechanism: Mechanism, corrections: Literal["auto", "none"] | None =
     return beams(mechanism).replaced({"substructures": parts, **named})
 
 
+def without_sheets(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with whole rings, as plates, in the place of those with openings, and with springs between the
+    nodes of flat ones."""
+
+    def whole(part: P) -> P:
+        rings = {key: own.as_ring for key, own in part.diaphragms.items()}
+        soft = DiagonalStiffness(tx=1.0, ty=1.0, tz=1.0)
+        pairs = {
+            f"{key}{k}": pair for key, own in part.flat_springs.items() for k, pair in enumerate(pairwise(own.nodes))
+        }
+        springs = {key: Spring(nodes=pair, stiffness=soft) for key, pair in pairs.items()}
+        return part.replaced({"diaphragms": rings, "flat_springs": {}, "springs": {**part.springs, **springs}})
+
+    return whole(mechanism).replaced({"substructures": {k: whole(part) for k, part in mechanism.substructures.items()}})
+
+
 def with_rigid_faces(mechanism: Mechanism) -> Mechanism:
     """The same mechanism with rigid roots where anything else than members is: there solids end in rigid faces."""
 
@@ -207,7 +247,7 @@ def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
     """Own nodes of a substructure that something else than its members names."""
     nodes = list(part.nodes)
     texts = [*part.interface, *(node for joint in part.joints for node in joint)]
-    for kind in ("springs", "superelements", "dashpots", "actuators", "sensors"):
+    for kind in ("diaphragms", "flat_springs", "springs", "superelements", "dashpots", "actuators", "sensors"):
         texts += [node for item in getattr(part, kind).values() for node in getattr(item, "nodes", ())]
     texts += [mass.node for mass in part.masses.values()]
     texts += [text for body in part.bodies.values() for text in body.carries]
@@ -262,12 +302,77 @@ def _superelement(
     )
 
 
-def _refuse_own_values(chosen: Mapping[str, Members]) -> None:
+SURFACES = Kept(most=64)
+"""Surfaces of the sheets that were reduced last, by their stiffness, for pictures: a description has none."""
+
+
+def sheet_surface(part: Superelement) -> Surface | None:
+    """The surface of a superelement that was reduced from a sheet here, m, in the frame of its substructure, and how it
+    moves with its coordinates; None where that is not known."""
+    return SURFACES.once(part.stiffness, lambda: None) if part.sheet is not None else None
+
+
+SHEET_RATIO = 1.5
+"""Least ratio of the DOFs of a mesh to those of a coarser one at which the two tell an error of sheets."""
+
+
+def _sheet(
+    model: FullOrderModel,
+    prototype: str,
+    key: str,
+    described: Diaphragm | FlatSpring,
+    modes: int,
+    *,
+    size: float,
+    announce: Announce,
+) -> Superelement:
+    """A sheet over its nodes, in the frame of its prototype. Raises ModelError where it is cut apart."""
+    plan = model.plan
+    values, part = plan.scoped_values(model.parameters), plan.parts[prototype]
+    own, metal = evaluated(described, values), evaluated(plan.layout.mechanism.material(described.material), values)
+    positions = model.geometry.parts[prototype].positions[[part.node_number[node] for node in described.nodes]]
+    placed = sheet_of(own, metal, positions)
+    place = ".".join(filter(None, (prototype, key)))
+
+    def reduced(at: float, which: str = "") -> ReducedSheet:
+        label = f"{which}sheet {place}, size {at:g}"
+        return reduced_sheet(
+            placed.figure, placed.thickness, placed.material, at, modes, lambda stage: announce(f"{label}: {stage}")
+        )
+
+    try:
+        unit, other = reduced(size), reduced(2 * size, "second mesh of ")
+        if unit.dofs < SHEET_RATIO * other.dofs:
+            other = reduced(size / 2, "second mesh of ")
+    except CutApartError as error:
+        above = ("substructures", origin_of(prototype)) if prototype else ()
+        hint = "shorter slits or wider spokes, or pads that meet what they hold"
+        raise ModelError([Problem((*above, KINDS[type(described)], key), "", str(error), hint)]) from None
+    count, origin = len(unit.fixed_hz), np.zeros((len(positions), 3))
+    longer = max(unit.dofs / other.dofs, other.dofs / unit.dofs) ** (ORDERS[0] / 2)
+    E = (1 if other.dofs < unit.dofs else longer) / (longer - 1) * _difference(origin, unit, other)
+    T = la.block_diag(*placed.to_pads, np.eye(count))
+    K, M, E = (T.T @ A @ T for A in (unit.K, unit.M, E))
+    stiffness = Matrix((K + K.T) / 2)
+    SURFACES.once(stiffness, lambda: placed.surface(unit.surface, T), lambda found: found is not None)
+    return Superelement(
+        nodes=described.nodes,
+        amplitudes=count,
+        stiffness=stiffness,
+        mass=Matrix((M + M.T) / 2),
+        loss_factor=metal.loss_factor if own.loss_factor is None else own.loss_factor,
+        stiffness_error=Matrix((E + E.T) / 2),
+        mesh=Meshed(size=size, dofs=unit.dofs),
+        sheet=Sheet(thickness=placed.thickness, normal=tuple(placed.axes[2].tolist()), stiffening=unit.stiffening),
+    )
+
+
+def _refuse_own_values(chosen: Mapping[str, Meshables]) -> None:
     """Raise ModelError for solid members in instances with values of their own, which superelements do not take."""
     rule = "a solid member has one form, but an instance has values of its own for parameters that it depends on"
     hint = "give that instance a substructure of its own, or fidelity: beam"
     wrong = [
-        ("substructures", origin_of(name), "flexures" if isinstance(member, Flexure) else "links", key)
+        ("substructures", origin_of(name), KINDS[type(member)], key)
         for name, members in chosen.items()
         for key, member in members.items()
         if origin_of(name) != name
@@ -279,7 +384,7 @@ def _refuse_own_values(chosen: Mapping[str, Members]) -> None:
 def _held(
     plan: Plan,
     mechanism: Mechanism,
-    chosen: Mapping[str, Members],
+    chosen: Mapping[str, Meshables],
     parameters: Mapping[str, ArrayLike] | None,
 ) -> dict[str, Parameter]:
     """Parameters with the given values, those that solid parts depend on held between bounds that leave no room."""
@@ -301,7 +406,7 @@ def _held(
     return held
 
 
-def _names(layout: Layout, mechanism: Mechanism, chosen: Mapping[str, Members]) -> set[str]:
+def _names(layout: Layout, mechanism: Mechanism, chosen: Mapping[str, Meshables]) -> set[str]:
     """Parameters in members, their materials and sections, and the places of their nodes."""
     names: set[str] = set()
     for name, members in chosen.items():

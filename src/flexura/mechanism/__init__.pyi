@@ -17,6 +17,7 @@ from flexura.mechanism.body import Plate as Plate
 from flexura.mechanism.body import PointMass as PointMass
 from flexura.mechanism.body import RigidBody as RigidBody
 from flexura.mechanism.body import Rotation as Rotation
+from flexura.mechanism.body import Sheet as Sheet
 from flexura.mechanism.body import Spring as Spring
 from flexura.mechanism.body import Superelement as Superelement
 from flexura.mechanism.channels import Accelerometer as Accelerometer
@@ -54,10 +55,13 @@ from flexura.mechanism.description import has_solid_members as has_solid_members
 from flexura.mechanism.description import is_rotation as is_rotation
 from flexura.mechanism.description import mesh_sizes as mesh_sizes
 from flexura.mechanism.description import refined as refined
+from flexura.mechanism.description import sheets as sheets
 from flexura.mechanism.description import solid_members as solid_members
 from flexura.mechanism.description import with_rigid_bodies as with_rigid_bodies
 from flexura.mechanism.description import with_rigid_roots as with_rigid_roots
 from flexura.mechanism.diaphragm import Diaphragm as Diaphragm
+from flexura.mechanism.diaphragm import Slit as Slit
+from flexura.mechanism.diaphragm import Spokes as Spokes
 from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated
@@ -67,6 +71,10 @@ from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimen
 from flexura.mechanism.evaluation import parameter_order as parameter_order
 from flexura.mechanism.evaluation import parameter_values as parameter_values
 from flexura.mechanism.evaluation import scalars as scalars
+from flexura.mechanism.flat_spring import Arc as Arc
+from flexura.mechanism.flat_spring import FlatSpring as FlatSpring
+from flexura.mechanism.flat_spring import Hole as Hole
+from flexura.mechanism.flat_spring import Pad as Pad
 from flexura.mechanism.instances import origin_of as origin_of
 from flexura.mechanism.instances import with_own_copies as with_own_copies
 from flexura.mechanism.layout import TOP as TOP

@@ -271,6 +271,17 @@ class Meshed(Part):
     """DOFs of the mesh."""
 
 
+class Sheet(Part):
+    """The sheet that a superelement was reduced from, whose force along the normal is k s (1 + c s^2/t^2), of which the
+    superelement has k s."""
+
+    thickness: Annotated[float, Field(gt=0, strict=True)]
+    """t, m."""
+    normal: Direction
+    stiffening: Annotated[float, Field(strict=True)]
+    """c, of displacements of one node with the others held."""
+
+
 class Superelement(Part):
     """Stiffness and mass matrices of an elastic part over named nodes, from another program or a reduced mechanism.
 
@@ -289,6 +300,8 @@ class Superelement(Part):
     """How far off the stiffness may be: the strain energy of displacements v is uncertain by half of v' E v."""
     mesh: Meshed | None = None
     """The mesh that it was reduced from, where that is known."""
+    sheet: Sheet | None = None
+    """The sheet that it is, if it is one."""
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:

@@ -14,6 +14,7 @@ from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, V
 from flexura.mechanism.body import Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.diaphragm import Diaphragm
+from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Corrections, Fidelity, Flexure, Link, MeshSize, Theory
@@ -239,6 +240,7 @@ class Substructure(Part):
     links: dict[Name, Link] = {}
     flexures: dict[Name, Flexure] = {}
     diaphragms: dict[Name, Diaphragm] = {}
+    flat_springs: dict[Name, FlatSpring] = {}
     springs: dict[Name, Spring] = {}
     bodies: dict[Name, RigidBody] = {}
     masses: dict[Name, PointMass] = {}
@@ -348,6 +350,7 @@ class Mechanism(Substructure, Displayed):
             "instances",
             "flexures",
             "diaphragms",
+            "flat_springs",
             "links",
             "springs",
             "bodies",
@@ -398,6 +401,13 @@ def refined(mechanism: Mechanism, times: int) -> Mechanism:
     return finer(mechanism).replaced({"substructures": parts})
 
 
+def sheets(mechanism: Mechanism, name: str) -> dict[str, Diaphragm | FlatSpring]:
+    """Flat springs, and diaphragms that are solids, of a substructure or with no name of the mechanism itself."""
+    part = mechanism.substructures[name] if name else mechanism
+    openings = {key: diaphragm for key, diaphragm in part.diaphragms.items() if diaphragm.is_sheet}
+    return {**openings, **part.flat_springs}
+
+
 def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
     """Links and flexures of fidelity `solid` declared in a substructure, or with no name in the mechanism itself."""
     part = mechanism.substructures[name] if name else mechanism
@@ -406,15 +416,16 @@ def solid_members(mechanism: Mechanism, name: str) -> dict[str, Link | Flexure]:
 
 
 def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
-    """Relative sizes of the cells of the solid members of a substructure, or with no name of the mechanism itself."""
+    """Relative sizes of the cells of the solids of a substructure, or with no name of the mechanism itself."""
     part = mechanism.substructures[name] if name else mechanism
     default = part.mesh_size or mechanism.mesh_size or 1.0
-    return {key: member.mesh_size or default for key, member in solid_members(mechanism, name).items()}
+    meshed = {**solid_members(mechanism, name), **sheets(mechanism, name)}
+    return {key: member.mesh_size or default for key, member in meshed.items()}
 
 
 def has_solid_members(mechanism: Mechanism) -> bool:
-    """Whether any member is to be a solid."""
-    return any(solid_members(mechanism, name) for name in ("", *mechanism.substructures))
+    """Whether any member or sheet is to be a solid."""
+    return any(solid_members(mechanism, name) or sheets(mechanism, name) for name in ("", *mechanism.substructures))
 
 
 def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Container[str]] | None = None) -> Mechanism:

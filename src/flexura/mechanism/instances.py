@@ -139,7 +139,11 @@ class Specialised:
             key: diaphragm.replaced({"material": self._material(diaphragm.material, names, label)})
             for key, diaphragm in part.diaphragms.items()
         }
-        return part.replaced({"bodies": bodies, "diaphragms": diaphragms})
+        springs = {
+            key: spring.replaced({"material": self._material(spring.material, names, label)})
+            for key, spring in part.flat_springs.items()
+        }
+        return part.replaced({"bodies": bodies, "diaphragms": diaphragms, "flat_springs": springs})
 
     def _member(self, member: Link | Flexure, names: Mapping[str, str], label: str) -> Link | Flexure:
         """A member with its material and its section as they are here."""
@@ -213,7 +217,10 @@ class Specialised:
         described = self.mechanism
         members = [member for _, _, member in part.members()]
         solids = [body.solid for body in part.bodies.values() if body.solid is not None]
-        materials = [described.materials.get(item.material) for item in (*members, *part.diaphragms.values(), *solids)]
+        materials = [
+            described.materials.get(item.material)
+            for item in (*members, *part.diaphragms.values(), *part.flat_springs.values(), *solids)
+        ]
         sections = [described.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
         return tuple(item for item in (*materials, *sections) if item is not None and not isinstance(item, str))
 

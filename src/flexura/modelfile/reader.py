@@ -40,6 +40,7 @@ _NAMED = frozenset(
         "links",
         "flexures",
         "diaphragms",
+        "flat_springs",
         "springs",
         "bodies",
         "masses",

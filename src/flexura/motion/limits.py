@@ -14,6 +14,7 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.beam import member_frame
+from flexura.duals import plain
 from flexura.errors import Diagnostic, SolverError
 from flexura.motion.diaphragms import THICKNESSES, BentRings
 from flexura.motion.elements import Frames, Group, PoseElements
@@ -125,6 +126,9 @@ def _angles(group: PoseElements, frames: Frames) -> Array:
     return np.maximum(ends, ends / 2 + 1.5 * across)
 
 
+SHEET_STIFFER = 0.02
+"""Part of the force of a sheet along its normal, by stretching, that is told."""
+
 EDGE_STRAIN = 2e-4
 """Strain of the edges of members by twist that is told: a tenth or less of what yields."""
 
@@ -164,6 +168,7 @@ def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
                 )
                 yield Diagnostic("displacement", names[0], deflection, THICKNESSES, "1", text)
         elif isinstance(group, Superelements):
+            yield from _bent_sheet(model, frames, group, names[0])
             turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.count - 1, 3:], axis=1)
             angle = float(turns.max(initial=0.0))
             if angle > LINEAR_ROTATION:
@@ -181,6 +186,28 @@ def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
                         f" than the {BEND_LIMIT} rad up to which strains are known: refine it"
                     )
                     yield Diagnostic("mesh", name, angle, BEND_LIMIT, "rad", text)
+
+
+def _bent_sheet(model: MovingModel, frames: Frames, group: Superelements, name: str) -> Iterator[Diagnostic]:
+    """A superelement that is a sheet, which is linear inside, where stretching would make it stiffer by 2 %."""
+    *path, key = name.split(".")
+    design = model.design
+    placed, copies = next(at for at in design.plan.topology.copies.items() if tuple(path) in at[1].paths)
+    described = design.plan.layout.prototypes[placed].superelements.get(key)
+    sheet = None if described is None else described.sheet
+    if sheet is None:
+        return
+    Q = plain(design.geometry.Q[copies.number[copies.paths.index(tuple(path))]])
+    normal = np.array(sheet.normal) * [1.0, 1.0, np.sign(np.linalg.det(Q))]  # axes of mirrored ones are right-handed
+    moved = group.deformation(frames)[0, : 6 * (group.count - 1)].reshape(-1, 6)[:, :3]
+    most = float(np.abs(moved @ normal).max(initial=0.0)) / sheet.thickness
+    stiffer = sheet.stiffening * most**2
+    if stiffer > SHEET_STIFFER:
+        text = (
+            f"sheet {name}: it is linear inside, and moves along its normal by {most:.3g} times its thickness, where"
+            f" stretching adds about {100 * stiffer:.2g} % to its force"
+        )
+        yield Diagnostic("displacement", name, stiffer, SHEET_STIFFER, "1", text)
 
 
 def _stretched(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:

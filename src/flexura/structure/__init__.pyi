@@ -18,6 +18,7 @@ from flexura.structure.design import Posed as Posed
 from flexura.structure.discrete_elements import BodyElement as BodyElement
 from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
+from flexura.structure.discrete_elements import least_aligned as least_aligned
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass
 from flexura.structure.elastic_bodies import inside as inside
 from flexura.structure.elements import TAPERED_PIECES as TAPERED_PIECES

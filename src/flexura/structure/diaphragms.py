@@ -22,6 +22,7 @@ class DiaphragmElement(Lumped):
         self.loss: int | None = None if loss is None else table.add(loss)
         self._sizes = table.entries((diaphragm.rim_diameter, diaphragm.hub_diameter, diaphragm.thickness))
         self._normal = table.entries(diaphragm.normal)
+        self._reference = None if diaphragm.reference is None else table.entries(diaphragm.reference)
         self._E, self._rho = table.add(material.E), table.add(material.rho)
         self._nu = None if material.nu is None else table.add(material.nu)
         self._G = None if material.G is None else table.add(material.G)
@@ -34,23 +35,24 @@ class DiaphragmElement(Lumped):
         return ring_plate.RingPlate(rim / 2, hub / 2, thickness, E, nu, values[..., self._rho])
 
     def axes(self, values: Array) -> Array:
-        """Its axes (..., 3, 3) as rows, part's axes: the normal is the last one."""
+        """Its axes (..., 3, 3) as rows, part's axes: the reference, or another direction, and last the normal."""
         normal = values[..., None, self._normal]
-        return member_frame(normal, least_aligned(normal))[..., 0, [1, 2, 0], :]
+        given = least_aligned(normal) if self._reference is None else values[..., None, self._reference]
+        return member_frame(normal, given)[..., 0, [2, 1, 0], :] * np.array([[1.0], [-1.0], [1.0]])
 
-    def _relative(self, values: Array, positions: Array) -> tuple[Array, Array]:
-        """B (..., 6, 12) from displacements of the nodes at `positions` (..., 2, 3), part's axes, to that of the hub
-        seen from the rim, and T (..., 12, 12) to those of both at the centre; its own axes."""
+    def to_centre(self, values: Array, positions: Array) -> Array:
+        """T (..., 12, 12) from displacements of the nodes at `positions` (..., 2, 3), part's axes, to those of rim and
+        hub at the centre, its own axes."""
         X = block_rotation(self.axes(values))
         rim = X @ rigid_arm(positions[..., 1, :] - positions[..., 0, :])
         T = zeros((*rim.shape[:-2], 12, 12), rim)
         T[..., :6, :6], T[..., 6:, 6:] = rim, X
-        return T[..., 6:, :] - T[..., :6, :], T
+        return T
 
     def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """K and M (..., 12, 12), part's axes."""
-        B, T = self._relative(values, positions)
-        plate, Tt = self.plate(values), np.swapaxes(T, -1, -2)
+        T = self.to_centre(values, positions)
+        B, plate, Tt = _seen(T), self.plate(values), np.swapaxes(T, -1, -2)
         k = ring_plate.stiffnesses(plate)
         return np.swapaxes(B, -1, -2) @ (k[..., :, None] * B), Tt @ ring_plate.mass(plate) @ T
 
@@ -58,9 +60,8 @@ class DiaphragmElement(Lumped):
         """Geometric stiffness (c, 12, 12), part's axes, in displacements (c, 12) of its nodes (theory eq. Z8): of
         membrane forces on bending, and of a force and a moment that turn with rim and hub, bent as little as buckling
         is taken to begin with. One design."""
-        B, T = self._relative(values, positions)
-        plate = self.plate(values)
-        d, shift = ends @ B.T, ring_plate.membrane(plate).shift
+        T, plate = self.to_centre(values, positions), self.plate(values)
+        d, shift = ends @ _seen(T).T, ring_plate.membrane(plate).shift
         n = d * ring_plate.stiffnesses(plate)
         stretched = zeros((len(ends), 6, 6), d)
         stretched[:, 2, 4] = stretched[:, 4, 2] = shift * d[:, 0]
@@ -77,10 +78,15 @@ class DiaphragmElement(Lumped):
     def resisted(self, values: Array, positions: Array) -> tuple[Array, Array]:
         """The displacement of the hub seen from the rim."""
         k = ring_plate.stiffnesses(self.plate(values))
-        return k[..., None] * np.eye(6), self._relative(values, positions)[0]
+        return k[..., None] * np.eye(6), _seen(self.to_centre(values, positions))
 
     def described_mass(self, values: Array, positions: Array) -> Array:
         """Rigid-body mass matrix (6, 6) about the part's origin, from density and size alone."""
         mass, inertia = ring_plate.described_mass(self.plate(values))
         R, D = self.axes(values), rigid_arm(positions[1])
         return D.T @ rigid_mass(mass, R.T @ (inertia[:, None] * R)) @ D
+
+
+def _seen(T: Array) -> Array:
+    """Displacements (..., 6, 12) of the hub seen from the rim, from those of both (..., 12, 12)."""
+    return T[..., 6:, :] - T[..., :6, :]

@@ -157,5 +157,16 @@ def _described(prototype: str, key: str) -> str:
     return ".".join(filter(None, (origin_of(prototype), key)))
 
 
-KINDS = ("flexures", "diaphragms", "links", "bodies", "masses", "springs", "superelements", "actuators", "sensors")
+KINDS = (
+    "flexures",
+    "diaphragms",
+    "flat_springs",
+    "links",
+    "bodies",
+    "masses",
+    "springs",
+    "superelements",
+    "actuators",
+    "sensors",
+)
 """Where what has matrices may be described."""

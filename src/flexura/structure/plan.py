@@ -29,6 +29,7 @@ from flexura.mechanism import (
     origin_of,
     problems,
     reflect,
+    sheets,
     solid_members,
     turn,
 )
@@ -110,6 +111,10 @@ def _refuse_solid_members(layout: Layout) -> None:
             kind = "links" if key in prototype.links else "flexures"
             hint = "flexura.with_solid_parts(mechanism)"
             refused.append(Problem((*above, kind, key, "fidelity"), "solid", rule, hint))
+        for key in sheets(layout.mechanism, name):
+            rule = "a sheet, of a flat spring or a diaphragm, has to be reduced to a superelement first"
+            kind = "diaphragms" if key in prototype.diaphragms else "flat_springs"
+            refused.append(Problem((*above, kind, key), "", rule, "flexura.with_solid_parts(mechanism)"))
     if refused:
         raise ModelError(refused)
 

@@ -4,6 +4,7 @@ meshes, slender members, leaves turned the wrong way, nodes outside their solids
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs, bracket, leading, lowest
 from flexura.mechanism import TOP, Link, Mechanism, origin_of
 from flexura.reduction import Certificate, ChainedModel, certificate, chained, lowest_pairs
-from flexura.structure import Bars, FullOrderModel
+from flexura.structure import Bars, FullOrderModel, Part
 from flexura.tables import in_hz, quantity
 from flexura.thresholds import SAME_PLACE
 
@@ -208,17 +209,21 @@ def nodes_outside(full: FullOrderModel, reported: Collection[int]) -> list[Diagn
     return list(warnings.values())
 
 
+def _joined_at_one_place(part: Part) -> Iterator[list[int]]:
+    """Pairs of nodes of diaphragms and superelements."""
+    yield from (ring.nodes for ring in part.diaphragms.values())
+    for nodes, *_ in part.superelements.values():
+        yield from (list(pair) for pair in combinations([n for n in nodes if n < part.n_positioned], 2))
+
+
 def overlapping_nodes(full: FullOrderModel) -> Iterator[Diagnostic]:
-    """Named nodes of different rigid clusters at one place, which no diaphragm joins: perhaps a joint was forgotten."""
+    """Named nodes of different rigid clusters at one place, which no diaphragm nor superelement joins: perhaps a joint
+    was forgotten."""
     topology, positions = full.plan.topology, full.geometry.positions
     copies = topology.copies.values()
     named = np.array([k + node for own in copies for k in own.offset for node in range(own.part.n_named)], np.intp)
-    rings = [
-        [(k + ring.nodes[0], k + ring.nodes[1]) for ring in own.part.diaphragms.values()]
-        for own in copies
-        for k in own.offset
-    ]
-    held = {frozenset(topology.root[[*pair]].tolist()) for own in rings for pair in own}
+    held = {frozenset(topology.root[k + np.array(nodes)].tolist()) for own in copies for k in own.offset
+            for nodes in _joined_at_one_place(own.part)}  # fmt: skip
     size = float(np.ptp(positions, axis=0).max()) or 1.0
     cell = np.round(positions[named] / (SAME_PLACE * size)).astype(np.int64)
     order = np.lexsort(cell.T)

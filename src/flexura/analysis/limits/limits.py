@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.strain import YieldRatios, element_motions, end_forces, ratios_to_yield, yield_ratios
+from flexura.analysis.strain import YieldRatios, bent_plates, element_motions, end_forces, ratios_to_yield, yield_ratios
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic
@@ -22,6 +22,9 @@ LARGE_ROTATION = 0.1
 LARGE_DEFLECTION = 0.1
 """Deflection over length of a member from which shortening and stiffening show: the leaves of a parallel guide are then
 shorter by 0.6 % of their length."""
+
+STIFFER_SHEET = 0.02
+"""Part of the force of a sheet along its normal, by stretching, that is told."""
 
 HINT = "the theory is linear, and motions are small in it"
 
@@ -82,14 +85,15 @@ class _Worst(NamedTuple):
 
 
 def motion_limits(states: States) -> tuple[Diagnostic, ...]:
-    """Rotations above 0.1 rad, and members whose ends move against each other by a tenth of their length.
+    """Rotations above 0.1 rad, members whose ends move against each other by a tenth of their length, and sheets that
+    stretching would stiffen.
 
     The motion of a member's end is read in a frame that moves and turns with the other end, so that rigid motions do
     not count; of both ends the larger counts. One warning for each, with the worst place and state.
     """
     if not states.columns.size:
         return ()
-    return (*_rotation(states), *_deflection(states))
+    return (*_rotation(states), *_deflection(states), *_sheets(states))
 
 
 def _rotation(states: States) -> Iterator[Diagnostic]:
@@ -117,6 +121,22 @@ def _deflection(states: States) -> Iterator[Diagnostic]:
             f" times its length of {quantity(L, 'm', 4)}, above {LARGE_DEFLECTION:g}: {HINT}"
         )
         yield Diagnostic("displacement", name, shift, LARGE_DEFLECTION * L, "m", text)
+
+
+def _sheets(states: States) -> Iterator[Diagnostic]:
+    moved = states.model.node_displacements(states.columns)
+    sheets = [bent for bent in bent_plates(states.model, moved) if bent.plate is None and bent.stiffening > 0]
+    if not sheets:
+        return
+    scale = np.array([np.sqrt(STIFFER_SHEET / bent.stiffening) for bent in sheets])
+    worst = largest(np.stack([bent.deflection for bent in sheets]), scale, states)
+    if worst is not None:
+        bent, stiffer = sheets[worst.row], STIFFER_SHEET * worst.value**2
+        text = (
+            f"sheet {bent.name} moves along its normal by {worst.value * scale[worst.row]:.3g} times its thickness"
+            f"{states.when(worst.state)}, where stretching would add about {100 * stiffer:.2g} % to its force"
+        )
+        yield Diagnostic("stiffness", bent.name, stiffer, STIFFER_SHEET, "1", text)
 
 
 def member_rows(model: FullOrderModel, columns: Array) -> tuple[list[str], Array, Array]:

@@ -145,7 +145,7 @@ def _thickness(model: FullOrderModel) -> dict[str, float]:
 
 def _plates(model: FullOrderModel, moved: Array) -> Array:
     """Deflections (p, 3, c) of placed diaphragms over their thickness in displacements (n_nodes, 6, c)."""
-    rows = [bent.deflection[None] for bent in bent_plates(model, moved)]
+    rows = [bent.deflection[None] for bent in bent_plates(model, moved) if bent.plate is not None]
     return np.concatenate([np.empty((0, 3, moved.shape[2])), *rows])
 
 

@@ -238,6 +238,8 @@ def _of_diaphragms(full: FullOrderModel, states: Array) -> Iterator[Assumption]:
     """Shear, which Kirchhoff's plates leave out, and edges that give, as a half plane does, where none is drawn."""
     for bent in bent_plates(full, full.node_displacements(states)):
         plate, d = bent.plate, bent.motion
+        if plate is None:
+            continue
         k = ring_plate.stiffnesses(plate) * np.array([0, 0, 1, 1, 1, 0])
         E = d.T @ (k[:, None] * d)
         edges = EDGES * float(plate.thickness / (plate.rim - plate.hub))

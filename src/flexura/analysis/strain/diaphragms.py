@@ -9,52 +9,59 @@ import numpy as np
 
 from flexura.analysis.strain.energy import placed_motions
 from flexura.arrays import Array
-from flexura.beam import ring_plate
+from flexura.beam import rigid_arm, ring_plate
 from flexura.errors import Diagnostic
 from flexura.structure import FullOrderModel, described_prestress
 from flexura.tables import in_hz
 
-BENT = 0.07
-"""Deflection over thickness from which loads make a diaphragm stiffer by 1 %."""
+STIFFER = 0.01
+"""By how much more stiffness along the normal than without its loads a diaphragm has to have to be told."""
 
 NEAR_LOWEST = 0.5
 """Frequency over the lowest one of a diaphragm by itself from which that is told."""
 
 
 class BentPlate(NamedTuple):
-    """A diaphragm as placed and as described, its plate, and the motion (6, k) of the hub seen from the rim, own axes,
-    with the normal last."""
+    """A diaphragm or a sheet as placed and as described: what it is called, and its `deflection` (3, k) over its
+    thickness, along the normal and by tilts of the hub at the lever of the plate.
 
+    `stiffening` is the relative increase of the axial force per square of it. Of plates in closed form also the `plate`
+    and the `motion` (6, k) of the hub seen from the rim, own axes, with the normal last.
+    """
+
+    kind: str
     name: str
     place: str
-    plate: ring_plate.RingPlate
-    motion: Array
-
-    @property
-    def deflection(self) -> Array:
-        """Deflection (3, k) of the hub over the thickness: along the normal, and by tilts at the lever of the plate."""
-        lever = np.array([[1.0], [self.plate.lever], [self.plate.lever]])
-        return lever * self.motion[2:5] / self.plate.thickness
-
-    @property
-    def stiffening(self) -> float:
-        """Relative increase of the axial force by membrane forces, per square of the deflection over the thickness."""
-        plate = self.plate
-        return float(2 * ring_plate.membrane(plate).axial * plate.thickness**2 / ring_plate.stiffnesses(plate)[2])
+    deflection: Array
+    stiffening: float
+    plate: ring_plate.RingPlate | None = None
+    motion: Array = np.empty((6, 0))
 
 
 def bent_plates(model: FullOrderModel, displacements: Array) -> Iterator[BentPlate]:
-    """All placed diaphragms in motions (n_nodes, 6, k) of all nodes, global frame, m and rad."""
+    """All placed diaphragms and sheets in motions (n_nodes, 6, k) of all nodes, global frame, m and rad."""
     for name, part in model.plan.parts.items():
-        if not part.diaphragms:
+        described = model.plan.layout.prototypes[name].superelements
+        sheets = {key: own.sheet for key, own in described.items() if own.sheet is not None}
+        if not part.diaphragms and not sheets:
             continue
         x = model.geometry.parts[name].positions
         for path, u in placed_motions(model, displacements, name):
             for key, diaphragm in part.diaphragms.items():
                 _, B = diaphragm.resisted(model.values, x[diaphragm.nodes])
-                motion = B @ u[diaphragm.nodes].reshape(12, -1)
-                place = ".".join(filter(None, (name, key)))
-                yield BentPlate(".".join((*path, key)), place, diaphragm.plate(model.values), motion)
+                plate, motion = diaphragm.plate(model.values), B @ u[diaphragm.nodes].reshape(12, -1)
+                lever = np.array([[1.0], [plate.lever], [plate.lever]])
+                c = 2 * ring_plate.membrane(plate).axial * plate.thickness**2 / ring_plate.stiffnesses(plate)[2]
+                called = "diaphragm", ".".join((*path, key)), ".".join(filter(None, (name, key)))
+                yield BentPlate(*called, lever * motion[2:5] / plate.thickness, float(c), plate, motion)
+            for key, sheet in sheets.items():
+                first, *others = (node for node in part.superelements[key][0] if node < part.n_positioned)
+                called = "sheet", ".".join((*path, key)), ".".join(filter(None, (name, key)))
+                for node in others:
+                    apart = u[node, :3] - (rigid_arm(x[node] - x[first]) @ u[first])[:3]
+                    deflection = np.zeros((3, u.shape[2]))
+                    deflection[0] = np.array(sheet.normal) @ apart / sheet.thickness
+                    yield BentPlate(*called, deflection, sheet.stiffening)
 
 
 def plate_warnings(model: FullOrderModel, hz: float) -> tuple[Diagnostic, ...]:
@@ -62,21 +69,25 @@ def plate_warnings(model: FullOrderModel, hz: float) -> tuple[Diagnostic, ...]:
     their static shapes alone, and of those that the loads described stiffen by 1 % or more."""
     found: dict[tuple[str, str], Diagnostic] = {}
     u = np.zeros((model.plan.topology.n_nodes, 6, 1))
-    if model.plan.is_loaded and any(part.diaphragms for part in model.plan.parts.values()):
+    if model.plan.is_loaded and any(True for _ in bent_plates(model, u)):
         u = model.node_displacements(described_prestress(model.design).displacement[:, None])
     for bent in bent_plates(model, u):
-        own, deflection = float(bent.plate.lowest_hz), float(np.linalg.norm(bent.deflection))
+        own, deflection = (
+            np.inf if bent.plate is None else float(bent.plate.lowest_hz),
+            float(np.abs(bent.deflection).max()),
+        )
         if hz > NEAR_LOWEST * own:
             text = (
                 f"diaphragm {bent.place}: it vibrates by itself from about {in_hz(own, 3)} on, which the model does not"
                 f" have; frequencies from half of that on are without it, up to {in_hz(hz, 4)} here"
             )
             found["own", bent.place] = Diagnostic("resonance", bent.place, hz, NEAR_LOWEST * own, "Hz", text)
-        if deflection > BENT:
-            stiffer = 3 * bent.stiffening * deflection**2
+        stiffer = 3 * bent.stiffening * deflection**2
+        if stiffer > STIFFER:
+            has = "a pose has it" if bent.plate else "nothing here has it"
             text = (
-                f"diaphragm {bent.name}: loads bend it by {deflection:.3g} times its thickness, which makes it about"
-                f" {100 * stiffer:.2g} % stiffer along its normal; what is linear here lacks that, a pose has it"
+                f"{bent.kind} {bent.name}: loads bend it by {deflection:.3g} times its thickness, which makes it about"
+                f" {100 * stiffer:.2g} % stiffer along its normal; what is linear lacks that, {has}"
             )
-            found["bent", bent.name] = Diagnostic("stiffness", bent.name, deflection, BENT, "1", text)
+            found["bent", bent.name] = Diagnostic("stiffness", bent.name, stiffer, STIFFER, "1", text)
     return tuple(found.values())

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 
 from flexura.errors import Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
-from flexura.mechanism.description import Substructure, solid_members
+from flexura.mechanism.description import Substructure, sheets, solid_members
+from flexura.mechanism.diaphragm import Slit
+from flexura.mechanism.flat_spring import Arc, FlatSpring
 from flexura.mechanism.layout import TOP, Point
 from flexura.mechanism.member import CORRECTIONS, Flexure, Link, possible_corrections
 from flexura.mechanism.quantity import Scalar
@@ -36,6 +38,12 @@ PARALLEL = 1e-6
 """Sine of the angle below which two directions count as parallel."""
 SINGULAR = 1e-12
 """A moment of inertia is none that is no larger than this beside the largest."""
+EDGE_POINTS = 25
+"""Points along an arc of an outline."""
+
+SLIT_POINTS = 400
+"""Points along a slit, of which some may meet others."""
+
 JOINT_DISTANCE = 1e-9
 """Distance in m within which joined nodes are at one place, besides `SAME_PLACE` of the size of the mechanism."""
 
@@ -57,12 +65,108 @@ def check_diaphragms(survey: Survey) -> None:
             if hub >= rim:
                 rule = f"the hub of a diaphragm is smaller than its rim of {_mm(rim)}"
                 survey.report((*prefix(name), "diaphragms", key, "hub_diameter"), _mm(hub), rule, "swap the two?")
+            for i, own in enumerate(diaphragm.slits):
+                _slit(survey, (*prefix(name), "diaphragms", key, "slits", i), own, (hub / 2, rim / 2))
+
+
+def check_flat_springs(survey: Survey) -> None:
+    """Report outlines that cross themselves, holes off the sheet, and pads along what there is not."""
+    for name, prototype in survey.layout.prototypes.items():
+        for key, spring in prototype.flat_springs.items():
+            path = (*prefix(name), "flat_springs", key)
+            counts = {"edges": len(spring.outline), "holes": len(spring.holes)}
+            for node, pad in spring.pads.items():
+                for kind, count in counts.items():
+                    for i, number in enumerate(getattr(pad, kind)):
+                        if number > count:
+                            rule = f"the sheet has {count} {kind}" if count else f"the sheet has no {kind}"
+                            survey.report((*path, "pads", node, kind, i), str(number), rule)
+            _outline(survey, path, spring)
+
+
+def _outline(survey: Survey, path: Path, spring: FlatSpring) -> None:
+    """Report an outline that crosses itself, by its edges, and holes that are not inside it."""
+    corners = [_complex(own.to if isinstance(own, Arc) else own) for own in spring.outline]
+    runs: list[NDArray[np.complex128]] = []
+    for k, a in enumerate(corners):
+        there = (k + 1) % len(corners)
+        led, b = spring.outline[there], corners[there]
+        through = _complex(led.through) if isinstance(led, Arc) else None
+        if a == b or through in (a, b):
+            survey.report((*path, "outline", there), "", f"edge {k + 1} has no length: its ends are at one place")
+            return
+        runs.append(edge_points(a, b, through))
+    crossing = _crossing(runs)
+    if crossing is not None:
+        one, other, at = crossing
+        hint = f"near ({_mm(at.real)}, {_mm(at.imag)})"
+        survey.report(
+            (*path, "outline"), "", f"the outline crosses itself: edge {one + 1} meets edge {other + 1}", hint
+        )
+        return
+    around = np.concatenate([run[:-1] for run in runs])
+    for i, hole in enumerate(spring.holes):
+        rim = _complex(hole.centre) + _number(hole.diameter) / 2 * np.exp(2j * np.pi * np.arange(24) / 24)
+        turns = np.angle((np.roll(around, -1) - rim[:, None]) / (around - rim[:, None])).sum(axis=1)
+        if (np.abs(turns) < np.pi).any():
+            survey.report((*path, "holes", i), _mm(_number(hole.diameter)), "a hole lies inside the outline")
+
+
+def _complex(point: tuple[Scalar, Scalar]) -> complex:
+    return complex(_number(point[0]), _number(point[1]))
+
+
+def edge_points(a: complex, b: complex, through: complex | None) -> NDArray[np.complex128]:
+    """Points along an edge: both ends of a line, more of an arc, which is a line after inversion about its first."""
+    if through is None or abs(((through - a) * (b - a).conjugate()).imag) < NO_LENGTH * abs(b - a) ** 2:
+        return np.array([a, b])
+    u, v = 1 / (through - a), 1 / (b - a)
+    beyond = np.tan(np.pi / 2 * np.linspace(1.0, 0.0, EDGE_POINTS)[1:-1])
+    return np.concatenate([[a], a + 1 / (v + (u - v) * beyond), [b]])
+
+
+def _crossing(runs: list[NDArray[np.complex128]]) -> tuple[int, int, complex] | None:
+    """The first two edges that meet elsewhere than at the corner that they share, and where."""
+    a, b = (np.concatenate([run[cut] for run in runs]) for cut in (slice(None, -1), slice(1, None)))
+    edge = np.concatenate([np.full(len(run) - 1, k) for k, run in enumerate(runs)])
+
+    def side(p: NDArray[np.complex128], q: NDArray[np.complex128], r: NDArray[np.complex128]) -> NDArray[np.float64]:
+        return ((q - p).conjugate() * (r - p)).imag
+
+    first, last, count = a[:, None], b[:, None], len(a)
+    apart = (side(first, last, a) * side(first, last, b) <= 0) & (side(a, b, first) * side(a, b, last) <= 0)
+    gap = np.abs(np.subtract.outer(np.arange(count), np.arange(count)))
+    found = np.argwhere(np.triu(apart & (gap > 1) & (gap < count - 1)))
+    if not len(found):
+        return None
+    i, j = found[0]
+    return int(edge[i]), int(edge[j]), complex((a[i] + b[i]) / 2)
+
+
+def _slit(survey: Survey, path: Path, slit: Slit, between: tuple[float, float]) -> None:
+    """Report a slit that leaves the ring, or meets itself."""
+    (r, angle), (to_r, to_angle) = ([_number(x) for x in end] for end in (slit.from_, slit.to))
+    for end, radius in (("from", r), ("to", to_r)):
+        if not between[0] <= radius <= between[1]:
+            rule = f"a slit lies between hub and rim, at radii of {_mm(between[0])} to {_mm(between[1])}"
+            survey.report((*path, end), _mm(radius), rule)
+    if (r, angle) == (to_r, to_angle):
+        survey.report((*path, "to"), _mm(to_r), "a slit goes from one point to another one", "this is where it begins")
+        return
+    share = np.linspace(0.0, 1.0, SLIT_POINTS)
+    at = (r + (to_r - r) * share) * np.exp(1j * (angle + (to_angle - angle) * share))
+    far = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(at)))])
+    width = _number(slit.width)
+    meets = (np.abs(far[:, None] - far) > np.pi * width) & (np.abs(at[:, None] - at) < 1.05 * width)
+    if meets.any():
+        rule = f"a slit of {_mm(width)} does not come back to itself"
+        survey.report(path, f"{math.degrees(abs(to_angle - angle)):g} deg", rule, "a shorter or a narrower one")
 
 
 def _mesh_sizes(survey: Survey) -> None:
     """Report sizes of meshes where nothing is meshed."""
     mechanism = survey.layout.mechanism
-    solid = {name: solid_members(mechanism, name) for name in survey.layout.prototypes}
+    solid = {name: {**solid_members(mechanism, name), **sheets(mechanism, name)} for name in survey.layout.prototypes}
     hint = "add fidelity: solid, or leave mesh_size out"
     for name, prototype in survey.layout.prototypes.items():
         meshed = solid[name] if name != TOP else any(solid.values())
@@ -73,6 +177,11 @@ def _mesh_sizes(survey: Survey) -> None:
             if member.mesh_size is not None and key not in solid[name]:
                 rule = "the member is a beam, which has no mesh"
                 survey.report((*prefix(name), kind, key, "mesh_size"), f"{member.mesh_size:g}", rule, hint)
+        for key, diaphragm in prototype.diaphragms.items():
+            if diaphragm.mesh_size is not None and key not in solid[name]:
+                rule = "the diaphragm is a plate, which has no mesh"
+                place = (*prefix(name), "diaphragms", key, "mesh_size")
+                survey.report(place, f"{diaphragm.mesh_size:g}", rule, hint)
 
 
 def _member(survey: Survey, path: Path, member: Link | Flexure, positions: dict[str, Point]) -> None:

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from flexura.errors import Path, Problem
-from flexura.mechanism.checks.geometry import check_bodies, check_diaphragms, check_members
+from flexura.mechanism.checks.geometry import check_bodies, check_diaphragms, check_flat_springs, check_members
 from flexura.mechanism.checks.references import check_not_empty, check_references
 from flexura.mechanism.checks.survey import Survey, check_assembly, prefix
 from flexura.mechanism.checks.values import check_own_values, check_studies, check_values
@@ -175,6 +175,7 @@ def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), part
         survey.size = _size(survey.positions)
         check_members(survey)
         check_diaphragms(survey)
+        check_flat_springs(survey)
         check_bodies(survey)
     if not partial:
         check_not_empty(survey)

@@ -98,8 +98,9 @@ def _materials_and_sections(survey: Survey) -> None:
             materials.add(member.material, path, "material")
             if isinstance(member, Link) and isinstance(member.section, str):
                 sections.add(member.section, path, "section")
-        for key, diaphragm in prototype.diaphragms.items():
-            materials.add(diaphragm.material, (*prefix(name), "diaphragms", key), "material")
+        for kind in ("diaphragms", "flat_springs"):
+            for key, sheet in getattr(prototype, kind).items():
+                materials.add(sheet.material, (*prefix(name), kind, key), "material")
         for key, body in prototype.bodies.items():
             if body.solid is not None:
                 materials.add(body.solid.material, (*prefix(name), "bodies", key), "solid", "material")
@@ -160,10 +161,11 @@ def _names_used_twice(survey: Survey, name: str) -> None:
 def _between_nodes(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
     """Members, diaphragms, springs, superelements, masses and joints."""
     prototype = survey.layout.prototypes[name]
-    for kind in ("links", "flexures", "diaphragms", "springs", "superelements"):
+    for kind in ("links", "flexures", "diaphragms", "flat_springs", "springs", "superelements"):
         for key, part in getattr(prototype, kind).items():
             path = (*prefix(name), kind, key)
-            found = [n for i, text in enumerate(part.nodes) for n in nodes.find((*path, "nodes", i), text)]
+            keys = [("pads", text) if kind == "flat_springs" else ("nodes", i) for i, text in enumerate(part.nodes)]
+            found = [n for place, text in zip(keys, part.nodes, strict=True) for n in nodes.find((*path, *place), text)]
             if len(set(part.nodes)) < len(part.nodes):
                 twice = next(n for n in part.nodes if part.nodes.count(n) > 1)
                 survey.report((*path, "nodes"), ", ".join(part.nodes), f"the node {twice} is named twice")
@@ -345,10 +347,10 @@ def _still_channels(survey: Survey, holder: dict[str, str]) -> None:
 
 def check_not_empty(survey: Survey) -> None:
     """Report a mechanism in which nothing has stiffness or inertia."""
-    kinds = ("links", "flexures", "diaphragms", "springs", "superelements", "bodies")
+    kinds = ("links", "flexures", "diaphragms", "flat_springs", "springs", "superelements", "bodies")
     used = {TOP} if _has(survey.layout.prototypes[TOP], kinds) else {n for _, n in survey.layout.instances()}
     if not any(_has(survey.layout.prototypes[name], kinds) for name in used):
-        hint = "describe at least one link, flexure, diaphragm, spring, superelement, body or piezo stack"
+        hint = "describe at least one link, flexure, diaphragm, flat spring, spring, superelement, body or piezo stack"
         survey.report((), "", "there is nothing here that can move", hint)
 
 

@@ -1,10 +1,11 @@
-"""Diaphragms as rings that bend with their nodes."""
+"""Diaphragms as rings, and sheets by the surface of their mesh, that bend with their nodes."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from flexura.beam import ring_plate
+from flexura.fem import sheet_surface
 from flexura.structure import FullOrderModel
 from flexura.view.scene.meshes import Array, Mesh, loft_faces
 from flexura.view.scene.scene import Collector, Kind, Motions
@@ -30,6 +31,36 @@ def add_diaphragms(collector: Collector, model: FullOrderModel) -> None:
                 x = model.geometry.positions[nodes]
                 mesh, motions = _ring(plate, Q @ axes.T, x, collector.motions.of(nodes), counts)
                 collector.mesh(mesh, motions, Kind.FLAGGED if is_flagged else Kind.FLEXURE, label)
+
+
+def add_sheets(collector: Collector, model: FullOrderModel) -> None:
+    """Add the superelements that are sheets whose surface is known, as they are bent by their own coordinates."""
+    for name, part in model.plan.parts.items():
+        placed, described = model.plan.topology.copies[name], model.plan.layout.prototypes[name].superelements
+        for key, (nodes, _, _) in part.superelements.items():
+            surface = sheet_surface(described[key])
+            if surface is None:
+                continue
+            count = len(described[key].nodes)
+            for copy in collector.look.chosen(len(placed.paths)):
+                Q, t = model.geometry.Q[placed.number[copy]], model.geometry.t[placed.number[copy]]
+                numbers = placed.offset[copy] + np.array(nodes)
+                x, motions = model.geometry.positions[numbers[:count]], collector.motions.of(numbers)
+                points, sign = surface.points @ Q.T + t, np.round(np.linalg.det(Q))
+                first = motions.of(0)
+                coordinates = []
+                for k in range(len(nodes)):
+                    own = motions.of(k)
+                    turn = own.turn - first.turn * (k < count)
+                    six = [own.shift, (turn - turn.T)[[2, 0, 1], [1, 2, 0]] / 2]
+                    if k < count:
+                        six = [Q.T @ (six[0] - first.carried(x[k] - x[0])), sign * Q.T @ six[1]]
+                    coordinates += six
+                q = np.concatenate(coordinates)[: surface.rows.shape[1]]
+                moved = first.carried(points - x[0]) + (surface.rows @ q).reshape(-1, 3) @ Q.T
+                facets = surface.facets[:, ::-1] if sign < 0 else surface.facets
+                label = ".".join((*placed.paths[copy], key))
+                collector.mesh(Mesh(points, facets), moved, Kind.SUPERELEMENT, label)
 
 
 def _ring(

@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.fem import sheet_surface
 from flexura.mechanism import (
     DOF_NAMES,
     Box,
@@ -20,6 +21,7 @@ from flexura.mechanism import (
     RigidBody,
     Rotation,
     Spring,
+    Superelement,
     evaluated,
     rotation_matrix,
 )
@@ -84,7 +86,7 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
                 own, sizes = geometry.parts[name].positions, plan.members.end_sizes(model.values, geometry.lengths)
                 for key, bending in part.elastic.items():
                     copy.bending[key] = partial(bending.bent, model.values, own[bending.nodes], sizes)
-            copy.add(bodies, masses, springs, dashpots)
+            copy.add(bodies, masses, springs, dashpots, prototype.superelements)
             for key, piezo in part.channels.piezos.items():
                 section = piezo.section(model.values)
                 copy.add_stack(key, piezo.nodes, None if section is None else float(np.sqrt(section.A)))
@@ -141,8 +143,9 @@ class _Copy:
         masses: Mapping[str, PointMass],
         springs: Mapping[str, Spring],
         dashpots: Mapping[str, Dashpot],
+        superelements: Mapping[str, Superelement],
     ) -> None:
-        """Add the elements of the part, with all numbers resolved, and its superelements."""
+        """Add the elements of the part, with all numbers resolved, and superelements of which no surface is known."""
         for key, body in bodies.items():
             self._add_body(key, body)
         for key, mass in masses.items():
@@ -154,7 +157,8 @@ class _Copy:
             add_coupling = self._add_grounded if len(nodes) == 1 else self._add_between
             add_coupling(_Coupling(kind, self.prefix + key, element, nodes, at))
         for key, (nodes, _, _) in self.part.superelements.items():
-            self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
+            if sheet_surface(superelements[key]) is None:
+                self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
 
     def add_arm(self, name: str, node: int, end: Array) -> None:
         """A rigid arm from a node to a point."""
