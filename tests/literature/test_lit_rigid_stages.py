@@ -63,7 +63,7 @@ def stage_on(flexures, metal, stage_metal, size, centre, elements=1):
         nodes |= {f"ground{k}": tuple(ground), f"end{k}": tuple(stage)}
         section = {"section": Rectangle(width=b, thickness=t), "reference": tuple(thin)}
         links[f"blade{k}"] = Link(nodes=(f"ground{k}", f"end{k}"), material="metal", elements=elements, **section)
-    body = RigidBody(centre=centre, carries=("end*",), solid=Box(size=size, material="stage"))
+    body = RigidBody(centre=centre, carries=("end*",), solid=Box(size=size, material="stage"), elastic=False)
     return Mechanism(
         theory="euler_bernoulli",
         corrections="none",
