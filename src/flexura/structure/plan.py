@@ -133,7 +133,8 @@ class Plan(Record, Displayed):
             name: Part(self.layout, name, self.value_table) for name in self.layout.prototypes
         }
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members: Members = Members(members, self.layout.mechanism, self.value_table)
+        driven = [is_driven for part in self.parts.values() for is_driven in part.driven]
+        self.members: Members = Members(members, self.layout.mechanism, self.value_table, driven)
         self._children = {
             name: {child.name: _ChildPlacement(child, self.value_table) for child in children}
             for name, children in self.layout.children.items()
