@@ -24,6 +24,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 ACTUATORS = (
     *(describe.ForceActuator, describe.MomentActuator, describe.BaseMotion, describe.BaseRotation, describe.PiezoStack),
+    describe.StrainActuator,
 )
 SENSORS = (describe.MotionSensor, describe.ForceSensor)
 TABLES = {  # heading in file-format.md: the classes whose keys its table holds
@@ -47,7 +48,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
 }
 KINDS = {  # heading: the classes that its second table tells apart by `shape` or `type`
     "Sections": (describe.Rectangle, describe.Circle, describe.Tube, describe.SectionConstants),
-    "Profiles": (describe.Leaf, describe.Notch, describe.RoundNotch, describe.TwoAxisNotch),
+    "Profiles": (describe.Leaf, describe.Layered, describe.Notch, describe.RoundNotch, describe.TwoAxisNotch),
     "Contours": (
         *(describe.CircularContour, describe.EllipticalContour, describe.ParabolicContour, describe.HyperbolicContour),
         *(describe.CornerFilletedContour, describe.VShapedContour, describe.TabulatedContour, describe.StraightContour),

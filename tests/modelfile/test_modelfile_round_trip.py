@@ -22,6 +22,8 @@ from flexura.mechanism import (
     DiagonalStiffness,
     Flexure,
     Instance,
+    Layer,
+    Layered,
     Leaf,
     LinearPattern,
     Link,
@@ -154,6 +156,7 @@ def branches(draw) -> Substructure:
                     [
                         Leaf(width=draw(lengths), thickness=draw(lengths)),
                         Leaf(width=(draw(lengths), draw(lengths)), thickness=draw(lengths)),
+                        Layered(width=draw(lengths), layers=(Layer(thickness=draw(lengths), free_strain=draw(small)),)),
                         Notch(width=1.0, contour=contour),
                     ]
                 )

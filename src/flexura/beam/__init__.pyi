@@ -41,6 +41,10 @@ from flexura.beam.frames import cross as cross
 from flexura.beam.frames import member_frame as member_frame
 from flexura.beam.frames import rigid_arm as rigid_arm
 from flexura.beam.frames import skew as skew
+from flexura.beam.laminate import Laminate as Laminate
+from flexura.beam.laminate import blocking as blocking
+from flexura.beam.laminate import laminate as laminate
+from flexura.beam.laminate import layer_stresses as layer_stresses
 from flexura.beam.notch import beam_flexibility as beam_flexibility
 from flexura.beam.notch import notch_flexibility as notch_flexibility
 from flexura.beam.ritz import ElasticSolid as ElasticSolid

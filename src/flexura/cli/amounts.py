@@ -33,6 +33,7 @@ POSED = {
     "rotation": Kind("a quantity", "rad", "platform.rz=10deg"),
     "expansion": Kind("a quantity", "m", "piezo=10um"),
     "voltage": Kind("a quantity", "V", "piezo=75V"),
+    "temperature": Kind("a quantity", "K", "warm=20K"),
     "force": Kind("a quantity", "N", "coil=2N"),
     "moment": Kind("a quantity", "N*m", "motor=10mN*m"),
 }

@@ -29,6 +29,8 @@ from flexura.mechanism import HammerPoint as HammerPoint
 from flexura.mechanism import Hole as Hole
 from flexura.mechanism import HyperbolicContour as HyperbolicContour
 from flexura.mechanism import Instance as Instance
+from flexura.mechanism import Layer as Layer
+from flexura.mechanism import Layered as Layered
 from flexura.mechanism import Leaf as Leaf
 from flexura.mechanism import LinearPattern as LinearPattern
 from flexura.mechanism import Link as Link
@@ -67,6 +69,7 @@ from flexura.mechanism import Spokes as Spokes
 from flexura.mechanism import Spread as Spread
 from flexura.mechanism import Spring as Spring
 from flexura.mechanism import StraightContour as StraightContour
+from flexura.mechanism import StrainActuator as StrainActuator
 from flexura.mechanism import Substructure as Substructure
 from flexura.mechanism import Superelement as Superelement
 from flexura.mechanism import Support as Support

@@ -88,6 +88,9 @@ TRANSLATIONAL_DAMPING = _dim(mass=1, time=-1)
 ROTATIONAL_DAMPING = _dim(length=2, mass=1, time=-1)
 VOLTAGE = Dimension(Fraction(2), Fraction(1), Fraction(-3), Fraction(-1))
 STROKE_PER_VOLT = LENGTH.times(VOLTAGE, -1)
+STRAIN_PER_VOLT = NUMBER.times(VOLTAGE, -1)
+TEMPERATURE = Dimension(temperature=Fraction(1))
+STRAIN_PER_KELVIN = NUMBER.times(TEMPERATURE, -1)
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\*\*(?:(-?\d{1,3})|\((-?\d{1,3}(?:/\d{1,3})?)\)))?")
 _COHERENT = {
     "1": NUMBER,

@@ -431,6 +431,13 @@ def solids(model: FullOrderModel, only: str | Collection[str] | None = None) -> 
     return tuple(members)
 
 
+_WITHOUT_SOLID = {
+    "constants": "a section given by constants has no solid; give it a shape",
+    "layered": "layers are not meshed as solids yet; verify and solid members take members of one material",
+}
+"""What is said of members of a kind that have no solid."""
+
+
 def _shapes(
     groups: Sequence[tuple[SectionGroup, int, bool]], values: Array, length: Array, wanted: dict[int, str]
 ) -> dict[int, MemberShape]:
@@ -439,8 +446,8 @@ def _shapes(
     for group, _, _ in groups:
         for row, k in enumerate(group.index.tolist()):
             if k in wanted:
-                if group.kind[0] == "constants":
-                    raise OptionError(f"{wanted[k]}: a section given by constants has no solid; give it a shape")
+                if group.kind[0] in _WITHOUT_SOLID:
+                    raise OptionError(f"{wanted[k]}: {_WITHOUT_SOLID[group.kind[0]]}")
                 shapes[k] = MemberShape.of(group, row, values, float(length[k]))
     return shapes
 

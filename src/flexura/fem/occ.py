@@ -265,10 +265,10 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
     """Write members and bodies as named solids to a STEP file, in millimetres.
 
     Members that are one piece are one solid, `leaf1 + arm1`. Bodies that have a form are solids of their own, which may
-    overlap members on them; those of mass and inertia alone, point masses and rigid arms have none. The file appears
-    complete or not at all. `only` is the path of an instance or member. Raises OptionError when the file cannot be
-    written or a section has no solid, ModelError when members intersect, and SolverError when a solid has not the
-    volume of its member.
+    overlap members on them; those of mass and inertia alone, point masses, diaphragms, flat springs and rigid arms have
+    none. The file appears complete or not at all. `only` is the path of an instance or member. Raises OptionError when
+    the file cannot be written or a section has no solid, ModelError when members intersect, and SolverError when a
+    solid has not the volume of its member.
     """
     if Path(path).suffix.lower() not in (".step", ".stp"):
         raise OptionError(f"{path}: a STEP file is named .step or .stp")

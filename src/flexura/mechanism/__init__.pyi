@@ -32,6 +32,7 @@ from flexura.mechanism.channels import MomentActuator as MomentActuator
 from flexura.mechanism.channels import MotionSensor as MotionSensor
 from flexura.mechanism.channels import PiezoStack as PiezoStack
 from flexura.mechanism.channels import Sensor as Sensor
+from flexura.mechanism.channels import StrainActuator as StrainActuator
 from flexura.mechanism.checks import problems as problems
 from flexura.mechanism.checks import suggestion as suggestion
 from flexura.mechanism.description import DOF_NAMES as DOF_NAMES
@@ -114,6 +115,8 @@ from flexura.mechanism.section import CircularContour as CircularContour
 from flexura.mechanism.section import CornerFilletedContour as CornerFilletedContour
 from flexura.mechanism.section import EllipticalContour as EllipticalContour
 from flexura.mechanism.section import HyperbolicContour as HyperbolicContour
+from flexura.mechanism.section import Layer as Layer
+from flexura.mechanism.section import Layered as Layered
 from flexura.mechanism.section import Leaf as Leaf
 from flexura.mechanism.section import Notch as Notch
 from flexura.mechanism.section import ParabolicContour as ParabolicContour

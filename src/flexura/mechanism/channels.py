@@ -23,6 +23,7 @@ from flexura.mechanism.quantity import (
     PositiveStiffness,
     PositiveStroke,
     PositiveTime,
+    PositiveVoltage,
 )
 from flexura.mechanism.section import Section
 from flexura.tables import quantity
@@ -114,8 +115,30 @@ class PiezoStack(Part):
         return self
 
 
+class StrainActuator(Part):
+    """The free strain of the layers of a leaf; input in V, or in K by which it is warmer.
+
+    It would like to be longer and bent: the leaf resists by the force and the moment that block it.
+    """
+
+    type: Literal["strain"] = "strain"
+    member: str
+    """A flexure of the same substructure whose profile is layered."""
+    by: Literal["voltage", "temperature"] = "voltage"
+    """Whether layers strain by their `free_strain`, or by the expansion of their materials."""
+    limit: PositiveVoltage | None = None
+    """Largest voltage in either sense, V."""
+
+    @model_validator(mode="after")
+    def _has_volts(self) -> Self:
+        if self.limit is not None and self.by != "voltage":
+            raise refuse("a limit is a voltage", "leave it out")
+        return self
+
+
 Actuator = Annotated[
-    ForceActuator | MomentActuator | BaseMotion | BaseRotation | PiezoStack, Field(discriminator="type")
+    ForceActuator | MomentActuator | BaseMotion | BaseRotation | PiezoStack | StrainActuator,
+    Field(discriminator="type"),
 ]
 
 MotionQuantity = Literal[

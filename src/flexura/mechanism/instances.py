@@ -19,6 +19,7 @@ from flexura.mechanism.material import Material
 from flexura.mechanism.member import Flexure, Link
 from flexura.mechanism.placement import copies
 from flexura.mechanism.quantity import Scalar
+from flexura.mechanism.section import Layered
 
 AT = " at "
 TOP = ""
@@ -148,6 +149,14 @@ class Specialised:
     def _member(self, member: Link | Flexure, names: Mapping[str, str], label: str) -> Link | Flexure:
         """A member with its material and its section as they are here."""
         update: dict[str, object] = {"material": self._material(member.material, names, label)}
+        if isinstance(member, Flexure) and isinstance(member.profile, Layered):
+            layers = tuple(
+                layer
+                if layer.material is None
+                else layer.replaced({"material": self._material(layer.material, names, label)})
+                for layer in member.profile.layers
+            )
+            update["profile"] = member.profile.replaced({"layers": layers})
         if isinstance(member, Link) and isinstance(member.section, str):
             section = self.mechanism.sections.get(member.section)
             if section is not None and any(not e.names.isdisjoint(names) for e in expressions(section)):
@@ -217,10 +226,9 @@ class Specialised:
         described = self.mechanism
         members = [member for _, _, member in part.members()]
         solids = [body.solid for body in part.bodies.values() if body.solid is not None]
-        materials = [
-            described.materials.get(item.material)
-            for item in (*members, *part.diaphragms.values(), *part.flat_springs.values(), *solids)
-        ]
+        layers = [layer for m in part.flexures.values() if isinstance(m.profile, Layered) for layer in m.profile.layers]
+        named = (*members, *part.diaphragms.values(), *part.flat_springs.values(), *solids, *layers)
+        materials = [described.materials.get(item.material or "") for item in named]
         sections = [described.sections.get(m.section) for m in part.links.values() if isinstance(m.section, str)]
         return tuple(item for item in (*materials, *sections) if item is not None and not isinstance(item, str))
 

@@ -7,8 +7,8 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from flexura.mechanism.base import Part, axis_direction, refuse
-from flexura.mechanism.channels import Actuator, MomentActuator, PiezoStack
-from flexura.mechanism.quantity import CONTEXT_KEY, Acceleration, Angle, Force, Length, Moment, Voltage
+from flexura.mechanism.channels import Actuator, MomentActuator, PiezoStack, StrainActuator
+from flexura.mechanism.quantity import CONTEXT_KEY, Acceleration, Angle, Force, Length, Moment, Temperature, Voltage
 
 STANDARD_GRAVITY = 9.80665
 """m/s^2, of a gravity that is given as a direction alone (CGPM 1901)."""
@@ -45,7 +45,7 @@ Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], BeforeValid
 DISPLACEMENTS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of displacements along and about the global axes."""
 
-COMMANDS = ("expansion", "voltage", "force", "moment")
+COMMANDS = ("expansion", "voltage", "force", "moment", "temperature")
 """Names of the commands of actuators."""
 
 
@@ -72,7 +72,7 @@ class Prescribed(OneKind):
     is left out stays free.
 
     Or the command of an actuator: the free expansion of a piezo stack, m, or its voltage, V, where it has a gain; a
-    force, N; a moment, N m.
+    force, N; a moment, N m; the voltage of layers, V, or by how much they are warmer, K.
     """
 
     EXAMPLE: ClassVar[str] = "e.g. {y: 5 mm}, or {expansion: 10 um}"
@@ -87,12 +87,15 @@ class Prescribed(OneKind):
     voltage: Voltage | None = None
     force: Force | None = None
     moment: Moment | None = None
+    temperature: Temperature | None = None
 
 
 def command_of(actuator: Actuator) -> str | None:
     """Name of the command of an actuator; None where it moves the base."""
     if isinstance(actuator, PiezoStack):
         return "expansion" if actuator.gain is None else "voltage"
+    if isinstance(actuator, StrainActuator):
+        return actuator.by
     if isinstance(actuator, MomentActuator):
         return "moment"
     return "force" if actuator.type == "force" else None
@@ -110,6 +113,7 @@ AngleRange = Annotated[tuple[Angle, ...], *_ONE_OR_TWO]
 ForceRange = Annotated[tuple[Force, ...], *_ONE_OR_TWO]
 MomentRange = Annotated[tuple[Moment, ...], *_ONE_OR_TWO]
 VoltageRange = Annotated[tuple[Voltage, ...], *_ONE_OR_TWO]
+TemperatureRange = Annotated[tuple[Temperature, ...], *_ONE_OR_TWO]
 
 
 class Moved(OneKind):
@@ -128,6 +132,7 @@ class Moved(OneKind):
     voltage: VoltageRange | None = None
     force: ForceRange | None = None
     moment: MomentRange | None = None
+    temperature: TemperatureRange | None = None
 
 
 class Motion(Part):

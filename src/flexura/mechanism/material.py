@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from flexura.mechanism.base import Part, Text, refuse
-from flexura.mechanism.quantity import Density, NonNegativeNumber, Number, PositivePressure
+from flexura.mechanism.quantity import Density, ExpansionCoefficient, NonNegativeNumber, Number, PositivePressure
 
 
 class Material(Part):
@@ -25,6 +25,8 @@ class Material(Part):
     """Structural loss factor eta of the complex modulus E(1 + i eta)."""
     yield_stress: PositivePressure | None = None
     """Yield stress (0.2 % proof stress), or the strength of a brittle material, Pa."""
+    expansion: ExpansionCoefficient | None = None
+    """Coefficient of thermal expansion, 1/K, of layers."""
     source: Text = ""
     """Where the values come from."""
 

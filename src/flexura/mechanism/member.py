@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 from flexura.errors import did_you_mean
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import NonNegativeLength, NonNegativeNumber
-from flexura.mechanism.section import Circle, Leaf, Notch, Profile, Rectangle, Section, SectionConstants, Tube
+from flexura.mechanism.section import Circle, Layered, Leaf, Notch, Profile, Rectangle, Section, SectionConstants, Tube
 
 Correction = Literal["plate", "warping", "shear", "notch", "root"]
 CORRECTIONS: tuple[Correction, ...] = get_args(Correction)
@@ -133,10 +133,14 @@ class Flexure(Member):
 def possible_corrections(form: Section | Profile, theory: Theory) -> frozenset[Correction]:
     """Corrections that mean something for a section or profile under a beam theory."""
     names: set[Correction] = set() if theory == "euler_bernoulli" else {"shear"}
-    if isinstance(form, Rectangle | Leaf | Notch):
-        names |= {"plate", "warping"}
-    if form.tapers if isinstance(form, Leaf) else not isinstance(form, Rectangle | Circle | Tube | SectionConstants):
+    if isinstance(form, Rectangle | Leaf | Layered | Notch):
+        names |= {"warping"} if isinstance(form, Layered) else {"plate", "warping"}
+    if (
+        form.tapers
+        if isinstance(form, Leaf)
+        else not isinstance(form, Layered | Rectangle | Circle | Tube | SectionConstants)
+    ):
         names.add("notch")
-    if not isinstance(form, Tube | SectionConstants):
+    if not isinstance(form, Tube | SectionConstants | Layered):
         names.add("root")
     return frozenset(names)

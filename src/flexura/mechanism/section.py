@@ -20,6 +20,7 @@ from flexura.mechanism.quantity import (
     PositiveLength,
     PositiveNumber,
     SecondMoment,
+    StrainPerVolt,
 )
 
 
@@ -185,6 +186,24 @@ class Leaf(Part):
         return isinstance(self.width, tuple) or isinstance(self.thickness, tuple)
 
 
+class Layer(Part):
+    """One layer of a layered leaf."""
+
+    thickness: PositiveLength
+    material: str | None = None
+    """A name from `materials`, or of the catalogue; None is that of the member."""
+    free_strain: StrainPerVolt | None = None
+    """Strain along the member that a volt causes where nothing holds it, 1/V, its sign by how the layer is poled."""
+
+
+class Layered(Part):
+    """A leaf of bonded layers across its thickness, the first one at the face towards -z: `width` along local y."""
+
+    type: Literal["layered"] = "layered"
+    width: PositiveLength
+    layers: tuple[Layer, ...] = Field(min_length=1, max_length=100)
+
+
 class Notch(Part):
     """A one-axis notch hinge: constant `width` along local y, thickness along local z by the contour."""
 
@@ -216,4 +235,4 @@ class RoundNotch(Part):
     contour: Contour
 
 
-Profile = Annotated[Leaf | Notch | TwoAxisNotch | RoundNotch, Field(discriminator="type")]
+Profile = Annotated[Leaf | Layered | Notch | TwoAxisNotch | RoundNotch, Field(discriminator="type")]

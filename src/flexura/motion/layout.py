@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.mechanism import ForceActuator, MomentActuator
+from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
 from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
 from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
@@ -219,6 +219,8 @@ class _Copy:
         channels = self.part.channels
         for key, actuator in channels.actuators.items():
             nodes = np.array(channels.nodes["actuator", key])
+            if isinstance(actuator, StrainActuator):
+                yield self._bending(actuator, nodes), (self.prefix + key,)
             if not isinstance(actuator, ForceActuator | MomentActuator) or len(nodes) < 2:
                 continue
             turns, d = (
@@ -235,6 +237,15 @@ class _Copy:
             if length > 0:
                 arm = self._arms(nodes, np.zeros((2, 3)))
                 yield Push(self._frames(nodes)[None], arm[None], wrench), (self.prefix + key,)
+
+    def _bending(self, actuator: StrainActuator, nodes: Index) -> Push:
+        """The moment between the ends of a member whose layers strain."""
+        member = list(self.part.members).index(actuator.member)
+        _, M = self.part.table.blocking(member, actuator.by, self.design.values)
+        sign = -1 if self.mirrored else 1
+        wrench = np.concatenate([np.zeros(3), sign * M * self.Q @ self.local.R[member, 1]])
+        arm = self._arms(nodes, self.local.offsets[member])
+        return Push(self._frames(nodes)[None], arm[None], wrench)
 
     def stacks(self) -> Iterator[Named]:
         """Piezo stacks: bars between their nodes, or beams where they are bonded."""

@@ -40,6 +40,7 @@ def commanded(model: MovingModel, port: InputPort) -> Lever:
             f"{name} accelerates the base, which is at rest here: commands are of forces, moments and piezo stacks; a"
             " steady acceleration is gravity the other way"
         )
+    Ports(model.design).refuse_stretching(port)
     if name in model.actuators:
         return Lever(name, None, port.stroke if port.stiffness is not None else 1.0)
     d, none = np.array(port.channel.direction), np.zeros(3)

@@ -18,6 +18,7 @@ UNITS = {
     "moment": "N*m",
     "expansion": "m",
     "voltage": "V",
+    "temperature": "K",
     "displacement": "m",
     "velocity": "m/s",
     "acceleration": "m/s^2",
@@ -119,22 +120,23 @@ def ends_of(inputs: Sequence[Channel], outputs: Sequence[Channel]) -> dict[str, 
     return {"inputs": listed(inputs), "outputs": listed(outputs)}
 
 
-def signs_of(nodes: Sequence[int]) -> tuple[float, ...]:
-    """How the motions of one node, or of the second of two against the first, are added."""
-    return (1.0,) if len(nodes) == 1 else (-1.0, 1.0)
+def wrenches_along(direction: Array, turns: bool, count: int) -> Array:
+    """Forces and moments (..., k, 6) of size one along or about a direction (..., 3): on one node, or on the second of
+    two and the opposite on the first."""
+    none = np.zeros_like(direction)
+    wrench = np.concatenate([none, direction] if turns else [direction, none], axis=-1)
+    return wrench[..., None, :] if count == 1 else np.stack([-wrench, wrench], axis=-2)
 
 
 class Action(NamedTuple):
-    """What an input acts along: global `nodes`, one, or two of which the second moves against the first, the
-    `direction` (..., 3) in global axes along or about which, and the force or moment (...) of a unit of it, `gain`."""
+    """What an input acts along: global `nodes`, one, or two of which the second moves against the first, forces and
+    moments on them (..., k, 6), global axes, that work on its motion, and what it exerts of these per unit, `gain`."""
 
     nodes: list[int]
-    direction: Array
-    turns: bool
+    wrenches: Array
     gain: Any
 
     def row(self, B: Array) -> Array:
         """The motion (..., n) that it works on, from the displacements B (..., k, 6, n) of its nodes."""
-        at = slice(3, 6) if self.turns else slice(0, 3)
-        along = (self.direction[..., None, None, :] @ B[..., at, :])[..., 0, :]
-        return np.asarray(sum(sign * along[..., k, :] for k, sign in enumerate(signs_of(self.nodes))))
+        along = (self.wrenches[..., None, :] @ B)[..., 0, :]
+        return np.asarray(sum(along[..., k, :] for k in range(len(self.nodes))))

@@ -25,7 +25,7 @@ from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_co
 from flexura.structure.sections import SectionGroup
 from flexura.structure.values import common
 
-UNIFORM = ("leaf", "rectangle")
+UNIFORM = ("leaf", "rectangle", "layered")
 STRIPS = (*UNIFORM, "tapered")
 """Kinds of sections of which the whole member is a strip, not a web."""
 
@@ -113,8 +113,8 @@ class MemberCorrections:
             if group.kind[0] not in STRIPS or not warping.any():
                 continue
             L, own_nu = length[..., group.index, None], nu[..., group.index, None]
-            b, t = group.sizes(values, L[..., 0], np.arange(n + 1) / n)
-            by_degree = _compliance_moments(b, t, own_nu, L, n, self.clamped[group.index])
+            sizes = group.sizes(values, L[..., 0], np.arange(n + 1) / n)
+            by_degree = _compliance_moments(sizes[0], sizes[-1], own_nu, L, n, self.clamped[group.index])
             at = first[group.index][:, None] + np.arange(n)
             moments[..., at, :] = np.where(warping[:, None, None], by_degree[..., 1:] / by_degree[..., :1], 0.0)
         return moments
@@ -139,8 +139,8 @@ class MemberCorrections:
             if not active[:, :2].any():
                 pass
             elif group.kind[0] in STRIPS:
-                b, t = group.sizes(values, L, np.arange(n + 1) / n)
-                held = _strip(b, t, own_nu[..., None], L[..., None], n, active, clamped)
+                sizes = group.sizes(values, L, np.arange(n + 1) / n)
+                held = _strip(sizes[0], sizes[-1], own_nu[..., None], L[..., None], n, active, clamped)
             else:
                 held = _web(cut, own_nu[..., None], active, clamped)
             at = first[group.index][:, None] + np.arange(n)

@@ -34,6 +34,7 @@ from flexura.mechanism import (
     Rotation,
     Sensor,
     Spring,
+    StrainActuator,
     Substructure,
     rotation_matrix,
 )
@@ -424,7 +425,8 @@ class PartChannels:
         """Name, node, and mass there of sensors that have one."""
         for kind, entries in (("actuator", self.actuators), ("sensor", self.sensors)):
             for key, part in entries.items():
-                at = self.nodes[kind, key] = [number(n) for n in getattr(part, "nodes", ())]
+                own = prototype.flexures[part.member] if isinstance(part, StrainActuator) else part
+                at = self.nodes[kind, key] = [number(n) for n in getattr(own, "nodes", ())]
                 numbers = ((name, getattr(part, name, None)) for name in NUMBERS)
                 self._entries[kind, key] = {n: table.entries(value) for n, value in numbers if value is not None}
                 if isinstance(part, PiezoStack):

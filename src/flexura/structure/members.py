@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.beam import SectionProperties, fillet_shares
-from flexura.mechanism import Flexure, Link, Mechanism
+from flexura.beam import SectionProperties, blocking, fillet_shares
+from flexura.mechanism import Flexure, Layered, Link, Mechanism
 from flexura.structure.corrections import STRIPS, Factors, MemberCorrections, Torsion
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
@@ -24,7 +24,9 @@ SQUARE = (3 * np.pi / 16) ** 0.25
 class Members:
     """Entries and groups of a list of members; elements are numbered member by member."""
 
-    def __init__(self, members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable) -> None:
+    def __init__(
+        self, members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable, driven: Sequence[bool]
+    ) -> None:
         self.counts: Index = np.array([m.elements for m in members], dtype=np.intp)
         self.first: Index = np.concatenate([[0], np.cumsum(self.counts)]).astype(np.intp)
         self.element_member: Index = np.repeat(np.arange(len(self.counts)), self.counts)
@@ -39,14 +41,18 @@ class Members:
         self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
         elastic = [m.nu if m.nu is not None else m.G for m in materials]
         self._nu_or_G = np.array([table.add(v) for v in elastic if v is not None], dtype=np.intp)
-        strength = [np.nan if m.yield_stress is None else m.yield_stress for m in materials]
+        strength = [
+            np.nan if own.yield_stress is None or _is_mixed(m) else own.yield_stress
+            for m, own in zip(members, materials, strict=True)
+        ]
         self._yield = np.array([table.add(value) for value in strength], dtype=np.intp)
         radii = [member.fillet for member in members]
         self._fillets: Index = np.array([[table.add(r) for r in pair] for pair in radii], dtype=np.intp).reshape(-1, 2)
         self.filleted: NDArray[np.bool_] = np.array([[r != 0 for r in pair] for pair in radii], dtype=bool).reshape(
             -1, 2
         )
-        self.groups: list[tuple[SectionGroup, int, bool]] = section_groups(members, mechanism, table)
+        self.groups: list[tuple[SectionGroup, int, bool]] = section_groups(members, mechanism, table, driven)
+        self._layered = [group for group, _, _ in self.groups if group.family == "layered"]
         self._collect_families()
         self.is_round: NDArray[np.bool_] = np.zeros(len(self.counts), dtype=bool)
         for group, _, _ in self.groups:
@@ -73,9 +79,39 @@ class Members:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
         E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
         if self._has_nu.all():
-            return E, rho, other, E / (2 * (1 + other))
-        nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
-        return E, rho, nu, np.where(self._has_nu, E / (2 * (1 + nu)), other)
+            nu, G = other, E / (2 * (1 + other))
+        else:
+            nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
+            G = np.where(self._has_nu, E / (2 * (1 + nu)), other)
+        for group in self._layered:
+            own = group.laminate(values)
+            for moduli, mean in ((E, own.E), (rho, own.rho), (nu, own.nu), (G, own.G)):
+                moduli[..., group.index] = mean
+        return E, rho, nu, G
+
+    def axis_shift(self, values: Array) -> Array | None:
+        """How far the neutral axis of the members (..., m) is from their middle, m, towards local z; None where no
+        member is layered."""
+        if not self._layered:
+            return None
+        shift = np.zeros((*values.shape[:-1], len(self.counts)), like=values)
+        for group in self._layered:
+            shift[..., group.index] = group.laminate(values).axis
+        return shift
+
+    @property
+    def shift_entries(self) -> Index:
+        """Entries on which `axis_shift` depends."""
+        own = [np.ravel(group.entries[name]) for group in self._layered for name in ("thicknesses", "E")]
+        return np.concatenate([np.empty(0, dtype=np.intp), *own]).astype(np.intp)
+
+    def blocking(self, member: int, by: str, values: Array) -> tuple[Array, Array]:
+        """Force along the axis and moment about local y (...), N and N m, that block a layered member per volt, or
+        kelvin."""
+        group = next(group for group in self._layered if member in group.index)
+        at = int(np.flatnonzero(group.index == member)[0])
+        force, moment = blocking(group.laminate(values), group.width(values), group.layers(values, by))
+        return force[..., at], moment[..., at]
 
     def fillets(self, values: Array) -> Array:
         """Radius of the fillets at both ends of the members (..., m, 2), m."""
@@ -87,7 +123,7 @@ class Members:
         return np.where(np.isnan(loss), default, loss)[..., self.element_member]
 
     def yield_stress(self, values: Array) -> Array:
-        """Yield stress of the members (..., m), Pa; NaN where the material has none."""
+        """Yield stress of the members (..., m), Pa; NaN where the material has none, and of layers of several."""
         return values[..., self._yield]
 
     def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
@@ -124,7 +160,7 @@ class Members:
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         table = np.ones((2, *lead, len(self.counts), 2), like=values)
         for group, _, _ in self.groups:
-            if group.family in ("rectangle", "circle"):
+            if group.family in ("rectangle", "circle", "layered"):
                 sizes = group.sizes(values, length[..., group.index], np.array([0.0, 1.0]))
                 for out, size in zip(table, (sizes[0], sizes[-1]), strict=True):
                     out[..., group.index, :] = size * (SQUARE if group.family == "circle" else 1.0)
@@ -145,6 +181,8 @@ class Members:
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        if self._layered:
+            factors = self._of_layers(factors, values, length)
         if fillets is not None:
             factors = self._filleted(factors, values, length, fillets)
         torsion = partial(self._torsion, values, nu, length, moduli[0], sections)
@@ -173,7 +211,16 @@ class Members:
             thin, thick = fillet_shares(fillets[2][..., k, :], step, len(elements))
             for row, share in zip(table, (thin, thick, thin, thick), strict=True):
                 row[..., elements] = row[..., elements] / share
-        return Factors(*table) if factors is None else Factors(*(a * b for a, b in zip(factors, table, strict=True)))
+        return _times(factors, table)
+
+    def _of_layers(self, factors: Factors | None, values: Array, length: Array) -> Factors:
+        """Factors of elements with those of layers, whose bending and twist are not those of their mean moduli."""
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        table = np.ones((4, *lead, len(self.counts)), like=values)
+        for group in self._layered:
+            own = group.laminate(values)
+            table[1][..., group.index], table[3][..., group.index] = own.bend, own.twist
+        return _times(factors, table[..., self.element_member])
 
     def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:
         """How elements (..., e) with sections of Young's modulus E (..., e) twist.
@@ -202,3 +249,14 @@ class Members:
             web[at] = ends[at] if group.kind[0] in STRIPS else J.min(axis=1)[:, None]
             thickness[at] = np.minimum(depth, np.sqrt(12 * section.Iz / section.A)).min(axis=1)
         return ends, web, thickness
+
+
+def _is_mixed(member: Link | Flexure) -> bool:
+    """Whether a member has layers of other materials than its own."""
+    layers = member.profile.layers if isinstance(member, Flexure) and isinstance(member.profile, Layered) else ()
+    return any(layer.material not in (None, member.material) for layer in layers)
+
+
+def _times(factors: Factors | None, table: Array) -> Factors:
+    """Factors times those of a table (4, ..., e)."""
+    return Factors(*table) if factors is None else Factors(*(a * b for a, b in zip(factors, table, strict=True)))

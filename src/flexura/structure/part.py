@@ -35,10 +35,11 @@ from flexura.structure.discrete_elements import (
 from flexura.structure.elastic_bodies import AMPLITUDES, Bending, ElasticBody, EndSizes, seat
 from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
 from flexura.structure.members import Members
-from flexura.structure.values import ValueTable, picked
+from flexura.structure.values import ValueTable, common, picked
 
-GIVEN_AXES = (2, 3, 2, 2)
-"""Axes, beside that of designs, of positions of own nodes, offsets, references and positions of foreign nodes."""
+GIVEN_AXES = (2, 3, 2, 2, 1)
+"""Axes, beside that of designs, of positions of own nodes, offsets, references, positions of foreign nodes, and shifts
+of neutral axes."""
 
 
 class PartGeometry(NamedTuple):
@@ -170,7 +171,9 @@ class Part:
         self._free_frame = np.array([m.reference is None for m in members], dtype=bool)
         references = [table.add_all(m.reference or (0.0, 0.0, 1.0)) for m in members]
         self._reference_entries = np.array(references, dtype=np.intp).reshape(-1, 3)
-        self.table: Members = Members(members, mechanism, table)
+        strained = {own.member for own in layout.prototypes[self.name].actuators.values() if own.type == "strain"}
+        self.driven: list[bool] = [key in strained for key in self.members]
+        self.table: Members = Members(members, mechanism, table, self.driven)
 
     def _mesh(self, nodes: _Nodes) -> None:
         """Cut the members: mesh nodes `member[k]`, and the elements in order of members."""
@@ -280,26 +283,33 @@ class Part:
         """Nodes of the discrete elements in the order of their matrices, and whether they have stiffness and mass."""
         return [(nodes, part.has_stiffness, part.has_mass) for _, nodes, part in self.discrete]
 
+    def offsets(self, values: Array) -> Array:
+        """Offsets of the ends of members (..., m, 2, 3), m, as described, to the middle of their sections."""
+        return picked(values, self._offset_entries)
+
     @property
     def geometry_entries(self) -> Index:
-        """Entries on which node positions, member lengths and orientations depend."""
-        entries = (self._position_entries, self._offset_entries, self._reference_entries)
+        """Entries on which node positions, and where members are, depend."""
+        entries = (self._position_entries, self._offset_entries, self._reference_entries, self.table.shift_entries)
         return np.concatenate([own.ravel() for own in entries])
 
     def geometry(self, values: Array, foreign: Array) -> PartGeometry:
         """Geometry for values (..., s) and positions of the foreign nodes (..., f, 3); remembered while it is the same
         in all designs. What does not vary along the design axis lacks it."""
-        positions, offsets = picked(values, self._position_entries), picked(values, self._offset_entries)
-        given = positions, offsets, picked(values, self._reference_entries), foreign
+        positions, offsets = picked(values, self._position_entries), self.offsets(values)
+        shift = self.table.axis_shift(values)
+        shift = np.zeros(0) if shift is None else common(shift, 1)
+        given = positions, offsets, picked(values, self._reference_entries), foreign, shift
         varies = any(numbers.ndim > n for numbers, n in zip(given, GIVEN_AXES, strict=True))
         if varies or with_slopes_of(*given) is not None:
             return self._geometry(*given)
         return self._latest.get(b"".join(numbers.tobytes() for numbers in given), lambda: self._geometry(*given))
 
-    def _geometry(self, own: Array, offsets: Array, reference: Array, foreign: Array) -> PartGeometry:
-        """Geometry for positions of own nodes (..., n, 3), offsets (..., m, 2, 3) and references (..., m, 3)."""
-        lead = np.broadcast_shapes(own.shape[:-2], offsets.shape[:-3], foreign.shape[:-2])
-        positions = zeros((*lead, self.n_nodes, 3), own, offsets, foreign)
+    def _geometry(self, own: Array, offsets: Array, reference: Array, foreign: Array, shift: Array) -> PartGeometry:
+        """Geometry for positions of own nodes (..., n, 3), offsets (..., m, 2, 3), references (..., m, 3) and shifts of
+        neutral axes (..., m) or (0,)."""
+        lead = np.broadcast_shapes(own.shape[:-2], offsets.shape[:-3], foreign.shape[:-2], shift.shape[:-1])
+        positions = zeros((*lead, self.n_nodes, 3), own, offsets, foreign, reference, shift)
         positions[..., : self.n_own, :] = own
         positions[..., self.n_own : self.n_named, :] = foreign
         if not self.members:
@@ -308,13 +318,17 @@ class Part:
         ends = positions[..., self.ends, :] + offsets
         axis = ends[..., 1, :] - ends[..., 0, :]
         length = np.sqrt(np.einsum("...i,...i->...", axis, axis))
+        if self._free_frame.any():
+            reference = np.where(self._free_frame[:, None], least_aligned(axis), reference)
+        R = member_frame(axis, reference)
+        if shift.size:
+            arm = shift[..., None] * R[..., 2, :]
+            offsets, ends = offsets + arm[..., None, :], ends + arm[..., None, :]
         positions[..., self.n_named : self.n_positioned, :] = (
             ends[..., self.mesh_member, 0, :] + np.array(self.mesh_fraction)[:, None] * axis[..., self.mesh_member, :]
         )
         positions[..., self.n_positioned :, :] = positions[..., self.amplitude_at, :]
-        if self._free_frame.any():
-            reference = np.where(self._free_frame[:, None], least_aligned(axis), reference)
-        return PartGeometry(positions, length, member_frame(axis, reference), offsets)
+        return PartGeometry(positions, length, R, offsets)
 
     def element_transforms(self, geometry: PartGeometry) -> Array:
         """T (..., e, 12, 12): element-end displacements in element axes from node displacements, eqs. 21-23
@@ -409,7 +423,7 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
     """
     table = part.table
     J, web, thickness = table.bulk(values, geometry.length)
-    arm = np.linalg.norm(geometry.offsets, axis=-1) / (CLAMPING_ARM * thickness[:, None])
+    arm = np.linalg.norm(part.offsets(values), axis=-1) / (CLAMPING_ARM * thickness[:, None])
     clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / web, 0.0))
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]

@@ -180,7 +180,8 @@ class Plan(Record, Displayed):
             for name, own in bending.items()
         }
         members = [m for part in self.parts.values() for m in part.members.values()]
-        self.members: Members = Members(members, self.layout.mechanism, self.value_table)
+        driven = [is_driven for part in self.parts.values() for is_driven in part.driven]
+        self.members: Members = Members(members, self.layout.mechanism, self.value_table, driven)
 
     def _lay_out(self) -> None:
         """Number everything, and settle what depends on the default parameters."""

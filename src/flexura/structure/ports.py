@@ -23,12 +23,13 @@ from flexura.mechanism import (
     MomentActuator,
     PiezoStack,
     Sensor,
+    StrainActuator,
     is_pattern,
     origin_of,
     suggestion,
 )
 from flexura.records import Record
-from flexura.structure.channel import Action, Channel, signs_of
+from flexura.structure.channel import Action, Channel, wrenches_along
 from flexura.structure.design import Design
 from flexura.structure.plan import Plan
 from flexura.structure.topology import Copies, Geometry
@@ -45,6 +46,9 @@ DERIVATIVE = {
 
 GROUND = "ground"
 """Name under which inputs like `ground.tx` move everything that is held."""
+
+STRETCHING = 1e-6
+"""Force that layers exert along their member times its length, over the moment, up to which it only bends."""
 
 _WORDS = ("displacement", "velocity", "acceleration")
 
@@ -69,6 +73,11 @@ class InputPort(Record):
     stroke: float = 0.0
     nodes: tuple[int, ...] = ()
     limits: tuple[float, float] = (-np.inf, np.inf)
+
+    @property
+    def strains(self) -> bool:
+        """Whether it is the free strain of layers."""
+        return self.stiffness is None and self.channel.quantity in ("voltage", "temperature")
 
     @property
     def gain(self) -> Any:
@@ -203,18 +212,35 @@ class Ports:
             node, dof = self._node_and_dof(name, "input", self._actuators)
             if node is None:
                 raise OptionError(f"{name} accelerates the base, and acts along nothing")
-            return Action([node], np.eye(3)[dof % 3], dof >= 3, 1.0)
+            return Action([node], np.eye(6)[dof][None], 1.0)
         actuator = self._actuators[name]
         part: Actuator = actuator.described
         if isinstance(part, BaseMotion | BaseRotation):
             raise OptionError(f"{name} accelerates the base, and acts along nothing")
+        if isinstance(part, StrainActuator):
+            return Action(actuator.nodes, self._strain(actuator)[0], 1.0)
         turns = isinstance(part, MomentActuator)
         stiffness, gain = (
             actuator.number(quantity, self.values) if isinstance(part, PiezoStack) else None
             for quantity in ("stiffness", "gain")
         )
         force = (1.0 if stiffness is None else stiffness) * (1.0 if gain is None else gain)
-        return Action(actuator.nodes, self._direction(actuator, turns), turns, force)
+        along = wrenches_along(self._direction(actuator, turns), turns, len(actuator.nodes))
+        return Action(actuator.nodes, along, force)
+
+    def refuse_stretching(self, port: InputPort) -> None:
+        """Raise OptionError for a unit of an input that stretches a layered member as well as it bends it: what that
+        does to its axial force is not known where it has moved."""
+        if not port.strains:
+            return
+        actuator = self._actuators[port.channel.name]
+        N, M, member = self._blocking(actuator)
+        length = self.geometry.parts[actuator.copies.part.name].length[member]
+        if abs(plain(N)) * plain(length) > STRETCHING * abs(plain(M)):
+            raise OptionError(
+                f"{port.channel.name} also stretches its member, which is known at rest alone: large motion and "
+                "buckling take layers whose forces are in balance, as those of a bimorph"
+            )
 
     def outputs(self, names: Sequence[str] | None = None) -> list[OutputPort]:
         """Outputs by name, wildcards allowed; all described sensors when none are named.
@@ -258,13 +284,41 @@ class Ports:
 
         Raises ModelError where nothing can move.
         """
-        numbers, d = described.nodes, self._direction(described, turns)
-        at = slice(3, 6) if turns else slice(0, 3)
-        rows, signs = self._rows(numbers), signs_of(numbers)
-        row = real(sum(s * (d @ rows[6 * k : 6 * k + 6][at]) for k, s in enumerate(signs)))
+        numbers = described.nodes
+        if isinstance(described.described, StrainActuator):
+            wrenches, d = self._strain(described)
+        else:
+            d = self._direction(described, turns)
+            wrenches = wrenches_along(d, turns, len(numbers))
+        rows = self._rows(numbers)
+        row = real(sum(wrench @ rows[6 * k : 6 * k + 6] for k, wrench in enumerate(wrenches)))
         described.refuse_still(row)
-        absolute = sum(s * (d @ self._rigid(n)[at]) for s, n in zip(signs, numbers, strict=True))
+        absolute = sum(wrench @ self._rigid(n) for wrench, n in zip(wrenches, numbers, strict=True))
         return row, real(absolute), self._place(numbers, d)
+
+    def _blocking(self, described: _Described) -> tuple[Array, Array, int]:
+        """Force and moment (...) that block a unit of what layers strain by, and the number of the member."""
+        part = described.copies.part
+        member = list(part.members).index(described.described.member)
+        return *part.table.blocking(member, described.described.by, self.values), member
+
+    def _strain(self, described: _Described) -> tuple[Array, Array]:
+        """Forces and moments (..., 2, 6) on the ends of a member whose layers strain, per unit, and the direction
+        (..., 3) about which the moment is, global axes (theory eq. J5)."""
+        N, M, member = self._blocking(described)
+        local = self.geometry.parts[described.copies.part.name]
+        Q = self.geometry.Q[..., described.instance, :, :]
+        handed = np.linalg.det(plain(Q)).round()[..., None]
+        x, y = ((Q @ local.R[..., member, k, :, None])[..., 0] for k in (0, 1))
+        arms = (Q[..., None, :, :] @ local.offsets[..., member, :, :, None])[..., 0]
+        turn = np.eye(3) if self.design.posed is None else self.design.posed.rotations[described.nodes[0]]
+        force, moment = ((turn @ v[..., None])[..., 0] for v in (N[..., None] * x, M[..., None] * handed * y))
+        arms = (turn @ arms[..., None])[..., 0]
+        ends = [
+            np.concatenate([sign * force, sign * (moment + np.cross(arms[..., k, :], force))], axis=-1)
+            for k, sign in enumerate((-1.0, 1.0))
+        ]
+        return np.stack(ends, axis=-2), (turn @ (handed * y)[..., None])[..., 0]
 
     def _direction(self, described: _Described, turns: bool) -> Array:
         """The unit direction (..., 3) of an actuator or a sensor, of one design or of a stack."""
@@ -307,7 +361,11 @@ class Ports:
         if not isinstance(part, PiezoStack):
             limit = value.get("limit", np.inf)
             quantity = "moment" if isinstance(part, MomentActuator) else "force"
-            return InputPort(Channel(name, quantity, **at), row, row, nodes=nodes, limits=(-limit, limit))
+            quantity = part.by if isinstance(part, StrainActuator) else quantity
+            port = InputPort(Channel(name, quantity, **at), row, row, nodes=nodes, limits=(-limit, limit))
+            if self.design.posed is not None:
+                self.refuse_stretching(port)
+            return port
         k = value["stiffness"]
         top = value.get("free_stroke", value.get("blocked_force", np.inf) / k)
         gain = value.get("gain")

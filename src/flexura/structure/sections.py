@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.beam import SectionProperties, circle, notch, rectangle, tube
-from flexura.mechanism import Flexure, Leaf, Link, Mechanism, Notch, Part, Profile, RoundNotch, TwoAxisNotch
+from flexura.beam import Laminate, SectionProperties, circle, laminate, notch, rectangle, tube
+from flexura.mechanism import Flexure, Layered, Leaf, Link, Mechanism, Notch, Part, RoundNotch, TwoAxisNotch
 from flexura.structure.values import ValueTable
 from flexura.thresholds import SAME_SIZE
 
@@ -65,8 +65,26 @@ class SectionGroup:
 
     @property
     def family(self) -> str:
-        """The section formula that applies: `rectangle`, `circle`, `tube` or `constants`."""
+        """The section formula that applies: `rectangle`, `circle`, `tube`, `layered` or `constants`."""
         return _FAMILIES.get(self.kind[0], self.kind[0])
+
+    @property
+    def has_stress(self) -> bool:
+        """Whether stresses follow from internal forces: not of constants, nor where layers strain freely."""
+        return self.kind not in (("constants",), ("layered", "driven"))
+
+    def laminate(self, values: Array) -> Laminate:
+        """The layers of layered members (..., members)."""
+        sizes = self._filled(values)
+        return laminate(*(sizes[name][..., 0, :] for name in ("thicknesses", "E", "nu", "rho")))
+
+    def width(self, values: Array) -> Array:
+        """Width of layered members (..., members), m."""
+        return self._filled(values)["width"][..., 0]
+
+    def layers(self, values: Array, name: str) -> Array:
+        """Free strains (..., members, layers) of layered members per `voltage`, 1/V, or `temperature`, 1/K."""
+        return self._filled(values)[name][..., 0, :]
 
     def _filled(self, values: Array) -> Sizes:
         """Sizes by field name."""
@@ -89,6 +107,9 @@ class SectionGroup:
                 return sizes["outer_diameter"], sizes["inner_diameter"]
             case ("constants",):
                 return tuple(sizes[name] for name in SectionProperties._fields)
+            case ("layered", _):
+                layers = self.laminate(values)
+                return sizes["width"], layers.kz[..., None], layers.thickness[..., None]
             case ("tapered",):
                 width, thickness = sizes["width"], sizes["thickness"]
                 return tuple((1 - fractions) * s[..., 0] + fractions * s[..., 1] for s in (width, thickness))
@@ -193,19 +214,25 @@ def family_properties(family: str, sizes: Sequence[Array], nu: Array) -> Section
     return _FORMULAS[family](*sizes, nu)
 
 
-_FORMULAS = {"rectangle": rectangle, "circle": circle, "tube": tube}
-FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "constants": 6}
+_FORMULAS = {
+    "rectangle": rectangle,
+    "circle": circle,
+    "tube": tube,
+    "layered": lambda b, kz, t, nu: rectangle(b, t, nu)._replace(kz=kz),
+}
+FAMILY_SIZES = {"rectangle": 2, "circle": 1, "tube": 2, "layered": 3, "constants": 6}
 """How many arguments each family's formula takes, Poisson's ratio aside."""
 
 
 def section_groups(
-    members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable
+    members: Sequence[Link | Flexure], mechanism: Mechanism, table: ValueTable, driven: Sequence[bool]
 ) -> list[tuple[SectionGroup, int, bool]]:
-    """Members by kind: groups with their number of elements per member and whether they are integrated as tapered."""
+    """Members by kind: groups with their number of elements per member and whether they are integrated as tapered;
+    `driven` says whose layers an actuator strains."""
     groups: dict[tuple[tuple[str, ...], tuple[int, ...], int, bool], SectionGroup] = {}
     for position, member in enumerate(members):
         if isinstance(member, Flexure):
-            kind, sizes = _profile_sizes(member.profile)
+            kind, sizes = _profile_sizes(member, mechanism, driven[position])
             is_tapered = (member.integration or ("tapered" if kind == ("tapered",) else "stepped")) == "tapered"
         else:
             section = mechanism.sections[member.section] if isinstance(member.section, str) else member.section
@@ -225,8 +252,24 @@ def _fields(part: Part) -> dict[str, Any]:
     return {name: getattr(part, name) for name in type(part).model_fields if name not in ("shape", "type")}
 
 
-def _profile_sizes(profile: Profile) -> tuple[tuple[str, ...], dict[str, Any]]:
-    match profile:
+def _layer_sizes(member: Flexure, profile: Layered, mechanism: Mechanism) -> dict[str, Any]:
+    """The width, and thicknesses, moduli, densities and free strains of the layers, 1/V and 1/K."""
+    materials = [mechanism.material(layer.material or member.material) for layer in profile.layers]
+    return {
+        "width": profile.width,
+        "thicknesses": tuple(layer.thickness for layer in profile.layers),
+        "E": tuple(m.E for m in materials),
+        "nu": tuple(m.nu if m.nu is not None else m.E / (2 * m.G) - 1 for m in materials),  # type: ignore[operator]
+        "rho": tuple(m.rho for m in materials),
+        "voltage": tuple(layer.free_strain or 0.0 for layer in profile.layers),
+        "temperature": tuple(m.expansion or 0.0 for m in materials),
+    }
+
+
+def _profile_sizes(member: Flexure, mechanism: Mechanism, driven: bool) -> tuple[tuple[str, ...], dict[str, Any]]:
+    match profile := member.profile:
+        case Layered():
+            return ("layered", "driven" if driven else "passive"), _layer_sizes(member, profile, mechanism)
         case Leaf(tapers=True):
             return ("tapered",), {name: s if isinstance(s, tuple) else (s, s) for name, s in _fields(profile).items()}
         case Leaf():

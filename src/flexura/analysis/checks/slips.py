@@ -309,7 +309,7 @@ def _sizes(full: FullOrderModel) -> Iterator[_Size]:
             if group.family == "constants":
                 continue
             for size, entries in group.entries.items():
-                if size.endswith(("angle", "positions", "thicknesses", "shift")):
+                if size.endswith(("angle", "positions", "thicknesses", "shift")) or group.family == "layered":
                     continue
                 for k, entry in zip(group.index, entries, strict=True):
                     for value in np.unique(full.values[np.array(entry)]).tolist():

@@ -213,7 +213,7 @@ def _chains(model: FullOrderModel) -> Iterator[Index]:
         if not part.members:
             continue
         for group, n, _ in part.table.groups:
-            if group.family != "constants":
+            if group.has_stress:
                 for offset in model.plan.topology.copies[name].offset:
                     for k in group.index:
                         yield offset + part.connectivity[part.first[k] : part.first[k] + n]

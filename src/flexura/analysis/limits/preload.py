@@ -204,6 +204,9 @@ def _drive(model: FullOrderModel, actuators: Mapping[str, float]) -> Drive:
     driven = [(port, value) for name, value in actuators.items() for port in ports.inputs([name])]
     if any(port.base is not None or not np.isfinite(value) for port, value in driven):
         raise OptionError("commands are finite numbers of forces, moments and piezo stacks; a base at rest is assumed")
+    for port, value in driven:
+        if value:
+            ports.refuse_stretching(port)
     load = sum((value * port.load for port, value in driven), np.zeros(model.order))
     expansion = {port.channel.name: port.stroke * value for port, value in driven if port.stiffness is not None}
     pushes = [push for port, value in driven if port.stiffness is None for push in _pushes(model, port, value)]

@@ -155,7 +155,7 @@ def _holding(
     """What holds a linear state: commands of actuators between nodes, and all other forces as dead loads."""
     force, actuators = model.K @ u, dict[str, float]()
     for port, command in zip(inputs, commands.tolist(), strict=True):
-        lever = None if port.base is not None else commanded(moving, port)
+        lever = None if port.base is not None or not command else commanded(moving, port)
         if lever is not None and lever.node is None:
             force = force - command * port.load
             actuators[lever.name] = command * float(lever.unit)

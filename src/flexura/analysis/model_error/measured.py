@@ -29,6 +29,7 @@ from flexura.mechanism import (
     Flexure,
     HyperbolicContour,
     Integration,
+    Layered,
     Leaf,
     Link,
     Material,
@@ -222,6 +223,8 @@ def ratios_of(form: Any, length: float) -> tuple[str, tuple[float, ...]]:
             form.y_contour == form.z_contour and _is_right(R, length)
         ):
             return "two-axis right-circular notch", (R / t,)
+        case Layered():
+            return "layered leaf", ()
         case RoundNotch(contour=contour):
             return f"round notch of {contour.shape.replace('_', '-')} contour", ()
         case TwoAxisNotch():
@@ -352,7 +355,7 @@ def stiffness_errors(
     measured, sides = _measured_members().get(kind), _sides(form)
     beam = form, length, nu, "auto" if is_corrected else "shear" if shears else "none"
     described = member.elements, member.integration if isinstance(member, Flexure) else None
-    is_uniform = (sides is not None and not _is_tapered(form)) or isinstance(form, SectionConstants)
+    is_uniform = isinstance(form, SectionConstants | Layered) or (sides is not None and not _is_tapered(form))
     few = np.zeros(6) if is_uniform else _stiffness(*beam, *described) - _stiffness(*beam, *EXACT)
     if not ratios or measured is None:
         unknown = np.full(6, np.nan)

@@ -57,13 +57,14 @@ MOST_MEMBERS = 10
 @dataclass(frozen=True)
 class ActuatorState:
     """An actuator in a static state: its command, in `unit`, the change of its length (or the motion that it works on),
-    m or rad, and the force that it exerts, N, pushing apart positive, or moment, N m."""
+    m or rad, and the force that it exerts, N, pushing apart positive, or moment, N m; None of layers, which stretch and
+    bend at once."""
 
     name: str
     command: float
     unit: str
-    elongation: float
-    force: float
+    elongation: float | None
+    force: float | None
 
 
 @dataclass(frozen=True, repr=False)
@@ -341,6 +342,8 @@ def _response(
         if port.base is None:
             command, elongation = commands.get(port.channel.name, 0.0), float(port.row @ u)
             force = command if port.stiffness is None else port.stiffness * (port.stroke * command - elongation)
+            if port.strains:
+                elongation = force = None
             states.append(ActuatorState(port.channel.name, command, port.channel.unit, elongation, force))
     readings = {}
     for out in ports.outputs(ports.sensors):

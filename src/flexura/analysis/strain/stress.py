@@ -21,7 +21,7 @@ from flexura.analysis.strain.internal_forces import (
 )
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.beam import flat_notch_factors, rectangle_von_mises, round_notch_factors, round_von_mises
+from flexura.beam import flat_notch_factors, layer_stresses, rectangle_von_mises, round_notch_factors, round_von_mises
 from flexura.duals import plain
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
@@ -180,7 +180,7 @@ def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
 
 
 def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Worst) -> Iterator[MemberStress]:
-    names, known = list(part.members), group.family != "constants"
+    names, known = list(part.members), group.has_stress
     strength = part.table.yield_stress(model.values)
     flexures = model.plan.layout.prototypes[part.name].flexures
     for copy, path in enumerate(model.plan.topology.copies[part.name].paths):
@@ -235,7 +235,7 @@ def stress_profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iter
     """Stresses along the members of a prototype, group by group; none of sections given by constants."""
     part = model.plan.parts[name]
     for group, n, _ in part.table.groups:
-        if group.family != "constants":
+        if group.has_stress:
             blocks = [(x, raised) for _, x, _, raised, _ in _stresses(model, part, group, n, forces(name))]
             yield StressProfile(group.index, blocks[0][0], np.concatenate([raised for _, raised in blocks], axis=-1))
 
@@ -287,7 +287,7 @@ def largest_stresses(
         part = model.plan.parts[name]
         limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
         wanted = ~np.isnan(limit) | (not yielding)
-        known = [(group, n) for group, n, _ in part.table.groups if group.family != "constants"]
+        known = [(group, n) for group, n, _ in part.table.groups if group.has_stress]
         known = [(group, n) for group, n in known if wanted[group.index].any()]
         if not known:
             continue
@@ -348,9 +348,12 @@ def _at_stations(start: Array, end: Array, share: Array, length: Array, n: int) 
 
 def _von_mises(model: Model, part: Part, group: SectionGroup, length: Array, x: Array, force: Array) -> Pair:
     """Stresses (i, m, stations, k), with notch factors and without, under internal forces at fractions x."""
-    if group.family == "constants":
+    if not group.has_stress:
         size = np.zeros(force.shape[:-1])
         return size, size
+    if group.family == "layered":
+        of_layers = _layer_von_mises(group, model.values, force)
+        return of_layers, of_layers
     sizes = [np.broadcast_to(s, x.shape)[..., None] for s in group.sizes(model.values, length, x)]
     of_y, of_z = (np.broadcast_to(r, x.shape)[..., None] for r in group.notch_ratios(model.values, length, x))
     if group.family == "rectangle":
@@ -366,19 +369,38 @@ def _von_mises(model: Model, part: Part, group: SectionGroup, length: Array, x: 
     return von_mises(force, outer, inner, factors) if notched else nominal, nominal
 
 
+def _layer_von_mises(group: SectionGroup, values: Array, force: Array) -> Array:
+    """The largest stress (i, m, stations, k) in the faces of layers, of stretch, bending and torsion."""
+    layers = group.laminate(values)
+    normal, slide = layer_stresses(layers, group.width(values))
+    largest = np.zeros(force.shape[:-1])
+    own = force[..., [0, 4, 5]]
+    for k in range(slide.shape[-2]):
+        for corner in range(4):
+            stress = (own * normal[:, None, None, k, corner]).sum(axis=-1)
+            largest = np.maximum(largest, stress**2 + 3 * (slide[:, None, None, k, corner] * force[..., 3]) ** 2)
+    return np.sqrt(largest)
+
+
 @verb
 def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) -> sp.csr_matrix:
     """The map (4, n) from the model's DOFs to the nominal normal stress, Pa, of four fibres (theory eq. S2).
 
     Rectangles: the corners (+b/2, +t/2), (+b/2, -t/2), (-b/2, -t/2), (-b/2, +t/2); round sections: the ends of their
-    diameters along y, z, -y, -z. Arguments as in `internal_force_rows`, and sections by constants raise as well.
+    diameters along y, z, -y, -z; layers (4 k, n): the corners of each, from the face towards -z on. Arguments as in
+    `internal_force_rows`; sections by constants and layers that strain freely raise as well.
     """
     name, _, k = find_member(model, member, position)
     part = model.plan.parts[name]
     group = next(group for group, _, _ in part.table.groups if k in group.index)
-    if group.family == "constants":
-        raise OptionError(f"{member} has a section by constants, whose stress is not known")
+    if not group.has_stress:
+        what = "a section by constants" if group.family == "constants" else "layers that an actuator strains"
+        raise OptionError(f"{member} has {what}, whose stress is not known")
+    forces = internal_force_rows(model, member, position=position)
     is_member = group.index == k
+    if group.family == "layered":
+        normal, _ = layer_stresses(group.laminate(model.values), group.width(model.values))
+        return sp.csr_matrix(normal[is_member].reshape(-1, 3) @ forces[[0, 4, 5]])
     length, nu = model.geometry.parts[name].length, part.table.moduli(model.values)[2]
     at = np.array([position])
     sizes = group.sizes(model.values, length[group.index], at)
@@ -393,4 +415,4 @@ def stress_rows(model: FullOrderModel, member: str, *, position: float = 0.5) ->
         y, z = width / 2 * np.array([1, 0, -1, 0]), width / 2 * np.array([0, 1, 0, -1])
     S = np.zeros((4, 6))
     S[:, 0], S[:, 4], S[:, 5] = 1 / A, z / Iy, -y / Iz
-    return sp.csr_matrix(S @ internal_force_rows(model, member, position=position))
+    return sp.csr_matrix(S @ forces)

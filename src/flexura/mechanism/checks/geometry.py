@@ -20,6 +20,7 @@ from flexura.mechanism.section import (
     CircularContour,
     Contour,
     CornerFilletedContour,
+    Layered,
     Leaf,
     Profile,
     Rectangle,
@@ -240,7 +241,7 @@ def _corrections(survey: Survey, path: Path, member: Link | Flexure, form: Secti
 
 _MEANINGLESS = {
     "plate": ("only a strip can be wide: a rectangle, a leaf or a one-axis notch", "leave it out"),
-    "warping": ("warping is known for a rectangle, a leaf or a one-axis notch", "leave it out"),
+    "warping": ("warping is known for a rectangle, leaves or a one-axis notch", "leave it out"),
     "root": ("roots are known of rectangles, leaves, notches and rods", "leave it out"),
     "notch": ("only a contour, or a leaf that tapers, has flanks", "leave it out"),
     "shear": ("the theory euler_bernoulli is without shear", "theory: rayleigh or timoshenko"),
@@ -275,7 +276,7 @@ def _profile(survey: Survey, path: Path, profile: Profile, length: float) -> Non
         else:
             _contour(survey, (*path, "y_contour"), profile.y_contour, length - shift)
             _contour(survey, (*path, "z_contour"), profile.z_contour, length - shift)
-    elif not isinstance(profile, Leaf):
+    elif not isinstance(profile, Leaf | Layered):
         _contour(survey, (*path, "contour"), profile.contour, length)
 
 

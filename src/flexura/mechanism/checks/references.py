@@ -8,7 +8,7 @@ from fnmatch import translate
 
 from flexura.errors import Path
 from flexura.mechanism.body import RigidBody
-from flexura.mechanism.channels import ForceActuator, ForceSensor, MotionSensor, PiezoStack
+from flexura.mechanism.channels import ForceActuator, ForceSensor, MotionSensor, PiezoStack, StrainActuator
 from flexura.mechanism.checks.survey import Survey, Use, number_of_copies, prefix, suggestion
 from flexura.mechanism.description import Substructure
 from flexura.mechanism.instances import origin_of
@@ -16,6 +16,7 @@ from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.loads import COMMANDS, DISPLACEMENTS, Moved, Prescribed, command_of
 from flexura.mechanism.material import CATALOGUE
 from flexura.mechanism.member import Link
+from flexura.mechanism.section import Layered
 
 
 def check_references(survey: Survey) -> None:
@@ -96,6 +97,8 @@ def _materials_and_sections(survey: Survey) -> None:
         for kind, key, member in prototype.members():
             path = (*prefix(name), kind, key)
             materials.add(member.material, path, "material")
+            for k, layer in enumerate(getattr(getattr(member, "profile", None), "layers", ())):
+                materials.add(layer.material or member.material, path, "profile", "layers", k, "material")
             if isinstance(member, Link) and isinstance(member.section, str):
                 sections.add(member.section, path, "section")
         for kind in ("diaphragms", "flat_springs"):
@@ -126,9 +129,10 @@ class _Uses:
         self.of: dict[str, list[Path]] = {}
         self.first: dict[str, Path] = {}
 
-    def add(self, name: str, part: Path, *keys: str) -> None:
+    def add(self, name: str, part: Path, *keys: str | int) -> None:
         """Note that the part at a path names it, at some keys of its own."""
-        self.of.setdefault(name, []).append(part)
+        if part not in self.of.setdefault(name, []):
+            self.of[name].append(part)
         self.first.setdefault(name, (*part, *keys))
 
     def elsewhere(self, name: str) -> str:
@@ -189,6 +193,8 @@ def _channels(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
             path = (*prefix(name), kind, key)
             if isinstance(part, ForceSensor):
                 _sensed_actuator(survey, name, path, part)
+            if isinstance(part, StrainActuator):
+                _driven_member(survey, name, path, part)
             names = getattr(part, "nodes", ())
             found = [n for i, text in enumerate(names) for n in nodes.find((*path, "nodes", i), text)]
             if len(names) == 2 and names[0] == names[1]:
@@ -206,6 +212,30 @@ def _sensed_actuator(survey: Survey, name: str, path: Path, sensor: ForceSensor)
     elif actuator is not None and not isinstance(actuator, PiezoStack | ForceActuator):
         rule = f"the actuator {sensor.actuator} of type {actuator.type} exerts no force that could be read"
         survey.report((*path, "actuator"), sensor.actuator, rule, "name a piezo stack or a force")
+
+
+def _driven_member(survey: Survey, name: str, path: Path, actuator: StrainActuator) -> None:
+    """Report a member that is not there, or that has no layers of free strain."""
+    flexures, mechanism = survey.layout.prototypes[name].flexures, survey.layout.mechanism
+    member = flexures.get(actuator.member)
+    layers = member.profile.layers if member is not None and isinstance(member.profile, Layered) else ()
+    if member is None:
+        if actuator.member not in survey.ignored:
+            hint = suggestion(actuator.member, flexures, "flexures")
+            survey.report((*path, "member"), actuator.member, "there is no such flexure here", hint)
+    elif not layers:
+        hint = "its profile has the type layered"
+        survey.report((*path, "member"), actuator.member, "only layers have a free strain", hint)
+    elif actuator.by == "voltage" and not any(layer.free_strain for layer in layers):
+        hint = "give one of them free_strain, in 1/V"
+        survey.report((*path, "member"), actuator.member, "none of its layers has a free strain", hint)
+    elif actuator.by == "temperature" and not any(
+        mechanism.material(own).expansion
+        for layer in layers
+        if (own := layer.material or member.material) in mechanism.materials
+    ):
+        hint = "give their materials an expansion, in 1/K"
+        survey.report((*path, "member"), actuator.member, "none of its layers is known to expand", hint)
 
 
 def _bodies(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:

@@ -24,7 +24,15 @@ from flexura.mechanism import (
 from flexura.structure import FullOrderModel, InputPort, Plan, Ports
 from flexura.units import format_number, format_quantity
 
-POSED = {"displacement": "m", "rotation": "rad", "expansion": "m", "voltage": "V", "force": "N", "moment": "N*m"}
+POSED = {
+    "displacement": "m",
+    "rotation": "rad",
+    "expansion": "m",
+    "voltage": "V",
+    "temperature": "K",
+    "force": "N",
+    "moment": "N*m",
+}
 
 
 @dataclass(frozen=True)

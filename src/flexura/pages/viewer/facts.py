@@ -16,11 +16,13 @@ from flexura.mechanism import (
     Dashpot,
     Flexure,
     ForceSensor,
+    Layered,
     Link,
     PiezoStack,
     Plate,
     Rectangle,
     Spring,
+    StrainActuator,
     Tube,
     evaluated,
     is_rotation,
@@ -30,7 +32,13 @@ from flexura.structure import FullOrderModel, Part, Plan
 from flexura.tables import number, quantity, scale_for
 from flexura.view import Kind
 
-PROFILES = {"leaf": "leaf flexure", "notch": "notch flexure", "two_axis": "two-axis notch", "round": "round notch"}
+PROFILES = {
+    "leaf": "leaf flexure",
+    "layered": "layered leaf",
+    "notch": "notch flexure",
+    "two_axis": "two-axis notch",
+    "round": "round notch",
+}
 
 
 class Facts:
@@ -168,7 +176,9 @@ class Facts:
             found = [("kind", "piezo stack"), ("stiffness", quantity(_number(actuator.stiffness), "N/m", 4))]
             units = {"free_stroke": "m", "blocked_force": "N", "gain": "m/V", "mass": "kg"}
         else:
-            units = {"limit": "N·m" if actuator.type == "moment" else "N"}
+            units = {"limit": {"moment": "N·m", "strain": "V"}.get(actuator.type, "N")}
+            if isinstance(actuator, StrainActuator):
+                found.append(("of", f"the layers of {actuator.member}, by {actuator.by}"))
         for name, unit in units.items():
             if value := getattr(actuator, name, None):
                 found.append((name.replace("_", " "), quantity(_number(value), unit, 4)))
@@ -204,6 +214,9 @@ def _sizes(described: Any) -> list[Fact]:
     if isinstance(described, Rectangle) or getattr(described, "type", "") == "leaf":
         ends = np.broadcast_arrays(*(getattr(described, name) for name in ("thickness", "width")))
         return [("section", " to ".join(dict.fromkeys(map(_product, np.reshape(ends, (2, -1)).T))))]
+    if isinstance(described, Layered):
+        total = sum(_number(layer.thickness) for layer in described.layers)
+        return [("section", _product((total, described.width))), ("layers", str(len(described.layers)))]
     if isinstance(described, Tube):
         return [("section", f"outer {quantity(_number(described.outer_diameter), 'm', 4)}, inner "
                             f"{quantity(_number(described.inner_diameter), 'm', 4)}")]  # fmt: skip

@@ -140,6 +140,8 @@ def static_motions(drawing: Drawing, result: Statics) -> Iterator[ShownMotion]:
 
 def _state(own: ActuatorState) -> str:
     """What an actuator does."""
+    if own.force is None:
+        return quantity(own.command, own.unit, 4)
     if own.unit == "N*m":
         return f"turns by {quantity(own.elongation, 'rad', 4)}, moment {quantity(own.force, 'N*m', 4)}"
     return f"elongation {quantity(own.elongation, 'm', 4)}, force {quantity(own.force, 'N', 4)}"

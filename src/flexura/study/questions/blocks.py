@@ -261,4 +261,4 @@ def _action(design: Design, end: Freedom | Port) -> Action:
     if isinstance(end, Port):
         return Ports(design).action(end.known)
     node = int(design.plan.topology.numbers([end.node])[0])
-    return Action([node], np.eye(3)[end.component % 3], end.turns, 1.0)
+    return Action([node], np.eye(6)[end.component][None], 1.0)

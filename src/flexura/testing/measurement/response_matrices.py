@@ -72,7 +72,7 @@ COHERENT_CHANNEL = 0.3
 ACCELERATION = 2
 """Power of s of accelerances."""
 
-NO_MOTIONS = (*FORCES, "voltage", "expansion")
+NO_MOTIONS = (*FORCES, "voltage", "temperature", "expansion")
 """Quantities of inputs that excite."""
 
 LEAST_LINES = 16

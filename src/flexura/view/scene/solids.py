@@ -16,7 +16,16 @@ from numpy.typing import ArrayLike
 from flexura.analysis import StressProfile
 from flexura.errors import OptionError
 from flexura.fem import SurfaceShape
-from flexura.mechanism import TOP, BaseMotion, BaseRotation, ForceSensor, MomentActuator, PiezoStack, matching
+from flexura.mechanism import (
+    TOP,
+    BaseMotion,
+    BaseRotation,
+    ForceSensor,
+    MomentActuator,
+    PiezoStack,
+    StrainActuator,
+    matching,
+)
 from flexura.motion import Frames, pose_of
 from flexura.structure import Copies, FullOrderModel
 from flexura.thresholds import SAME_PLACE
@@ -262,7 +271,7 @@ def _add_channels(collector: Collector, model: FullOrderModel) -> None:
             for key, actuator in channels.actuators.items():
                 if not isinstance(actuator, PiezoStack):
                     nodes, direction = _port(model, placed, int(copy), ("actuator", key))
-                    turns = isinstance(actuator, MomentActuator | BaseRotation)
+                    turns = isinstance(actuator, MomentActuator | BaseRotation | StrainActuator)
                     _add_actuator(_Attached(collector, model, prefix + key, size), nodes, direction, turns)
             for key, sensor in channels.sensors.items():
                 source = ("actuator", sensor.actuator) if isinstance(sensor, ForceSensor) else ("sensor", key)
@@ -281,9 +290,12 @@ def _port(model: FullOrderModel, placed: Copies, copy: int, source: tuple[str, s
         exposed = [topology.node((), name) for name in model.plan.layout.exposed(TOP)]
         nodes = [node for node in exposed if topology.held[topology.root[node]].any()][:1]
     along = channels.number(*source, "direction", model.values)
+    if isinstance(described, StrainActuator):
+        member = list(placed.part.members).index(described.member)
+        along = model.geometry.parts[placed.part.name].R[member, 1]
     if along is not None:
         Q = model.geometry.Q[placed.number[copy]]
-        is_axial = isinstance(described, MomentActuator | BaseRotation)
+        is_axial = isinstance(described, MomentActuator | BaseRotation | StrainActuator)
         along = Q @ along * (round(float(np.linalg.det(Q))) if is_axial else 1)
     elif len(nodes) == 2:
         along = x[nodes[1]] - x[nodes[0]]
