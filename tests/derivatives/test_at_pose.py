@@ -9,6 +9,7 @@ import pytest
 
 import flexura as fx
 from flexura.derivatives import DisplacedState, displaced_state
+from flexura.mechanism import with_rigid_bodies
 from flexura.structure import Design, Plan
 from helpers.richardson import derivative
 
@@ -34,7 +35,7 @@ MANY = 4
 
 
 def unbounded(example: str) -> Plan:
-    own = fx.load(EXAMPLES / example / f"{example}.yaml")
+    own = with_rigid_bodies(fx.load(EXAMPLES / example / f"{example}.yaml"))
     free = {key: p.replaced({"minimum": None, "maximum": None}) for key, p in own.parameters.items()}
     return Plan(own.replaced({"parameters": free, "gravity": (0.5, -1.0, -9.81)}))
 

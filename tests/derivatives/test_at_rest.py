@@ -9,6 +9,7 @@ import pytest
 
 import flexura as fx
 from flexura.derivatives import LinearState, displaced_state
+from flexura.mechanism import with_rigid_bodies
 from flexura.structure import Design, Plan
 from helpers.richardson import derivative
 
@@ -76,7 +77,7 @@ def test_a_guided_leaf_has_the_derivatives_of_its_closed_forms():
 
 @pytest.mark.parametrize("example", ["guide", "pivot", pytest.param("xy_stage", marks=pytest.mark.slow)])
 def test_linear_answers_have_the_derivatives_of_differences(example):
-    described = fx.load(EXAMPLES / example / f"{example}.yaml")
+    described = with_rigid_bodies(fx.load(EXAMPLES / example / f"{example}.yaml"))
     free = {key: p.replaced({"minimum": None, "maximum": None}) for key, p in described.parameters.items()}
     plan = Plan(described.replaced({"parameters": free, "gravity": (3.0, -20.0, -50.0)}))
     names = [key for key, p in free.items() if isinstance(p.value, float)]

@@ -38,6 +38,9 @@ RIDGE = 1e-4
 """Flexibility over that of a patch that is added to it: what patches have between them that functions of these orders
 cannot tell apart."""
 
+COLLINEAR = 1e-6
+"""What keeps a patch that is nearly a line from turning about it without end, over its spread squared."""
+
 PAIRS = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 """The axes of products of two slopes, as a stiffness is made up of them."""
 
@@ -416,7 +419,8 @@ def patch_rows(solid: RitzSolid, size: Array, patches: Patches) -> Array:
     rows = rows.reshape(*rows.shape[:-2], -1)
     turned = zeros((*inertia.shape[:-2], 6, 6), inertia)
     turned[..., range(3), range(3)] = 1.0
-    turned[..., 3:, 3:] = np.linalg.inv(inertia)
+    spread = inertia[..., 0, 0] + inertia[..., 1, 1] + inertia[..., 2, 2]
+    turned[..., 3:, 3:] = np.linalg.inv(inertia + COLLINEAR * spread[..., None, None] * np.eye(3))
     rows = (rigid_arm(nodes - centre) @ turned) @ rows
     return solid.split(rows.reshape(*rows.shape[:-3], -1, rows.shape[-1]))
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg as la
 
 from flexura.arrays import Array
-from flexura.beam import ModalSolid, block_rotation, patch_flexibility, rigid_arm
+from flexura.beam import ModalSolid, block_rotation, member_frame, patch_flexibility, rigid_arm
 from flexura.errors import ModelError, Problem, SolverError
 from flexura.mechanism import TOP, origin_of
 from flexura.structure.discrete_elements import BodyElement, Hold
@@ -127,7 +127,10 @@ class BodyPlaces:
             axes = axes * np.array([2.0 * at.end - 1.0, 1.0, 1.0])
             member = first[at.part] + at.index
             offset = own.Q.T @ at.Q @ geometry.offsets[at.index, at.end]
-            return member, at.end, axes, offset, bool(self._members.is_round[member]), np.zeros(2), False
+            is_rod = bool(self._members.is_round[member])
+            if is_rod:  # which of its axes is which says nothing
+                axes = member_frame(axes[:, 0], np.eye(3)[int(np.abs(axes[:, 0]).argmin())]).T
+            return member, at.end, axes, offset, is_rod, np.zeros(2), False
         at, bare = own.turn @ (positions[node] - own.centre), np.full(3, BARE * own.half.min())
         if root in self._rings:
             axes, radius = self._rings[root]

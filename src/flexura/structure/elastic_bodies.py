@@ -32,6 +32,9 @@ STIFFEST = 0.495
 BARE = 0.1
 """Half side, over the least half side of the body, of the patch of a node at which no member ends."""
 
+LEAST = 0.02
+"""How far a patch reaches at least, over the least half side of the body: at an edge, too."""
+
 POINTS = 5
 """Gauss points along each side of a patch."""
 
@@ -122,6 +125,8 @@ class ElasticBody(Lumped):
             _lesser(side, reached) for side, reached in zip(sides, self._reach(b, t, behind), strict=True)
         )
         up, down = (_lesser(side, room) for side, room in zip((up, down), self._between(at, b, t), strict=True))
+        least = LEAST * np.min(half, axis=-1)[..., None]
+        up, down, left, right = (-_lesser(-side, -least + 0 * side) for side in (up, down, left, right))
         y, z = pulls.axes[..., 1], pulls.axes[..., 2]
         centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
         points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (ACROSS[:, None] * y[:, None])
