@@ -12,7 +12,7 @@ import flexura as fx
 from flexura.deadline import checkpoint
 from flexura.full_order import assemble
 from flexura.linalg import lowest
-from flexura.mechanism import with_rigid_roots
+from flexura.mechanism import with_rigid_bodies, with_rigid_roots
 from flexura.methods import Comparison, Solution, compare
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.solution import pair
@@ -37,7 +37,7 @@ LABELS = (
 
 
 def load(name):
-    return fx.load(ROOT / "examples" / name / f"{name}.yaml")
+    return with_rigid_bodies(fx.load(ROOT / "examples" / name / f"{name}.yaml"))
 
 
 def rows(result: Comparison) -> dict:

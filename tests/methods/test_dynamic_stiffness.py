@@ -15,6 +15,7 @@ from flexura.beam.dynamic import BeamSeries, dynamic_beam
 from flexura.beam.element import UniformBeam
 from flexura.full_order import assemble
 from flexura.linalg import lowest
+from flexura.mechanism import with_rigid_bodies
 from flexura.methods.discrete_models import finite_elements
 from flexura.methods.dynamic_stiffness import DynamicStiffness, count_below, dynamic_stiffness
 from flexura.methods.exact_condensation import ExactCondensation
@@ -37,7 +38,7 @@ GROUND = {"clamped": "clamped", "pinned": {"fixed": ("ty", "tz", "tx", "rx")}, "
 
 
 def load(name):
-    return assemble(fx.load(ROOT / "examples" / name / f"{name}.yaml"))
+    return assemble(with_rigid_bodies(fx.load(ROOT / "examples" / name / f"{name}.yaml")))
 
 
 def beam(length=L, theory="euler_bernoulli"):

@@ -10,7 +10,18 @@ import flexura as fx
 from flexura.beam import rigid_arm
 from flexura.full_order import assemble
 from flexura.linalg import lowest
-from flexura.mechanism import Box, Flexure, Leaf, Link, Material, Mechanism, Rectangle, RigidBody, Support
+from flexura.mechanism import (
+    Box,
+    Flexure,
+    Leaf,
+    Link,
+    Material,
+    Mechanism,
+    Rectangle,
+    RigidBody,
+    Support,
+    with_rigid_bodies,
+)
 from flexura.methods.discrete_models import pseudo_rigid_body, pseudo_rigid_body_model
 from helpers.stages import EI, INERTIA, RHO, STAGE_MASS, B, L, T, guide, hertz, leaf, on_leaves, pivot
 
@@ -20,7 +31,7 @@ EXAMPLES = ("guide", "pivot", "xy_stage", "amplifier", "rpr", "tip_tilt")
 def load(name):
     """An example, in steps where it is tapered: the pseudo-rigid-body model integrates tapers in steps of its own."""
     text = (Path(__file__).parents[2] / "examples" / name / f"{name}.yaml").read_text()
-    return fx.loads(text.replace("integration: tapered", "integration: stepped"))
+    return with_rigid_bodies(fx.loads(text.replace("integration: tapered", "integration: stepped")))
 
 
 def test_parallel_leaf_guide():
@@ -58,7 +69,7 @@ def stage_on_blades(blades, E, G, stage, size, centre, elements):
         own = {"nodes": (f"g{k}", f"e{k}"), "material": "blade", "reference": thin, "profile": profile}
         flexures[f"blade{k}"] = Flexure(**own, elements=elements)
     metals = {"blade": Material(E=E, G=G, rho=1e-6), "stage": Material(E=E, G=G, rho=stage)}
-    body = RigidBody(centre=centre, carries=("e*",), solid=Box(size=size, material="stage"))
+    body = RigidBody(centre=centre, carries=("e*",), solid=Box(size=size, material="stage"), elastic=False)
     return Mechanism(
         theory="euler_bernoulli",
         corrections="none",
