@@ -1,6 +1,8 @@
 from flexura.beam import element as element
 from flexura.beam import notch as notch
 from flexura.beam import ring_plate as ring_plate
+from flexura.beam.blocks import Powers as Powers
+from flexura.beam.blocks import block_factors as block_factors
 from flexura.beam.dynamic import SERIES_RADIANS as SERIES_RADIANS
 from flexura.beam.dynamic import BeamSeries as BeamSeries
 from flexura.beam.dynamic import DynamicBeam as DynamicBeam

@@ -46,7 +46,7 @@ class Fit(NamedTuple):
         return [value.reshape(shape) for value in values]
 
 
-def fitted(known: dict[tuple[float, ...], Array], kinds: int, scales: Sequence[Callable[[float], float] | None]) -> Fit:
+def fitted(known: dict[tuple[float, ...], Array], kinds: int, scales: Sequence[Callable[[float], Real] | None]) -> Fit:
     """The polynomials through all rows, values (kinds,) by their places; zero where the grid of these has none.
 
     `scales` take the places along every axis to what the polynomials are in; None leaves them.

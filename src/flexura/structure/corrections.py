@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from flexura.beam import (
     SectionProperties,
     anticlastic_compliance,
     beam_flexibility,
+    block_factors,
     notch_flexibility,
     rectangle,
     secondary_constant,
@@ -34,19 +36,20 @@ SLICES = 160
 
 
 class Factors(NamedTuple):
-    """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ. Mass and shear stiffness stay as they are."""
+    """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ, and shear along y and z. Mass stays as it is."""
 
     axial: Array
     bend_y: Array
     bend_z: Array
     twist: Array
+    shear_y: Array
+    shear_z: Array
 
     def applied(self, sections: SectionProperties, at: Index | slice, stations: bool = False) -> SectionProperties:
         """Effective section of the elements `at`, whose sections are (..., e') or (..., e', stations)."""
-        a, y, z, t = (f[..., at, None] if stations else f[..., at] for f in self)
-        return SectionProperties(
-            sections.A * a, sections.Iy * y, sections.Iz * z, sections.J * t, sections.ky / a, sections.kz / a
-        )
+        a, y, z, t, along_y, along_z = (f[..., at, None] if stations else f[..., at] for f in self)
+        A, Iy, Iz, J, ky, kz = sections
+        return SectionProperties(A * a, Iy * y, Iz * z, J * t, ky * along_y / a, kz * along_z / a)
 
 
 class Torsion(NamedTuple):
@@ -105,6 +108,15 @@ class MemberCorrections:
         plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
 
+    def held(self, values: Array, length: Array) -> Array:
+        """How far (m,) notches are held flat by the blocks that their factors are for. One design."""
+        held = np.zeros(len(self.wanted))
+        for group, _, _ in self._groups:
+            if place := group.between_blocks(values, length[group.index]):
+                notch = self.wanted[group.index, CORRECTIONS.index("notch")]
+                held[group.index] = notch * place[2].plate[:, 0]
+        return held
+
     def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
         """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
         moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4), like=values)
@@ -125,15 +137,15 @@ class MemberCorrections:
         `first` (m + 1,) is the first element of every member.
         """
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        factors = Factors(*np.ones((4, *lead, first[-1]), like=values))
+        factors = Factors(*np.ones((len(Factors._fields), *lead, first[-1]), like=values))
         for group, n, is_tapered in self._groups:
             active = self.active[group.index]
             if not active[:, [0, 1, 3]].any():
                 continue
             L, own_nu = length[..., group.index], nu[..., group.index]
             clamped = self.clamped[group.index]
-            flanks: tuple[Array | float, ...] = (1.0, 1.0, 1.0, 1.0)
-            held = flanks
+            flanks: tuple[Array | float, ...] = (1.0,) * len(Factors._fields)
+            held = blocks = flanks
             if group.kind[0] not in UNIFORM:
                 cut, flanks = _flanks(group, values, L, n, is_tapered, active[:, 3:4])
             if not active[:, :2].any():
@@ -143,9 +155,12 @@ class MemberCorrections:
                 held = _strip(sizes[0], sizes[-1], own_nu[..., None], L[..., None], n, active, clamped)
             else:
                 held = _web(cut, own_nu[..., None], active, clamped)
+            if active[:, 3].any() and (place := group.between_blocks(values, L)):
+                slender, broad, powers = place
+                blocks = _blocks(block_factors(slender, broad, own_nu[..., None], powers), active)
             at = first[group.index][:, None] + np.arange(n)
-            for target, one, other in zip(factors, flanks, held, strict=True):
-                target[..., at] = one * other
+            for target, *own in zip(factors, flanks, held, blocks, strict=True):
+                target[..., at] = math.prod(own)
         return factors
 
 
@@ -164,7 +179,8 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
             case[2] = warping_compliance(1.0, kappa, *_place(x, times, start))
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
-    return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
+    bend_y, bend_z = (np.where(plate, bend, 1.0) for bend in (bend_y, bend_z))
+    return 1.0, bend_y, bend_z, np.where(warping, twist, 1.0), 1.0, 1.0
 
 
 def _compliance_moments(b: Array, t: Array, nu: Array, L: Array, n: int, clamped: Array) -> Array:
@@ -272,7 +288,14 @@ def _flanks(
         b, t, dx = sizes[0], sizes[-1], per * cut.dx
         stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
         beam = [np.where(notch, s, o) for s, o in zip(stepped, corrected, strict=True)]
-    return cut, (*(base / o for base, o in zip(beam, corrected, strict=True)), 1.0)
+    return cut, (*(base / o for base, o in zip(beam, corrected, strict=True)), 1.0, 1.0, 1.0)
+
+
+def _blocks(factors: Iterable[Array], active: Bools) -> tuple[Array, ...]:
+    """Factors (..., m, 1) of notches between blocks (theory eq. F26), 1 where what they add to is left out."""
+    plate, warping, notch = (active[:, k : k + 1] for k in (0, 1, 3))
+    asked = notch, notch & plate, notch, notch & warping, notch, notch
+    return tuple(np.where(of, factor, 1.0) for of, factor in zip(asked, factors, strict=True))
 
 
 def _together(y: Array, z: Array) -> Array:
@@ -294,7 +317,7 @@ def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array 
     J = rectangle(cut.width, cut.thickness, nu).J
     J_web = rectangle(b, web, nu).J
     length = (J_web * dx / J).sum(axis=-1, keepdims=True)
-    warping = warping_constant(b, web)
+    constant = warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
     bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
     for share, times, start in _cases(clamped):
@@ -302,7 +325,7 @@ def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array 
         bend = bend + share * (1 - anticlastic_compliance(nu, b, span, -span / 2, 0.0))
         pole = poles[start]
         inertia = second - 2 * pole * first + pole * pole * area
-        decay, kappa = warping_decay(nu, J_web, warping, secondary_constant(nu, J_web, b, web, span))
+        decay, kappa = warping_decay(nu, J_web, constant, secondary_constant(nu, J_web, b, web, span))
         z = decay * np.sqrt(3 * inertia / length)
         turn = turn + share * kappa * np.tanh(z) / z
-    return 1.0, np.where(plate, 1 / (1 - bend), 1.0), 1.0, np.where(warping, 1 / (1 - turn), 1.0)
+    return 1.0, np.where(plate, 1 / (1 - bend), 1.0), 1.0, np.where(warping, 1 / (1 - turn), 1.0), 1.0, 1.0

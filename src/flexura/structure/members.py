@@ -203,20 +203,20 @@ class Members:
     ) -> Factors:
         """Factors of elements with those of the sections in fillets, which are thicker; mass stays as it is."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.ones((4, *lead, self.first[-1]), like=values)
+        table = np.ones((len(Factors._fields), *lead, self.first[-1]), like=values)
         _, t = self.end_sizes(values, length)
         for k, (member, end) in enumerate(zip(fillets[0].tolist(), fillets[1].tolist(), strict=True)):
             elements = np.arange(int(self.first[member]), int(self.first[member + 1]))[:: -1 if end else 1]
             step = length[..., member] / self.counts[member] / t[..., member, end]
             thin, thick = fillet_shares(fillets[2][..., k, :], step, len(elements))
-            for row, share in zip(table, (thin, thick, thin, thick), strict=True):
+            for row, share in zip(table[:4], (thin, thick, thin, thick), strict=True):
                 row[..., elements] = row[..., elements] / share
         return _times(factors, table)
 
     def _of_layers(self, factors: Factors | None, values: Array, length: Array) -> Factors:
         """Factors of elements with those of layers, whose bending and twist are not those of their mean moduli."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.ones((4, *lead, len(self.counts)), like=values)
+        table = np.ones((len(Factors._fields), *lead, len(self.counts)), like=values)
         for group in self._layered:
             own = group.laminate(values)
             table[1][..., group.index], table[3][..., group.index] = own.bend, own.twist
