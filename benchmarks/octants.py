@@ -58,6 +58,12 @@ def _to_edge(least: float, fine: float, smooth: float) -> np.ndarray:
     return _points(smooth + 1.2 / (d + least), 1 - d, fine)
 
 
+def _block(length: float, height: float, fine: float) -> np.ndarray:
+    """Points from 0 to the end of a block, as far apart as its height and the way from its start ask for."""
+    x = np.linspace(0.0, length, SAMPLES)
+    return _points(3.0 / (0.2 * height + x), x, fine)
+
+
 def _along(member: MemberSolid, fine: float) -> np.ndarray:
     """Points from 0.5 to 1 along a member of unit length, or from 0 to 1 where it tapers."""
     shape = member.shape
@@ -114,11 +120,21 @@ def _solver() -> Any:
     return PyPardisoSolver(mtype=2)  # looks for its library all over the place
 
 
-def stiffnesses(member: MemberSolid, fine: float = 1.0) -> np.ndarray:
-    """Stretch, twist, and bending about y and z by moments and between parallel ends, (6,), N/m and N m."""
+def stiffnesses(member: MemberSolid, fine: float = 1.0, block: float = 0.0, is_bar: bool = False) -> np.ndarray:
+    """Stretch, twist, and bending about y and z by moments and between parallel ends, (6,), N/m and N m.
+
+    With blocks of the length `block`, over that of the member, as large as its ends, between them and the rigid faces;
+    or, `is_bar`, of such a block all along.
+    """
     x = _along(member, fine)
     Y, Z, planes = _section(member, fine)
     size_y, size_z = member.shape.at(x)
+    if block:
+        beyond = _block(block, float(size_z[-1]), fine)[1:]
+        x = np.concatenate([x, 1.0 + beyond])
+        size_y, size_z = (np.concatenate([size, np.full(len(beyond), size[-1])]) for size in (size_y, size_z))
+    if is_bar:
+        size_y, size_z = (np.full(len(x), size[-1]) for size in (size_y, size_z))
     shape = (len(x), *Y.shape)
     points = np.empty((*shape, 3))
     points[..., 0] = (x - x[0])[:, None, None]

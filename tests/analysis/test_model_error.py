@@ -80,7 +80,7 @@ bodies:
   table: {centre: [55 mm, 0, 0], solid: {shape: box, size: [10 mm, 40 mm, 10 mm], material: al}, carries: [s*.g]}
 ground: {foot: clamped}
 """,
-        (115.04, 1035.4, 2280.5),
+        (115.04, 1035.4, 2280.5, 6388, 6430, 6536),
     ),
 }
 """Blocks of aluminium held at one face, and their frequencies, Hz, by curved tetrahedra of order 4 (NGSolve)."""

@@ -123,15 +123,6 @@ def test_superelements_that_bend_are_judged_as_beams(stroke, least, most):
         assert max(told) == pytest.approx(float((1 - there / rest).max()), rel=0.3)
 
 
-def test_members_that_warping_stiffens_are_noted():
-    """Their torque is taken as constant along them; without the correction nothing is said."""
-    plain = LEAF.format(size="0.1 m", elements=4)
-    told, silent = (fx.stroke(fx.loads(plain + more), move={"b.z": 1e-3}, n=1) for more in ("", "corrections: none\n"))
-    (note,) = set(told.notes) - set(silent.notes)
-    assert "leaf" in note
-    assert "softer across than a solid" in note
-
-
 def test_a_node_of_which_one_rotation_is_held():
     """About which axes it turns depends on the way, when it turns about both others."""
     leaf = fx.loads(LEAF.format(size="0.1 m", elements=6).replace("a: clamped}", "a: clamped, b: {fixed: [rx]}}"))

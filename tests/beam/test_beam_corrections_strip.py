@@ -13,7 +13,7 @@ from flexura.beam.section import (
     warping_compliance,
     warping_constant,
     warping_decay,
-    warping_moments,
+    warping_element,
 )
 
 
@@ -97,18 +97,21 @@ def test_means_over_elements_add_up(n):
     assert_allclose(warping_compliance(*args, edges[:-1], edges[1:]).mean(), whole, rtol=1e-13)
 
 
-@pytest.mark.parametrize("decay", [0.2, 3.0, 70.0])
-def test_moments_of_the_compliance_in_torsion(decay):
-    """Against Gauss and Legendre's rule, in stretches before, round and behind the middle."""
-    kappa, span = 0.94, 3.0
-    start, stop = np.array([-1.5, -0.4, 0.3, 1.2]), np.array([-1.1, 0.2, 0.9, 1.5])
-    moments = warping_moments(decay, kappa, span, start, stop)
-    s, w = np.polynomial.legendre.leggauss(60)
-    x = (start + stop)[:, None] / 2 + (stop - start)[:, None] / 2 * s
-    compliance = 1 - kappa * np.cosh(decay * x) / np.cosh(decay * span / 2)
-    expected = (w / 2 * compliance) @ np.polynomial.legendre.legvander(s, 4)
-    assert_allclose(moments, expected, atol=1e-13)
-    assert_allclose(moments[:, 0], warping_compliance(decay, kappa, span, start, stop), rtol=1e-13)
+@pytest.mark.parametrize("decay", [0.02, 1.0, 9.0])
+def test_an_element_between_ends_that_warp(decay):
+    """Against the least energy of polynomials of degree 50, psi^2 + (2 psi'/decay)^2 - 2 T psi, with ends given."""
+    kappa, n = 0.9, np.polynomial.legendre
+    s, w = n.leggauss(80)
+    V, ends = n.legvander(s, 50), n.legvander(np.array([-1.0, 1.0]), 50)
+    slope = np.stack([n.legval(s, n.legder(row)) for row in np.eye(51)], axis=1)
+    P, w = V[:, :3], w / 2
+    K = (V.T * w) @ V + (slope.T * w) @ slope * (2 / decay) ** 2
+    load = np.concatenate([np.hstack([(V.T * w) @ P, np.zeros((51, 2))]), np.eye(5)[3:]])
+    solved = np.linalg.solve(np.block([[K, ends.T], [ends, np.zeros((2, 2))]]), load)
+    twist = kappa * (P.T * w) @ V @ solved[:51] + (1 - kappa) * np.hstack([(P.T * w) @ P, np.zeros((3, 2))])
+    A, B, Z = warping_element(decay, kappa)
+    assert_allclose(np.hstack([A, B]), twist, atol=1e-10)
+    assert_allclose(np.hstack([-B.T, Z]), -kappa * solved[51:], rtol=1e-8, atol=1e-10)
 
 
 def test_one_clamped_end_is_half_of_twice_the_length():

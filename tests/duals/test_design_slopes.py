@@ -23,7 +23,8 @@ def numbers(design):
         if len(part.connectivity):
             elements = own.elements
             found.update({(name, key): getattr(elements, key) for key in ("K", "M", "C", "geometric")})
-            found[name, "torsion"] = elements.torsion.moments
+            torsion = elements.torsion._asdict()
+            found.update({(name, key): torsion[key] for key in ("stiffness", "mean", "A", "B", "Z", "bow")})
         for k, (_, _, K, M) in enumerate(own.discrete_elements):
             found.update({(name, k, key): A for key, A in (("K", K), ("M", M)) if A is not None})
     return found

@@ -94,3 +94,16 @@ class Moved:
         inertia = la.block_diag(np.diag(mass[:3]), R @ np.diag(mass[3:]) @ R.T)
         K = np.linalg.inv(pose.compliance(self.number(node)))
         return np.sqrt(la.eigh((K + K.T) / 2, inertia, eigvals_only=True)) / (2 * np.pi)
+
+
+def inside_strips(model: MovingModel) -> list[int]:
+    """The displacements between the ends of members whose warping is held."""
+    frames = [node[:, 1:-1].ravel() for group in model.elements for node in group.coupled]
+    return [int(dof) for own in frames for dof in model.dof[own].ravel()]
+
+
+def condensed(K: np.ndarray, inner: list[int]) -> np.ndarray:
+    """K of the other displacements, with the inner ones free."""
+    outer = np.setdiff1d(np.arange(len(K)), inner)
+    follow = np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, outer)])
+    return np.asarray(K[np.ix_(outer, outer)] - K[np.ix_(outer, inner)] @ follow)

@@ -101,6 +101,22 @@ def test_the_stretch_of_edges_is_told(degrees, said):
     assert [(own.place, own.value) for own in told] == [("leaf", pytest.approx(stretch, rel=1e-6))] * said
 
 
+@pytest.mark.parametrize("angle", [0.1, 0.5, 2.0])
+def test_a_strip_that_is_bent_far_stays_flat_across(angle):
+    """M = d/dk of D b k^2 (1 - nu^2 F)/2, F = 2 (cosh a - cos a)/(sinh a + sin a)/a, a^4 = 3 (1 - nu^2) b^4 k^2/t^2
+    (Ashwell 1950)."""
+    b, t, L, nu = 15e-3, 0.4e-3, 50e-3, 0.3
+
+    def energy(k: float) -> float:
+        a = (3 * (1 - nu**2) * b**4 * k**2 / t**2) ** 0.25
+        bow = 2 * (np.cosh(a) - np.cos(a)) / (np.sinh(a) + np.sin(a)) / a
+        return E * b * t**3 / 24 / (1 - nu**2) * k**2 * (1 - nu**2 * bow)
+
+    (pose,) = fx.stroke(strip("[plate]", "free", "tz, rx, ry"), move={"b.rz": angle}, n=1).poses
+    k, step = angle / L, 1e-4 * angle / L
+    assert pose.reaction["b.rz"] == pytest.approx((energy(k + step) - energy(k - step)) / (2 * step), rel=1e-6)
+
+
 def test_torsional_buckling_of_a_short_wide_strip():
     """At GJ A/Ip, below Euler's load of this length."""
     A, Ip, _, J = section(15e-3, 0.4e-3)
@@ -120,22 +136,23 @@ SOLID = [
 
 @pytest.mark.parametrize(("degrees", "torque", "short", "held", "pull"), SOLID)
 def test_twist_between_flat_ends_against_a_solid(degrees, torque, short, held, pull):
+    """Torque is up to 1.4 % high at 30 degrees: what fibres are stretched by does not change within a width."""
     move = {"b.rx": np.radians(degrees)}
     (pose,) = fx.stroke(strip(), move=move, n=1).poses
-    assert 1e3 * pose.reaction["b.rx"] == pytest.approx(torque, rel=5e-3)
-    assert -1e3 * pose.displacement["b"][0] == pytest.approx(short, rel=6e-3)
+    assert 1e3 * pose.reaction["b.rx"] == pytest.approx(torque, rel=1.5e-2)
+    assert -1e3 * pose.displacement["b"][0] == pytest.approx(short, rel=7.5e-3)
     found = fx.stroke(strip(held="tx, ty, tz, ry, rz"), move=move, n=1)
-    assert 1e3 * found.poses[0].reaction["b.rx"] == pytest.approx(held, rel=5e-3)
+    assert 1e3 * found.poses[0].reaction["b.rx"] == pytest.approx(held, rel=1.2e-2)
     ((start, _),) = found.end_forces.values()
-    assert start[0, 0, 0, 0] == pytest.approx(pull, rel=1.2e-2)
+    assert start[0, 0, 0, 0] == pytest.approx(pull, rel=1e-3)
 
 
 # mm of stroke; force in N, shortening in mm, stiffness across in N/mm of a leaf between parallel ends; how far off
-# stiffness is, and that of plain beams: held warping is taken as under constant torque
+# stiffness is, as at rest, and that of plain beams
 SIDEWAYS = [
-    (2, 3.39690, 0.0482658, 1483.33, -0.037, -0.065),
-    (4, 6.84967, 0.193297, 983.495, -0.088, -0.348),
-    (8, 14.0912, 0.777510, 433.188, -0.165, -0.528),
+    (2, 3.39690, 0.0482658, 1483.33, -0.006, -0.065),
+    (4, 6.84967, 0.193297, 983.495, -0.002, -0.348),
+    (8, 14.0912, 0.777510, 433.188, 0.005, -0.528),
 ]
 
 
@@ -146,13 +163,25 @@ def test_a_leaf_between_parallel_ends_against_a_solid(stroke, force, short, acro
         (pose,) = fx.stroke(mechanism, move={"b.y": stroke * 1e-3}, n=1).poses
         assert pose.support_stiffness[2] * 1e-3 / across - 1 == pytest.approx(expected, abs=4e-3)
         if corrections == "auto":
-            assert pose.reaction["b.y"] == pytest.approx(force, rel=1.5e-2)
+            assert pose.reaction["b.y"] == pytest.approx(force, rel=6e-3)
             assert -1e3 * pose.displacement["b"][0] == pytest.approx(short, rel=3e-3)
+
+
+# length over width, width over thickness, and stiffness across over E t at a stroke of 0.2 of the length: NGSolve 6.2,
+# hexahedra of order 3, St. Venant and Kirchhoff's material; 28 x 6, 20 x 6, 12 x 4 and 8 x 6 cells, 19380 to 5700 DOFs
+WIDE = [(10, 200, 3.7744e-6), (10 / 3, 200, 1.7550e-4), (10 / 3, 10, 1.55924e-2), (1, 50, 0.150057)]
+
+
+@pytest.mark.parametrize(("long", "wide", "across"), WIDE)
+def test_wide_leaves_at_a_fifth_of_their_length(long, wide, across):
+    mechanism = strip(held="rx, ry, rz", width=wide * 0.4, length=long * wide * 0.4)
+    (pose,) = fx.stroke(mechanism, move={"b.y": 0.2 * long * wide * 0.4e-3}, n=1).poses
+    assert pose.support_stiffness[2] / (E * 0.4e-3) == pytest.approx(across, rel=0.016 if long == 1 else 0.01)
 
 
 @pytest.mark.parametrize(
     ("corrections", "elements", "close"),
-    [("none", 10, 1e-3), ("[warping]", 4, 5e-3), ("[warping]", 10, 1e-3), ("auto", 10, 5e-3)],
+    [("none", 10, 1e-3), ("[warping]", 4, 5e-3), ("[warping]", 10, 1.1e-3), ("auto", 10, 5e-3)],
 )
 def test_corrected_guides_converge(corrections, elements, close):
     """Against 64 elements: forces, parasitic modes and support stiffness at 0.16 of the length of leaves."""

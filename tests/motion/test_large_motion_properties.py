@@ -17,7 +17,7 @@ from flexura.motion.model import MovingModel
 from flexura.motion.path import Path as Way
 from flexura.motion.path import Point, Stopped
 from flexura.motion.se3 import Logarithm, rotation, rotation_vector
-from helpers.large_motion import Moved, straight_beams
+from helpers.large_motion import Moved, condensed, inside_strips, straight_beams
 from helpers.oscillators import dense
 
 Array = NDArray[np.float64]
@@ -120,11 +120,15 @@ def scaled(A: Array, B: Array) -> float:
 
 @pytest.mark.parametrize("file", FILES)
 def test_at_rest_it_is_the_linear_model(file):
+    """But for what strips resist where their torque is uneven: loads at their ends move them alike."""
     full = fx.assemble(fx.load(EXAMPLES / file))
     model = MovingModel.of(full.design)
     forces = model.forces(model.rest, NO_GRAVITY)
     assert np.abs(forces.force).max() == 0
-    assert scaled(model.pattern.dense(forces.blocks), full.K.toarray()) < 1e-12
+    K, expected, close = model.pattern.dense(forces.blocks), full.K.toarray(), 1e-12
+    if inner := inside_strips(model):
+        K, expected, close = condensed(K, inner), condensed(expected, inner), 1e-9
+    assert scaled(K, expected) < close
     assert scaled(dense(model.mass(model.rest)), full.M.toarray()) < 1e-12
     weight = Equations(model).free(-model.forces(model.rest, GRAVITY).force)
     expected = full.base_inertia_forces[:, :3] @ GRAVITY

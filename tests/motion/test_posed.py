@@ -10,7 +10,9 @@ from numpy.testing import assert_allclose
 
 import flexura as fx
 from flexura.analysis.strain.energy import energies
+from flexura.motion.model import MovingModel
 from flexura.structure import dissipation
+from helpers.large_motion import condensed, inside_strips
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MOVED = {
@@ -74,14 +76,22 @@ def test_a_pose_without_displacement_is_rest(name: str, damped: fx.Mechanism) ->
     mechanism = damped if name == "damped" else fx.load(EXAMPLES / f"{name}.yaml")
     mechanism = mechanism.replaced({"gravity": (0.0, 0.0, 0.0), "loads": {}})
     rest, here = fx.assemble(mechanism), fx.assemble(fx.at(mechanism, {MOVED.get(name, "carriage.y"): 0.0}))
-    scale = 1 / np.sqrt(rest.K.diagonal())
-    _close(scale[:, None] * _dense(here.K) * scale, scale[:, None] * _dense(rest.K) * scale, 1e-10)
+    inner = inside_strips(MovingModel.of(rest.design))  # where strips resist a torque that is uneven
+    outer = np.setdiff1d(np.arange(rest.order), inner)
+    scale = 1 / np.sqrt(rest.K.diagonal()[outer])
+    found, wanted = (scale[:, None] * condensed(_dense(model.K), inner) * scale for model in (here, rest))
+    _close(found, wanted, 1e-9 if inner else 1e-10)
     scale = 1 / np.sqrt(np.maximum(rest.M.diagonal(), 1e-12 * rest.M.diagonal().max()))
     _close(scale[:, None] * _dense(here.M) * scale, scale[:, None] * _dense(rest.M) * scale, 1e-10)
     _close(here.base_inertia_forces, rest.base_inertia_forces)
     for found, wanted in zip(dissipation(here.design, 0.01), dissipation(rest.design, 0.01), strict=True):
-        _close(_dense(found), _dense(wanted))
+        if inner and _dense(wanted)[inner].any():
+            _close(*(condensed(_dense(H), inner) for H in (found, wanted)), 1e-9)
+        else:
+            _close(_dense(found), _dense(wanted))
     u = np.random.default_rng(3).standard_normal((rest.order, 2)) * rest.K.diagonal()[:, None] ** -0.5
+    K = _dense(rest.K)
+    u[inner] = -np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, outer)] @ u[outer]) if inner else 0.0
     for found, wanted in zip(
         energies(here, here.node_displacements(u)), energies(rest, rest.node_displacements(u)), strict=True
     ):

@@ -1,6 +1,8 @@
 from flexura.beam import element as element
 from flexura.beam import notch as notch
 from flexura.beam import ring_plate as ring_plate
+from flexura.beam.blocks import Powers as Powers
+from flexura.beam.blocks import block_factors as block_factors
 from flexura.beam.dynamic import SERIES_RADIANS as SERIES_RADIANS
 from flexura.beam.dynamic import BeamSeries as BeamSeries
 from flexura.beam.dynamic import DynamicBeam as DynamicBeam
@@ -81,7 +83,7 @@ from flexura.beam.section import tube as tube
 from flexura.beam.section import warping_compliance as warping_compliance
 from flexura.beam.section import warping_constant as warping_constant
 from flexura.beam.section import warping_decay as warping_decay
-from flexura.beam.section import warping_moments as warping_moments
+from flexura.beam.section import warping_element as warping_element
 from flexura.beam.tapered import arm_stiffness as arm_stiffness
 from flexura.beam.tapered import gauss_stations as gauss_stations
 from flexura.beam.tapered import geometric_basis as geometric_basis

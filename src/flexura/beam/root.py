@@ -12,13 +12,12 @@ import csv
 import math
 from functools import cache
 from importlib.resources import files
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from flexura.arrays import Array
 from flexura.beam.element import END_FLEXIBILITY_BASIS
+from flexura.beam.fitted import Fit, between, fitted, over, powers, within
 from flexura.beam.frames import Real, basis_of, columns, symmetric
 from flexura.duals import plain
 
@@ -121,24 +120,11 @@ LEAST_FLEXIBILITY = 1e-9
 LEAF = (6.0, 0.4)
 """Length of the leaves of the table: over their thickness, or over their width where that is more."""
 
-MARGIN = 1.1
-"""How far beyond a range, as a factor, it goes on, so that what is at its edge has one slope."""
-
 FLUSH = -1e-9
 """Block beside the leaf's face, over its thickness, that counts as flush but for round-off."""
 
-ROWS = 16
-"""Places whose factors are one product of matrices."""
-
 _MIRRORED = np.array([1.0, 1, 1, 1, 1, 1, 1, 1, -1, -1, -1, -1])
 """Signs of a joint upside down."""
-
-
-class _Fit(NamedTuple):
-    """Coefficients (nu, width, up, down, 12) of factors of the flexibility, and numbers of powers of these scales."""
-
-    coefficients: NDArray[np.float64]
-    counts: tuple[int, ...]
 
 
 def root_flexibility(
@@ -170,12 +156,12 @@ def root_flexibility(
     rx_rz in m/N, 1/N and 1/(N m). Raises nothing.
     """
     slender = b / t
-    width, nu = _within(slender, *WIDTHS, NEAR_WIDE), _within(nu, *RATIOS)
-    above, below = (_between(beyond / t, FLUSH, FAR - 0.5 + NEAR_FAR) for beyond in (up, down))
-    above, below = (own - _over(own - (FAR - 0.5), NEAR_FAR) for own in (above, below))
+    width, nu = within(slender, *WIDTHS, NEAR_WIDE), within(nu, *RATIOS)
+    above, below = (between(beyond / t, FLUSH, FAR - 0.5 + NEAR_FAR) for beyond in (up, down))
+    above, below = (own - over(own - (FAR - 0.5), NEAR_FAR) for own in (above, below))
     if np.any(plain(wider) > 0):
-        room = _between(wider / t, 0.0, FAR + NEAR_FAR)
-        room = room - _over(room - FAR, NEAR_FAR)
+        room = between(wider / t, 0.0, FAR + NEAR_FAR)
+        room = room - over(room - FAR, NEAR_FAR)
         entries = _beside(room * (1 + NEAR_SIDE / FAR) / (room + NEAR_SIDE), nu, width, above, below)
     else:
         entries = _entries(nu, width, above, below)
@@ -184,14 +170,14 @@ def root_flexibility(
     _warp(entries, 1.0 / _twisted(entries, width, _warping(nu, b, L)))
     narrow = np.where(plain(slender) < plain(width), width / slender, 1.0)
     _warp(entries, narrow * narrow)
-    along, across = (_powers(1.0 / own, 4) for own in (slender, t))
+    along, across = (powers(1.0 / own, 4) for own in (slender, t))
     soft = 1.0 / E
     return columns(*(own * (soft * along[w] * across[n]) for own, w, n in zip(entries, _POWERS, _LENGTHS, strict=True)))
 
 
 def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     """The 12 flexibilities without units of a leaf on a block as wide, from ratios within their ranges."""
-    factors = _factors_at(nu, np.log(width), _scale(up), _scale(down))
+    factors = _fitted().at(nu, np.log(width), _scale(up), _scale(down))
     entries: list[Real] = [0.0] * 12
     for first, group in zip((0, 6), _GROUPS, strict=True):
         a, c, d, e, f, g = factors[first : first + 6]
@@ -210,8 +196,8 @@ def _entries(nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
 
 def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Real]:
     """Flexibilities without units of a leaf on a wider block, from 0, as wide as the leaf, to 1, wide."""
-    far = CUBE + _over(width - CUBE, NEAR_CUBE)
-    up, down = (beyond - share * _over(beyond - far, NEAR_CUBE) for beyond in (up, down))
+    far = CUBE + over(width - CUBE, NEAR_CUBE)
+    up, down = (beyond - share * over(beyond - far, NEAR_CUBE) for beyond in (up, down))
     entries = _entries(nu, width, up, down)
     cube = ((up + down) / CUBE) ** 3
     away = share * cube * 1.03125 / (cube + 0.25)  # half of it where both faces are some 0.6 thicknesses away
@@ -228,61 +214,13 @@ def _beside(share: Real, nu: Real, width: Real, up: Real, down: Real) -> list[Re
 
 def _linear(x: Real, points: Array, values: Array) -> list[Real]:
     """Linear between values (n, points), n of them, rounded at the points; beyond the ends as there."""
-    corners = [_over(x - point, NEAR_POINT) for point in points.tolist()]
+    corners = [over(x - point, NEAR_POINT) for point in points.tolist()]
     slopes = np.pad(np.diff(values) / np.diff(points), ((0, 0), (1, 1)))
     turns = np.diff(slopes).tolist()
     return [
         first + sum(turn * corner for turn, corner in zip(weights, corners, strict=True))
         for first, weights in zip(values[:, 0].tolist(), turns, strict=True)
     ]
-
-
-def _factors_at(nu: Real, *scales: Real) -> list[Array]:
-    """The 12 factors of the flexibility (...) at nu and at places on the scales of width, up and down, each (...).
-
-    Products are of `ROWS` places at a time: libraries sum those of other sizes in another order, and what a place gives
-    would depend on how many others there are.
-    """
-    coefficients, counts = _fitted()
-    shape = np.broadcast_shapes(np.shape(nu), *map(np.shape, scales))
-    count = math.prod(shape)
-    terms: Array = np.ones((count, 1))
-    for scale, powers in zip(scales, counts[1:], strict=True):
-        of_scale = np.stack(_powers(np.broadcast_to(scale, shape).reshape(-1), powers), axis=-1)
-        terms = (terms[:, :, None] * of_scale[:, None, :]).reshape(count, -1)
-    filled = np.concatenate([terms, np.zeros((-count % ROWS, terms.shape[1]))]).reshape(-1, ROWS, terms.shape[1])
-    by_nu = coefficients.reshape(counts[0], -1, 12).swapaxes(0, 1).reshape(-1, counts[0] * 12)
-    by_nu_power = np.moveaxis((filled @ by_nu).reshape(-1, by_nu.shape[1])[:count], -1, 0).reshape(counts[0], 12, count)
-    weights = np.stack(_powers(np.broadcast_to(nu, shape).reshape(-1), counts[0]))[:, None]
-    return [factor.reshape(shape) for factor in (by_nu_power * weights).sum(axis=0)]
-
-
-def _powers(x: Real, count: int) -> list[Real]:
-    """x^0 to x^(count - 1)."""
-    powers: list[Real] = [0.0 * x + 1.0]
-    for _ in range(count - 1):
-        powers.append(powers[-1] * x)
-    return powers
-
-
-def _between(x: Real, least: float, most: float) -> Array:
-    """What lies outside of a range at its edge; there with the slopes of x."""
-    x = np.where(plain(x) < least, least, x)
-    return np.where(plain(x) > most, most, x)
-
-
-def _over(x: Real, width: Real) -> Real:
-    """What of x is above zero, rounded where x is between minus and plus a width: three derivatives do not jump."""
-    u = _between((x + width) / (2 * width), 0.0, 1.0)
-    near = 2 * width * u**4 * (2.5 - 3 * u + u * u)
-    return np.where(plain(x) > plain(width), x, near)
-
-
-def _within(x: Real, least: float, most: float, near: float | None = None) -> Real:
-    """x in a range; outside it goes on, ever more slowly, to an end that is `MARGIN` times as far, rounded where that
-    is the most by `near`."""
-    low, high = least / MARGIN, most * MARGIN
-    return x + _over(low - x, least - low) - _over(x - high, near or high - most)
 
 
 def fillet_shares(radii: Array, step: Real, n: int) -> tuple[Array, Array]:
@@ -354,7 +292,7 @@ def _scale(beyond: Real) -> Real:
 
 
 @cache
-def _fitted() -> _Fit:
+def _fitted() -> Fit:
     """The polynomials that go through all rows of the table."""
     with files("flexura.beam").joinpath("roots.csv").open() as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
@@ -368,18 +306,7 @@ def _fitted() -> _Fit:
         _warp(entries, _twisted(entries, width, _warping(nu, width, L), back=True))
         known[nu, width, up, down] = _factors(np.array(entries))
         known[nu, width, down, up] = _factors(np.array(entries) * _MIRRORED)
-    axes = [sorted({key[k] for key in known}) for k in range(4)]
-    table = np.zeros([*map(len, axes), 12])
-    for at in np.ndindex(table.shape[:-1]):
-        table[at] = known.get(
-            tuple(axis[k] for axis, k in zip(axes, at, strict=True)), 0.0
-        )  # flush on both sides: none
-    beside = [[float(_scale(beyond)) for beyond in axis] for axis in axes[2:]]
-    scales = (axes[0], np.log(axes[1]).tolist(), *beside)
-    for axis, points in enumerate(scales):
-        inverse = np.linalg.inv(np.vander(points, increasing=True))
-        table = np.moveaxis(np.tensordot(inverse, table, axes=(1, axis)), 0, axis)
-    return _Fit(table, table.shape[:-1])
+    return fitted(known, len(names), (None, math.log, _scale, _scale))  # flush on both sides: none
 
 
 def _factors(C: Array) -> Array:

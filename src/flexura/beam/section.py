@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
 from flexura.beam.frames import Real, ordered
-from flexura.duals import real
+from flexura.duals import real, zeros
 
 _SUM_INVERSE_ODD_FIFTH_POWERS = 1.0045237627951384  # 1 + 1/3^5 + 1/5^5 + ... = (31/32) zeta(5)
 
@@ -151,12 +151,33 @@ def warping_compliance(decay: Real, kappa: Real, span: Real, start: Real, stop: 
     return 1 - kappa * mean_cosh(decay, span, start, stop)
 
 
-def warping_moments(decay: Real, kappa: Real, span: Real, start: Real, stop: Real) -> Array:
-    """Return the means (..., 5) over [start, stop] of the twist per torque of `warping_compliance` times Legendre's
-    polynomials of degree 0 to 4, which run from -1 to 1 there."""
-    moments = -real(kappa)[..., None] * _cosh_moments(decay, span, start, stop)
-    moments[..., 0] += 1.0
-    return moments
+def warping_element(decay: Real, kappa: Real) -> tuple[Array, Array, Array]:
+    """Return how elements of a bar twist between ends that may warp (theory eqs. G22, G36-G37).
+
+    A torque t0 + t1 P1 + t2 P2 of Legendre's polynomials and the rates of warping psi, 1/m, at both ends twist it, in
+    the means of its rate of twist with these polynomials, by A t length/GJ + B psi length; its ends resist warping
+    with GJ (Z psi length - B't) (Vlasov 1961, with the secondary shear of eq. F6).
+
+    decay: that of `warping_decay` over the length, -; kappa: -. Returns A (..., 3, 3), B (..., 3, 2), Z (..., 2, 2), -.
+    """
+    z, kappa = real(decay) / 2, real(kappa)
+    n = np.arange(3)
+    bessel = np.sqrt(np.pi / (2 * z[..., None])) * scipy.special.ive(n + 0.5, z[..., None])
+    even, odd = 1 + np.exp(-2 * z), -np.expm1(-2 * z)  # 2 exp(-z) times cosh z and sinh z
+    first, second, third = (2 * bessel[..., k] / (odd if k == 1 else even) for k in range(3))
+    share, tanh = 1 - kappa, np.tanh(z)
+    lead = np.broadcast_shapes(z.shape, kappa.shape)
+    A, B, Z = (zeros((*lead, *shape), z, kappa) for shape in ((3, 3), (3, 2), (2, 2)))
+    A[..., 0, 0] = share + kappa * (1 - first)
+    A[..., 1, 1] = share / 3 + kappa * (1 / 3 - second)
+    A[..., 2, 2] = share / 5 + kappa * (1 / 5 - (1 + 3 / z**2) * third)
+    A[..., 0, 2] = A[..., 2, 0] = -kappa * third
+    for end, sign in ((0, -1.0), (1, 1.0)):
+        B[..., 0, end], B[..., 1, end], B[..., 2, end] = kappa * first / 2, sign * kappa * second / 2, kappa * third / 2
+    alike, opposite = kappa * tanh / (4 * z), kappa / (4 * z * tanh)
+    Z[..., 0, 0] = Z[..., 1, 1] = alike + opposite
+    Z[..., 0, 1] = Z[..., 1, 0] = alike - opposite
+    return A, B, Z
 
 
 def warping_decay(nu: Real, J: Real, warping: Real, secondary: Real) -> tuple[Array, Array]:
@@ -179,21 +200,6 @@ def mean_cosh(decay: Real, span: Real, start: Real, stop: Real) -> Array:
         at = np.abs(decay * x)
         ends.append(np.sign(x) * np.exp(at - half) * -np.expm1(-2 * at) / (1 + np.exp(-2 * half)))
     return (ends[1] - ends[0]) / (decay * (stop - start))
-
-
-def _cosh_moments(decay: Real, span: Real, start: Real, stop: Real) -> Array:
-    """Return the means (..., 5) of P_n cosh(decay x)/cosh(decay span/2), as `mean_cosh` that of P_0.
-
-    Those of P_n exp(z s) over -1 < s < 1 are the modified spherical Bessel functions (Abramowitz and Stegun 1964,
-    eq. 10.2.36).
-    """
-    decay, middle, half = real(decay), real(start + stop) / 2, (stop - start) / 2
-    n = np.arange(5)
-    z, at = (decay * half)[..., None], np.abs(decay * middle)[..., None]
-    bessel = np.sqrt(np.pi / (2 * z)) * scipy.special.ive(n + 0.5, z)
-    size = np.exp(z + at - (decay * span)[..., None] / 2) / (1 + np.exp(-(decay * span)[..., None]))
-    even, odd = 1 + np.exp(-2 * at), -np.sign(middle)[..., None] * np.expm1(-2 * at)
-    return size * bessel * np.where(n % 2 == 0, even, odd)
 
 
 def warping_constant(width: ArrayLike, thickness: ArrayLike) -> Array:

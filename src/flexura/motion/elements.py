@@ -11,6 +11,7 @@ Sources: Borri, Bottasso (1994), Int. J. Numer. Meth. Engng 37 (helicoidal strai
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
@@ -87,12 +88,14 @@ class Response(NamedTuple):
     """Energy (e,), N m, of elements, forces (e, 6k) on their k frames that hold them in their state, and derivatives
     (e, 6k, 6k) of these by displacements of the frames.
 
-    The derivatives leave out that forces turn with the frames they are in; `turned` adds it, frame by frame.
+    The derivatives leave out that forces turn with the frames they are in; `turned` adds it, frame by frame. `coupled`
+    are those by all frames of members that a group couples.
     """
 
     energy: Array
     force: Array
     tangent: Array
+    coupled: tuple[Array, ...] = ()
 
 
 class Rates(NamedTuple):
@@ -121,12 +124,18 @@ class Group(Protocol):
         """The frames (e, k)."""
         ...
 
+    @property
+    def coupled(self) -> tuple[Index, ...]:
+        """Frames (m, k) of members that are coupled by more than their elements."""
+        ...
+
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames."""
         ...
 
-    def material(self, frames: Frames) -> Array:
-        """Derivatives (e, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
+    def material(self, frames: Frames) -> tuple[Array, ...]:
+        """Derivatives (e, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16), and those of
+        the members that are `coupled`."""
         ...
 
     def masses(self, frames: Frames) -> Array:
@@ -166,14 +175,39 @@ class PoseElements:
         """Energies, forces and tangents in a state of the frames (theory eq. G7)."""
         ends = self.ends(frames)
         log, twists = ends.relative(), ends.twists()
-        energy, n, k = self.strain.response(log.e - self.rest)
+        energy, n, k, coupling = self.strain.response(log.e - self.rest)
         B = _rows(log, twists)
         before, after = log.second(n)
         turned = np.swapaxes(B, 1, 2)
         K = turned @ k
         K[:, :6] -= np.swapaxes(twists[:, 0], 1, 2) @ before
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
-        return Response(energy, (turned @ n[..., None])[..., 0], K @ B)
+        return Response(energy, (turned @ n[..., None])[..., 0], K @ B, self._coupled(B, coupling))
+
+    @property
+    def coupled(self) -> tuple[Index, ...]:
+        """Frames (m, n + 1) of members with n elements that warp together."""
+        return tuple(
+            np.concatenate([self.node[rows[:, :1], 0], self.node[rows, 1]], axis=1) for rows in self.strain.members
+        )
+
+    def _coupled(self, B: Array, coupling: Sequence[Array]) -> tuple[Array, ...]:
+        """Derivatives by all frames of `coupled` members from those by the deformations of their elements."""
+        blocks = []
+        for rows, own in zip(self.strain.members, coupling, strict=True):
+            m, n = rows.shape
+            T = np.zeros((m, 6 * n, 6 * n + 6), like=B)
+            for i in range(n):
+                T[:, 6 * i : 6 * i + 6, 6 * i : 6 * i + 12] = B[rows[:, i]]
+            blocks.append(np.swapaxes(T, 1, 2) @ own @ T)
+        return tuple(blocks)
+
+    def end_force_changes(self, response: Response, frames: Frames, motions: Array) -> Array:
+        """What small displacements (e, 12, k) of the frames change of the forces of a response, each element's own
+        (e, 12, k), which turn with the frames."""
+        B, (*_, coupling) = self.rows(frames), self.strain.response(self.deformation(frames))
+        pushed = self.strain.pushed(np.zeros((len(B), 6, 6)), coupling, B @ motions)
+        return response.tangent @ motions + np.swapaxes(B, 1, 2) @ pushed
 
     def refinement_energy(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the
@@ -182,10 +216,17 @@ class PoseElements:
         log = ends.relative()
         return self.strain.refinement_energy(log.e - self.rest, _rows(log, ends.twists()) @ motions)
 
-    def material(self, frames: Frames) -> Array:
-        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
-        B = self.rows(frames)
-        return np.swapaxes(B, 1, 2) @ self.strain.material(self.deformation(frames)) @ B
+    def material(self, frames: Frames) -> tuple[Array, ...]:
+        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16), and those of
+        `coupled` members."""
+        B, (k, coupling) = self.rows(frames), self.strain.material(self.deformation(frames))
+        return (np.swapaxes(B, 1, 2) @ k @ B, *self._coupled(B, coupling))
+
+    def works(self, frames: Frames, motions: Array) -> Array:
+        """Energies (e, 6, k), J, by the components of the deformation, of small displacements (e, 12, k) of the frames,
+        but for what forces add."""
+        d = self.rows(frames) @ motions
+        return d * self.strain.pushed(*self.strain.material(self.deformation(frames)), d) / 2
 
     @property
     def are_beams(self) -> bool:
@@ -216,10 +257,10 @@ class PoseElements:
         ends = self.ends(frames)
         log, e = ends.relative(), len(self.node)
         velocity = rates.velocity[self.node]
-        energy, n, k = self.strain.response(log.e - self.rest)
+        energy, n, k, coupling = self.strain.response(log.e - self.rest)
         B = _rows(log, ends.twists())
         if rates.damping:
-            n = n + rates.damping * (k @ (B @ velocity.reshape(e, 12, 1)))[..., 0]
+            n = n + rates.damping * self.strain.pushed(k, coupling, B @ velocity.reshape(e, 12, 1))[..., 0]
         held = (n[:, None] @ B)[:, 0]
         acceleration = rates.acceleration[self.node]
         inertial, kinetic = accelerating(self.mass, _middle(ends, log), ends.arm, HALVES, velocity, acceleration)
@@ -313,6 +354,11 @@ class Bars:
     stiffness: Array
     mass: Array
 
+    @property
+    def coupled(self) -> tuple[Index, ...]:
+        """No members."""
+        return ()
+
     def _ends(self, frames: Frames) -> Ends:
         return Ends.of(frames, self.node, np.tile(np.eye(3), (len(self.node), 2, 1, 1)), self.arm)
 
@@ -327,12 +373,12 @@ class Bars:
         """As long without strain as after a free expansion, m."""
         return replace(self, length=self.length + command)
 
-    def material(self, frames: Frames) -> Array:
+    def material(self, frames: Frames) -> tuple[Array]:
         """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
         ends = self._ends(frames)
         line = ends.position[:, 1] - ends.position[:, 0]
         along = ((line / np.linalg.norm(line, axis=1)[:, None])[:, None] @ _stretch_rows(ends))[:, 0]
-        return self.stiffness[:, None, None] * along[:, :, None] * along[:, None]
+        return (self.stiffness[:, None, None] * along[:, :, None] * along[:, None],)
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
@@ -345,7 +391,7 @@ class Bars:
         axes = np.tile(np.eye(3), (len(self.node), 1, 1))
         force, kinetic = accelerating(self.mass, axes, ends.arm, np.zeros(2), velocity, acceleration)
         if rates.damping:
-            damped = self.material(frames) @ velocity.reshape(len(velocity), 12, 1)
+            damped = self.material(frames)[0] @ velocity.reshape(len(velocity), 12, 1)
             force = force + rates.damping * damped[..., 0]
         return Kinetics(held.force + force, float(held.energy.sum()), kinetic)
 
@@ -391,6 +437,11 @@ class Push:
     wrench: Array | None
     size: float = 0.0
 
+    @property
+    def coupled(self) -> tuple[Index, ...]:
+        """No members."""
+        return ()
+
     def driven(self, command: float) -> Push:
         """With a force or a moment, N or N m."""
         return replace(self, size=command)
@@ -412,14 +463,14 @@ class Push:
             tangent[end, :, end] -= turned(force[end][None])[0]
         return Response(np.zeros(1), force.reshape(1, 12), tangent.reshape(1, 12, 12))
 
-    def material(self, frames: Frames) -> Array:
+    def material(self, frames: Frames) -> tuple[Array]:
         """It has no stiffness (1, 12, 12) of its own."""
         del frames
-        return np.zeros((1, 12, 12))
+        return (np.zeros((1, 12, 12)),)
 
     def masses(self, frames: Frames) -> Array:
         """Nor mass (1, 12, 12)."""
-        return self.material(frames)
+        return self.material(frames)[0]
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
         """What it exerts in a state of motion."""

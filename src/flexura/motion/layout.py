@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,14 @@ from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
 from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
-from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
+from flexura.motion.strain import beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements
-from flexura.structure import Copies, Design, Part, SpringElement, Torsion
+from flexura.structure import Copies, Design, Distortion, Part, SpringElement
 
 Named = tuple[Group, tuple[str, ...]]
 """Elements with the name of each."""
 
-PLAIN = Torsion(np.zeros((1, 4)), np.zeros(1), np.zeros(1))
+PLAIN = Distortion.even(np.zeros(1, dtype=np.intp), 0)
 """How a uniform bar twists without corrections."""
 
 MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
@@ -81,6 +81,8 @@ class _Builder:
         self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
         self.inertia = np.zeros((n + 1, 6, 6), like=design.values)
         self.weight = np.zeros((n + 1, 6, 3), like=design.values)
+        beams = [name for name in design.matrices if len(design.plan.parts[name].connectivity)]
+        self.cases: int = max((design.matrices[name].elements.torsion.cases for name in beams), default=0)
 
     def laid(self) -> Laid:
         passive, actuators = self._groups()
@@ -178,10 +180,11 @@ class _Copy:
         keys = list(part.members)
         names = tuple(self.prefix + keys[m] for m in member)
         K, M = self._signed(own.elements.K), self._signed(own.elements.M)
-        return [(self._between(part.connectivity, axes, reach, K, M, (length, own.elements.torsion)), names)]
+        torsion = own.elements.torsion.padded(self.builder.cases)
+        return [(self._between(part.connectivity, axes, reach, K, M, (length, torsion)), names)]
 
     def _between(
-        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Torsion]
+        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Distortion]
     ) -> PoseElements:
         """Beams with K and M (e, 12, 12) in the axes of their ends, lengths and torsion."""
         arm = self._arms(nodes, reach)
@@ -319,10 +322,9 @@ class _Copy:
             self.builder.weight[self._frames(node)[0]] += M[:, :3]
 
 
-def _joined(groups: list[PoseElements]) -> PoseElements:
-    """Elements of one kind in one table."""
-    strain = Strain(*(np.concatenate([getattr(g.strain, f.name) for g in groups]) for f in fields(Strain)))
-    node, axes, arm, rest, mass = (
-        np.concatenate([getattr(g, name) for g in groups]) for name in ("node", "axes", "arm", "rest", "mass")
-    )
-    return PoseElements(node, axes, arm, rest, strain, mass)
+def _joined(groups: Sequence[Any]) -> Any:
+    """Data of one kind in one table."""
+    if not is_dataclass(groups[0]):
+        return np.concatenate(groups)
+    first: Any = groups[0]
+    return replace(first, **{f.name: _joined([getattr(g, f.name) for g in groups]) for f in fields(first)})

@@ -71,7 +71,7 @@ def _change(K: Array, six: slice, line: Array, d: Array) -> Array:
     kept = scale[:, None] * vectors[:, meant] / np.sqrt(values[meant])
     beam, force, at = beam_strain(k[None], np.array([length]), PLAIN), kept.T @ k @ d, d
     for _ in range(BEAM_STEPS):
-        _, gradient, bent = beam.response(at[None])
+        _, gradient, bent, _ = beam.response(at[None])
         at = at + kept @ np.linalg.solve(kept.T @ bent[0] @ kept, force - kept.T @ gradient[0])
     return turn.T @ (k - beam.response(at[None])[2][0]) @ turn
 

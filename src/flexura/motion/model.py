@@ -4,7 +4,7 @@ what it is loaded with: dead and follower loads, gravity and actuators.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -65,7 +65,7 @@ class MovingModel(Laid):
     @cached_property
     def _places(self) -> list[Index]:
         """The displacements that blocks are by."""
-        columns = [self.dof[e.node].reshape(len(e.node), -1) for e in self.elements]
+        columns = [self.dof[node].reshape(len(node), -1) for e in self.elements for node in (e.node, *e.coupled)]
         return [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
 
     def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
@@ -95,7 +95,8 @@ class MovingModel(Laid):
             np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
             total, local = total - weight, local - slope
         energy = sum(response.energy.sum() for response in responses)
-        return Forces(energy, total, [*(response.tangent for response in responses), -inside_slope, local], responses)
+        blocks = (block for response in responses for block in (response.tangent, *response.coupled))
+        return Forces(energy, total, [*blocks, -inside_slope, local], responses)
 
     @property
     def _no_sagging(self) -> Array:
@@ -114,7 +115,8 @@ class MovingModel(Laid):
     def material_blocks(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> list[Array]:
         """The blocks of `material`, in the order of the pattern."""
         none = np.zeros((*self.dof.shape, 6))
-        return [*(e.material(frames) for e in self.commanded(actuators)), self._no_sagging, none]
+        blocks = (block for e in self.commanded(actuators) for block in e.material(frames))
+        return [*blocks, self._no_sagging, none]
 
     def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
         """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
@@ -134,7 +136,7 @@ class MovingModel(Laid):
 
     def mass_blocks(self, frames: Frames) -> list[Array]:
         """The blocks of `mass`, in the order of the pattern."""
-        return [*(e.masses(frames) for e in self.elements), self._no_sagging, self.carried_inertia(frames)]
+        return [*element_masses(self.elements, frames), self._no_sagging, self.carried_inertia(frames)]
 
     def form(self, blocks: Sequence[Array], X: Array) -> Array:
         """X' A X (k, k) for the symmetric part A of a sum of blocks and free displacements X (n, k)."""
@@ -153,7 +155,7 @@ class MovingModel(Laid):
 
     def viscous(self, frames: Frames) -> Matrix:
         """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
-        C = [dashpot.material(frames) for dashpot in self.dashpots]
+        C = [dashpot.material(frames)[0] for dashpot in self.dashpots]
         return self._viscous.dense(C) if self.n_dof <= DENSE_LIMIT else self._viscous.sparse(C)
 
     @cached_property
@@ -174,7 +176,7 @@ class MovingModel(Laid):
                 total[:, column] += np.bincount(at, flat[:, column], len(total))
             strain, kinetic = strain + response.strain, kinetic + response.kinetic
         for dashpot in self.dashpots:
-            held = dashpot.material(frames) @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
+            held = dashpot.material(frames)[0] @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
             np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
         heavy = self._heavy
         velocity, acceleration = rates.velocity[heavy, None], rates.acceleration[heavy, None]
@@ -215,6 +217,14 @@ class MovingModel(Laid):
     def root(self) -> Index:
         """The frame (n + 1,) that each node follows."""
         return np.append(self.design.plan.topology.root, len(self.dof) - 1)
+
+
+def element_masses(elements: Sequence[Group], frames: Frames) -> Iterator[Array]:
+    """The blocks of the mass of elements, in the order of a model's pattern; what couples members has none."""
+    for group in elements:
+        yield group.masses(frames)
+        for node in group.coupled:
+            yield np.zeros((len(node), 6 * node.shape[1], 6 * node.shape[1]))
 
 
 @dataclass(frozen=True)

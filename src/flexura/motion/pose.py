@@ -273,7 +273,7 @@ def end_force_changes(model: MovingModel, state: Equilibrium, moved: Array) -> d
     R = frames.R[elements.node]
     u = moved[elements.node].reshape(len(R), 12, moved.shape[-1])
     # derivatives leave out that forces turn with their frames: what is left is seen from axes that turn along
-    held = (state.tangent.forces.responses[0].tangent @ u).reshape(len(R), 2, 6, u.shape[-1])
+    held = elements.end_force_changes(state.tangent.forces.responses[0], frames, u).reshape(len(R), 2, 6, u.shape[-1])
     back, arm = np.swapaxes(R @ elements.axes, -1, -2), (R @ elements.arm[..., None])[..., 0]
     moment = held[:, :, 3:] - np.cross(arm[..., None], held[:, :, :3], axis=2)
     changes = np.concatenate([back @ held[:, :, :3], back @ moment], axis=2)

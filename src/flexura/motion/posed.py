@@ -107,11 +107,14 @@ class PosedDesign(Record):
         its loss factor, `default` where it has none.
         """
         model, frames = self.model, self.pose.state.frames
-        H = [
-            loss[:, None, None] * group.material(frames)
-            for group, loss in zip(self._elements, model.loss_factors(default), strict=True)
-        ]
-        places = [model.dof[group.node].reshape(len(group.node), -1) for group in model.elements]
+        H: list[Array] = []
+        places: list[Index] = []
+        for group, loss in zip(self._elements, model.loss_factors(default), strict=True):
+            own, *together = group.material(frames)
+            H.append(loss[:, None, None] * own)
+            members = group.strain.members if isinstance(group, PoseElements) else ()
+            H += [loss[rows[:, 0], None, None] * added for rows, added in zip(members, together, strict=True)]
+            places += [model.dof[node].reshape(len(node), -1) for node in (group.node, *group.coupled)]
         return sp.csc_matrix(model.viscous(frames)), Scatter(places, model.n_dof).sparse(H)
 
     @cached_property
@@ -160,11 +163,10 @@ class PosedDesign(Record):
         for group, names in zip(self._elements, self.model.names, strict=True):
             u = moved[group.node].reshape(len(group.node), 6 * group.node.shape[1], moved.shape[-1])
             if isinstance(group, PoseElements) and group.are_beams:
-                d = group.rows(frames) @ u
-                parts = d * (group.strain.material(group.deformation(frames)) @ d) / 2
+                parts = group.works(frames, u)
                 yield names, parts, parts.sum(axis=1)
             else:
-                yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames), u) / 2
+                yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames)[0], u) / 2
 
 
 def at_pose(design: Design) -> Design:

@@ -12,16 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.duals import Dual, plain, zeros
+from flexura.motion.bowing import POINTS, Bowing
 from flexura.motion.se3 import Logarithm
-from flexura.structure import Torsion
+from flexura.structure import EVEN, Distortion
 
 INNER_STEPS = 6
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""
@@ -104,63 +105,134 @@ _OF_NEXT = (
 """Likewise, of a motion with one that elements do not have."""
 
 
+class _Inside(NamedTuple):
+    """Motions inside elements about a state: what they still lack (e, q - 6), negative; how the first of them follow
+    motions of the ends, d and rates of warping, (e, i, 6 + w), negative; and the Hessian (e, 6 + w, 6 + w) by these."""
+
+    step: Array
+    follow: Array
+    hessian: Array
+
+
 @dataclass(frozen=True)
 class Strain:
     """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
 
-    What q has beyond 6 moves inside the element; strains beyond those of q have no part of first order. Motions of the
-    next degree, which are left out, would have `next_stiffness` (e, 3) and the factors `next_curvature` (e, 12).
+    What q has beyond 6 moves inside the element, the last w at its ends: rates of warping, which elements of a member
+    share (`place` as of `Distortion`). Strains beyond those of q have no part of first order; `bowing` adds to the
+    energy. Motions of the next degree, which are left out, would have `next_stiffness` (e, 3) and the factors
+    `next_curvature` (e, 12).
     """
 
     stiffness: Array
     curvature: Array
     next_stiffness: Array
     next_curvature: Array
+    place: Index
+    bowing: Bowing
 
-    def response(self, d: Array) -> tuple[Array, Array, Array]:
-        """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), inner motions at rest."""
-        _, energy, gradient, hessian, inner = self._settled(d)
-        coupled = hessian[:, :6, 6:]
-        gradient = gradient[:, :6] - (coupled @ inner[..., :1])[..., 0]
-        return energy, gradient, hessian[:, :6, :6] - coupled @ inner[..., 1:]
+    @cached_property
+    def members(self) -> tuple[Index, ...]:
+        """Elements (m, n), by their number n, of the m members whose elements warp together."""
+        together, first = np.flatnonzero(self.place), np.flatnonzero(self.place == 1)
+        counts = np.diff(np.append(np.flatnonzero(self.place[together] == 1), len(together)))
+        return tuple(first[counts == n, None] + np.arange(n) for n in np.unique(counts))
 
-    def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Motions q (e, q) with those inside at rest, energy, gradient and Hessian there, and what the motions inside
-        still lack and how they follow those of the ends, (e, q - 6, 7), negative."""
+    @property
+    def _warping(self) -> int:
+        """Number w of rates of warping at the ends of an element."""
+        return max(self.curvature.shape[-1] - len(_NAMES), 0)
+
+    def response(self, d: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
+        """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), motions inside at rest; and what
+        warping adds to the latter, by all d of the `members` (m, 6n, 6n)."""
+        _, energy, gradient, hessian, inside = self._settled(d)
+        gradient = gradient[:, :6] - (hessian[:, :6, 6:] @ inside.step[..., None])[..., 0]
+        return energy, gradient, inside.hessian[:, :6, :6], self._coupling(inside.hessian)
+
+    def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, _Inside]:
+        """Motions q (e, q) with those inside at rest, and energy, gradient and Hessian there."""
         q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
         follows = isinstance(q, Dual)  # slopes settle a step after values
         for _ in range(INNER_STEPS + follows):
             energy, gradient, hessian = self._derivatives(q)
-            both = np.concatenate([gradient[:, 6:, None], hessian[:, 6:, :6]], axis=-1)
-            inner: Any = np.linalg.solve(hessian[:, 6:, 6:], both)
-            if np.abs(plain(inner[..., 0])).max(initial=0.0) < INNER_SETTLED:
+            inside = self._inside(gradient, hessian)
+            if np.abs(plain(inside.step)).max(initial=0.0) < INNER_SETTLED:
                 if not follows:
                     break
                 follows = False
-            q[:, 6:] -= inner[..., 0]
-        return q, energy, gradient, hessian, inner
+            q[:, 6:] -= inside.step
+        return q, energy, gradient, hessian, inside
 
-    def material(self, d: Array) -> Array:
-        """The part (e, 6, 6) of the Hessian that stiffness makes and not the forces, inner motions at rest."""
-        slope = self._slope(self._settled(d)[0])
-        hessian = np.swapaxes(slope, 1, 2) @ (self.stiffness @ slope)
-        coupled = hessian[:, :6, 6:]
-        return hessian[:, :6, :6] - coupled @ np.linalg.solve(hessian[:, 6:, 6:], np.swapaxes(coupled, 1, 2))
+    def _inside(self, gradient: Array, hessian: Array) -> _Inside:
+        """Motions inside about a state with a gradient (e, q) and a Hessian (e, q, q)."""
+        n = gradient.shape[1] - self._warping
+        own, ends = slice(6, n), [*range(6), *range(n, gradient.shape[1])]
+        both = np.concatenate([gradient[:, own, None], hessian[:, own, ends]], axis=-1)
+        inner: Any = np.linalg.solve(hessian[:, own, own], both)
+        coupled = hessian[:, ends, own]
+        step, follow = inner[..., 0], inner[..., 1:]
+        reduced = hessian[:, ends][:, :, ends] - coupled @ follow
+        if not self.members:
+            return _Inside(np.concatenate([step, 0 * gradient[:, n:]], axis=1), follow, reduced)
+        missing = gradient[:, n:] - (coupled[:, 6:] @ step[..., None])[..., 0]
+        warped = np.zeros_like(missing)
+        for rows in self.members:
+            warped[rows] = _shared(reduced[rows], missing[rows][..., None])[..., 0]
+        step = step - (follow[..., 6:] @ warped[..., None])[..., 0]
+        return _Inside(np.concatenate([step, warped], axis=1), follow, reduced)
+
+    def _coupling(self, hessian: Array) -> tuple[Array, ...]:
+        """What warping adds to the stiffness by all d of the `members` (m, 6n, 6n), where elements alone have a Hessian
+        (e, 6 + w, 6 + w)."""
+        added = []
+        for rows in self.members:
+            ends, own = _ends(rows.shape[1], self._warping), hessian[rows]
+            resisted = np.swapaxes(ends, -1, -2) @ own[..., 6:, :6]
+            resisted = np.moveaxis(resisted, 1, 2).reshape(len(rows), ends.shape[-1], -1)
+            follow: Any = np.linalg.solve(_of_ends(own), resisted)
+            added.append(-np.swapaxes(resisted, 1, 2) @ follow)
+        return tuple(added)
+
+    def pushed(self, k: Array, coupling: Sequence[Array], motions: Array) -> Array:
+        """Forces (e, 6, k) on small changes (e, 6, k) of d, by what `response` gives of stiffness."""
+        forces = k @ motions
+        for rows, added in zip(self.members, coupling, strict=True):
+            own = motions[rows]
+            forces[rows] += (added @ own.reshape(*added.shape[:2], own.shape[-1])).reshape(own.shape)
+        return forces
+
+    def material(self, d: Array) -> tuple[Array, tuple[Array, ...]]:
+        """The parts (e, 6, 6) and (m, 6n, 6n) of the Hessian that stiffness makes and not the forces, as `response`."""
+        q = self._settled(d)[0]
+        slope = self._slope(q)
+        stiffness = self._stress(q, slope)[2]
+        reduced = self._inside(np.zeros_like(q), np.swapaxes(slope, 1, 2) @ (stiffness @ slope)).hessian
+        return reduced[:, :6, :6], self._coupling(reduced)
 
     def refinement_energy(self, d: Array, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that motions inside of the next degree would take off small changes (e, 6, k)
         of d (e, 6), inner motions at rest (theory eq. G27)."""
-        q, _, _, _, inner = self._settled(d)
+        q, _, _, _, inside = self._settled(d)
         slope = self._slope(q)
-        stress = self._stress(q, slope)[1]
+        _, stress, stiffness = self._stress(q, slope)
         strains, force = np.zeros((*stress.shape, 3)), np.zeros((*q.shape, 3))
         for (of, motion, new, _), factor in zip(_OF_NEXT, self.next_curvature.T, strict=True):
             strains[:, _AT[of], _NEXT.index(new)] += factor * q[:, _AT[motion]]
             force[:, _AT[motion], _NEXT.index(new)] += factor * stress[:, _AT[of]]
-        force += np.swapaxes(slope, 1, 2) @ (self.stiffness @ strains)
-        whole = np.concatenate([motions, -inner[..., 1:] @ motions], axis=1)
+        force += np.swapaxes(slope, 1, 2) @ (stiffness @ strains)
+        whole = self._followed(inside, motions)
         return ((np.swapaxes(force, 1, 2) @ whole) ** 2 / self.next_stiffness[..., None]).sum(axis=1)
+
+    def _followed(self, inside: _Inside, motions: Array) -> Array:
+        """Small motions (e, q, k) with those inside that follow changes (e, 6, k) of d."""
+        warped = np.zeros((len(motions), self._warping, motions.shape[-1]))
+        for rows in self.members:
+            hessian = inside.hessian[rows]
+            warped[rows] = -_shared(hessian, hessian[..., 6:, :6] @ motions[rows])
+        ends = np.concatenate([motions, warped], axis=1)
+        return np.concatenate([motions, -inside.follow @ ends, warped], axis=1)
 
     def _slope(self, q: Array) -> Array:
         """Derivatives (e, s, q) of the strains."""
@@ -174,21 +246,50 @@ class Strain:
         by_motion = np.moveaxis(self.curvature, -1, 1)
         return np.ascontiguousarray(by_motion, like=by_motion).reshape(e, n, m * n)
 
-    def _stress(self, q: Array, slope: Array) -> tuple[Array, Array]:
-        """Strains (e, s), and what is conjugate to them."""
+    def _stress(self, q: Array, slope: Array) -> tuple[Array, Array, Array]:
+        """Energy (e,) by strains, what is conjugate to them (e, s), and its derivatives (e, s, s)."""
         strain = 0.5 * (slope @ q[..., None])[..., 0]
         strain[:, : q.shape[1]] += 0.5 * q
-        return strain, (self.stiffness @ strain[..., None])[..., 0]
+        stress = (self.stiffness @ strain[..., None])[..., 0]
+        energy = 0.5 * np.einsum("en,en->e", strain, stress)
+        if not self.bowing.any:
+            return energy, stress, self.stiffness
+        work, force, stiffness = self.bowing.added(strain)
+        return energy + work, stress + force, self.stiffness + stiffness
 
     def _derivatives(self, q: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), gradient (e, q) and Hessian (e, q, q) by all motions."""
         e, m, n, _ = self.curvature.shape
         slope = self._slope(q)
-        strain, stress = self._stress(q, slope)
+        energy, stress, stiffness = self._stress(q, slope)
         turned = np.swapaxes(slope, 1, 2)
-        hessian = turned @ (self.stiffness @ slope)
+        hessian = turned @ (stiffness @ slope)
         hessian += (stress[:, None] @ self.curvature.reshape(e, m, n * n)).reshape(e, n, n)
-        return 0.5 * np.einsum("en,en->e", strain, stress), (turned @ stress[..., None])[..., 0], hessian
+        return energy, (turned @ stress[..., None])[..., 0], hessian
+
+
+@lru_cache(maxsize=16)
+def _ends(n: int, w: int) -> Array:
+    """Ones (n, w, (n + 1) w/2) where one of the w rates of warping at the ends of n elements is one of all."""
+    ends = np.zeros((n, w // 2, 2, n + 1, w // 2))
+    for i in range(n):
+        for end in (0, 1):
+            ends[i, :, end, i + end] = np.eye(w // 2)
+    return ends.reshape(n, w, -1)
+
+
+def _of_ends(hessian: Array) -> Array:
+    """Hessians (m, r, r) by the r rates of warping of members, from those (m, n, 6 + w, 6 + w) of their elements."""
+    own = hessian[..., 6:, 6:]
+    ends = _ends(own.shape[1], own.shape[-1])
+    return (np.swapaxes(ends, -1, -2) @ own @ ends).sum(axis=1)
+
+
+def _shared(hessian: Array, forces: Array) -> Array:
+    """Rates of warping (m, n, w, k) at the ends of the elements of members under forces there (m, n, w, k)."""
+    ends = _ends(*forces.shape[1:3])
+    solved: Any = np.linalg.solve(_of_ends(hessian), (np.swapaxes(ends, -1, -2) @ forces).sum(axis=1))
+    return ends @ solved[:, None]
 
 
 def natural_stiffness(K: Array, rest: Logarithm) -> Array:
@@ -202,7 +303,7 @@ def natural_stiffness(K: Array, rest: Logarithm) -> Array:
     return (k + np.swapaxes(k, -1, -2)) / 2
 
 
-def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
+def beam_strain(k: Array, length: Array, torsion: Distortion) -> Strain:
     """Strains of beam elements with natural stiffness k (e, 6, 6) and lengths (e,), m.
 
     Products follow from Magnus' expansion of the relative pose (Blanes, Casas, Oteo, Ros 2009, Phys. Rep. 470, sec. 2)
@@ -217,6 +318,8 @@ def beam_strain(k: Array, length: Array, torsion: Torsion) -> Strain:
         _curvature(length, bent, torsion),
         np.diagonal(k, axis1=1, axis2=2)[:, 3:] / 7,
         _FOLLOWING.sizes(length, bent),
+        torsion.place,
+        _bowing(length, bent, torsion),
     )
 
 
@@ -276,46 +379,75 @@ def _scatter() -> tuple[NDArray[np.intp], Array]:
 _PLACES, _SHARES = _scatter()
 
 
-def _curvature(length: Array, bent: dict[str, Array], torsion: Torsion) -> Array:
+def _curvature(length: Array, bent: dict[str, Array], torsion: Distortion) -> Array:
     """H (e, s, q, q) of beams, of whose translations across the shares `bent` (e,) are of bending."""
     n = len(_NAMES)
     flat = zeros((len(length), len(_AT) * n * n), length, *bent.values(), torsion.polar)
     flat[:, _PLACES] = _TWO.sizes(length, bent) @ _SHARES
     H = flat.reshape(len(length), len(_AT), n, n)
     H[:, 0] += (torsion.polar / length)[:, None, None] * H[:, _AT["w0"]]
-    return H
+    w = torsion.Z.shape[-1]
+    if not w:
+        return H
+    whole = zeros((len(length), len(_AT) + w, n + w, n + w), H)
+    whole[:, :n, :n, :n], whole[:, n + w :, :n, :n] = H[:, :n], H[:, n:]
+    return whole
 
 
-def _stiffness(k: Array, length: Array, torsion: Torsion) -> Array:
+def _stiffness(k: Array, length: Array, torsion: Distortion) -> Array:
     """k (e, s, s) by all strains from that by those of the pose (e, 6, 6)."""
-    stiffness = np.zeros((len(k), len(_AT), len(_AT)), like=k)
+    n, w, warps = len(_NAMES), torsion.Z.shape[-1], np.flatnonzero(torsion.place)
+    stiffness = np.zeros((len(k), len(_AT) + w, len(_AT) + w), like=k)
     stiffness[:, :6, :6] = k
-    for name, of in (("c2", 4), ("c3", 5)):
-        stiffness[:, _AT[name], _AT[name]] = k[:, of, of] / 5
-    twist = [_AT[name] for name in ("phi", "a", "b")]
-    stiffness[np.ix_(range(len(k)), twist, twist)] = _twist_stiffness(k[:, 3, 3], torsion.moments)
-    for degree, name in enumerate(_WAGNER):
-        stiffness[:, _AT[name], _AT[name]] = torsion.wagner / (length**3 * (2 * degree + 1))
+    for name, of, degree in (("a", 3, 1), ("b", 3, 2), ("c2", 4, 2), ("c3", 5, 2)):
+        stiffness[:, _AT[name], _AT[name]] = k[:, of, of] * EVEN[degree]
+    if len(warps):
+        twist = [*range(8), *range(n, n + w)]
+        stiffness[np.ix_(warps.tolist(), twist, twist)] = _warping_stiffness(k[warps], torsion.taken(warps))
+    for degree in range(len(_WAGNER)):
+        at = n + w + degree
+        stiffness[:, at, at] = torsion.wagner / (length**3 * (2 * degree + 1))
     return stiffness
 
 
-def _twist_stiffness(k: Array, moments: Array) -> Array:
-    """Stiffness (e, 3, 3) by phi, a and b of elements with stiffness k (e,) under constant torque (theory eq. G22).
+def _warping_stiffness(k: Array, torsion: Distortion) -> Array:
+    """Stiffness (e, 8 + w, 8 + w) by the pose, a and b and the rates of warping at the ends of elements, which have
+    k (e, 6, 6) under a constant torque (theory eqs. G22, G36-G37).
 
-    A torque t0 + t1 P1 + t2 P2 does work on phi, a/3, b/5, the means of the rate of twist with these polynomials, so
-    that their compliance is that of the products, by `moments` (e, 4) of single polynomials.
+    A torque t0 + t1 P1 + t2 P2 does work on phi, a/3, b/5, the means of the rate of twist with these polynomials. What
+    k has beyond the element itself, as of roots, is in series with it.
     """
-    one, two, three, four = moments.T
-    c = zeros((len(k), 3, 3), k, moments)
-    c[:, 0, 0], c[:, 1, 1], c[:, 2, 2] = 1.0, (1 + 2 * two) / 3, 1 / 5 + 2 / 7 * two + 18 / 35 * four
-    c[:, 0, 1] = c[:, 1, 0] = one
-    c[:, 0, 2] = c[:, 2, 0] = two
-    c[:, 1, 2] = c[:, 2, 1] = (2 * one + 3 * three) / 5
-    share = np.array([1.0, 1 / 3, 1 / 5])
-    return k[:, None, None] * share[:, None] * np.linalg.inv(c) * share
+    e, w, twist, share = len(k), torsion.Z.shape[-1], [3, 6, 7], np.append(np.ones(6), EVEN[1:])
+    own, A, B = torsion.stiffness[:, None, None], torsion.A, torsion.B
+    C, whole = zeros((e, 8, 8), k, own, A), zeros((e, 8 + w, 8 + w), k, own, A, B)
+    C[:, :6, :6] = np.linalg.inv(k)
+    C[np.ix_(range(e), twist, twist)] += A / own
+    C[:, 3, 3] -= torsion.mean / torsion.stiffness
+    inverse: Any = np.linalg.inv(C)
+    by_ends = inverse[:, :, twist] @ B
+    whole[:, :8, :8] = share[:, None] * inverse * share
+    whole[:, :8, 8:] = -share[:, None] * by_ends
+    whole[:, 8:, :8] = np.swapaxes(whole[:, :8, 8:], 1, 2)
+    whole[:, 8:, 8:] = own * torsion.Z + np.swapaxes(B, 1, 2) @ by_ends[:, twist]
+    return (whole + np.swapaxes(whole, 1, 2)) / 2
+
+
+def _bowing(length: Array, bent: dict[str, Array], torsion: Distortion) -> Bowing:
+    """What keeps elements flat across, of whose translations across the shares `bent` (e,) are of bending."""
+    size = len(_AT) + torsion.Z.shape[-1]
+    rows = zeros((len(length), len(POINTS), 2, size), length, *bent.values())
+    about_y, second = torsion.plane == 0, (3 * POINTS**2 - 1) / 2
+    rows[:, :, 1, [_AT[name] for name in ("phi", "a", "b")]] = np.stack([POINTS**0, POINTS, second], axis=-1)
+    for here, theta, across, sign, inner in ((about_y, "theta2", "s3", 6, "c2"), (~about_y, "theta3", "s2", -6, "c3")):
+        rows[here, :, 0, _AT[theta]], rows[here, :, 0, _AT[inner]] = 1.0, second
+        rows[here, :, 0, _AT[across]] = (sign * bent[across] / length)[here, None] * POINTS
+    plate, nu, searle, free = np.moveaxis(torsion.bow, -1, 0)
+    return Bowing(plate / length, nu, searle / length**2, free, rows)
 
 
 def linear_strain(k: Array) -> Strain:
     """Strains d of elements with natural stiffness k (e, 6, 6): springs, and whatever else is known at rest alone."""
-    e = len(k)
-    return Strain(k, np.zeros((e, 6, 6, 6)), np.ones((e, 3)), np.zeros((e, len(_OF_NEXT))))
+    e, none = len(k), np.zeros(len(k))
+    flat = Bowing(none, none, none, none, np.zeros((e, len(POINTS), 2, 6)))
+    place = np.zeros(e, dtype=np.intp)
+    return Strain(k, np.zeros((e, 6, 6, 6)), np.ones((e, 3)), np.zeros((e, len(_OF_NEXT))), place, flat)

@@ -15,8 +15,9 @@ from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise, next_to
 from flexura.motion.elements import Frames
-from flexura.motion.model import MovingModel
+from flexura.motion.model import MovingModel, element_masses
 from flexura.motion.se3 import Logarithm, exponential
+from flexura.motion.strain import Strain
 from flexura.motion.superelements import Sagging, Superelements
 from flexura.thresholds import SAME_SIZE
 
@@ -141,7 +142,7 @@ class Substructure:
         tiled = _Tiled(self, 1, hold=0)
         K = tiled.tangent(tiled.model.forces(tiled.rest, np.zeros(3)).blocks)
         inertia = np.concatenate([np.zeros((self.k, 6, 6)), self.inertia])
-        blocks = [*(group.masses(tiled.rest) for group in tiled.model.elements), np.zeros((0, 12, 12)), inertia]
+        blocks = [*element_masses(tiled.model.elements, tiled.rest), np.zeros((0, 12, 12)), inertia]
         return K, tiled.tangent(blocks), tiled.condensed(K)[1][0]
 
     @cached_property
@@ -338,9 +339,13 @@ def _common(names: Sequence[str]) -> str:
 
 
 def taken(elements: Any, rows: Index) -> Any:
-    """Elements by number, with all that they hold."""
+    """Elements by number, with all that they hold; members that are cut warp freely there."""
     values = {f.name: getattr(elements, f.name) for f in fields(elements)}
-    return replace(elements, **{k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()})
+    of_rows = {k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()}
+    if isinstance(elements, Strain):
+        cut = (of_rows["place"] > 0) & (np.diff(rows, prepend=-1) != 1)
+        of_rows["place"] = np.where(cut, 1, of_rows["place"])
+    return replace(elements, **of_rows)
 
 
 def _repeated(elements: Any, count: int, frames: int) -> Any:

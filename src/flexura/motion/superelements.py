@@ -107,6 +107,11 @@ class Superelements:
     energy: Polynomial
     mass: Array
 
+    @property
+    def coupled(self) -> tuple[Index, ...]:
+        """No members."""
+        return ()
+
     @staticmethod
     def of(
         rest: Frames, ground: int, frames: Index, placed: NDArray[np.bool_], axes: Array, arm: Array, K: Array, M: Array
@@ -185,10 +190,10 @@ class Superelements:
             B[:, 6 * i : 6 * i + 6, 6 * i + 6 : 6 * i + 12] = block
         return B
 
-    def material(self, frames: Frames) -> Array:
+    def material(self, frames: Frames) -> tuple[Array]:
         """Derivatives (e, 6k, 6k) of the forces in a state, as if there were none in it (theory eq. G16)."""
         B = self.rows(frames)
-        return np.swapaxes(B, 1, 2) @ self.energy.stiffness @ B
+        return (np.swapaxes(B, 1, 2) @ self.energy.stiffness @ B,)
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""

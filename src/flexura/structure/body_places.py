@@ -182,7 +182,7 @@ class BodyPlaces:
         return True, Hold(on.pop(), names)
 
     def _gives(self, name: str, body: ElasticBody) -> float:
-        """Flexibility of a body over that of the members on it, at most (theory eq. J5)."""
+        """Flexibility of a body over that of the members on it, at most (theory eq. O5)."""
         geometry, values = self._geometry.parts[name], self._values
         size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,15 +13,16 @@ from flexura.beam import (
     SectionProperties,
     anticlastic_compliance,
     beam_flexibility,
+    block_factors,
     notch_flexibility,
     rectangle,
     secondary_constant,
     warping_compliance,
     warping_constant,
     warping_decay,
-    warping_moments,
+    warping_element,
 )
-from flexura.duals import with_slopes_of
+from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
 from flexura.structure.values import common
@@ -32,39 +34,77 @@ STRIPS = (*UNIFORM, "tapered")
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
 
+EVEN = np.array([1.0, 1 / 3, 1 / 5])
+"""Means of the squares of Legendre's polynomials of degree 0 to 2."""
+
 
 class Factors(NamedTuple):
-    """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ. Mass and shear stiffness stay as they are."""
+    """Factors (..., e) on the stiffness of elements: EA, EIy, EIz, GJ, and shear along y and z. Mass stays as it is."""
 
     axial: Array
     bend_y: Array
     bend_z: Array
     twist: Array
+    shear_y: Array
+    shear_z: Array
 
     def applied(self, sections: SectionProperties, at: Index | slice, stations: bool = False) -> SectionProperties:
         """Effective section of the elements `at`, whose sections are (..., e') or (..., e', stations)."""
-        a, y, z, t = (f[..., at, None] if stations else f[..., at] for f in self)
-        return SectionProperties(
-            sections.A * a, sections.Iy * y, sections.Iz * z, sections.J * t, sections.ky / a, sections.kz / a
-        )
+        a, y, z, t, along_y, along_z = (f[..., at, None] if stations else f[..., at] for f in self)
+        A, Iy, Iz, J, ky, kz = sections
+        return SectionProperties(A * a, Iy * y, Iz * z, J * t, ky * along_y / a, kz * along_z / a)
 
 
-class Torsion(NamedTuple):
-    """How elements (..., e) twist, beyond the mean stiffness in torsion.
+class Distortion(NamedTuple):
+    """How sections of the elements (e,) of one design warp and bow.
 
-    `moments` (..., e, 4): means of Legendre's polynomials of degree 1 to 4 along the element, weighted by its
-    compliance in torsion. `polar` (..., e), m^2: polar second moment over area. `wagner` (..., e), N m^4:
-    E (Irr - Ip^2/A) of the fourth and second polar moments. The last two are 0 where no correction for warping is
-    asked for.
+    `place` (e,): 1 in the first element of a strip whose warping is held, 2 in its others, 0 in those of members that
+    have one compliance in torsion all along. `stiffness` (e,), N m, is GJ over length where it is needed, `mean` (e,)
+    the mean compliance under a constant torque, over that of it. Ends warp at rates of their own in f cases, by how the
+    ends of members are held (theory eq. F19), both ends in one case and then in the next; A (e, 3, 3), B (e, 3, 2f) and
+    Z (e, 2f, 2f) are those of `warping_element`, and what is held is decoupled. `polar` (e,), m^2: polar second moment
+    over area. `wagner` (e,), N m^4: E (Irr - Ip^2/A) of the fourth and second polar moments. Both are 0 where no
+    correction for warping is asked for. `bow` (e, 4) is plate stiffness times width, N m^2, 0 where no correction for
+    plates is asked for, Poisson's ratio, 12 (1 - nu^2) b^4/t^2, m^2, and the share of its free bow that the strip has;
+    it bows as it bends about y or z, 0 or 1 in `plane` (e,).
     """
 
-    moments: Array
+    place: Index
+    stiffness: Array
+    mean: Array
+    A: Array
+    B: Array
+    Z: Array
     polar: Array
     wagner: Array
+    bow: Array
+    plane: Index
 
-    def taken(self, elements: slice) -> Torsion:
+    @staticmethod
+    def even(place: Index, cases: int, *sources: Any) -> Distortion:
+        """Of elements that have one compliance all along, for numbers that are worked out of `sources`."""
+        e = len(place)
+        A, B, Z = (zeros((e, *shape), *sources) for shape in ((3, 3), (3, 2 * cases), (2 * cases, 2 * cases)))
+        A[...], Z[...] = np.diag(EVEN), np.eye(2 * cases)
+        return Distortion(place, np.ones(e), np.ones(e), A, B, Z, np.zeros(e), np.zeros(e), np.zeros((e, 4)), place)
+
+    @property
+    def cases(self) -> int:
+        """The number f of cases of held ends."""
+        return self.Z.shape[-1] // 2
+
+    def taken(self, elements: slice | Index) -> Distortion:
         """Those of some elements."""
-        return Torsion(self.moments[..., elements, :], self.polar[..., elements], self.wagner[..., elements])
+        every: Any = (field[elements] for field in self)
+        return Distortion(*every)
+
+    def padded(self, cases: int) -> Distortion:
+        """With ends that resist warping in further cases alone, so many in all."""
+        if cases == self.cases:
+            return self
+        whole, own = Distortion.even(self.place, cases, self.B, self.Z), slice(0, self.Z.shape[-1])
+        whole.B[..., own], whole.Z[..., own, own] = self.B, self.Z
+        return self._replace(B=whole.B, Z=whole.Z)
 
 
 class MemberCorrections:
@@ -94,6 +134,9 @@ class MemberCorrections:
         self.unrooted: Bools = gives & ~self.rooted
         self.shear: Bools = self.wanted[:, CORRECTIONS.index("shear")]
         self.warping: Bools = self.wanted[:, CORRECTIONS.index("warping")]
+        self.bows: Bools = self.wanted[:, CORRECTIONS.index("plate")].copy()
+        for group, _, _ in groups:
+            self.bows[group.index] &= group.kind[0] in STRIPS
         self.settle(np.zeros((len(members), 2)), np.zeros(len(members), dtype=bool))
 
     def settle(self, clamped: Array, has_root: Bools) -> None:
@@ -105,19 +148,45 @@ class MemberCorrections:
         plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
 
-    def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Array:
-        """Moments (..., e, 4) of `Torsion`; arguments as in `factors`."""
-        moments = np.zeros((*np.broadcast_shapes(values.shape[:-1], length.shape[:-1]), first[-1], 4), like=values)
-        for group, n, _ in self._groups:
-            warping = self.active[group.index, CORRECTIONS.index("warping")]
-            if group.kind[0] not in STRIPS or not warping.any():
-                continue
-            L, own_nu = length[..., group.index, None], nu[..., group.index, None]
-            sizes = group.sizes(values, L[..., 0], np.arange(n + 1) / n)
-            by_degree = _compliance_moments(sizes[0], sizes[-1], own_nu, L, n, self.clamped[group.index])
-            at = first[group.index][:, None] + np.arange(n)
-            moments[..., at, :] = np.where(warping[:, None, None], by_degree[..., 1:] / by_degree[..., :1], 0.0)
-        return moments
+    def held(self, values: Array, length: Array) -> Array:
+        """How far (m,) notches are held flat by the blocks that their factors are for. One design."""
+        held = np.zeros(len(self.wanted))
+        for group, _, _ in self._groups:
+            if place := group.between_blocks(values, length[group.index]):
+                notch = self.wanted[group.index, CORRECTIONS.index("notch")]
+                held[group.index] = notch * place[2].plate[:, 0]
+        return held
+
+    def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Distortion:
+        """`Distortion` of all elements, but for stiffness and what twist stretches; arguments as in `factors`."""
+        warping = self.active[:, CORRECTIONS.index("warping")]
+        strips = [(group, n) for group, n, _ in self._groups if group.kind[0] in STRIPS]
+        held = np.concatenate([np.empty(0, dtype=np.intp), *(group.index for group, _ in strips)])
+        held = held[warping[held]]
+        used = [case for case, (share, *_) in enumerate(_holds(self.clamped)) if share[held].any()]
+        torsion = Distortion.even(np.zeros(first[-1], dtype=np.intp), len(used), values, nu, length)
+        for group, n in strips:
+            own = np.flatnonzero(warping[group.index])
+            members, edges = group.index[own], np.arange(n + 1) / n
+            L, own_nu = length[members, None], nu[members, None]
+            sizes = group.sizes(values, length[group.index], edges)
+            b, t = sizes[0][own], sizes[-1][own]
+            at, cases = first[members][:, None] + np.arange(n), _holds(self.clamped[members])
+            torsion.place[at] = np.where(np.arange(n), 2, 1)
+            A = (1 - sum((share for share, *_ in cases), np.zeros((len(own), 1))))[..., None, None] * np.diag(EVEN)
+            for k, (share, times, start) in enumerate(cases[case] for case in used):
+                kappa, x = _warping(b, t, own_nu, L, n, times)
+                matrices = warping_element(x[..., 1:] - x[..., :-1], kappa)
+                own_A, B, Z = (share[..., None, None] * matrix for matrix in matrices)
+                free = np.repeat((share > 0)[..., None], n, axis=1) & np.ones(2, dtype=bool)
+                free[:, 0, 0] &= start == 0
+                free[:, -1, 1] &= start == -1
+                both, columns = free[..., None] & free[..., None, :], [2 * k, 2 * k + 1]
+                A = A + own_A
+                torsion.B[at[..., None], :, columns] = np.swapaxes(np.where(free[..., None, :], B, 0.0), -1, -2)
+                torsion.Z[at[..., None, None], [[c] for c in columns], columns] = np.where(both, Z, ~both * np.eye(2))
+            torsion.A[at] = A
+        return torsion
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
         """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
@@ -125,15 +194,15 @@ class MemberCorrections:
         `first` (m + 1,) is the first element of every member.
         """
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        factors = Factors(*np.ones((4, *lead, first[-1]), like=values))
+        factors = Factors(*np.ones((len(Factors._fields), *lead, first[-1]), like=values))
         for group, n, is_tapered in self._groups:
             active = self.active[group.index]
             if not active[:, [0, 1, 3]].any():
                 continue
             L, own_nu = length[..., group.index], nu[..., group.index]
             clamped = self.clamped[group.index]
-            flanks: tuple[Array | float, ...] = (1.0, 1.0, 1.0, 1.0)
-            held = flanks
+            flanks: tuple[Array | float, ...] = (1.0,) * len(Factors._fields)
+            held = blocks = flanks
             if group.kind[0] not in UNIFORM:
                 cut, flanks = _flanks(group, values, L, n, is_tapered, active[:, 3:4])
             if not active[:, :2].any():
@@ -143,9 +212,12 @@ class MemberCorrections:
                 held = _strip(sizes[0], sizes[-1], own_nu[..., None], L[..., None], n, active, clamped)
             else:
                 held = _web(cut, own_nu[..., None], active, clamped)
+            if active[:, 3].any() and (place := group.between_blocks(values, L)):
+                slender, broad, powers = place
+                blocks = _blocks(block_factors(slender, broad, own_nu[..., None], powers), active)
             at = first[group.index][:, None] + np.arange(n)
-            for target, one, other in zip(factors, flanks, held, strict=True):
-                target[..., at] = one * other
+            for target, *own in zip(factors, flanks, held, blocks, strict=True):
+                target[..., at] = math.prod(own)
         return factors
 
 
@@ -164,18 +236,8 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
             case[2] = warping_compliance(1.0, kappa, *_place(x, times, start))
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
-    return 1.0, np.where(plate, bend_y, 1.0), np.where(plate, bend_z, 1.0), np.where(warping, twist, 1.0)
-
-
-def _compliance_moments(b: Array, t: Array, nu: Array, L: Array, n: int, clamped: Array) -> Array:
-    """Moments (..., m, n, 5) of the compliance in torsion along the elements of strips; arguments as in `_strip`."""
-    whole = np.zeros(5)
-    whole[0] = 1.0
-    moments = whole
-    for share, times, start in _cases(clamped):
-        kappa, x = _warping(b, t, nu, L, n, times)
-        moments = moments - share[..., None] * (whole - warping_moments(1.0, kappa, *_place(x, times, start)))
-    return moments
+    bend_y, bend_z = (np.where(plate, bend, 1.0) for bend in (bend_y, bend_z))
+    return 1.0, bend_y, bend_z, np.where(warping, twist, 1.0), 1.0, 1.0
 
 
 def _over(size: Array, L: Array, n: int) -> Array:
@@ -202,6 +264,11 @@ def _warping(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> t
 
 
 def _cases(clamped: Array) -> list[tuple[Array, float, float]]:
+    """Those of `_holds` that some member has."""
+    return [case for case in _holds(clamped) if case[0].any()]
+
+
+def _holds(clamped: Array) -> list[tuple[Array, float, float]]:
     """Shares (m, 1) of members held flat at both ends, at the first and at the second one, with the span and where the
     member begins in it, from its middle, in units of its length.
 
@@ -209,8 +276,7 @@ def _cases(clamped: Array) -> list[tuple[Array, float, float]]:
     """
     first, second = clamped[:, :1], clamped[:, 1:]
     both = (first * second, 1.0, -0.5)
-    cases = [both, (first * (1 - second), 2.0, -1.0), (second * (1 - first), 2.0, 0.0)]
-    return [case for case in cases if case[0].any()]
+    return [both, (first * (1 - second), 2.0, -1.0), (second * (1 - first), 2.0, 0.0)]
 
 
 class _Slices(NamedTuple):
@@ -272,7 +338,14 @@ def _flanks(
         b, t, dx = sizes[0], sizes[-1], per * cut.dx
         stepped = (dx / (b * t), 12 * dx / (b * t**3), 12 * dx / (b**3 * t))
         beam = [np.where(notch, s, o) for s, o in zip(stepped, corrected, strict=True)]
-    return cut, (*(base / o for base, o in zip(beam, corrected, strict=True)), 1.0)
+    return cut, (*(base / o for base, o in zip(beam, corrected, strict=True)), 1.0, 1.0, 1.0)
+
+
+def _blocks(factors: Iterable[Array], active: Bools) -> tuple[Array, ...]:
+    """Factors (..., m, 1) of notches between blocks (theory eq. F26), 1 where what they add to is left out."""
+    plate, warping, notch = (active[:, k : k + 1] for k in (0, 1, 3))
+    asked = notch, notch & plate, notch, notch & warping, notch, notch
+    return tuple(np.where(of, factor, 1.0) for of, factor in zip(asked, factors, strict=True))
 
 
 def _together(y: Array, z: Array) -> Array:
@@ -294,7 +367,7 @@ def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array 
     J = rectangle(cut.width, cut.thickness, nu).J
     J_web = rectangle(b, web, nu).J
     length = (J_web * dx / J).sum(axis=-1, keepdims=True)
-    warping = warping_constant(b, web)
+    constant = warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
     bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
     for share, times, start in _cases(clamped):
@@ -302,7 +375,7 @@ def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array 
         bend = bend + share * (1 - anticlastic_compliance(nu, b, span, -span / 2, 0.0))
         pole = poles[start]
         inertia = second - 2 * pole * first + pole * pole * area
-        decay, kappa = warping_decay(nu, J_web, warping, secondary_constant(nu, J_web, b, web, span))
+        decay, kappa = warping_decay(nu, J_web, constant, secondary_constant(nu, J_web, b, web, span))
         z = decay * np.sqrt(3 * inertia / length)
         turn = turn + share * kappa * np.tanh(z) / z
-    return 1.0, np.where(plate, 1 / (1 - bend), 1.0), 1.0, np.where(warping, 1 / (1 - turn), 1.0)
+    return 1.0, np.where(plate, 1 / (1 - bend), 1.0), 1.0, np.where(warping, 1 / (1 - turn), 1.0), 1.0, 1.0

@@ -1,4 +1,4 @@
-"""Bodies that bend: their solids as superelements over patches at which members pull (theory eqs. J1-J5).
+"""Bodies that bend: their solids as superelements over patches at which members pull (theory eqs. O1-O5).
 
 A member pulls at more than its own section: what its root gives lies in a part of the body that reaches from the
 section as far as `flexura.structure.roots` takes it to, and only what lies beyond is in the body. So nothing is counted

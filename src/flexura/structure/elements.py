@@ -26,7 +26,7 @@ from flexura.beam import (
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
-from flexura.structure.corrections import Factors, Torsion
+from flexura.structure.corrections import Distortion, Factors
 
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""
@@ -75,7 +75,7 @@ class Elements:
         *,
         share: Array,
         flags: tuple[Array, Array],
-        torsion: Callable[[], Torsion],
+        torsion: Callable[[], Distortion],
         factors: Factors | None = None,
         roots: tuple[Index, Index, Array] | None = None,
     ) -> None:
@@ -189,7 +189,7 @@ class Elements:
         return K_g
 
     @cached_property
-    def torsion(self) -> Torsion:
+    def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._torsion()
 
@@ -357,7 +357,7 @@ class ElementSlice:
         return self._whole.geometric[..., self._own, :, :, :]
 
     @property
-    def torsion(self) -> Torsion:
+    def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._whole.torsion.taken(self._own)
 

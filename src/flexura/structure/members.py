@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
-from flexura.structure.corrections import STRIPS, Factors, MemberCorrections, Torsion
+from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
@@ -181,11 +181,12 @@ class Members:
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        homogeneous = factors
         if self._layered:
             factors = self._of_layers(factors, values, length)
         if fillets is not None:
             factors = self._filleted(factors, values, length, fillets)
-        torsion = partial(self._torsion, values, nu, length, moduli[0], sections)
+        torsion = partial(self._torsion, values, length, moduli, sections, (homogeneous, factors))
         return Elements(
             moduli,
             sections,
@@ -203,34 +204,57 @@ class Members:
     ) -> Factors:
         """Factors of elements with those of the sections in fillets, which are thicker; mass stays as it is."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.ones((4, *lead, self.first[-1]), like=values)
+        table = np.ones((len(Factors._fields), *lead, self.first[-1]), like=values)
         _, t = self.end_sizes(values, length)
         for k, (member, end) in enumerate(zip(fillets[0].tolist(), fillets[1].tolist(), strict=True)):
             elements = np.arange(int(self.first[member]), int(self.first[member + 1]))[:: -1 if end else 1]
             step = length[..., member] / self.counts[member] / t[..., member, end]
             thin, thick = fillet_shares(fillets[2][..., k, :], step, len(elements))
-            for row, share in zip(table, (thin, thick, thin, thick), strict=True):
+            for row, share in zip(table[:4], (thin, thick, thin, thick), strict=True):
                 row[..., elements] = row[..., elements] / share
         return _times(factors, table)
 
     def _of_layers(self, factors: Factors | None, values: Array, length: Array) -> Factors:
         """Factors of elements with those of layers, whose bending and twist are not those of their mean moduli."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
-        table = np.ones((4, *lead, len(self.counts)), like=values)
+        table = np.ones((len(Factors._fields), *lead, len(self.counts)), like=values)
         for group in self._layered:
             own = group.laminate(values)
             table[1][..., group.index], table[3][..., group.index] = own.bend, own.twist
         return _times(factors, table[..., self.element_member])
 
-    def _torsion(self, values: Array, nu: Array, length: Array, E: Array, sections: SectionProperties) -> Torsion:
-        """How elements (..., e) with sections of Young's modulus E (..., e) twist.
+    def _torsion(
+        self,
+        values: Array,
+        length: Array,
+        moduli: tuple[Array, Array, Array],
+        sections: SectionProperties,
+        factors: tuple[Factors | None, Factors | None],
+    ) -> Distortion:
+        """How elements (e,) with `sections` and moduli E, G, rho (e,) twist, whose `factors` are those without and with
+        layers and fillets.
 
         Only rectangles warp. With Ip = Iy + Iz, Irr - Ip^2/A of theirs is 4 (Iy^2 + Iz^2)/5A (theory eq. G24).
         """
-        moments = self.corrections.torsion(values, nu, length, self.first)
-        wanted = self.corrections.warping[self.element_member]
+        E, G, _ = moduli
+        without, whole = (1.0 if each is None else each.twist for each in factors)
+        wanted, bows = (own[self.element_member] for own in (self.corrections.warping, self.corrections.bows))
         A, Iy, Iz = sections.A, sections.Iy, sections.Iz
-        return Torsion(moments, wanted * (Iy + Iz) / A, wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A)
+        nu = self.moduli(values)[2]
+        of_element, plane = nu[self.element_member], np.where(Iy <= Iz, 0, 1)
+        weak, strong = np.where(plane == 0, Iy, Iz), np.where(plane == 0, Iz, Iy)
+        factor, layered = (1.0 if each is None else np.where(plane == 0, each.bend_y, each.bend_z) for each in factors)
+        rest = 1 - of_element**2
+        plate = E * weak * (layered / factor) / rest
+        free = np.where(of_element == 0, 1.0, (1 - rest * factor) / np.where(of_element == 0, 1.0, of_element**2))
+        return self.corrections.torsion(values, nu, length, self.first)._replace(
+            stiffness=G * sections.J * (whole / without) / (length / self.counts)[self.element_member],
+            mean=1 / without + np.zeros(len(wanted)),
+            polar=wanted * (Iy + Iz) / A,
+            wagner=wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A,
+            bow=np.stack([bows * plate, of_element, 144 * rest * strong**2 / (A * weak), free], axis=-1),
+            plane=plane,
+        )
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
         """Torsion constants (m, 2), m^4, at both ends and where what the ends hold is, in the web of notches; the least

@@ -418,13 +418,14 @@ def settle_ends(layout: Layout, part: Part, values: Array, geometry: PartGeometr
 
     An end is clamped at a node that is held, carried, an interface or a joint to other parts, and on a rigid arm; free
     where it meets nothing. Other members hold it the more the bulkier they are (theory eq. F20), and so does a notch
-    that is bulkier at its end than at its web; what holds most counts. What a member says of its `ends` goes before.
-    One design: values (s,).
+    that is bulkier at its end than at its web; a right-circular one is held by the blocks that its factors are for.
+    What holds most counts. What a member says of its `ends` goes before. One design: values (s,).
     """
     table = part.table
     J, web, thickness = table.bulk(values, geometry.length)
     arm = np.linalg.norm(part.offsets(values), axis=-1) / (CLAMPING_ARM * thickness[:, None])
-    clamped = np.maximum(np.minimum(arm, 1.0), _hold(J / web, 0.0))
+    own = np.maximum(_hold(J / web, 0.0), table.corrections.held(values, geometry.length)[:, None])
+    clamped = np.maximum(np.minimum(arm, 1.0), own)
     shared = _clamping_nodes(layout, part)
     axis = geometry.R[:, 0]
     at: dict[int, list[tuple[int, int]]] = {}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.beam import Laminate, SectionProperties, circle, laminate, notch, rectangle, tube
+from flexura.beam import Laminate, Powers, SectionProperties, circle, laminate, notch, rectangle, tube
 from flexura.mechanism import Flexure, Layered, Leaf, Link, Mechanism, Notch, Part, RoundNotch, TwoAxisNotch
 from flexura.structure.values import ValueTable
 from flexura.thresholds import SAME_SIZE
@@ -145,6 +145,22 @@ class SectionGroup:
                     ratios.append(np.where(inside, _notch_ratio(shape, half, _of_axis(sizes, prefix)), 0.0))
                 return ratios[0], ratios[1]
         return none, none
+
+    def between_blocks(self, values: Array, length: Array) -> tuple[Array, Array, Powers] | None:
+        """Of circular and elliptical notches, (..., members, 1): radius or depth over web, width over length, and the
+        powers of the factors of right-circular ones that they have between blocks (theory eq. F26); None of others.
+        Arguments as in `sizes`."""
+        sizes, L = self._filled(values), length[..., None]
+        match self.kind:
+            case ("notch", "circular"):
+                upright = L * L / (4 * sizes["radius"] * sizes["radius"])
+                return sizes["radius"] / sizes["web"], sizes["width"] / L, Powers(upright * upright, upright, upright)
+            case ("notch", "elliptical"):
+                steep = 2 * sizes["depth"] / L
+                square = steep * steep
+                powers = Powers(steep, 2 * steep / (1 + square), 2 * square / (1 + square * square))
+                return sizes["depth"] / sizes["web"], sizes["width"] / L, powers
+        return None
 
     def corners(self, values: Array, length: Array) -> Array:
         """Fractions of the length (members, points) at which the thickness of a tabulated notch turns. One design."""

@@ -212,7 +212,7 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         errors = stiffness_errors(member, length, is_corrected, shears=bool(part.table.shear[m]), nu=float(nu[m]))
         kind, _ = ratios_of(member.section if isinstance(member, Link) else member.profile, length)
         uneven = None
-        if active[m, WARPING]:
+        if active[m, WARPING] and not (full.design.pose is not None and elements.torsion.place[own.start]):
             J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
             quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
             uneven = 1 / quicker - 1, 0.0

@@ -1,7 +1,8 @@
 """How far beams and their roots were measured to be off: stiffness of members, flexibility of joints, against solids.
 
 `member_errors.csv` has the errors of members, which benchmarks/member_errors.py measures and adds to: members of
-constant or notched form between rigid faces, by ratios of their sizes, Poisson's ratio 0.3 and at some of them others.
+constant or notched form between rigid faces, those of `BETWEEN_BLOCKS` between blocks as high as their ends, by ratios
+of their sizes, Poisson's ratio 0.3 and at some of them others.
 `root_errors.csv` has those of elastic roots (benchmarks/roots.py --errors): of roots between the rows that are
 interpolated, of blocks wider and narrower than the leaf, and of ratios outside of the table.
 """
@@ -73,6 +74,13 @@ KINDS_OF_MEMBERS: dict[str, tuple[str, ...]] = {
     "two-axis right-circular notch": ("radius over web",),
 }
 """Ratios of the sizes of every kind of member, in the order of the columns of the table."""
+
+BETWEEN_BLOCKS = ("right-circular notch", "circular notch", "elliptical notch")
+"""Kinds that are measured between blocks as high and as long as their ends are high."""
+
+OTHER_BLOCKS, OTHER_TWIST = 0.02, 0.01
+"""By how much, in logarithms, their stiffness is unsure between other blocks, half or twice as long or three times as
+high; and what the square of width over length times that adds to twist."""
 
 RATIOS_OF = ("first", "second", "third", "fourth")
 """Columns of the table that hold them."""
@@ -361,6 +369,9 @@ def stiffness_errors(
         unknown = np.full(6, np.nan)
         return MemberErrors(unknown, unknown, f"no {kind} was measured", np.expm1(few))
     stiffness, uncertain = measured.at(ratios, nu)
+    if kind in BETWEEN_BLOCKS:
+        broad = ratios[KINDS_OF_MEMBERS[kind].index("width over length")]
+        uncertain = uncertain + OTHER_BLOCKS + np.array([0, OTHER_TWIST * broad**2, 0, 0, 0, 0])
     if sides and sides[0] < sides[1]:
         stiffness, uncertain = (values[[0, 1, 4, 5, 2, 3]] for values in (stiffness, uncertain))
     stiffness = stiffness + _stiffness(*beam, *described) - _stiffness(*beam[:3], "auto", *EXACT)

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.checks import corrected
 from flexura.analysis.limits import coarse_mesh, solids_that_meet
 from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors, interval_text
 from flexura.analysis.strain import (
@@ -172,20 +171,9 @@ class Stroke(Tabular):
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
-        """What is left out, what stands for the full order, and members whose held warping is known for a constant
-        torque alone."""
+        """What is left out, and what stands for the full order."""
         notes = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
-        notes = (*notes, FLUTTER) if self.has_follower_loads else notes
-        held = [name for name, corrections in corrected(self.model)[0].items() if "warping" in corrections]
-        if not held:
-            return notes
-        return (
-            *notes,
-            f"{', '.join(held[:3])}{' and others' if len(held) > 3 else ''}: held warping is that of a constant torque."
-            " Loaded across where they are bent, members have a torque that varies: between parallel ends a leaf"
-            " 50 x 15 x 0.4 mm is softer across than a solid by 4 % at 0.04 of its length of stroke, 9 % at 0.08, 17 %"
-            " at 0.16 (corrections: none: 7, 35, 53 %)",
-        )
+        return (*notes, FLUTTER) if self.has_follower_loads else notes
 
     def _coarse_meshes(self) -> Iterator[Diagnostic]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
