@@ -192,11 +192,13 @@ class ElasticSolid:
     @cached_property
     def _flexibility(self) -> Array:
         """The inverse of K, of a solid that is not held with a stiffness against its rigid motions."""
-        if self.functions.held is not None:
-            return np.linalg.inv(self.stiffness)
-        _, MR = self._rigid
-        scale = _each(self.material.E / (self.material.rho * self._volume ** (2 / 3)))
-        return np.linalg.inv(self.stiffness + scale * MR @ np.swapaxes(MR, -1, -2))
+        K = self.stiffness
+        if self.functions.held is None:
+            _, MR = self._rigid
+            scale = _each(self.material.E / (self.material.rho * self._volume ** (2 / 3)))
+            K = K + scale * MR @ np.swapaxes(MR, -1, -2)
+        inverse: Array = np.linalg.inv(K)  # pyright: ignore[reportAssignmentType]
+        return inverse
 
     def solved(self, loads: Array) -> Array:
         """Coordinates (..., c, s, k), m/N, under loads (..., c, s, k). A solid that is not held is accelerated by what

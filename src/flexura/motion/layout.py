@@ -279,9 +279,9 @@ class _Copy:
 
     def superelements(self) -> Iterator[Named]:
         """Superelements and bodies that bend, between nodes, and those of one node that has stiffness to the ground."""
-        for key, nodes, *matrices in self.matrices.discrete_elements:
-            if key not in self.part.superelements and key not in self.part.elastic:
-                continue
+        bodies = self.part.bent_bodies(self.matrices.discrete_elements)
+        described = [(key, nodes, K, M) for key, (nodes, K, M) in self.part.superelements.items()]
+        for key, nodes, *matrices in (*described, *((own.name, own.body.nodes, own.K, own.M) for own in bodies)):
             at = np.array(nodes)
             positioned = at < self.part.n_positioned
             arm = self._arms(at, np.zeros((len(at), 3)))

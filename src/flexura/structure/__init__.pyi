@@ -17,10 +17,12 @@ from flexura.structure.design import Design as Design
 from flexura.structure.design import OfDesign as OfDesign
 from flexura.structure.design import Posed as Posed
 from flexura.structure.discrete_elements import BodyElement as BodyElement
+from flexura.structure.discrete_elements import Lumped as Lumped
 from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import least_aligned as least_aligned
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass
+from flexura.structure.elastic_bodies import ElasticBody as ElasticBody
 from flexura.structure.elastic_bodies import inside as inside
 from flexura.structure.elements import TAPERED_PIECES as TAPERED_PIECES
 from flexura.structure.elements import Cut as Cut

@@ -363,10 +363,9 @@ class _PartState:
 
     def bodies(self) -> Iterator[Pushes]:
         """What the arms of bodies that bend exert, from their frames to the nodes that pull at them."""
-        for key, body in self.part.elastic.items():
-            own = next(discrete for discrete in self.matrices.discrete_elements if discrete.name == key)
-            frame, *nodes = [node for node in body.nodes if node < self.part.n_positioned]
-            count, v = len(nodes), self.v[:, own.nodes]
+        for own in self.part.bent_bodies(self.matrices.discrete_elements):
+            frame, *nodes = [node for node in own.body.nodes if node < self.part.n_positioned]
+            count, v = len(nodes), self.v[:, own.body.nodes]
             weight = zeros(v.shape, v, self.pull)
             weight[:, : count + 1, :3] = self.pull[:, None]
             flat = (len(v), -1, 1)

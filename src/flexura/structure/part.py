@@ -8,6 +8,7 @@ stiffness without mass in the part's matrices and has no DOF.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -72,6 +73,15 @@ class PartMatrices:
     elements: Elements | ElementSlice
     T: Array
     discrete_elements: list[DiscreteElement]
+
+
+class BentBody(NamedTuple):
+    """A body that bends, by its name, and its matrices over its nodes."""
+
+    name: str
+    body: ElasticBody
+    K: Array
+    M: Array
 
 
 class _Nodes:
@@ -392,6 +402,12 @@ class Part:
             )
             for name, nodes, part in self.discrete
         ]
+
+    def bent_bodies(self, discrete_elements: list[DiscreteElement]) -> Iterator[BentBody]:
+        """The bodies that bend among the discrete elements of a design."""
+        for (key, _, own), element in zip(self.discrete, discrete_elements, strict=True):
+            if isinstance(own, ElasticBody) and element.K is not None and element.M is not None:
+                yield BentBody(key, own, element.K, element.M)
 
     def resisted(self, values: Array, geometry: PartGeometry) -> list[tuple[Array, Array] | None]:
         """For the discrete elements in the order of `discrete_elements`, stiffness k and B (r, 6n) with K = B' k B

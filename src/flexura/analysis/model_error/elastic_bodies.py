@@ -137,14 +137,15 @@ def loaded_solids(full: FullOrderModel, wrenches: Wrenches, values: Mapping[str,
     topology = full.plan.topology
     root = topology.root
     bodies = drawn_solids(full)
+    by_name = {body.name: body for body in bodies}
     of_cluster: dict[int, list[LoadedSolid]] = {}
     for name, part in full.plan.parts.items():
         for key, (node, _) in part.bodies.items():
             on = part.elastic[key].carried if key in part.elastic else [node]
             for path, offset in zip(topology.copies[name].paths, topology.copies[name].offset, strict=True):
-                body = next((body for body in bodies if body.name == ".".join((*path, key))), None)
-                for at in {int(root[offset + number]) for number in on} if body is not None else ():
-                    of_cluster.setdefault(at, []).append(body)
+                if (body := by_name.get(".".join((*path, key)))) is not None:
+                    for at in {int(root[offset + number]) for number in on}:
+                        of_cluster.setdefault(at, []).append(body)
     held = set(np.flatnonzero(topology.held.all(axis=1)).tolist())
     bare: list[MemberEnd] = []
     for end in _ends(full, wrenches, {*of_cluster, *held}):

@@ -12,7 +12,7 @@ from flexura.arrays import Array
 from flexura.linalg import leading, ranked, turned
 from flexura.mechanism import origin_of
 from flexura.records import Record
-from flexura.structure import DiscreteElement, FullOrderModel, Part
+from flexura.structure import DiscreteElement, ElasticBody, FullOrderModel, Lumped, Part
 
 STILL = 0.05
 """A body, mass or part with a smaller share of the kinetic energy is said to stand still, unless all shares are small:
@@ -118,8 +118,9 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
     rigid = []
     for number, (path, part, instance, offset) in enumerate(_placed(model)):
         Q = model.geometry.Q[instance]
-        for discrete in model.matrices[part.name].discrete_elements:
-            if (found := _rigid_mass(model, part, discrete)) is None:
+        every = zip(part.discrete, model.matrices[part.name].discrete_elements, strict=True)
+        for (_, _, described), discrete in every:
+            if (found := _rigid_mass(model, described, discrete)) is None:
                 continue
             node, M = offset + found[0], found[1]
             m = M[0, 0]
@@ -134,11 +135,10 @@ def _rigid_motions(model: FullOrderModel, u: Array, total: Array) -> list[_Rigid
     return rigid
 
 
-def _rigid_mass(model: FullOrderModel, part: Part, discrete: DiscreteElement) -> tuple[int, Array] | None:
+def _rigid_mass(model: FullOrderModel, described: Lumped, discrete: DiscreteElement) -> tuple[int, Array] | None:
     """The node of a mass, and its matrix (6, 6) there; of a body that bends, its mean motion and all of its mass."""
-    if discrete.name in part.elastic:
-        body = part.elastic[discrete.name]
-        return body.own, body.body.matrix(model.values)
+    if isinstance(described, ElasticBody):
+        return described.own, described.body.matrix(model.values)
     if len(discrete.nodes) > 1 or discrete.K is not None or discrete.M is None or not discrete.M.any():
         return None
     return discrete.nodes[0], discrete.M

@@ -68,7 +68,7 @@ def tangent_stiffness(
         dof, force, arm = np.vstack([dof, at]), np.vstack([force, -load]), np.vstack([arm, load_arm])
     bodies = list(_turned_bodies(model, state))
     for body in bodies:
-        dof, force, arm = (np.vstack(pair) for pair in ((dof, body.frame), (force, body.force), (arm, body.arm)))
+        dof, force, arm = np.vstack([dof, body.frame]), np.vstack([force, body.force]), np.vstack([arm, body.arm])
     turning = Scatter([dof[:, 3:]], model.order).sparse([arm_stiffness(force, arm)])
     turned = Scatter([body.dof[None] for body in bodies], model.order).sparse([body.K[None] for body in bodies])
     K_t = cut.scatter().sparse([K]) + turning + turned + cut.K
@@ -91,9 +91,10 @@ def _turned_bodies(model: FullOrderModel, u: Array) -> Iterator[_TurnedBody]:
     """All placed bodies that bend, as turned by u (n,)."""
     topology, positions, moved = model.plan.topology, model.geometry.positions, np.append(u, 0.0)
     for name, placed in topology.copies.items():
-        for key, body in placed.part.elastic.items():
-            own = next(discrete for discrete in model.matrices[name].discrete_elements if discrete.name == key)
-            nodes = np.array(body.nodes)
+        if not placed.part.elastic:
+            continue
+        for own in placed.part.bent_bodies(model.matrices[name].discrete_elements):
+            nodes = np.array(own.body.nodes)
             count = int((nodes < placed.part.n_positioned).sum())
             for G, offset in zip(model.design.node_transforms(name, nodes), placed.offset, strict=True):
                 dof = topology.dof[topology.root[offset + nodes]]
