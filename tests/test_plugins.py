@@ -68,7 +68,7 @@ def test_a_format_and_a_section(run, tmp_path):
     out = tmp_path / "guide.order"
     done = run("-m", "flexura", "export", guide, "--out", str(out))
     assert done.returncode == 0, done.stderr
-    assert out.read_text(encoding="utf-8") == "order 114"
+    assert out.read_text(encoding="utf-8") == "order 132"
     page = tmp_path / "guide.html"
     done = run("-m", "flexura", "report", guide, "--out", str(page), "-n", "1")
     assert done.returncode == 0, done.stderr

@@ -74,7 +74,7 @@ def test_the_error_is_below_the_bound(name, kind):
     kwargs = signals(name, dt, few.next_omega / 2 / np.pi)[kind]
     outputs = [c.name for c in built.outputs]
     exact = fx.time_response(every, dt=dt, outputs=outputs, **kwargs).response
-    mechanism = fx.load(EXAMPLES / f"{name}.yaml")
+    mechanism = with_rigid_bodies(fx.load(EXAMPLES / f"{name}.yaml"))
     ways = [fx.time_response(few, dt=dt, outputs=outputs, **kwargs)]
     if kind in ("step", "hammer"):
         ways.append(fx.time_response(mechanism, dt=dt, outputs=outputs, damping=0.01, **kwargs))

@@ -125,7 +125,7 @@ def test_questions_are_the_same_after_a_pickle():
         ("mass(", "not closed"),
         ("mass(carriage, leaf1)", r"mass\[\(BODY\)\]"),
         ("f1, f1", "named twice"),
-        ("f1000000", "from f1 to f114"),
+        ("f1000000", "from f1 to f132"),
         ("f1(carriage)", "no arguments"),
         ("f1 at", "a pose is expected"),
         ("f1 at carriage.x = 2", "a length is expected"),

@@ -45,7 +45,7 @@ def test_what_is_interpolated_is_as_near_as_is_told(best, around):
     assert of_goal <= 1e-5
     np.testing.assert_allclose(around.goal[i, j], found[:, 0], rtol=5 * of_goal)
     stress = 400e6 * (1 - around.margins[STRESS][i, j])
-    assert 0 < off < 1e-3
+    assert 0 < off < 2e-3
     np.testing.assert_allclose(stress, found[:, 1], rtol=5 * off)
 
 

@@ -55,7 +55,7 @@ class Material(NamedTuple):
 
 class _Tables(NamedTuple):
     """Integrals over the solid of half sizes one, in blocks: of products of functions (c, s, s), of displacements along
-    the axes times 1 and the three coordinates (4, 3, c, s), the stiffness by its twelve coefficients (12, c s^2), what
+    the axes times 1 and the three coordinates (4, 3, c, s), the stiffness by its twelve coefficients (12, c, s, s), what
     keeps coordinates of nothing in place (c, s, s), and the volume."""
 
     product: Array
@@ -142,11 +142,13 @@ class ElasticSolid:
         E, nu, _ = self.material
         lame, mu = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
         by = [self._volume * 4 / (self.size[..., a] * self.size[..., b]) for a, b in PAIRS]
-        coefficients = np.stack([modulus * each for modulus in (lame, mu) for each in by], axis=-1)
-        K = coefficients @ self._tables.stiffness
-        return K.reshape(*K.shape[:-1], *self._tables.spare.shape) + _each(E * self._volume ** (1 / 3)) * (
-            self._tables.spare
-        )
+        K = _each(E * self._volume ** (1 / 3)) * self._tables.spare
+        # summed term by term: a matrix product of many designs rounds otherwise than that of one
+        for coefficient, term in zip((lame * each for each in by), self._tables.stiffness[:6], strict=True):
+            K = K + _each(coefficient) * term
+        for coefficient, term in zip((mu * each for each in by), self._tables.stiffness[6:], strict=True):
+            K = K + _each(coefficient) * term
+        return K
 
     @cached_property
     def mass(self) -> Array:
@@ -372,7 +374,7 @@ def _tables(solid: RitzSolid) -> _Tables:
 
     spare = (blocks == 3 * n)[..., None] * np.eye(blocks.shape[1])
     by = np.pad(moments, ((0, 0), (0, 0), (0, 1)))[..., blocks]
-    return _Tables(block(product)[0], by, block(stiffness).reshape(12, -1), spare, float(weights.sum()))
+    return _Tables(block(product)[0], by, block(stiffness), spare, float(weights.sum()))
 
 
 def _quadrature(solid: RitzSolid) -> tuple[Array, Array]:

@@ -39,8 +39,21 @@ POINTS = 5
 """Gauss points along each side of a patch."""
 
 GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
-ACROSS, ALONG = (axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij"))
-SHARES = np.outer(WEIGHTS, WEIGHTS).ravel() / 4
+RECTANGLE = np.stack(
+    [*(axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij")), np.outer(WEIGHTS, WEIGHTS).ravel() / 4]
+)
+"""Places across and along a patch of half sides one, and weights (3, q) that add up to 1."""
+
+
+def _disc() -> Array:
+    """The same of a disc: three rings by Gauss, each of eight points; the last one counts nothing."""
+    square, share = np.polynomial.legendre.leggauss(3)
+    radius, angle = np.sqrt((square + 1) / 2), np.arange(8) * np.pi / 4
+    places = [np.outer(radius, wave(angle)).ravel() for wave in (np.cos, np.sin)]
+    return np.pad(np.stack([*places, np.repeat(share / 16, 8)]), ((0, 0), (0, RECTANGLE.shape[1] - 24)))
+
+
+DISC = _disc()
 
 EndSizes: TypeAlias = tuple[Array, Array]
 """Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
@@ -87,7 +100,7 @@ class ElasticBody(Lumped):
         self, body: BodyElement, node: int, carried: list[int], frame: int | None = None, hold: Hold | None = None
     ) -> None:
         self.body, self.own, self.carried, self.hold = body, node, carried, hold
-        self._latest: Latest[ModalSolid] = Latest()
+        self._latest: Latest[ElasticSolid] = Latest()
         self.nodes: list[int] = [node, *carried] if frame is None else [frame, *carried, node]
         """Nodes in the order of the matrices; those of the amplitudes last."""
 
@@ -129,10 +142,11 @@ class ElasticBody(Lumped):
         up, down, left, right = (-_lesser(-side, -least + 0 * side) for side in (up, down, left, right))
         y, z = pulls.axes[..., 1], pulls.axes[..., 2]
         centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
-        points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (ACROSS[:, None] * y[:, None])
-        points = points + ((up + down) / 2)[..., None, None] * (ALONG[:, None] * z[:, None])
+        across, along, shares = np.where(pulls.is_rod[:, None], DISC[:, None], RECTANGLE[:, None])
+        points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (across[..., None] * y[:, None])
+        points = points + ((up + down) / 2)[..., None, None] * (along[..., None] * z[:, None])
         points = inside(points, half[..., None, None, :], self.body.is_round)
-        return Patches(points, SHARES + 0 * points[..., 0], nodes)
+        return Patches(points, shares + 0 * points[..., 0], nodes)
 
     def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
         """How far patches reach along and against the member's z and y, at most."""
@@ -163,13 +177,11 @@ class ElasticBody(Lumped):
         """Its solid and what pulls at it; what does not vary in a stack lacks its axis."""
         size = common(2 * self.body.box(values)[1], 1)
         every = zip(self.patches(values, positions, ends), (3, 2, 2), strict=True)
-        material = self.material(values)
-        numbers = [size, *material]
-        if with_slopes_of(*numbers) is not None or max(n.ndim - k for n, k in zip(numbers, (1, 0, 0, 0), strict=True)):
-            solid: ElasticSolid = ElasticSolid(self.solid, size, material)
-        else:
-            key = np.concatenate([np.ravel(number) for number in numbers]).tobytes()
-            solid = self._latest.get(key, lambda: ModalSolid(self.solid, size, material))
+        numbers = [size, *self.material(values)]
+        solid = ElasticSolid(self.solid, size, self.material(values))
+        if with_slopes_of(*numbers) is None:  # its inverse is kept
+            key = b"".join(np.asarray(number).tobytes() for number in numbers)
+            solid = self._latest.get(key, lambda: ElasticSolid(self.solid, size, self.material(values)))
         return solid, Patches(*(common(one, n) for one, n in every))
 
     def bent(self, values: Array, positions: Array, ends: EndSizes, points: Array) -> Array:
