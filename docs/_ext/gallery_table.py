@@ -68,7 +68,7 @@ def stroke(plan: fx.Plan) -> str:
 
 def _ends(ends: Sequence[float], unit: str) -> str:
     """The end that is furthest from rest, or both where they are as far."""
-    if len(ends) == 2 and np.isclose(ends[0], -ends[1], atol=0.0):
+    if len(ends) == 2 and np.isclose(ends[0], -ends[1], rtol=1e-3, atol=0.0):
         return f"± {quantity(abs(ends[0]), unit, 3)}"
     return quantity(max(ends, key=abs), unit, 3)
 
@@ -102,7 +102,7 @@ def _workspace(plan: fx.Plan) -> Iterator[str]:
 def _range(low: float, high: float, unit: str) -> str:
     """Between two ends, of which the one at rest is left out."""
     one_sided = min(-low, high) < 1e-6 * max(-low, high)
-    if one_sided or np.isclose(-low, high, atol=0.0):
+    if one_sided or np.isclose(-low, high, rtol=1e-3, atol=0.0):
         return _ends((low, high), unit)
     return f"{quantity(low, unit, 3)} to {quantity(high, unit, 3)}"
 

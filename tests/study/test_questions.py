@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.full_order import plan_of
+from flexura.mechanism.description import with_rigid_bodies
 from flexura.study.questions import questions
 from helpers.over import over
 
@@ -55,7 +56,7 @@ def test_the_mass_of_a_body_is_density_times_volume():
 @pytest.mark.parametrize("name", ["guide/guide", "amplifier/amplifier", "tip_tilt/tip_tilt", "rpr/rpr"])
 @pytest.mark.parametrize("share", [0.03, 0.25])
 def test_answers_of_a_design_do_not_depend_on_its_neighbours(name, share):
-    plan = plan_of(example(name))
+    plan = plan_of(with_rigid_bodies(example(name)))
     asked, designs = questions(plan, "f1, f3, f4, mass"), spread(plan, 40, share)
     together = asked.values(designs)
     for chosen in ([0], [5, 5, 5], [39], [3, 17, 39, 0], range(8, 40)):
@@ -66,6 +67,18 @@ def test_answers_of_a_design_do_not_depend_on_its_neighbours(name, share):
             strict=True,
         ):
             assert np.array_equal(of_some, of_all[list(chosen)], equal_nan=of_some.dtype == float)
+
+
+@pytest.mark.parametrize("name", ["guide/guide", "tip_tilt/tip_tilt"])
+def test_answers_with_bodies_that_bend_stay_within_their_intervals_beside_other_neighbours(name):
+    plan = plan_of(example(name))
+    asked, designs = questions(plan, "f1, f3, f4, mass"), spread(plan, 40, 0.03)
+    together = asked.values(designs)
+    for chosen in ([0], [5, 5, 5], [3, 17, 39, 0]):
+        some = asked.values({name: own[chosen] for name, own in designs.items()})
+        assert (some.lower <= together.upper[chosen]).all() and (some.upper >= together.lower[chosen]).all()
+        np.testing.assert_allclose(some.value, together.value[chosen], rtol=1e-4)
+        assert np.array_equal(some.is_proven, together.is_proven[chosen])
 
 
 def test_a_grid_does_not_differ_from_its_shuffled_designs():

@@ -118,7 +118,8 @@ def test_a_compliance_at_a_pose_holds_its_other_displacements():
 
 
 def test_what_a_pose_holds_has_no_compliance():
-    found = questions(GUIDE, "stiffness(leaf1.head.y) at y = 0.01 mm, rx = 0 mrad, rz = 0 mrad").values({})
+    rigid = fx.loads(TEXT.replace("    carries:", "    elastic: false\n    carries:"))
+    found = questions(rigid, "stiffness(leaf1.head.y) at y = 0.01 mm, rx = 0 mrad, rz = 0 mrad").values({})
     assert np.isnan(found.value[0, 0])
     assert "held" in found.reason[0]
 

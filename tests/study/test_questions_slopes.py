@@ -10,7 +10,7 @@ import flexura as fx
 from flexura.study.questions import formula, questions, relation
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-TEXT = (EXAMPLES / "guide" / "guide.yaml").read_text()
+TEXT = (EXAMPLES / "guide" / "guide.yaml").read_text().replace("    carries:", "    elastic: false\n    carries:")
 GUIDE = fx.loads(TEXT)
 HUNG = fx.loads(TEXT + "\ngravity: [0, 0, -9.81 m/s^2]\nloads: {carriage: {force: [1 N, 0, -20 N]}}\n")
 NAMES = ("length", "width", "thickness", "distance")

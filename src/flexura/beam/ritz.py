@@ -54,9 +54,12 @@ class Material(NamedTuple):
 
 
 class _Tables(NamedTuple):
-    """Integrals over the solid of half sizes one, in blocks: of products of functions (c, s, s), of displacements along
-    the axes times 1 and the three coordinates (4, 3, c, s), the stiffness by its twelve coefficients (12, c, s, s), what
-    keeps coordinates of nothing in place (c, s, s), and the volume."""
+    """Integrals over the solid of half sizes one, in blocks.
+
+    Of products of functions (c, s, s), of displacements along the axes times 1 and the three coordinates (4, 3, c, s),
+    the stiffness by its twelve coefficients (12, c, s, s), what keeps coordinates of nothing in place (c, s, s), and
+    the volume.
+    """
 
     product: Array
     moments: Array

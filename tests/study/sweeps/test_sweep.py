@@ -185,7 +185,7 @@ def test_where_another_mode_takes_over_is_said_and_where_modes_cross_nothing_is(
     assert np.delete(step, 39).max() < 300
     (own,) = table.warnings
     assert own.text.startswith(
-        "f(carriage.ry) goes over to another mode, from 1166.7 to 2217.1 Hz, between length = 79"
+        "f(carriage.ry) goes over to another mode, from 1166.5 to 2216.6 Hz, between length = 79"
     )
     nearer = over_lengths(guide, (0.079, 0.08, 33)).to_columns()
     (at,) = np.flatnonzero(nearer["f(carriage.ry) jumps"])
