@@ -168,6 +168,8 @@ def test_a_soft_suspension_is_no_zero():
 
 def test_bounds_that_contradict_each_other_are_dropped():
     none = np.zeros((2, 2), dtype=bool)
-    found = enclosed(np.array([[1.0, 3.0], [1.0, 3.0]]), np.array([[1.1, 3.1], [1.1, 2.9]]), none, np.zeros(2))
+    lower, upper = np.array([[1.0, 3.0], [1.0, 3.0]]), np.array([[1.1, 3.1], [1.1, 2.9]])
+    found = enclosed(lower, upper, np.array([[1.05, 3.2], [1.0, 3.0]]), none, np.zeros(2))
     assert found.lower.tolist() == [[1.0, 3.0], [0.0, 0.0]]
     assert found.upper.tolist() == [[1.1, 3.1], [np.inf, np.inf]]
+    assert found.best.tolist() == [[1.05, 3.1], [np.inf, np.inf]]

@@ -134,6 +134,10 @@ class RitzSolid:
 class ElasticSolid:
     """A RitzSolid of sides (..., 3), m, and a material; all that does not vary in a stack may lack its axis."""
 
+    functions: RitzSolid
+    size: Array
+    material: Material
+
     def __init__(self, functions: RitzSolid, size: Array, material: Material) -> None:
         self.functions, self.size, self.material = functions, size, material
         self._tables = _tables(functions)

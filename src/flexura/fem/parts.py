@@ -69,7 +69,12 @@ error: others may differ in nothing that matters."""
 Meshables = Mapping[str, Link | Flexure | Diaphragm | FlatSpring]
 LEFT_OUT = {"mesh_size", "slits", "flat_springs"}
 """What of a description the plan has not from which places are taken."""
-KINDS = {Link: "links", Flexure: "flexures", Diaphragm: "diaphragms", FlatSpring: "flat_springs"}
+KINDS: dict[type[Link | Flexure | Diaphragm | FlatSpring], str] = {
+    Link: "links",
+    Flexure: "flexures",
+    Diaphragm: "diaphragms",
+    FlatSpring: "flat_springs",
+}
 P = TypeVar("P", bound=Substructure)
 
 

@@ -321,7 +321,8 @@ class _Batch:
         missed = np.flatnonzero(~_is_proven(*_hertz(bounds), tolerance))
         if len(missed):
             dense = chain_bounds(arrow.take(missed).dense, self.count, self.chains.start(self.count), tolerance)
-            bounds.lower[missed], bounds.upper[missed], bounds.zero[missed] = dense.lower, dense.upper, dense.zero
+            bounds.lower[missed], bounds.upper[missed] = dense.lower, dense.upper
+            bounds.best[missed], bounds.zero[missed] = dense.best, dense.zero
         return bounds
 
     def __call__(self, values: Array, designs: slice) -> tuple[Array, Array, Array]:
@@ -345,9 +346,9 @@ class _Batch:
 
 
 def _hertz(bounds: ChainBounds) -> tuple[Array, Array, Array]:
-    """Frequencies, lower and upper bounds, Hz: the upper bounds are the better estimates."""
-    lower, upper = (np.sqrt(b) / HERTZ for b in (bounds.lower, bounds.upper))
-    return np.where(bounds.zero, 0.0, upper), lower, upper
+    """Frequencies, lower and upper bounds, Hz."""
+    lower, upper, best = (np.sqrt(b) / HERTZ for b in (bounds.lower, bounds.upper, bounds.best))
+    return np.where(bounds.zero, 0.0, best), lower, upper
 
 
 def _alone(plan: Plan, parameters: dict[str, float], count: int) -> tuple[Array, Array, Array]:

@@ -75,9 +75,10 @@ class _Projection:
     off: Array
 
 
-def upper_bounds(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array, Array]:
+def upper_bounds(small: _Projection, values: Array, slowness: Array) -> tuple[Array, Array, Array, Array]:
     """Upper bounds (designs, p) on the p lowest eigenvalues of the full order, infinite where round-off hides them,
-    the vectors (designs, p, p) that they belong to, and by how much the energy of these in K may be off (designs, p).
+    the Ritz values (designs, p) that they are for all round-off, the vectors (designs, p, p) that they belong to, and
+    by how much the energy of these in K may be off (designs, p).
 
     `values` (designs, p) are the squared frequencies of the Ritz vectors.
     """
@@ -99,7 +100,7 @@ def upper_bounds(small: _Projection, values: Array, slowness: Array) -> tuple[Ar
     of_M = _leading_sums(abs(massive - eye) + m[:, :, None] * m[:, None, :])
     known = np.isfinite(of_K) & (of_M < 1)
     upper = np.where(known, np.maximum(highest + of_K, of_K), np.inf) / np.where(known, 1 - of_M, 1.0)
-    return upper, Z, k**2
+    return upper, highest, Z, k**2
 
 
 def _combined(stiff: Array, massive: Array, known: NDArray[np.bool_]) -> Array:
@@ -140,11 +141,13 @@ def rigid_values(values: Array, upper: Array, margin: Array, rigid: int) -> tupl
 
 @dataclass(frozen=True)
 class ChainBounds:
-    """Bounds (designs, count), (rad/s)^2, on the lowest eigenvalues of the full order, number by number: `lower` is
-    zero where nothing is proven; eigenvalues that are `zero` to working accuracy lie between zero and `upper`."""
+    """Bounds (designs, count), (rad/s)^2, on the lowest eigenvalues of the full order, number by number, and the best
+    estimates between them: `lower` is zero where nothing is proven; eigenvalues that are `zero` to working accuracy lie
+    between zero and `upper`."""
 
     lower: Array
     upper: Array
+    best: Array
     zero: NDArray[np.bool_]
 
 
@@ -164,7 +167,7 @@ def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: fl
     energy, mass = (np.einsum("dii->di", A) for A in (small.K, small.M))
     # infinite where round-off has left no mass
     values = np.maximum(np.where(mass > 0, energy / np.where(mass > 0, mass, 1.0), np.inf), 0.0)
-    upper, _, _ = upper_bounds(small, values, ends.slowness)
+    upper, ritz, _, _ = upper_bounds(small, values, ends.slowness)
     margin = small.off[:, 0] + EPS * ends.K.shape[-1] * shift
     zero, upper = rigid_values(values, upper, margin, rigid)
     guess, Z = small_pencils(*_from_below(small, values, ends.slowness))
@@ -178,7 +181,7 @@ def chain_bounds(ends: EndMatrices, count: int, start: Eigenpairs, tolerance: fl
             if len(open_):
                 proven = _fewer_than(ends, open_, ell[open_], vectors[open_, :, :j])
                 lower[open_[proven], j] = ell[open_[proven]]
-    return enclosed(lower, upper[:, :count], zero[:, :count], ends.loss)
+    return enclosed(lower, upper[:, :count], ritz[:, :count], zero[:, :count], ends.loss)
 
 
 def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Iterator[Array]:
@@ -191,12 +194,15 @@ def attempts(values: Array, guess: Array, upper: Array, tolerance: float) -> Ite
     yield upper * (1 - 0.99 * tolerance) ** 2
 
 
-def enclosed(lower: Array, upper: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:
-    """Bounds with what the chains have lost (designs,); none where they contradict each other."""
+def enclosed(lower: Array, upper: Array, best: Array, zero: NDArray[np.bool_], loss: Array) -> ChainBounds:
+    """Bounds with what the chains have lost (designs,), and the Ritz values as far as they lie between these; no bounds
+    where they contradict each other."""
     lower = np.maximum.accumulate(lower, axis=1) * np.maximum(1 - CHAIN_LOSSES * loss, 0.0)[:, None]
     upper = upper * (1 + CHAIN_LOSSES * loss[:, None])
     crossed = (lower > upper).any(axis=1, keepdims=True)
-    return ChainBounds(np.where(crossed, 0.0, lower), np.where(crossed, np.inf, upper), zero & ~crossed)
+    lower, upper = np.where(crossed, 0.0, lower), np.where(crossed, np.inf, upper)
+    best = np.where(np.isfinite(upper), np.clip(best, lower, upper), np.inf)
+    return ChainBounds(lower, upper, best, zero & ~crossed)
 
 
 def _projected(ends: EndMatrices, X: Array) -> _Projection:
@@ -304,7 +310,7 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     """
     ritz, slowness = _ritz(arrow), arrow.core.slowness
     small = _projected_arrow(arrow, ritz)
-    upper, Z, margin = upper_bounds(small, ritz.values, slowness)
+    upper, best, Z, margin = upper_bounds(small, ritz.values, slowness)
     values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (small.K, small.M, small.R))
     least, mass = values - margin, np.where(mass > 0, mass, 1.0)
     values = np.where(np.isfinite(upper), values, np.inf)
@@ -320,7 +326,7 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
         if len(at):
             proven = _arrow_has_fewer(arrow.take(at), np.where(wanted, ell, 0.0)[at], core[at])
             lower[at] = np.where(proven & wanted[at], ell[at], lower[at])
-    return enclosed(lower, upper[:, :count], zero[:, :count], arrow.core.loss)
+    return enclosed(lower, upper[:, :count], best[:, :count], zero[:, :count], arrow.core.loss)
 
 
 def _projected_arrow(arrow: Arrow, ritz: _Ritz) -> _Projection:

@@ -91,6 +91,10 @@ class Pulls:
 class ElasticBody(Lumped):
     """K and M of a body that bends over its own node, the frame of its held face, carried nodes, and amplitudes."""
 
+    body: BodyElement
+    own: int
+    carried: list[int]
+    hold: Hold | None
     pulls: Pulls
     solid: RitzSolid
     shapes: Array
