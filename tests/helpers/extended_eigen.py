@@ -74,8 +74,21 @@ def wide_model(plan, parameters=None) -> tuple[np.ndarray, np.ndarray]:
             relative = np.concatenate([-back, np.broadcast_to(np.eye(6, dtype=Wide), arm.shape)], axis=-1)
             k = np.swapaxes(relative, -1, -2) @ at_j @ relative
             m = np.swapaxes(T, -1, -2) @ own.elements.M.astype(Wide) @ T
+            together = set()
+            for elements, S in own.elements.couplings:
+                n_e = elements.shape[1]
+                for strip, shared in zip(elements, S, strict=True):
+                    F, D = np.zeros((6 * n_e, 6 * n_e), dtype=Wide), np.zeros((6 * n_e, 6 * n_e + 6), dtype=Wide)
+                    F[3::6, 3::6] = -shared
+                    for at, e in enumerate(strip):
+                        F[6 * at : 6 * at + 6, 6 * at : 6 * at + 6] += own.elements.C[e]
+                        D[6 * at : 6 * at + 6, 6 * at : 6 * at + 12] = turned[e] @ relative[e]
+                    nodes = [*part.connectivity[strip, 0], part.connectivity[strip[-1], 1]]
+                    add(K, nodes, D.T @ wide_inverse(F) @ D)
+                    together.update(strip.tolist())
             for e, nodes in enumerate(part.connectivity):
-                add(K, list(nodes), k[e])
+                if e not in together:
+                    add(K, list(nodes), k[e])
                 add(M, list(nodes), m[e])
         for discrete in own.discrete_elements:
             for out, A in ((K, discrete.K), (M, discrete.M)):

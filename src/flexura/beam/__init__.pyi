@@ -82,6 +82,7 @@ from flexura.beam.section import secondary_constant as secondary_constant
 from flexura.beam.section import tube as tube
 from flexura.beam.section import warping_compliance as warping_compliance
 from flexura.beam.section import warping_constant as warping_constant
+from flexura.beam.section import warping_coupling as warping_coupling
 from flexura.beam.section import warping_decay as warping_decay
 from flexura.beam.section import warping_element as warping_element
 from flexura.beam.tapered import arm_stiffness as arm_stiffness

@@ -180,6 +180,33 @@ def warping_element(decay: Real, kappa: Real) -> tuple[Array, Array, Array]:
     return A, B, Z
 
 
+def warping_coupling(x: Real, kappa: Real, held: tuple[bool, bool]) -> Array:
+    """Return how elements of a bar twist each other by the warping that they share (theory eq. F27).
+
+    A torque t twists by theta' = [(1 - kappa) t + kappa w]/GJ with w - w''/lambda^2 = t, w = 0 at ends whose warping is
+    held and w' = 0 at others (Vlasov 1961): a torque of one in one element twists another by H/(GJ lambda).
+
+    x: lambda times where the elements begin and end (..., n + 1), -; kappa: (..., n) or (..., 1), -; held: which ends
+    are. Returns H (..., n, n), -, zero on the diagonal.
+    """
+    x = real(x)
+    start, stop = x[..., :-1], x[..., 1:]
+    middle = (start + stop) / 2
+    size = np.sqrt(real(kappa)) * -np.expm1(start - stop)
+    low = size * _reflected(middle - x[..., :1], held[0])
+    high = size * _reflected(x[..., -1:] - middle, held[1])
+    whole = 2 * _reflected(x[..., -1:] - x[..., :1], held[0] == held[1])
+    before = np.tri(middle.shape[-1], k=-1).T > 0
+    apart = np.where(before, start[..., None, :] - stop[..., :, None], 0.0)
+    H = np.where(before, low[..., :, None] * high[..., None, :] * np.exp(-apart) / whole[..., None], 0.0)
+    return H + np.swapaxes(H, -1, -2)
+
+
+def _reflected(x: Array, held: bool) -> Array:
+    """sinh(x), or cosh(x) where nothing is held, over exp(x)/2."""
+    return -np.expm1(-2 * x) if held else 1 + np.exp(-2 * x)
+
+
 def warping_decay(nu: Real, J: Real, warping: Real, secondary: Real) -> tuple[Array, Array]:
     """Return lambda, 1/m, and kappa, -, of `warping_compliance` (theory eq. F8).
 

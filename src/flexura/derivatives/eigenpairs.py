@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -175,7 +176,7 @@ def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
         force = np.zeros((*u.shape[:-1], len(pairs.value)))
         if len(part.connectivity):
             slopes += _elements(matrices, part.connectivity, u, force, pairs)
-        for discrete in matrices.discrete_elements:
+        for discrete in chain(matrices.discrete_elements, *(strips.each for strips in matrices.strips)):
             placed = [k for k, node in enumerate(discrete.nodes) if node < part.n_positioned]
             B = _relative(discrete.nodes, placed, design.geometry.parts[name].positions)
             slopes += _discrete(discrete, B, u, force, pairs)

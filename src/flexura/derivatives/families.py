@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -227,7 +228,7 @@ def _forces(
         strain = local[..., 6:, :] - rigid_arm(reach) @ local[..., :6, :]
         Tt = np.swapaxes(matrices.T, -1, -2)
         forces.append((connectivity, Tt @ (matrices.elements.K[..., 6:] @ strain), Tt @ (matrices.elements.M @ local)))
-    for discrete in matrices.discrete_elements:
+    for discrete in chain(matrices.discrete_elements, *(strips.each for strips in matrices.strips)):
         v, placed = u[:, discrete.nodes], [k for k, node in enumerate(discrete.nodes) if node < n_positioned]
         flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
         mass = None if discrete.M is None else discrete.M @ flat

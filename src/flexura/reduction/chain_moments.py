@@ -12,7 +12,9 @@ flexibilities and of wrenches at one pole: no interior matrix is assembled, fact
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import as_strided
@@ -28,6 +30,10 @@ ELEMENT_TERMS = 64.0
 whose correlation is that of a cantilever's end deflection and slope, sqrt(3)/2 or less: 6 / (1 - 0.87) and some."""
 
 
+STRIP_ROUNDING = 1e-9
+"""Relative error of what strips lower."""
+
+
 @dataclass(frozen=True)
 class ChainMoments:
     """Matrices of each chain (..., c, ...) in its coordinates: twist of the first end and relative twist of the ends at
@@ -41,6 +47,16 @@ class ChainMoments:
     A: Array
     slowness: Array
     loss: Array
+
+
+class _Strips(NamedTuple):
+    """Strips (q,) in the chains of a frame: their chain (q, 1) and elements there (q, n), ascending; what couples
+    these, S (..., q, n, n) as of `Coupling`; and `axis` (..., q, n, 6), with torque = axis . wrench at the pole."""
+
+    chain: Index
+    elements: Index
+    S: Array
+    axis: Array
 
 
 class PoleFrame:
@@ -68,6 +84,7 @@ class PoleFrame:
         self._mass_bases: tuple[int, Array] | None = None
         self._flexibility_bases: tuple[int, Array] | None = None
         self._root_basis: Array | None = None
+        self._strips: list[tuple[Index, Index, Index]] | None = None
 
     @property
     def is_fixed(self) -> bool:
@@ -78,6 +95,24 @@ class PoleFrame:
         """Rows (..., c, e, k) of a table (..., elements, k)."""
         rows = table[..., self._own, :] if isinstance(self._own, slice) else np.take(table, self._own, axis=-2)
         return rows.reshape(*table.shape[:-2], *self.elements.shape, table.shape[-1])
+
+    def strips(self, table: Elements) -> Iterator[_Strips]:
+        """What couples the elements of strips in these chains."""
+        if self._strips is None:
+            place = np.full(int(self.elements.max(initial=0)) + 1, -1)
+            place[self.elements] = np.arange(self.elements.size).reshape(self.elements.shape)
+            self._strips = []
+            for elements, _ in table.couplings:
+                known = elements.max(axis=1) < len(place)
+                own = np.flatnonzero(known)[(place[elements[known]] >= 0).all(axis=1)]
+                at = place[elements[own]]
+                order = np.argsort(at, axis=1)
+                self._strips.append((own[:, None, None], order, np.take_along_axis(at, order, axis=1)))
+        for (own, order, at), (_, S) in zip(self._strips, table.couplings, strict=True):
+            if len(own):
+                chain, e = at[:, :1] // self.elements.shape[1], at % self.elements.shape[1]
+                axis = self.Xj_inverse[..., 3][..., chain, e, :]
+                yield _Strips(chain, e, S[..., own, order[:, :, None], order[:, None, :]], axis)
 
     def _flexibility_basis(self, basis: Array) -> Array:
         """(c, e, k, 36) from that of an element in its own axes (k, 36)."""
@@ -198,33 +233,62 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     The kept motions are the static response of the interior to `forces` (c, e, 12, k), N and N m, at the ends of the
     elements in their axes. Raises LinAlgError when a flexibility is singular.
     """
-    F = frame.flexibilities(table)
+    F, strips = frame.flexibilities(table), list(frame.strips(table))
     running = _summed(frame.before, F)
     total, Ft, kept = running[..., -1, :, :], _flat(F).mT, forces.shape[-1]
     k = _inverted(total)
     V = _motions(running, k, kept)
-    bent, k_modes = np.zeros((*F.shape[:-1], 0)), np.zeros((*k.shape[:-2], 0, 0))
+    bent = stretched = np.zeros((*F.shape[:-1], 0))
+    k_modes = np.zeros((*k.shape[:-2], 0, 0))
     if kept:
         # closed again, since what is left of the other end's displacement would strain the stiffest element
         bent = _closed(_closed(frame.internal(forces), Ft, k), Ft, k)
-        stretched = F @ bent
+        stretched = _stretched(F, bent, strips)
         k_modes = _flat(bent).mT @ _flat(stretched)
         V[..., 2:-2, :, 12:] = _summed(frame.before, stretched)[..., :-1, :, :]
     band = frame.masses(table)
     loads = _loads(band, V)
     M = _flat(V[..., 1:-1, :, :]).mT @ _flat(loads)
     loss = _loss(total, k, F.shape[-3])
-    slowness = _trace(band, running, M, loss)
+    slowness = _trace(band, running, M, loss) - _twisted_together(band, strips, loss.shape)
     W = _closed(_summed(frame.beyond, loads[..., 1:-1, :, :]), Ft, k)
     if kept:
-        c = np.linalg.solve(k_modes, _flat(F @ bent).mT @ _flat(W))
+        c = np.linalg.solve(k_modes, _flat(stretched).mT @ _flat(W))
         W = W - bent @ c[..., None, :, :]
         slowness = slowness - np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
         slowness = slowness + 64 * kept * EPS * np.einsum("...ii->...", np.linalg.solve(k_modes, M[..., 12:, 12:]))
     A = np.zeros((3, *M.shape))
     A[0, ..., 6:12, 6:12], A[0, ..., 12:, 12:], A[1] = k, k_modes, M
-    np.matmul(_flat(W).mT, _flat(F @ W), out=A[2])
+    np.matmul(_flat(W).mT, _flat(_stretched(F, W, strips)), out=A[2])
     return ChainMoments(A, slowness, loss)
+
+
+def _stretched(F: Array, W: Array, strips: Sequence[_Strips]) -> Array:
+    """Relative twists (..., c, e, 6, k) of the elements of chains with flexibilities F under wrenches W, which elements
+    of strips share."""
+    out = F @ W
+    for chain, e, S, axis in strips:
+        torque = (axis[..., None, :] @ W[..., chain, e, :, :])[..., 0, :]
+        out[..., chain, e, :, :] -= axis[..., None] * (S @ torque)[..., None, :]
+    return out
+
+
+def _twisted_together(band: Array, strips: Sequence[_Strips], lead: tuple[int, ...]) -> Array:
+    """By how much coupled strips lower the sum of 1/omega^2 (..., c): moments about the strip at its inner nodes,
+    which are steps of its torque, against the inertia there."""
+    less = np.zeros(lead)
+    for chain, e, S, axis in strips:
+        n = e.shape[1]
+        steps = np.tri(n, n - 1, -1)
+        D = steps.T @ S @ steps
+        inner, p = e[:, :-1] + 1, axis[..., :-1, :, None]
+        rows = np.swapaxes(p, -1, -2) @ band[..., chain, inner, :, :]
+        own, after = ((rows[..., part] @ p)[..., 0, 0] for part in (slice(6, 12), slice(12, 18)))
+        trace = (np.einsum("...ii->...i", D) * own).sum(axis=-1)
+        trace = trace + 2 * (np.einsum("...ii->...i", D[..., :-1, 1:]) * after[..., :-1]).sum(axis=-1)
+        for strip, c in enumerate(chain[:, 0]):
+            less[..., c] += (1 - STRIP_ROUNDING) * trace[..., strip]
+    return less
 
 
 def _motions(running: Array, k: Array, kept: int) -> Array:
@@ -281,7 +345,7 @@ def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
     mass = frame.Xt @ M @ frame.Xd
     length = F.shape[1]
     inertia_forces = []
-    for flexibility, inertia, local, Xd in zip(F, mass, M, frame.Xd, strict=True):
+    for flexibility, inertia, local, Xd in zip(_together(F, frame.strips(table)), mass, M, frame.Xd, strict=True):
         pairs = _modes(np.linalg.inv(flexibility), inertia, min(count, 6 * (length - 1)))
         n = int(np.isfinite(pairs.values).sum())
         moved = np.zeros((length + 1, 6, n))
@@ -293,12 +357,27 @@ def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
     return np.stack([forces[..., :least] for forces in inertia_forces])
 
 
+def _together(F: Array, strips: Iterator[_Strips]) -> Array:
+    """Flexibility (c, 6e, 6e) of all elements of chains (c, e, 6, 6) together, one design."""
+    c, e = F.shape[:2]
+    whole = np.zeros((c, e, 6, e, 6))
+    for k in range(e):
+        whole[:, k, :, k] = F[:, k]
+    for chain, at, *one in strips:
+        S, axis = (each.reshape(each.shape[-3:]) for each in one)
+        shared = np.einsum("qer,qef,qfs->qefrs", axis, S, axis)
+        whole[chain[..., None], at[:, :, None], :, at[:, None, :]] -= shared
+    return whole.reshape(c, 6 * e, 6 * e)
+
+
 def _modes(k: Array, mass: Array, count: int) -> Eigenpairs:
-    """Lowest modes of a chain of elements with stiffness k (e, 6, 6), mass (e, 12, 12) at the pole, both ends held."""
-    n = 6 * (len(k) - 1)
-    K, M = np.zeros((n + 12, n + 12)), np.zeros((n + 12, n + 12))
-    for e, (stiffness, inertia) in enumerate(zip(k, mass, strict=True)):
+    """Lowest modes of a chain of elements with stiffness k (6e, 6e) against their relative twists, mass (e, 12, 12) at
+    the pole, both ends held."""
+    n = len(k) - 6
+    M = np.zeros((n + 12, n + 12))
+    for e, inertia in enumerate(mass):
         at = slice(6 * e, 6 * e + 12)
-        K[at, at] += np.block([[stiffness, -stiffness], [-stiffness, stiffness]])
         M[at, at] += inertia
-    return lowest(K[6:-6, 6:-6], M[6:-6, 6:-6], count)
+    k = k[:, :n] - k[:, 6:]
+    K = k[:n] - k[6:]
+    return lowest((K + K.T) / 2, M[6:-6, 6:-6], count)

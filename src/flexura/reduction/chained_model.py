@@ -212,6 +212,8 @@ def _chained(
     sums = _Sums(model, position, n)
     for group, start in zip(chains, first, strict=True):
         sums.add_chains(group, start)
+        if pieces is None:
+            sums.add_strips(group, start)
     for name, matrices in model.matrices.items():
         resisted = plan.parts[name].resisted(model.values, model.geometry.parts[name])
         for discrete, strain in zip(matrices.discrete_elements, resisted, strict=True):
@@ -330,6 +332,30 @@ class _Sums:
         at_end, ends = at_end @ G[:, :, None], np.broadcast_to(ends[:, :, None], (*inner.shape[:3], 12))
         self._mass.add(inner, ends, at_end)
         self._mass.add(ends, inner, at_end.mT)
+
+    def add_strips(self, chains: SegmentChains, first: int) -> None:
+        """Add what resists torque that varies along strips, all copies; segments are elements.
+
+        The static shape between the ends of chains has none, so that this is of the displacements inside alone.
+        """
+        copies, e = len(chains.numbers(self.model)), chains.nodes.shape[1] - 1
+        if e < 2:
+            return
+        inner = chains.inner_coordinates(first, copies).reshape(copies, -1, 6)
+        place = np.full(int(chains.nodes.max()) + 1, -1)
+        place[chains.nodes[:, 1:-1]] = np.arange(inner.shape[1]).reshape(-1, e - 1)
+        moved = (rigid_arm(chains.arms[:, 1:-1]) @ chains.axes.mT[:, None] @ np.linalg.inv(chains.far)).reshape(
+            -1, 6, 6
+        )
+        for strips in self.model.matrices[chains.name].strips:
+            for nodes, torque, N in zip(strips.nodes, strips.torque, strips.N, strict=True):
+                at = np.where(nodes < len(place), place[np.minimum(nodes, len(place) - 1)], -1)
+                if (at[1:-1] < 0).any():
+                    continue
+                G = np.where((at < 0)[:, None, None], 0.0, moved[at])
+                columns = np.where((at < 0)[:, None], -1, inner[:, at]).reshape(copies, -1)
+                f, B = (np.broadcast_to(A, (copies, *A.shape)) for A in (factor(N), torque @ block_diagonal(G)))
+                self.add_strain(columns, f, B)
 
 
 def _strain_of(discrete: DiscreteElement, positions: Array) -> tuple[Array, Array] | None:

@@ -232,6 +232,12 @@ class PartReducer:
     def __init__(self, part: Part, more: Sequence[int] = ()) -> None:
         self.part = part
         self.kept: Index = np.array([*part.boundary, *sorted({*more} - set(part.boundary.tolist()))], dtype=np.intp)
+        self._broken: list[tuple[int, Index]] = []
+        for k, nodes in enumerate(part.strips):
+            broken = np.flatnonzero(np.isin(nodes[:, 1:-1], self.kept).any(axis=1))
+            if len(broken):
+                self._broken.append((k, broken))
+                self.kept = np.concatenate([self.kept, np.setdiff1d(nodes[broken], self.kept)])
         self.boundary_dofs: Index = node_dofs(self.kept)
         self.interior_dofs: Index = node_dofs(np.setdiff1d(part.interior, self.kept))
         self.chains: list[ChainGroup] = find_chains(part, self.kept)
@@ -247,7 +253,8 @@ class PartReducer:
 
     @cached_property
     def _chain_stiffness(self) -> Scatter:
-        return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 1)
+        broken = [self.part.strips[k][rows] for k, rows in self._broken]
+        return self._scatter([group.nodes[:, [0, -1]] for group in self.chains], self.remaining, 1, broken)
 
     @cached_property
     def _chain_mass(self) -> Scatter:
@@ -257,23 +264,24 @@ class PartReducer:
     def _over_elements(self) -> tuple[Scatter, Scatter]:
         """The patterns of stiffness and mass over all nodes."""
         nodes = np.arange(self.part.n_nodes)
-        stiffness, mass = (self._scatter([self.part.connectivity], nodes, which) for which in (1, 2))
-        return stiffness, mass
+        members, strips = self.part.connectivity, self.part.strips
+        return self._scatter([members], nodes, 1, strips), self._scatter([members], nodes, 2)
 
-    def _scatter(self, connected: list[Index], nodes: Index, which: int) -> Scatter:
-        """The pattern over some nodes of what connects them, and of the discrete elements that have stiffness (1) or
-        mass (2)."""
+    def _scatter(self, connected: list[Index], nodes: Index, which: int, strips: Sequence[Index] = ()) -> Scatter:
+        """The pattern over some nodes of what connects them, of the discrete elements that have stiffness (1) or
+        mass (2), and of strips."""
         number = np.full(self.part.n_nodes, -1)
         number[nodes] = np.arange(len(nodes))
         discrete_elements = [
             node_dofs(number[element[0]])[None] for element in self.part.discrete_nodes() if element[which]
         ]
-        return Scatter([*(node_dofs(number[each]) for each in connected), *discrete_elements], 6 * len(nodes))
+        before, after = (node_dofs(number[each]) for each in connected), (node_dofs(number[each]) for each in strips)
+        return Scatter([*before, *discrete_elements, *after], 6 * len(nodes))
 
     def assembled(self, matrices: PartMatrices) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (6n, 6n) of the part in its own frame, one design."""
         T, elements, discrete = matrices.T, matrices.elements, matrices.discrete_elements
-        K = [T.mT @ elements.K @ T, *(e.K[None] for e in discrete if e.K is not None)]
+        K = [T.mT @ elements.K @ T, *(e.K[None] for e in discrete if e.K is not None), *(s.K for s in matrices.strips)]
         M = [T.mT @ elements.M @ T, *(e.M[None] for e in discrete if e.M is not None)]
         stiffness, mass = self._over_elements
         return stiffness.sparse(K), mass.sparse(M)
@@ -333,6 +341,7 @@ class PartReducer:
         pairs = [chain_matrices(group, kin, matrices.elements) for group, kin in chains]
         discrete = matrices.discrete_elements
         K = [*(k for k, _ in pairs), *(e.K[..., None, :, :] for e in discrete if e.K is not None)]
+        K += [matrices.strips[k].K[..., rows, :, :] for k, rows in self._broken]
         M = [*(m for _, m in pairs), *(e.M[..., None, :, :] for e in discrete if e.M is not None)]
         b = len(self.boundary_dofs)
         if not lead and self._chain_stiffness.n > SPARSE_GUYAN:
@@ -344,6 +353,7 @@ class PartReducer:
         chains = zip(self.chains, self.kinematics(geometry), strict=True)
         K = [chain_stiffness(group, kin, matrices.elements) for group, kin in chains]
         K += [e.K[..., None, :, :] for e in matrices.discrete_elements if e.K is not None]
+        K += [matrices.strips[k].K[..., rows, :, :] for k, rows in self._broken]
         return np.asarray(self._chain_stiffness.dense(K, lead))
 
 

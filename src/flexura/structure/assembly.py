@@ -111,6 +111,12 @@ def block_diagonal(blocks: Array) -> Array:
     return out
 
 
+def _placed(K: Array, G: Array) -> Array:
+    """K (..., 6k, 6k) over nodes with the transforms G (copies, ..., k, 6, 6), over their roots."""
+    T = block_diagonal(G)
+    return np.swapaxes(T, -1, -2) @ K @ T
+
+
 class Triplets:
     """Entries of a sparse matrix of given shape; equal places are summed, rows and columns below zero dropped."""
 
@@ -156,8 +162,9 @@ class FullOrderAssembler:
             [dofs for dofs, has_K, _ in discrete_elements if has_K],
             [dofs for dofs, _, has_M in discrete_elements if has_M],
         )
-        self._stiffness = Scatter([*members, *stiff], n)
-        same = all(has_K and has_M for _, has_K, has_M in discrete_elements)
+        strips = [_dofs(self._dofs[name], nodes) for name in self._names for nodes in plan.parts[name].strips]
+        self._stiffness = Scatter([*members, *stiff, *strips], n)
+        same = not strips and all(has_K and has_M for _, has_K, has_M in discrete_elements)
         self._mass = self._stiffness if same else Scatter([*members, *massive], n)
         self._discrete_stiffness, self._discrete_mass = Scatter(stiff, n), Scatter(massive, n)
         self._transformed: Latest[dict[str, Array]] = Latest()
@@ -170,13 +177,24 @@ class FullOrderAssembler:
         )
         K: list[Array] = []
         M: list[Array] = []
+        strips: list[Array] = []
         for name, G in transforms.items():
             elements = matrices[name].elements
             T = matrices[name].T @ block_diagonal(G[:, self.plan.parts[name].connectivity])
             Tt = np.swapaxes(T, -1, -2)
             K.append(Tt @ elements.K @ T)
             M.append(Tt @ elements.M @ T)
-        return self._stiffness.sparse([*K, *discrete_K]), self._mass.sparse([*M, *discrete_M])
+            strips += [_placed(strip.K, G[:, strip.nodes]) for strip in matrices[name].strips]
+        return self._stiffness.sparse([*K, *discrete_K, *strips]), self._mass.sparse([*M, *discrete_M])
+
+    def strips(self, design: Design) -> sp.csc_matrix:
+        """What strips add to the stiffness of their elements (n, n), which share their warping; one design."""
+        dofs, K = list[Index](), list[Array]()
+        for name, G in self._transforms(design).items():
+            for strips in design.matrices[name].strips:
+                dofs.append(_dofs(self._dofs[name], strips.nodes))
+                K.append(_placed(strips.K, G[:, strips.nodes]))
+        return Scatter(dofs, self.plan.topology.n_dof).sparse(K)
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
@@ -193,12 +211,15 @@ class FullOrderAssembler:
         C: list[Array] = []
         H: list[Array] = []
         discrete_elements: list[Array] = []
+        strips: list[Array] = []
         places: list[Index] = []
         for name, G in self._transforms(design).items():
             part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
             T = part_matrices.T @ block_diagonal(G[:, part.connectivity])
             H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * part_matrices.elements.K) @ T)
+            for strip in part_matrices.strips:
+                strips.append(_placed(eta[strip.elements[:, 0], None, None] * strip.K, G[:, strip.nodes]))
             for discrete, loss in zip(
                 part_matrices.discrete_elements, part.discrete_losses(values, default), strict=True
             ):
@@ -211,7 +232,9 @@ class FullOrderAssembler:
                 T = block_diagonal(G[:, dashpot.nodes])
                 C.append(np.swapaxes(T, -1, -2) @ matrix @ T)
                 places.append(_dofs(self._dofs[name], np.array([dashpot.nodes])))
-        return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse([*H, *discrete_elements])
+        return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse(
+            [*H, *discrete_elements, *strips]
+        )
 
     def base_inertia_forces(self, design: Design) -> Array:
         """Forces (n, 6) on the DOFs that it takes to accelerate everything, what is held included, in unit rigid

@@ -19,10 +19,11 @@ from flexura.beam import (
     secondary_constant,
     warping_compliance,
     warping_constant,
+    warping_coupling,
     warping_decay,
     warping_element,
 )
-from flexura.duals import with_slopes_of, zeros
+from flexura.duals import plain, with_slopes_of, zeros
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
 from flexura.structure.values import common
@@ -107,6 +108,22 @@ class Distortion(NamedTuple):
         return self._replace(B=whole.B, Z=whole.Z)
 
 
+class Coupling(NamedTuple):
+    """How torques in the elements (m, n) of m strips twist the others of the same strip by the warping that they share.
+
+    S (..., m, n, n), rad/(N m), is positive semidefinite: torques t (n,) twist the elements by - S t, beside what the
+    flexibility of each says, and those that are the same all along by nothing (theory eq. F27).
+    """
+
+    elements: Index
+    S: Array
+
+    def within(self, run: slice) -> Coupling | None:
+        """That of strips in a run of elements, numbered from its first; None without any."""
+        own = (self.elements[:, 0] >= run.start) & (self.elements[:, 0] < run.stop)
+        return Coupling(self.elements[own] - run.start, self.S[..., own, :, :]) if own.any() else None
+
+
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
@@ -187,6 +204,42 @@ class MemberCorrections:
                 torsion.Z[at[..., None, None], [[c] for c in columns], columns] = np.where(both, Z, ~both * np.eye(2))
             torsion.A[at] = A
         return torsion
+
+    @property
+    def coupled(self) -> list[tuple[SectionGroup, int, Index]]:
+        """Strips of more than one element whose warping is held: their group, how many elements, and which of it."""
+        warping = self.active[:, CORRECTIONS.index("warping")]
+        found = [(group, n, np.flatnonzero(warping[group.index])) for group, n, _ in self._groups]
+        return [(group, n, own) for group, n, own in found if n > 1 and len(own) and group.kind[0] in STRIPS]
+
+    def couplings(
+        self, values: Array, moduli: tuple[Array, Array], length: Array, first: Index, stiffer: Array | None
+    ) -> list[Coupling]:
+        """Of all strips whose warping is held, in the order of `coupled`; G, Pa, and nu (..., m), lengths (..., m), m.
+
+        `stiffer` (..., e) are factors on GJ of elements beside those of `factors`; of two elements the larger counts.
+        """
+        couplings = []
+        for group, n, own in self.coupled:
+            members = group.index[own]
+            G, nu, L = (every[..., members, None] for every in (*moduli, length))
+            sizes = group.sizes(values, length[..., group.index], np.arange(n + 1) / n)
+            b, t = (common(size, 2)[..., own, :] for size in (sizes[0], sizes[-1]))
+            J = rectangle(
+                *(size if size.shape[-1] == 1 else (size[..., 1:] + size[..., :-1]) / 2 for size in (b, t)), nu
+            ).J
+            elements, soft = first[members][:, None] + np.arange(n), 0.0
+            for share, times, start in _cases(self.clamped[members]):
+                kappa, x = _warping(b, t, nu, L, n, times)
+                root = np.sqrt(L / (n * G * J * (x[..., 1:] - x[..., :-1])))
+                H = warping_coupling(x, kappa, (start != 0.0, start != -1.0))
+                soft = soft + share[..., None] * root[..., :, None] * H * root[..., None, :]
+            if stiffer is not None:
+                own_factor = stiffer[..., elements]
+                a, b = own_factor[..., :, None], own_factor[..., None, :]
+                soft = soft / np.where(plain(a) < plain(b), b, a)
+            couplings.append(Coupling(elements, soft.sum(axis=-1)[..., None] * np.eye(n) - soft))
+        return couplings
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
         """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.

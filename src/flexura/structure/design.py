@@ -168,7 +168,10 @@ class Design(Record):
             stop = start + len(part.connectivity)
             if part.has_matrices:
                 matrices[name] = PartMatrices(
-                    ElementSlice(elements, start, stop), self.geometry.T[name], discrete_elements[name]
+                    ElementSlice(elements, start, stop),
+                    self.geometry.T[name],
+                    discrete_elements[name],
+                    part.connectivity,
                 )
             start = stop
         return matrices

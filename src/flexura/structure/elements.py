@@ -26,7 +26,7 @@ from flexura.beam import (
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
-from flexura.structure.corrections import Distortion, Factors
+from flexura.structure.corrections import Coupling, Distortion, Factors
 
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""
@@ -76,11 +76,13 @@ class Elements:
         share: Array,
         flags: tuple[Array, Array],
         torsion: Callable[[], Distortion],
+        couplings: Callable[[], list[Coupling]],
         factors: Factors | None = None,
         roots: tuple[Index, Index, Array] | None = None,
     ) -> None:
         self._E, self._G, self._rho = moduli
-        self._sections, self._finer, self._torsion, self._factors = sections, finer, torsion, factors
+        self._sections, self._finer, self._factors = sections, finer, factors
+        self._torsion, self._couplings = torsion, couplings
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
         self.length = length
@@ -192,6 +194,11 @@ class Elements:
     def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._torsion()
+
+    @cached_property
+    def couplings(self) -> list[Coupling]:
+        """How elements of strips twist each other, beyond what K says of each by itself."""
+        return self._couplings()
 
     @cached_property
     def flexibility_coefficients(self) -> Array:
@@ -360,6 +367,12 @@ class ElementSlice:
     def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._whole.torsion.taken(self._own)
+
+    @property
+    def couplings(self) -> list[Coupling]:
+        """How elements of strips twist each other, beyond what K says of each by itself."""
+        found = (coupling.within(self._own) for coupling in self._whole.couplings)
+        return [coupling for coupling in found if coupling is not None]
 
     @property
     def length(self) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
-from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
+from flexura.structure.corrections import STRIPS, Coupling, Distortion, Factors, MemberCorrections
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
@@ -195,6 +195,7 @@ class Members:
             share=1 / self.counts[m],
             flags=self._flags,
             torsion=torsion,
+            couplings=partial(self._couplings, values, length, (homogeneous, factors)),
             factors=factors,
             roots=roots,
         )
@@ -255,6 +256,17 @@ class Members:
             bow=np.stack([bows * plate, of_element, 144 * rest * strong**2 / (A * weak), free], axis=-1),
             plane=plane,
         )
+
+    def _couplings(
+        self, values: Array, length: Array, factors: tuple[Factors | None, Factors | None]
+    ) -> list[Coupling]:
+        """How strips twist where torque varies; `factors` as of `_torsion`."""
+        without, whole = factors
+        _, _, nu, G = self.moduli(values)
+        stiffer = (
+            None if whole is without or whole is None else whole.twist / (1.0 if without is None else without.twist)
+        )
+        return self.corrections.couplings(values, (G, nu), length, self.first, stiffer)
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
         """Torsion constants (m, 2), m^4, at both ends and where what the ends hold is, in the web of notches; the least

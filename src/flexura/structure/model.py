@@ -326,6 +326,7 @@ class _PartState:
         R = np.stack([T[:, :3, :3], T[:, 6:9, 6:9]], axis=1)
         weight.reshape(*ends.shape[:2], 2, 6)[..., :3] = np.einsum("ebij,cj->cebi", R, self.pull)
         inner = (elements.K @ ends - elements.M @ weight)[..., 0]
+        inner = inner + elements.K[..., 9] * self.matrices.twist_shared(self.v[..., None])
         axial = np.stack([-inner[..., 0], inner[..., 6]], axis=-1)
         K = np.einsum("ceb,ebij->ceij", axial, elements.geometric)
         yield self._over(nodes, np.swapaxes(T, -1, -2) @ K @ T)

@@ -63,16 +63,69 @@ class DiscreteElement(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Strips:
+    """What resists torque that varies along strips, whose elements (m, n) share their warping, over their nodes
+    (m, n + 1), part's frame.
+
+    `torque` (..., m, n, 6n + 6) is that of each element by displacements, as if by itself; the others add
+    N (..., m, n, n) times it (theory eq. F28).
+    """
+
+    elements: Index
+    nodes: Index
+    torque: Array
+    N: Array
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness (..., m, 6n + 6, 6n + 6)."""
+        return np.swapaxes(self.torque, -1, -2) @ self.N @ self.torque
+
+    @property
+    def each(self) -> Iterator[DiscreteElement]:
+        """The strips one by one."""
+        for k, nodes in enumerate(self.nodes.tolist()):
+            yield DiscreteElement("", nodes, self.K[..., k, :, :], None)
+
+
+@dataclass(frozen=True)
 class PartMatrices:
     """Everything elastic and massive of a part for one design or a stack of them.
 
     `T` (..., e, 12, 12) leads from the nodes' displacements in the part's frame to those of the elements' ends in
-    element axes.
+    element axes, and `connectivity` (e, 2) numbers the nodes.
     """
 
     elements: Elements | ElementSlice
     T: Array
     discrete_elements: list[DiscreteElement]
+    connectivity: Index
+
+    @cached_property
+    def strips(self) -> list[Strips]:
+        """What strips add to the stiffness of their elements, which share their warping (theory eq. F28)."""
+        strips = []
+        for elements, S in self.elements.couplings:
+            n = elements.shape[1]
+            k = self.elements.K[..., elements, 9, :]
+            rows = (k[..., None, :] @ self.T[..., elements, :, :])[..., 0, :]
+            A = zeros((*rows.shape[:-1], 6 * n + 6), rows)
+            for e in range(n):
+                A[..., e, 6 * e : 6 * e + 12] = rows[..., e, :]
+            N = np.linalg.solve(np.eye(n) - S * k[..., None, :, 9], S)
+            nodes = np.concatenate([self.connectivity[elements, 0], self.connectivity[elements[:, -1:], 1]], axis=1)
+            strips.append(Strips(elements, nodes, A, (N + np.swapaxes(N, -1, -2)) / 2))
+        return strips
+
+    def twist_shared(self, u: Array) -> Array:
+        """Twist (copies, e, k), rad, by which elements are as if wound further, since they share their warping, for
+        displacements u (copies, nodes, 6, k) in the part's frame: a wrench more of `C^-1` or K times it."""
+        shared = zeros((len(u), len(self.connectivity), u.shape[-1]), u, self.T)
+        for strips in self.strips:
+            count, n = strips.nodes.shape
+            moved = u[:, strips.nodes].reshape(len(u), count, 6 * n, u.shape[-1])
+            shared[:, strips.elements] = strips.N @ (strips.torque @ moved)
+        return shared
 
 
 class BentBody(NamedTuple):
@@ -163,6 +216,8 @@ class Part:
         self._position_entries = np.array([table.add_all(p) for p in own_positions], dtype=np.intp).reshape(-1, 3)
         self._lay_out_members(layout, table, np.array(ends, dtype=np.intp).reshape(-1, 2))
         self._mesh(nodes)
+        self.strips: list[Index] = []
+        """Nodes (m, n + 1) of the strips whose elements share their warping, once the plan has settled them."""
         self.n_positioned: int = len(nodes.names)
         self._add_amplitudes(nodes)
         self.discrete: list[tuple[str, list[int], Lumped]] = self._discrete(prototype, table)

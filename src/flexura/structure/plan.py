@@ -300,6 +300,17 @@ class Plan(Record, Displayed):
         tables = [self.members, *(part.table for part in self.parts.values())]
         for table, (ends, rooted) in zip(tables, [(clamped, has_root), *split], strict=True):
             table.corrections.settle(ends, rooted)
+        start = 0
+        for part in self.parts.values():
+            stop, first = start + len(part.connectivity), self.members.first
+            part.strips = []
+            for group, n, own in self.members.corrections.coupled:
+                elements = first[group.index[own]][:, None] + np.arange(n) - start
+                elements = elements[(elements[:, 0] >= 0) & (elements[:, 0] < stop - start)]
+                if len(elements):
+                    nodes = part.connectivity[elements, 0], part.connectivity[elements[:, -1:], 1]
+                    part.strips.append(np.concatenate(nodes, axis=1))
+            start = stop
 
     def _group_by_level(self) -> list[tuple[str, str, Index, Index]]:
         """Instances grouped as (parent prototype, child, instances, their parents), parents first."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -164,7 +165,7 @@ def _rigid_residual(part: Part, matrices: PartMatrices, R: Array) -> float:
     on_ends = np.concatenate([np.swapaxes(T, -1, -2) @ (KT @ R[at]), np.einsum("eij,eij->ej", T, KT)[..., None]], -1)
     summed = [np.bincount(at.ravel(), column.ravel(), len(R)) for column in np.moveaxis(on_ends, -1, 0)]
     forces, squares = np.stack(summed[:-1], axis=1).astype(float), summed[-1].astype(float)
-    for discrete in matrices.discrete_elements:
+    for discrete in chain(matrices.discrete_elements, *(strips.each for strips in matrices.strips)):
         if discrete.K is not None:
             rows = node_dofs(discrete.nodes)
             squares[rows] += np.diagonal(discrete.K)

@@ -94,6 +94,7 @@ def _elements(part: Part, matrices: PartMatrices, u: Array) -> tuple[Array, Arra
     arm[:, 0] = elements.length
     d = v[:, 6:] - rigid_arm(arm) @ v[:, :6]
     strain = _by_kind(d * np.linalg.solve(elements.C, d) / 2, part.table.is_round[part.table.element_member])
+    strain[1] += matrices.twist_shared(u[None])[0] * (elements.K[:, 9, None] @ v)[:, 0] / 2
     return strain, np.einsum("eik,eij,ejk->ek", v, elements.M, v) / 2
 
 

@@ -11,7 +11,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import plain, zeros
 from flexura.errors import OptionError
-from flexura.structure import FullOrderModel
+from flexura.structure import FullOrderModel, block_diagonal
 
 
 def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None) -> tuple[Array, Array]:
@@ -25,7 +25,9 @@ def end_forces(model: FullOrderModel, name: str, states: Array, g: Array | None)
     arm = zeros((v.shape[1], 3), matrices.elements.length)
     arm[:, 0] = matrices.elements.length
     D = rigid_arm(arm)
-    at_end = np.linalg.inv(matrices.elements.C) @ (v[:, :, 6:] - D @ v[:, :, :6])
+    d = v[:, :, 6:] - D @ v[:, :, :6]
+    d[:, :, 3] = d[:, :, 3] + matrices.twist_shared(local_motions(model, name, states))
+    at_end = np.linalg.inv(matrices.elements.C) @ d
     at_start = np.swapaxes(D, -1, -2) @ at_end
     if g is not None:
         local = zeros((len(placed.paths), v.shape[1], 12, 1), v)
@@ -47,14 +49,19 @@ def force_changes(model: FullOrderModel, states: Array) -> dict[str, tuple[Array
 
 def element_motions(model: FullOrderModel, name: str, states: Array, at: Index | slice = slice(None)) -> Array:
     """Motions (i, e, 12, k) of both ends of elements `at` of all copies of a prototype, element axes."""
+    part = model.plan.parts[name]
+    v = local_motions(model, name, states)[:, part.connectivity[at]]
+    return model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1])
+
+
+def local_motions(model: FullOrderModel, name: str, states: Array) -> Array:
+    """Motions (i, nodes, 6, k) of the nodes with a place of all copies of a prototype, in its frame."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     number = np.array(placed.offset)[:, None] + np.arange(part.n_named + len(part.mesh_member))
     Q = np.swapaxes(model.geometry.Q[placed.number], -1, -2)[:, None]
     axial = np.linalg.det(plain(Q)).round()[..., None, None] * Q
     whole = model.node_displacements(states)[number]
-    local = np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
-    v = local[:, part.connectivity[at]]
-    return model.matrices[name].T[at] @ v.reshape(*v.shape[:2], 12, states.shape[1])
+    return np.concatenate([Q @ whole[:, :, :3], axial @ whole[:, :, 3:]], axis=2)
 
 
 @verb
@@ -77,12 +84,19 @@ def internal_force_rows(model: FullOrderModel, member: str, *, position: float =
     length = float(matrices.elements.length[e])
     rest = length * (element + 1 - position * n)
     to_end, to_section = rigid_arm((length, 0.0, 0.0)), rigid_arm((rest, 0.0, 0.0))
-    P = to_section.T @ np.linalg.solve(matrices.elements.C[e], np.hstack([-to_end, np.eye(6)])) @ matrices.T[e]
-    nodes = part.connectivity[e]
+    C = matrices.elements.C[e]
+    P = np.linalg.solve(C, np.hstack([-to_end, np.eye(6)])) @ matrices.T[e]
+    nodes = np.append(part.connectivity[part.first[k] : part.first[k + 1], 0], part.ends[k, 1])
+    rows = np.zeros((6, 6 * len(nodes)))
+    rows[:, 6 * element : 6 * element + 12] = P
+    for strips in matrices.strips:
+        if len(at := np.argwhere(strips.elements == e)):
+            m, own = at[0]
+            rows += np.linalg.inv(C)[:, 3:4] @ (strips.N[m, own : own + 1] @ strips.torque[m])
     G = model.design.node_transforms(name, nodes)[copy]
     topology = model.plan.topology
     dof = topology.dof[topology.root[topology.copies[name].offset[copy] + nodes]].ravel()
-    rows = np.hstack([P[:, :6] @ G[0], P[:, 6:] @ G[1]])[:, dof >= 0]
+    rows = (to_section.T @ rows @ block_diagonal(G))[:, dof >= 0]
     dof = np.broadcast_to(dof[dof >= 0], rows.shape)
     at = np.broadcast_to(np.arange(6)[:, None], rows.shape)
     return sp.csr_matrix((rows.ravel(), (at.ravel(), dof.ravel())), shape=(6, model.order))
