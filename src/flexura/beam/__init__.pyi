@@ -85,6 +85,7 @@ from flexura.beam.section import warping_constant as warping_constant
 from flexura.beam.section import warping_coupling as warping_coupling
 from flexura.beam.section import warping_decay as warping_decay
 from flexura.beam.section import warping_element as warping_element
+from flexura.beam.section import warping_shares as warping_shares
 from flexura.beam.tapered import arm_stiffness as arm_stiffness
 from flexura.beam.tapered import gauss_stations as gauss_stations
 from flexura.beam.tapered import geometric_basis as geometric_basis

@@ -202,6 +202,19 @@ def warping_coupling(x: Real, kappa: Real, held: tuple[bool, bool]) -> Array:
     return H + np.swapaxes(H, -1, -2)
 
 
+def warping_shares(x: Real, end: int, both: bool) -> Array:
+    """Return the shares of a torque's bimoment at a held end that elements make by it, theirs together being one.
+
+    x as of `warping_coupling`; end: 0 or 1; both: whether the other end is held as well. Returns (..., n), -.
+    """
+    x = real(x)
+    start, stop = x[..., :-1], x[..., 1:]
+    middle = (start + stop) / 2
+    away, beyond = (start - x[..., :1], x[..., -1:] - middle) if end == 0 else (x[..., -1:] - stop, middle - x[..., :1])
+    shares = -np.expm1(start - stop) * _reflected(beyond, both) * np.exp(-away)
+    return shares / shares.sum(axis=-1)[..., None]
+
+
 def _reflected(x: Array, held: bool) -> Array:
     """sinh(x), or cosh(x) where nothing is held, over exp(x)/2."""
     return -np.expm1(-2 * x) if held else 1 + np.exp(-2 * x)

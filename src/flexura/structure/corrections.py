@@ -19,11 +19,10 @@ from flexura.beam import (
     secondary_constant,
     warping_compliance,
     warping_constant,
-    warping_coupling,
     warping_decay,
     warping_element,
 )
-from flexura.duals import plain, with_slopes_of, zeros
+from flexura.duals import with_slopes_of, zeros
 from flexura.mechanism import CORRECTIONS, Flexure, Link, Mechanism, possible_corrections
 from flexura.structure.sections import SectionGroup
 from flexura.structure.values import common
@@ -108,22 +107,6 @@ class Distortion(NamedTuple):
         return self._replace(B=whole.B, Z=whole.Z)
 
 
-class Coupling(NamedTuple):
-    """How torques in the elements (m, n) of m strips twist the others of the same strip by the warping that they share.
-
-    S (..., m, n, n), rad/(N m), is positive semidefinite: torques t (n,) twist the elements by - S t, beside what the
-    flexibility of each says, and those that are the same all along by nothing (theory eq. F27).
-    """
-
-    elements: Index
-    S: Array
-
-    def within(self, run: slice) -> Coupling | None:
-        """That of strips in a run of elements, numbered from its first; None without any."""
-        own = (self.elements[:, 0] >= run.start) & (self.elements[:, 0] < run.stop)
-        return Coupling(self.elements[own] - run.start, self.S[..., own, :, :]) if own.any() else None
-
-
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
@@ -192,7 +175,7 @@ class MemberCorrections:
             torsion.place[at] = np.where(np.arange(n), 2, 1)
             A = (1 - sum((share for share, *_ in cases), np.zeros((len(own), 1))))[..., None, None] * np.diag(EVEN)
             for k, (share, times, start) in enumerate(cases[case] for case in used):
-                kappa, x = _warping(b, t, own_nu, L, n, times)
+                kappa, x = warping_along(b, t, own_nu, L, n, times)
                 matrices = warping_element(x[..., 1:] - x[..., :-1], kappa)
                 own_A, B, Z = (share[..., None, None] * matrix for matrix in matrices)
                 free = np.repeat((share > 0)[..., None], n, axis=1) & np.ones(2, dtype=bool)
@@ -211,35 +194,6 @@ class MemberCorrections:
         warping = self.active[:, CORRECTIONS.index("warping")]
         found = [(group, n, np.flatnonzero(warping[group.index])) for group, n, _ in self._groups]
         return [(group, n, own) for group, n, own in found if n > 1 and len(own) and group.kind[0] in STRIPS]
-
-    def couplings(
-        self, values: Array, moduli: tuple[Array, Array], length: Array, first: Index, stiffer: Array | None
-    ) -> list[Coupling]:
-        """Of all strips whose warping is held, in the order of `coupled`; G, Pa, and nu (..., m), lengths (..., m), m.
-
-        `stiffer` (..., e) are factors on GJ of elements beside those of `factors`; of two elements the larger counts.
-        """
-        couplings = []
-        for group, n, own in self.coupled:
-            members = group.index[own]
-            G, nu, L = (every[..., members, None] for every in (*moduli, length))
-            sizes = group.sizes(values, length[..., group.index], np.arange(n + 1) / n)
-            b, t = (common(size, 2)[..., own, :] for size in (sizes[0], sizes[-1]))
-            J = rectangle(
-                *(size if size.shape[-1] == 1 else (size[..., 1:] + size[..., :-1]) / 2 for size in (b, t)), nu
-            ).J
-            elements, soft = first[members][:, None] + np.arange(n), 0.0
-            for share, times, start in _cases(self.clamped[members]):
-                kappa, x = _warping(b, t, nu, L, n, times)
-                root = np.sqrt(L / (n * G * J * (x[..., 1:] - x[..., :-1])))
-                H = warping_coupling(x, kappa, (start != 0.0, start != -1.0))
-                soft = soft + share[..., None] * root[..., :, None] * H * root[..., None, :]
-            if stiffer is not None:
-                own_factor = stiffer[..., elements]
-                a, b = own_factor[..., :, None], own_factor[..., None, :]
-                soft = soft / np.where(plain(a) < plain(b), b, a)
-            couplings.append(Coupling(elements, soft.sum(axis=-1)[..., None] * np.eye(n) - soft))
-        return couplings
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
         """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
@@ -280,12 +234,12 @@ def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamp
     plate, warping = active[:, :1], active[:, 1:2]
     over_b, over_t = (_over(side, L, n) for side in (b, t)) if plate.any() else (L, L)
     every = []
-    for share, times, start in _cases(clamped):
+    for share, times, start in held_cases(clamped):
         case: list[Array | float] = [1.0, 1.0, 1.0]
         if plate.any():
             case[:2] = [anticlastic_compliance(nu, 1.0, *_place(x, times, start)) for x in (over_b, over_t)]
         if warping.any():
-            kappa, x = _warping(b, t, nu, L, n, times)
+            kappa, x = warping_along(b, t, nu, L, n, times)
             case[2] = warping_compliance(1.0, kappa, *_place(x, times, start))
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
@@ -308,7 +262,7 @@ def _place(x: Array, times: float, start: float) -> tuple[Array, Array, Array]:
     return times * x[..., -1:], at[..., :-1], at[..., 1:]
 
 
-def _warping(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> tuple[Array, Array]:
+def warping_along(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> tuple[Array, Array]:
     """Kappa (..., m, n) of theory eq. F8, or (..., m, 1), and the integral (..., m, n + 1) of lambda up to the edges of
     the elements of strips; arguments as in `_strip`."""
     J = rectangle(b, t, nu).J
@@ -316,7 +270,7 @@ def _warping(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> t
     return kappa if kappa.shape[-1] == 1 else (kappa[..., 1:] + kappa[..., :-1]) / 2, _over(1 / decay, L, n)
 
 
-def _cases(clamped: Array) -> list[tuple[Array, float, float]]:
+def held_cases(clamped: Array) -> list[tuple[Array, float, float]]:
     """Those of `_holds` that some member has."""
     return [case for case in _holds(clamped) if case[0].any()]
 
@@ -423,7 +377,7 @@ def _web(cut: _Slices, nu: Array, active: Bools, clamped: Array) -> tuple[Array 
     constant = warping_constant(b, web)
     poles = {-0.5: first / area, -1.0: dx * rotation.shape[-1], 0.0: 0.0 * dx}
     bend, turn = np.zeros_like(b * web), np.zeros_like(b * web)
-    for share, times, start in _cases(clamped):
+    for share, times, start in held_cases(clamped):
         span = times * web * stretch.sum(axis=-1, keepdims=True)
         bend = bend + share * (1 - anticlastic_compliance(nu, b, span, -span / 2, 0.0))
         pole = poles[start]

@@ -26,7 +26,8 @@ from flexura.beam import (
     tapered_geometric_basis,
 )
 from flexura.duals import zeros
-from flexura.structure.corrections import Coupling, Distortion, Factors
+from flexura.structure.corrections import Distortion, Factors
+from flexura.structure.warping import Coupling
 
 Stations = list[tuple[Index, SectionProperties]]
 """Tapered elements and their sections (..., e', stations)."""
@@ -62,7 +63,8 @@ class Elements:
 
     Mass follows from the sections themselves, stiffness from the effective ones that corrections make of them.
     K, M: (..., e, 12, 12); flexibility C: (..., e, 6, 6), end j loaded with end i clamped; length: (..., e), m; share:
-    (e,), that of an element in the length of its member. `roots`: elements (r,) with an elastic root, at which end
+    (e,), that of an element in the length of its member. `couplings` say how elements of strips twist each other beyond
+    what K says of each by itself. `roots`: elements (r,) with an elastic root, at which end
     (r,), and its flexibility (..., r, 12) as of `root_flexibility`, x leading into the member; it is part of K and C.
     """
 
@@ -76,13 +78,13 @@ class Elements:
         share: Array,
         flags: tuple[Array, Array],
         torsion: Callable[[], Distortion],
-        couplings: Callable[[], list[Coupling]],
+        couplings: list[Coupling],
         factors: Factors | None = None,
         roots: tuple[Index, Index, Array] | None = None,
     ) -> None:
         self._E, self._G, self._rho = moduli
         self._sections, self._finer, self._factors = sections, finer, factors
-        self._torsion, self._couplings = torsion, couplings
+        self._torsion, self.couplings = torsion, couplings
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
         self.length = length
@@ -194,11 +196,6 @@ class Elements:
     def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""
         return self._torsion()
-
-    @cached_property
-    def couplings(self) -> list[Coupling]:
-        """How elements of strips twist each other, beyond what K says of each by itself."""
-        return self._couplings()
 
     @cached_property
     def flexibility_coefficients(self) -> Array:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
-from flexura.structure.corrections import STRIPS, Coupling, Distortion, Factors, MemberCorrections
+from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
+from flexura.structure.warping import shared_warping
 
 SQUARE = (3 * np.pi / 16) ** 0.25
 """Side of the square that bends like a rod, over the diameter."""
@@ -187,6 +188,15 @@ class Members:
         if fillets is not None:
             factors = self._filleted(factors, values, length, fillets)
         torsion = partial(self._torsion, values, length, moduli, sections, (homogeneous, factors))
+        stiffer = None if factors is homogeneous or factors is None else factors.twist
+        stiffer = stiffer if stiffer is None or homogeneous is None else stiffer / homogeneous.twist
+        shared = shared_warping(self.corrections, values, (G, nu, stiffer), length, roots, first=self.first)
+        if shared.compliance is not None:
+            twist = 1.0 if factors is None else factors.twist
+            rigid = moduli[1] * sections.J * (self.counts / length)[..., m]
+            table = np.ones((len(Factors._fields), *np.shape(shared.compliance)), like=shared.compliance)
+            table[3] = 1 / (1 + shared.compliance * twist * rigid)
+            factors = _times(factors, table)
         return Elements(
             moduli,
             sections,
@@ -195,9 +205,9 @@ class Members:
             share=1 / self.counts[m],
             flags=self._flags,
             torsion=torsion,
-            couplings=partial(self._couplings, values, length, (homogeneous, factors)),
+            couplings=shared.couplings,
             factors=factors,
-            roots=roots,
+            roots=shared.roots,
         )
 
     def _filleted(
@@ -256,17 +266,6 @@ class Members:
             bow=np.stack([bows * plate, of_element, 144 * rest * strong**2 / (A * weak), free], axis=-1),
             plane=plane,
         )
-
-    def _couplings(
-        self, values: Array, length: Array, factors: tuple[Factors | None, Factors | None]
-    ) -> list[Coupling]:
-        """How strips twist where torque varies; `factors` as of `_torsion`."""
-        without, whole = factors
-        _, _, nu, G = self.moduli(values)
-        stiffer = (
-            None if whole is without or whole is None else whole.twist / (1.0 if without is None else without.twist)
-        )
-        return self.corrections.couplings(values, (G, nu), length, self.first, stiffer)
 
     def bulk(self, values: Array, length: Array) -> tuple[Array, Array, Array]:
         """Torsion constants (m, 2), m^4, at both ends and where what the ends hold is, in the web of notches; the least

@@ -27,7 +27,7 @@ Interval = tuple[float, float]
 ROOT_DRAWN = (-0.2, 0.2)
 """How far off at least, relative, the flexibility of a root is whose block is drawn."""
 
-ROOT_TWIST = (-0.9, 0.3)
+ROOT_TWIST = (-0.2, 0.3)
 """The same of its twist, which a member that vibrates by itself warps less than a torque of one size does."""
 
 ROOT_NOT_DRAWN = (-1.0, 0.5)
@@ -201,8 +201,7 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
     part, lengths, elements = full.plan.parts[name], full.geometry.parts[name].length, full.matrices[name].elements
     if not part.members:
         return
-    _, _, nu, G = part.table.moduli(full.values)
-    b, t = (size[:, 0].tolist() for size in part.table.end_sizes(full.values, lengths))
+    nu = part.table.moduli(full.values)[2]
     active = part.table.corrections.active
     beyond = full.plan.roots.beyond[full.plan.roots.first[name] :]
     for m, (key, described) in enumerate(part.members.items()):
@@ -212,10 +211,8 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         errors = stiffness_errors(member, length, is_corrected, shears=bool(part.table.shear[m]), nu=float(nu[m]))
         kind, _ = ratios_of(member.section if isinstance(member, Link) else member.profile, length)
         uneven = None
-        if active[m, WARPING] and not (full.design.pose is not None and elements.torsion.place[own.start]):
-            J = length / float(elements.member_C[own, 3, 3].sum() * G[m])
-            quicker = _quicker(b[m], t[m], length, float(nu[m]), J) if kind == "leaf" else QUICKER
-            uneven = 1 / quicker - 1, 0.0
+        if active[m, WARPING] and not elements.torsion.place[own.start]:
+            uneven = 1 / QUICKER - 1, 0.0
         goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if active[m, ROOT] else 1.0
         shares = [
             (low + goes_on * (min(low, 0.0) - low), high + goes_on * (max(high, 0.0) + GOES_ON - high))
@@ -253,18 +250,6 @@ def _with_section(full: FullOrderModel, member: Link | Flexure) -> Link | Flexur
         section = full.plan.layout.mechanism.sections[member.section]
         return member.model_copy(update={"section": evaluated(section, full.plan.scoped_values(full.parameters))})
     return member
-
-
-def _quicker(b: float, t: float, length: float, nu: float, J: float) -> float:
-    """Squared frequency of the first twisting vibration of a strip that is held flat at both ends over that with a
-    torsion constant J, m^4, that is meant for a torque of one size (V. Z. Vlasov, Thin-walled elastic beams, 1961;
-    theory eq. A3)."""
-    large, small = max(b, t), min(b, t)
-    free = large * small**3 / 3 * (1 - 0.63 * small / large)
-    decay = np.sqrt(24 * (1 - nu)) * length / large
-    layers = 1 + 2 / decay + (4 + np.pi**2 / 2) / decay**2  # where warping decays near the ends
-    whole = min(CLAMPED_SLOPE + CLAMPED / decay**2, (np.pi * layers) ** 2)
-    return max(1.0, float(UNEVEN * whole * free / (np.pi**2 * J)))
 
 
 def _roots(full: FullOrderModel) -> Iterator[_Root]:
