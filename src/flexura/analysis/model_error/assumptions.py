@@ -28,7 +28,7 @@ ROOT_DRAWN = (-0.2, 0.2)
 """How far off at least, relative, the flexibility of a root is whose block is drawn."""
 
 ROOT_TWIST = (-0.2, 0.3)
-"""The same of its twist, which a member that vibrates by itself warps less than a torque of one size does."""
+"""The same of its twist."""
 
 ROOT_NOT_DRAWN = (-1.0, 0.5)
 """The same of a block that is not: from a rigid one to an edge of it."""
@@ -78,13 +78,6 @@ WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
 
 QUICKER = 2.6
 """Squared frequency of twisting vibrations of notches, at most, over that of the model."""
-
-UNEVEN = 1.3
-"""Allowance for what the theory of thin strips leaves out of their twisting vibrations."""
-
-CLAMPED, CLAMPED_SLOPE = 500.564, 12.303
-"""Of the first mode of a beam clamped at both ends, length 1: integrals of the second and of the first derivative
-squared over that of the mode squared (R. D. Blevins, Formulas for Natural Frequency and Mode Shape, 1979)."""
 
 
 @dataclass(frozen=True)
