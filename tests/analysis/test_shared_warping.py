@@ -32,7 +32,7 @@ def first_twist(model: fx.Mechanism) -> float:
 
 @pytest.mark.parametrize("length", [12, 30, 60])
 def test_a_strip_between_clamps_twists_as_a_clamped_beam_bends(length: float) -> None:
-    """Rayleigh's quotient with the first mode of a clamped beam: integrals of its curvature and slope (Blevins 1979)."""
+    """By Rayleigh's quotient with the first mode of a clamped beam and its integrals (Blevins 1979)."""
     E, nu, rho, b, t, L = 200e9, 0.3, 7800.0, 40e-3, 0.1e-3, length * 1e-3
     warping = E / (1 - nu**2) * (b * t) ** 3 / 144
     torsion = E / (2 * (1 + nu)) * b * t**3 / 3 * (1 - 0.63 * t / b)
@@ -42,9 +42,7 @@ def test_a_strip_between_clamps_twists_as_a_clamped_beam_bends(length: float) ->
 
 
 def test_loads_at_its_ends_move_a_strip_by_any_number_of_elements_alike() -> None:
-    one, many = (
-        fx.compliance(fx.assemble(strip(elements=n, held="")), nodes=["b"])[3, 3] for n in (1, 24)
-    )
+    one, many = (fx.compliance(fx.assemble(strip(elements=n, held="")), nodes=["b"])[3, 3] for n in (1, 24))
     assert many == pytest.approx(one, rel=1e-9)
 
 

@@ -15,7 +15,7 @@ from flexura.derivatives.eigenpairs import whole_clusters
 from flexura.derivatives.families import FullOrderFamily
 from flexura.duals import Dual
 from flexura.linalg import factorise
-from flexura.structure import Design
+from flexura.structure import Design, DiscreteElement
 from helpers.forty_digits import Precise, forty_digits
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -44,6 +44,7 @@ def numbers(design):
             found.update({(name, key): getattr(elements, key) for key in ("K", "M", "length")})
         for k, (_, _, K, M) in enumerate(own.discrete_elements):
             found.update({(name, k, key): A for key, A in (("K", K), ("M", M)) if A is not None})
+        found.update({(name, "strips", k): strips.K for k, strips in enumerate(own.strips)})
     return found
 
 
@@ -68,7 +69,18 @@ def sloped(plan, names):
             x._replace(K=found.get((name, k, "K")), M=found.get((name, k, "M")))
             for k, x in enumerate(own.discrete_elements)
         ]
-        matrices[name] = SimpleNamespace(T=found.get((name, "T")), elements=elements, discrete_elements=discrete)
+        strips = [
+            SimpleNamespace(
+                each=[
+                    DiscreteElement("", nodes, found[name, "strips", k][m], None)
+                    for m, nodes in enumerate(x.nodes.tolist())
+                ]
+            )
+            for k, x in enumerate(own.strips)
+        ]
+        matrices[name] = SimpleNamespace(
+            T=found.get((name, "T")), elements=elements, discrete_elements=discrete, strips=strips
+        )
     return SimpleNamespace(
         plan=plan,
         values=Dual(still.values, np.zeros((len(names), *still.values.shape))),

@@ -64,7 +64,19 @@ class ExactModel:
         B = _relative(length) @ T
         K = B.T @ (_inverse(matrices.elements.C) @ B)
         M = T.T @ (Pairs.of(matrices.elements.M) @ T)
-        return [(dof[ends[e]].ravel(), K[e], M[e]) for e in range(len(ends))]
+        blocks, together = [], set()
+        for elements, S in matrices.elements.couplings:
+            n = elements.shape[1]
+            for strip, shared in zip(elements.tolist(), S, strict=True):
+                flexibility, D = np.zeros((6 * n, 6 * n)), Pairs.of(np.zeros((6 * n, 6 * n + 6)))
+                flexibility[3::6, 3::6] = -shared
+                for k, e in enumerate(strip):
+                    flexibility[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] += matrices.elements.C[e]
+                    D[6 * k : 6 * k + 6, 6 * k : 6 * k + 12] = B[e]
+                nodes = [*ends[strip, 0], ends[strip[-1], 1]]
+                blocks.append((dof[nodes].ravel(), D.T @ (_inverse(flexibility) @ D), None))
+                together.update(strip)
+        return blocks + [(dof[ends[e]].ravel(), None if e in together else K[e], M[e]) for e in range(len(ends))]
 
     @staticmethod
     def _discrete(discrete, resisted, dof, G):

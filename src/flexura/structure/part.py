@@ -112,7 +112,7 @@ class PartMatrices:
             A = zeros((*rows.shape[:-1], 6 * n + 6), rows)
             for e in range(n):
                 A[..., e, 6 * e : 6 * e + 12] = rows[..., e, :]
-            N = np.linalg.solve(np.eye(n) - S * k[..., None, :, 9], S)
+            N = np.linalg.inv(np.eye(n) - S * k[..., None, :, 9]) @ S
             nodes = np.concatenate([self.connectivity[elements, 0], self.connectivity[elements[:, -1:], 1]], axis=1)
             strips.append(Strips(elements, nodes, A, (N + np.swapaxes(N, -1, -2)) / 2))
         return strips

@@ -95,26 +95,34 @@ def shared_warping(
             for end in (0, 1):
                 place = {int(e): k for k, e in enumerate(roots[0]) if roots[1][k] == end}
                 row = np.array([place.get(int(e), -1) for e in elements[:, -end]])
-                rooted = np.flatnonzero(row >= 0)
-                if not len(rooted):
+                rooted, shares = np.flatnonzero(row >= 0), at_ends[end]
+                if not len(rooted) or isinstance(shares, float):
                     continue
                 C = flexibility[..., row[rooted], :]
                 width = np.broadcast_to(b[..., -end], (*b.shape[:-2], len(members)))[..., rooted]
                 r = C[..., RX] - 12 * C[..., W] / width**2
-                r = np.where(plain(r) > 0, r, 0.0 * r)
-                v = at_ends[end][..., rooted, :]
-                v = v / v.sum(axis=-1)[..., None]
+                v, total = shares[..., rooted, :], shares[..., rooted, :].sum(axis=-1)
+                r = np.where((plain(r) > 0) & (plain(total) > 0), r, 0.0 * r)
+                v = v / np.where(plain(total) > 0, total, 1.0)[..., None]
                 more = r[..., None, None] * (v[..., :, None] * np.eye(n) - v[..., :, None] * v[..., None, :])
                 whole = zeros((*np.broadcast_shapes(S.shape[:-3], more.shape[:-3]), len(members), n, n), S, more)
                 whole[...] = S
                 whole[..., rooted, :, :] = whole[..., rooted, :, :] + more
                 S = whole
                 compliance[..., elements[rooted]] = compliance[..., elements[rooted]] + r[..., None] * v
-                left = 1 - r / C[..., RX]
-                flexibility[..., row[rooted], RX] = C[..., RX] * left
-                for entry in COUPLED_TWIST:
-                    flexibility[..., row[rooted], entry] = C[..., entry] * np.sqrt(left)
+                flexibility[..., row[rooted], RX] = left = C[..., RX] - r
+                needed = _coupled(C) / np.where(plain(left) > 0, left, 1.0)
+                for entry in COUPLED_TWIST:  # as much as what is left of the twist can be coupled
+                    flexibility[..., row[rooted], entry] = C[..., entry] / (1 + needed * needed) ** 0.25
         couplings.append(Coupling(elements, S))
     if roots is None or flexibility is None:
         return SharedWarping(couplings, roots, None)
     return SharedWarping(couplings, (roots[0], roots[1], flexibility), compliance)
+
+
+def _coupled(C: Array) -> Array:
+    """The least twist (...) that roots C (..., 12) need for what is coupled with it."""
+    v, turn, r, v_twist, r_twist = (C[..., k] for k in (2, 3, 4, 10, 11))
+    minor = v * r - turn * turn
+    coupled = v_twist * (v_twist * r - 2 * r_twist * turn) + r_twist * r_twist * v
+    return coupled / np.where(plain(minor) > 0, minor, 1.0)
