@@ -173,7 +173,10 @@ class FullOrderFamily:
             part, geometry = self.plan.parts[name], design.geometry.parts[name]
             losses: list[Any] = part.discrete_losses(design.values, default)
             if len(part.connectivity):
-                losses.insert(0, part.table.loss_factors(design.values, default)[:, None, None])
+                of_elements = part.table.loss_factors(design.values, default)
+                losses.insert(0, of_elements[:, None, None])
+                for strips in design.matrices[name].strips:
+                    losses += [of_elements[e] for e in strips.elements[:, 0].tolist()]
             for loss, (nodes, k, _) in zip(losses, self._forces(design, name, placed), strict=True):
                 placed.add(HX, nodes, None if k is None else loss * k)
             matrices = part.dashpot_matrices(design.values, geometry)

@@ -122,7 +122,7 @@ class ChainEquations(ABC):
         size = n + sum(more * len(chains.kind) for more, chains in zip(extra, part.chains, strict=True))
         local = np.zeros((size, size), dtype=np.result_type(lam, float if self.is_real else complex))
         zeros = [np.zeros((len(group.nodes), 12, 12)) for group in part.reducer.chains]
-        local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.discrete_elements)
+        local[:n, :n], _ = part.reducer.assembled_chains(zeros, zeros, lam, part.matrices)
         start = n
         for chains, more, ends in zip(part.chains, extra, part.ends, strict=True):
             unknowns = start + np.arange(more * len(chains.kind)).reshape(-1, more)

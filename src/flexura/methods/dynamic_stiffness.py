@@ -23,8 +23,8 @@ from flexura.linalg import scaled, unit_scale
 from flexura.methods.exact_chains import ExactChains, exact_chains, remaining_numbers
 from flexura.methods.exact_condensation import ExactCondensation, refuse_large_parts
 from flexura.methods.solution import Solution
-from flexura.reduction import LowOrderAssembler, PartReducer, full_order_modes, low_order
-from flexura.structure import DiscreteElement, ElementSlice, FullOrderModel, node_dofs
+from flexura.reduction import LowOrderAssembler, PartReducer, exact_order, full_order_modes
+from flexura.structure import ElementSlice, FullOrderModel, PartMatrices, node_dofs
 from flexura.tables import in_hz
 
 Array = NDArray[Any]
@@ -75,7 +75,7 @@ class ExactPart:
         self.copies: int = len(model.plan.topology.copies[reducer.part.name].paths)
         matrices = model.matrices[reducer.part.name]
         assert isinstance(matrices.elements, ElementSlice)
-        self.discrete_elements: list[DiscreteElement] = matrices.discrete_elements
+        self.matrices: PartMatrices = matrices
         cut = matrices.elements.cut(pieces) if len(reducer.part.connectivity) else None
         self._groups: list[list[ExactChains]] = [
             exact_chains(reducer.part, group, model.geometry, cut) for group in reducer.chains if cut is not None
@@ -99,7 +99,7 @@ class ExactPart:
                 J0 += int(joined.J0.sum())
             K.append(of_K)
             slope.append(of_slope)
-        whole, rate = self.reducer.assembled_chains(K, slope, lam, self.discrete_elements)
+        whole, rate = self.reducer.assembled_chains(K, slope, lam, self.matrices)
         b = len(self.reducer.boundary_dofs)
         if whole.shape[0] == b:
             return PartAt(whole, rate, J0)
@@ -123,7 +123,7 @@ class DynamicStiffness:
 
     def __init__(self, model: FullOrderModel, pieces: int = 1) -> None:
         self.model = model
-        self.assembler: LowOrderAssembler = low_order(model.plan)
+        self.assembler: LowOrderAssembler = exact_order(model.plan)
         if not len(self.assembler.physical):
             raise OptionError("every node that the substructures keep is held: cut a member in two to see it move")
         refuse_large_parts(self.assembler)
@@ -178,7 +178,7 @@ def dynamic_stiffness(model: FullOrderModel, count: int) -> Solution:
     with unit modal mass. Raises OptionError when nothing can move, SolverError when counts and frequencies disagree or
     the equations are too many.
     """
-    refuse_large_parts(low_order(model.plan))
+    refuse_large_parts(exact_order(model.plan))
     guesses = _guesses(model, count)
     if not any(len(part.elements.length) for part in model.matrices.values()):
         count = len(guesses)  # without members there are no more frequencies

@@ -23,7 +23,7 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import inverse_roots, scaled, unit_scale
 from flexura.methods.exact_chains import ExactBranches, branches_below, remaining_numbers
-from flexura.reduction import LowOrderAssembler, low_order, with_modes
+from flexura.reduction import LowOrderAssembler, exact_order, with_modes
 from flexura.structure import TAPERED_PIECES, DiscreteElement, FullOrderModel, Scatter, node_dofs
 
 Array = NDArray[Any]
@@ -126,7 +126,9 @@ class _Part:
         self.B: Array = branches.B[self.span]
         pairs = [branch.junctions for branch in part_branches.branches]
         self.ends: Index = node_dofs(np.array(pairs, dtype=np.intp).reshape(-1, 2))
-        self.discrete_elements: list[DiscreteElement] = model.matrices[name].discrete_elements
+        matrices = model.matrices[name]
+        strips = [strip for strips in matrices.strips for strip in strips.each]
+        self.discrete_elements: list[DiscreteElement] = [*matrices.discrete_elements, *strips]
         self.discrete_dofs: list[Index] = [node_dofs(number[element.nodes]) for element in self.discrete_elements]
         dofs = [*([self.ends] if len(self.ends) else []), *(dofs[None] for dofs in self.discrete_dofs)]
         self.scatter = Scatter(dofs, n)
@@ -165,7 +167,7 @@ class ExactCondensation:
     ) -> None:
         self.model = model
         self.limit = limit
-        self.assembler: LowOrderAssembler = low_order(model.plan)
+        self.assembler: LowOrderAssembler = exact_order(model.plan)
         refuse_large_parts(self.assembler)
         self.branches: ExactBranches = branches_below(model, self.assembler.reducers, limit, pieces, tapered_pieces)
         self._parts = {name: _Part(model, self.branches, name) for name in self.branches.parts}

@@ -99,7 +99,7 @@ class ExactResponse:
             K = part.at(mu**2).K.astype(complex)
             boundary = assembler.reducers[name].part.boundary
             position = {int(node): k for k, node in enumerate(boundary)}
-            for discrete in part.discrete_elements:
+            for discrete in part.matrices.discrete_elements:
                 if discrete.K is not None and len(discrete.nodes) == 1:
                     at = 6 * position[discrete.nodes[0]] + np.arange(6)
                     K[np.ix_(at, at)] -= discrete.K

@@ -1,5 +1,6 @@
 from flexura.reduction.assembly import STACK as STACK
 from flexura.reduction.assembly import LowOrderAssembler as LowOrderAssembler
+from flexura.reduction.assembly import exact_order as exact_order
 from flexura.reduction.assembly import low_order as low_order
 from flexura.reduction.assembly import with_modes as with_modes
 from flexura.reduction.batch import NaturalFrequencies as NaturalFrequencies

@@ -31,13 +31,15 @@ LARGEST_FREED = 31 << 20
 
 class LowOrderAssembler:
     """Numbers the low-order coordinates of a plan and assembles its reduced parts, of which `more` nodes than their
-    boundary may be kept, by prototype."""
+    boundary may be kept, by prototype; chains end at every node of strips where these are not `in_chains`."""
 
-    def __init__(self, plan: Plan, more: Mapping[str, Sequence[int]] | None = None) -> None:
+    def __init__(self, plan: Plan, more: Mapping[str, Sequence[int]] | None = None, *, in_chains: bool = True) -> None:
         self.plan = plan
         more = more or {}
         self.reducers: dict[str, PartReducer] = {
-            name: PartReducer(part, more.get(name, ())) for name, part in plan.parts.items() if part.has_matrices
+            name: PartReducer(part, more.get(name, ()), in_chains=in_chains)
+            for name, part in plan.parts.items()
+            if part.has_matrices
         }
         topology = plan.topology
         kept = np.zeros(topology.n_nodes, dtype=bool)
@@ -154,6 +156,13 @@ def with_modes(T: Array, k: int) -> Array:
     out[:, :b, :b] = T
     out[:, np.arange(b, b + k), np.arange(b, b + k)] = 1.0
     return out
+
+
+def exact_order(plan: Plan) -> LowOrderAssembler:
+    """The same with chains that end at every node of strips, for members that are no finite elements."""
+    if not any(part.strips for part in plan.parts.values()):
+        return low_order(plan)
+    return plan.prepared.once("exact order", lambda: LowOrderAssembler(plan, in_chains=False))
 
 
 def low_order(plan: Plan) -> LowOrderAssembler:

@@ -212,8 +212,7 @@ def _chained(
     sums = _Sums(model, position, n)
     for group, start in zip(chains, first, strict=True):
         sums.add_chains(group, start)
-        if pieces is None:
-            sums.add_strips(group, start)
+        sums.add_strips(group, start)
     for name, matrices in model.matrices.items():
         resisted = plan.parts[name].resisted(model.values, model.geometry.parts[name])
         for discrete, strain in zip(matrices.discrete_elements, resisted, strict=True):
@@ -334,19 +333,19 @@ class _Sums:
         self._mass.add(ends, inner, at_end.mT)
 
     def add_strips(self, chains: SegmentChains, first: int) -> None:
-        """Add what resists torque that varies along strips, all copies; segments are elements.
+        """Add what resists torque that varies along strips, all copies.
 
         The static shape between the ends of chains has none, so that this is of the displacements inside alone.
         """
-        copies, e = len(chains.numbers(self.model)), chains.nodes.shape[1] - 1
-        if e < 2:
+        copies, (c, e) = len(chains.numbers(self.model)), chains.nodes.shape
+        if e < 3:
             return
-        inner = chains.inner_coordinates(first, copies).reshape(copies, -1, 6)
+        at_nodes = chains.ends_passed
+        inner = chains.inner_coordinates(first, copies)[:, *at_nodes].reshape(copies, -1, 6)
         place = np.full(int(chains.nodes.max()) + 1, -1)
-        place[chains.nodes[:, 1:-1]] = np.arange(inner.shape[1]).reshape(-1, e - 1)
-        moved = (rigid_arm(chains.arms[:, 1:-1]) @ chains.axes.mT[:, None] @ np.linalg.inv(chains.far)).reshape(
-            -1, 6, 6
-        )
+        place[chains.nodes[:, 1:-1]] = np.arange(c * (e - 2)).reshape(c, e - 2)
+        moved = rigid_arm(chains.arms[:, 1:-1]) @ chains.axes.mT[:, None] @ np.linalg.inv(chains.far[at_nodes])
+        moved = moved.reshape(-1, 6, 6)
         for strips in self.model.matrices[chains.name].strips:
             for nodes, torque, N in zip(strips.nodes, strips.torque, strips.N, strict=True):
                 at = np.where(nodes < len(place), place[np.minimum(nodes, len(place) - 1)], -1)

@@ -33,7 +33,7 @@ from flexura.reduction.chains import (
     kinematics,
 )
 from flexura.sizes import beyond
-from flexura.structure import DiscreteElement, Geometry, Part, PartMatrices, Scatter, node_dofs
+from flexura.structure import Geometry, Part, PartMatrices, Scatter, node_dofs
 from flexura.thresholds import REPEATED_EIGENVALUES
 
 ADDED_ENERGY = 1e-10
@@ -227,20 +227,25 @@ def _independent(modes: CraigBampton, vectors: Array) -> Array:
 
 
 class PartReducer:
-    """Reduces one prototype's own part to its boundary nodes, and `more` of its nodes, which are `kept` (k,)."""
+    """Reduces one prototype's own part to its boundary nodes, and `more` of its nodes, which are `kept` (k,).
 
-    def __init__(self, part: Part, more: Sequence[int] = ()) -> None:
+    Chains end at every node of strips where these are not `in_chains`.
+    """
+
+    def __init__(self, part: Part, more: Sequence[int] = (), *, in_chains: bool = True) -> None:
         self.part = part
         self.kept: Index = np.array([*part.boundary, *sorted({*more} - set(part.boundary.tolist()))], dtype=np.intp)
         self._broken: list[tuple[int, Index]] = []
         for k, nodes in enumerate(part.strips):
-            broken = np.flatnonzero(np.isin(nodes[:, 1:-1], self.kept).any(axis=1))
+            broken = np.flatnonzero(np.isin(nodes[:, 1:-1], self.kept).any(axis=1) | (not in_chains))
             if len(broken):
                 self._broken.append((k, broken))
-                self.kept = np.concatenate([self.kept, np.setdiff1d(nodes[broken], self.kept)])
+                more = np.setdiff1d(nodes[broken], self.kept) if in_chains else []
+                self.kept = np.concatenate([self.kept, more]).astype(np.intp)
         self.boundary_dofs: Index = node_dofs(self.kept)
         self.interior_dofs: Index = node_dofs(np.setdiff1d(part.interior, self.kept))
-        self.chains: list[ChainGroup] = find_chains(part, self.kept)
+        ends = [self.kept, *(part.strips[k][rows].ravel() for k, rows in self._broken)]
+        self.chains: list[ChainGroup] = find_chains(part, np.concatenate(ends))
         self._latest: Latest[list[ChainKinematics]] = Latest()
 
     @cached_property
@@ -287,12 +292,14 @@ class PartReducer:
         return stiffness.sparse(K), mass.sparse(M)
 
     def assembled_chains(
-        self, K: list[Any], slope: list[Any], lam: float | complex, discrete_elements: list[DiscreteElement]
+        self, K: list[Any], slope: list[Any], lam: float | complex, matrices: PartMatrices
     ) -> tuple[Any, Any]:
         """Chains' matrices at one squared frequency lam (K and its derivative, (c, 12, 12) per group) assembled with
-        discrete elements' K - lam M over the `remaining` nodes."""
+        discrete elements' K - lam M, and strips, over the `remaining` nodes."""
+        discrete_elements = matrices.discrete_elements
         stiff = [discrete.K[None] for discrete in discrete_elements if discrete.K is not None]
         masses = [-discrete.M[None] for discrete in discrete_elements if discrete.M is not None]
+        stiff += [matrices.strips[k].K[rows] for k, rows in self._broken]
         empty = [np.zeros(k.shape) for k in K]
         stiffness = self._chain_stiffness.dense([*K, *stiff])
         inertia = self._chain_mass.dense([*empty, *masses])

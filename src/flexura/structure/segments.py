@@ -40,7 +40,7 @@ class Segments:
     Segment k is the beam `beam.take(kind[k])`; equal segments share a kind. `dof` (s, 2, 6) numbers the DOFs of its
     ends (-1: held), and `X` (s, 2, 6, 6) takes those DOFs to the displacement of the end in the segment's axes. The
     first `model.order` of all `n` DOFs are those of the full-order model; others belong to cuts inside its elements.
-    K, M (n, n) hold springs, superelements, bodies and point masses.
+    K, M (n, n) hold springs, superelements, bodies and point masses, and what strips share.
     """
 
     model: FullOrderModel
@@ -122,7 +122,9 @@ def segments(
                 members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
             first_segment += len(e)
         first_kind += len(cut.beam.length)
-    K, M = (_enlarged(A, n) for A in full_order(plan).discrete_matrices(model.design))
+    summed = full_order(plan)
+    K, M = summed.discrete_matrices(model.design)
+    K, M = (_enlarged(A, n) for A in (K + summed.strips(model.design), M))
     K = _with_springs(K, springs)
     if not beams:
         empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))

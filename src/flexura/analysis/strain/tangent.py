@@ -19,7 +19,7 @@ from flexura.beam import arm_stiffness, geometric_stiffness, rigid_arm, skew
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
 from flexura.results import Result
-from flexura.structure import FullOrderModel, Scatter, Segments, block_diagonal, full_order, segments
+from flexura.structure import FullOrderModel, Scatter, Segments, block_diagonal, segments
 from flexura.tables import Facts, Item, Table, in_mm, quantity
 
 _MEAN = np.vstack([-np.eye(6) / 2, np.eye(6) / 2])
@@ -71,7 +71,7 @@ def tangent_stiffness(
         dof, force, arm = np.vstack([dof, body.frame]), np.vstack([force, body.force]), np.vstack([arm, body.arm])
     turning = Scatter([dof[:, 3:]], model.order).sparse([arm_stiffness(force, arm)])
     turned = Scatter([body.dof[None] for body in bodies], model.order).sparse([body.K[None] for body in bodies])
-    K_t = cut.scatter().sparse([K]) + turning + turned + cut.K + full_order(model.plan).strips(model.design)
+    K_t = cut.scatter().sparse([K]) + turning + turned + cut.K
     return ((K_t + K_t.T) / 2).tocsc()
 
 
