@@ -187,19 +187,20 @@ class FullOrderAssembler:
             strips += [_placed(strip.K, G[:, strip.nodes]) for strip in matrices[name].strips]
         return self._stiffness.sparse([*K, *discrete_K, *strips]), self._mass.sparse([*M, *discrete_M])
 
-    def strips(self, design: Design) -> sp.csc_matrix:
-        """What strips add to the stiffness of their elements (n, n), which share their warping; one design."""
-        dofs, K = list[Index](), list[Array]()
-        for name, G in self._transforms(design).items():
-            for strips in design.matrices[name].strips:
-                dofs.append(_dofs(self._dofs[name], strips.nodes))
-                K.append(_placed(strips.K, G[:, strips.nodes]))
-        return Scatter(dofs, self.plan.topology.n_dof).sparse(K)
-
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
         discrete_K, discrete_M = self._discrete(design.discrete_elements(), self._transforms(design))
         return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
+
+    def beside_members(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """The same, with what strips add to the stiffness of their elements; one design."""
+        dofs, added = list[Index](), list[Array]()
+        for name, G in self._transforms(design).items():
+            for strips in design.matrices[name].strips:
+                dofs.append(_dofs(self._dofs[name], strips.nodes))
+                added.append(_placed(strips.K, G[:, strips.nodes]))
+        K, M = self.discrete_matrices(design)
+        return sp.csc_matrix(K + Scatter(dofs, self.plan.topology.n_dof).sparse(added)), M
 
     def dissipation(self, design: Design, default: float = 0.0) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """C (N s/m, N s, N m s) of dashpots and H (N/m, N, N m) of structural damping, K + i H, both (n, n).

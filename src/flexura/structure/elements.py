@@ -84,7 +84,8 @@ class Elements:
     ) -> None:
         self._E, self._G, self._rho = moduli
         self._sections, self._finer, self._factors = sections, finer, factors
-        self._torsion, self.couplings = torsion, couplings
+        self._torsion = torsion
+        self.couplings: list[Coupling] = couplings
         self._stiff = sections if factors is None else factors.applied(sections, slice(None))
         self._stations = finer(STATIONS)
         self.length = length

@@ -7,7 +7,7 @@ compliance of each (theory eqs. F27-F28).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from flexura.structure.values import common
 RX, W, COUPLED_TWIST = 1, 5, (10, 11)
 """Entries of a root's flexibility: twist, shift along the thickness, and what is coupled with twist."""
 
-Roots = tuple[Index, Index, Array]
+Roots: TypeAlias = tuple[Index, Index, Array]
 """Elements and ends (r,) that have roots, and their flexibilities (..., r, 12)."""
 
 
@@ -65,59 +65,87 @@ def shared_warping(
     the larger counts of two elements. A root gives to the bimoment that a torque makes at it (theory eq. F29).
     """
     G, nu, stiffer = moduli
-    if roots is not None and corrections.coupled:
-        lead = np.broadcast_shapes(values.shape[:-1], roots[2].shape[:-2])
-        compliance, flexibility = zeros((*lead, first[-1]), roots[2]), roots[2] + 0.0
-    else:
-        compliance = flexibility = None
-    couplings = []
+    couplings: list[Coupling] = []
+    giving = None if roots is None or not corrections.coupled else _GivingRoots(roots, values, int(first[-1]))
     for group, n, own in corrections.coupled:
         members = group.index[own]
-        own_G, own_nu, L = (every[..., members, None] for every in (G, nu, length))
         sizes = group.sizes(values, length[..., group.index], np.arange(n + 1) / n)
         b, t = (common(size, 2)[..., own, :] for size in (sizes[0], sizes[-1]))
-        middle = [size if size.shape[-1] == 1 else (size[..., 1:] + size[..., :-1]) / 2 for size in (b, t)]
-        GJ = own_G * rectangle(*middle, own_nu).J
-        elements, soft = first[members][:, None] + np.arange(n), 0.0
-        at_ends: list[Array | float] = [0.0, 0.0]
-        for share, times, start in held_cases(corrections.clamped[members]):
-            kappa, x = warping_along(b, t, own_nu, L, n, times)
-            held = start != 0.0, start != -1.0
-            root = np.sqrt(L / (n * GJ * (x[..., 1:] - x[..., :-1])))
-            soft = soft + share[..., None] * root[..., :, None] * warping_coupling(x, kappa, held) * root[..., None, :]
-            for end in np.flatnonzero(held):
-                at_ends[end] = at_ends[end] + share * warping_shares(x, int(end), all(held))
+        one_each = (G[..., members, None], nu[..., members, None], length[..., members, None])
+        soft, shares = _softened((b, t), one_each, n, corrections.clamped[members])
+        elements = first[members][:, None] + np.arange(n)
         if stiffer is not None:
-            one, other = stiffer[..., elements][..., :, None], stiffer[..., elements][..., None, :]
+            one, other = stiffer[..., elements, None], stiffer[..., elements][..., None, :]
             soft = soft / np.where(plain(one) < plain(other), other, one)
         S = soft.sum(axis=-1)[..., None] * np.eye(n) - soft
-        if roots is not None and flexibility is not None and compliance is not None:
-            for end in (0, 1):
-                place = {int(e): k for k, e in enumerate(roots[0]) if roots[1][k] == end}
-                row = np.array([place.get(int(e), -1) for e in elements[:, -end]])
-                rooted, shares = np.flatnonzero(row >= 0), at_ends[end]
-                if not len(rooted) or isinstance(shares, float):
-                    continue
-                C = flexibility[..., row[rooted], :]
-                width = np.broadcast_to(b[..., -end], (*b.shape[:-2], len(members)))[..., rooted]
-                r = C[..., RX] - 12 * C[..., W] / width**2
-                v, total = shares[..., rooted, :], shares[..., rooted, :].sum(axis=-1)
-                r = np.where((plain(r) > 0) & (plain(total) > 0), r, 0.0 * r)
-                v = v / np.where(plain(total) > 0, total, 1.0)[..., None]
-                more = r[..., None, None] * (v[..., :, None] * np.eye(n) - v[..., :, None] * v[..., None, :])
-                whole = zeros((*np.broadcast_shapes(S.shape[:-3], more.shape[:-3]), len(members), n, n), S, more)
-                whole[...] = S
-                whole[..., rooted, :, :] = whole[..., rooted, :, :] + more
-                S = whole
-                compliance[..., elements[rooted]] = compliance[..., elements[rooted]] + r[..., None] * v
-                flexibility[..., row[rooted], RX] = left = C[..., RX] - r
-                needed = _coupled(C) / np.where(plain(left) > 0, left, 1.0)
-                for entry in COUPLED_TWIST:  # as much as what is left of the twist can be coupled
-                    flexibility[..., row[rooted], entry] = C[..., entry] / (1 + needed * needed) ** 0.25
+        if giving is not None:
+            S = giving.taken(S, elements, b, shares)
         couplings.append(Coupling(elements, S))
-    if roots is None or flexibility is None:
+    if giving is None:
         return SharedWarping(couplings, roots, None)
-    return SharedWarping(couplings, (roots[0], roots[1], flexibility), compliance)
+    return SharedWarping(couplings, giving.left, giving.compliance)
+
+
+def _softened(
+    sizes: tuple[Array, Array], one_each: tuple[Array, Array, Array], n: int, clamped: Array
+) -> tuple[Array, list[Array | None]]:
+    """Twist of each element per torque in others (..., m, n, n) of strips of n elements, and for each end the shares
+    (..., m, n) of the bimoment there, times how far it is held, None where it is of no strip; `sizes` b and t as of
+    `warping_along`, and G, nu and length (..., m, 1)."""
+    (b, t), (G, nu, L) = sizes, one_each
+    b_mid, t_mid = (size if size.shape[-1] == 1 else (size[..., 1:] + size[..., :-1]) / 2 for size in (b, t))
+    GJ, soft, shares = G * rectangle(b_mid, t_mid, nu).J, np.zeros((len(clamped), n, n)), list[Array | None]([None] * 2)
+    for share, times, start in held_cases(clamped):
+        kappa, x = warping_along(b, t, nu, L, n, times)
+        held = start != 0.0, start != -1.0
+        root = np.sqrt(L / (n * GJ * (x[..., 1:] - x[..., :-1])))
+        soft = soft + share[..., None] * root[..., :, None] * warping_coupling(x, kappa, held) * root[..., None, :]
+        for end in (0, 1):
+            if held[end]:
+                own, before = share * warping_shares(x, end, all(held)), shares[end]
+                shares[end] = own if before is None else before + own
+    return soft, shares
+
+
+class _GivingRoots:
+    """Roots of which what gives by warping goes over to the elements of their strips."""
+
+    def __init__(self, roots: Roots, values: Array, elements: int) -> None:
+        self._elements, self._ends, given = roots
+        self._flexibility = given + 0.0
+        lead = np.broadcast_shapes(values.shape[:-1], given.shape[:-2])
+        self.compliance: Array = zeros((*lead, elements), given)
+        self._place = {key: k for k, key in enumerate(zip(roots[0].tolist(), roots[1].tolist(), strict=True))}
+
+    @property
+    def left(self) -> Roots:
+        """What is left of the roots."""
+        return self._elements, self._ends, self._flexibility
+
+    def taken(self, S: Array, elements: Index, b: Array, shares: list[Array | None]) -> Array:
+        """S (..., m, n, n) with what the roots of strips (m, n) of widths b give; it is their elements' from now on."""
+        m, n = elements.shape
+        for end, share in enumerate(shares):
+            row = np.array([self._place.get((e, end), -1) for e in elements[:, -end].tolist()])
+            own = np.flatnonzero(row >= 0)
+            if not len(own) or share is None:
+                continue
+            C = self._flexibility[..., row[own], :]
+            width = np.broadcast_to(b[..., -end], (*b.shape[:-2], m))[..., own]
+            v, total = share[..., own, :], share[..., own, :].sum(axis=-1)
+            r = C[..., RX] - 12 * C[..., W] / width**2
+            r = np.where((plain(r) > 0) & (plain(total) > 0), r, 0.0 * r)
+            v = v / np.where(plain(total) > 0, total, 1.0)[..., None]
+            more = r[..., None, None] * (v[..., :, None] * np.eye(n) - v[..., :, None] * v[..., None, :])
+            before, S = S, zeros((*np.broadcast_shapes(S.shape[:-3], more.shape[:-3]), m, n, n), S, more)
+            S[...] = before
+            S[..., own, :, :] = S[..., own, :, :] + more
+            self.compliance[..., elements[own]] = self.compliance[..., elements[own]] + r[..., None] * v
+            self._flexibility[..., row[own], RX] = left = C[..., RX] - r
+            needed = _coupled(C) / np.where(plain(left) > 0, left, 1.0)
+            for entry in COUPLED_TWIST:  # as much as what is left of the twist can be coupled
+                self._flexibility[..., row[own], entry] = C[..., entry] / (1 + needed * needed) ** 0.25
+        return S
 
 
 def _coupled(C: Array) -> Array:
