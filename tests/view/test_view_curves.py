@@ -8,9 +8,10 @@ import pytest
 from matplotlib.transforms import Bbox
 
 import flexura as fx
+from flexura.charts import Axis, Curve, Panel
 from flexura.errors import OptionError
 from flexura.view import draw_bode, draw_nyquist, draw_response_matrix, draw_time, save_frequency_response
-from flexura.view.drawing.charts import plain, shortened
+from flexura.view.drawing.charts import draw_panel, new_chart, plain, shortened
 from helpers.pictures import guide
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -212,3 +213,16 @@ def test_names_that_are_too_long_lose_their_middle():
     assert shortened("short") == "short"
     long = shortened("beginning" * 9 + "end")
     assert long.startswith("beginning") and long.endswith("end") and len(long) <= 44
+
+
+def test_a_single_value_is_a_dot_and_markers_of_a_curve_are_its_own():
+    axes = new_chart((3, 2)).subplots()
+    gap = np.array([np.nan, 1.0, np.nan])
+    curves = [
+        Curve(np.arange(3.0), gap, "line"),
+        Curve(np.arange(1.0), np.ones(1), "star", style={"marker": "x", "ms": 4}),
+    ]
+    draw_panel(axes, Panel(curves, Axis("x", ""), Axis("y", "")))
+    line, star = axes.lines
+    assert (line.get_marker(), line.get_markevery()) == ("o", [1])
+    assert (star.get_marker(), star.get_markersize(), star.get_markevery()) == ("x", 4, None)

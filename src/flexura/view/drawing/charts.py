@@ -38,7 +38,7 @@ LINES = {"solid": "-", "dashed": "--", "dotted": ":"}
 
 def draw_panel(axes: Axes, panel: Panel, *, width: float = 1.0, size: float = 8.0) -> None:
     """Draw a panel: curves of each name in a colour of their own, lines of a width and labels of a size in points, and
-    dots where a curve has a single value between gaps."""
+    dots where a curve without markers has a single value between gaps."""
     colours: dict[str | int, str] = {}
     for k, curve in enumerate(panel.curves):
         label = curve.name if curve.name not in colours else ""
@@ -47,7 +47,8 @@ def draw_panel(axes: Axes, panel: Panel, *, width: float = 1.0, size: float = 8.
         if curve.upper is not None:
             axes.fill_between(curve.x, curve.y, curve.upper, color=colour, alpha=0.25, lw=0, label=label or None)
         else:
-            dots = {"marker": "o", "markersize": 3, "markevery": own} if (own := lone_values(curve.y)) else {}
+            own = [] if "marker" in curve.style else lone_values(curve.y)
+            dots = {"marker": "o", "markersize": 3, "markevery": own} if own else {}
             axes.plot(curve.x, curve.y, **{**look, **dots, **curve.style})
     draw_marks(axes, [mark.x for mark in panel.marks], lw=0.65 * width)
     if panel.y.log:
