@@ -57,7 +57,7 @@ def follow_from_an_energy(mechanism):
         assert "off a body's centre" in str(error)
         return
     np.testing.assert_allclose(d[:, None] * at_rest * d, d[:, None] * K * d, atol=1e-12)
-    springs = full_order(model.plan).beside_members(model.design)[0].toarray()
+    springs = full_order(model.plan).with_shared_warping(model.design)[0].toarray()
     u, v = np.random.default_rng(1).normal(size=(2, model.order)) * d
     step = 1e-4 / np.abs(u).max()
 

@@ -192,7 +192,7 @@ class FullOrderAssembler:
         discrete_K, discrete_M = self._discrete(design.discrete_elements(), self._transforms(design))
         return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
 
-    def beside_members(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+    def with_shared_warping(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """The same, with what strips add to the stiffness of their elements; one design."""
         dofs, added = list[Index](), list[Array]()
         for name, G in self._transforms(design).items():

@@ -122,7 +122,7 @@ def segments(
                 members.append(PlacedMember(".".join((*path, member)), name, k, is_flexure, span))
             first_segment += len(e)
         first_kind += len(cut.beam.length)
-    K, M = (_enlarged(A, n) for A in full_order(plan).beside_members(model.design))
+    K, M = (_enlarged(A, n) for A in full_order(plan).with_shared_warping(model.design))
     K = _with_springs(K, springs)
     if not beams:
         empty = UniformBeam(*(np.empty(0) for _ in UniformBeam._fields))
