@@ -1,6 +1,6 @@
 """From a mechanism to its plan, its design where it is described, and its full-order model.
 
-Solid members become superelements before there is a plan, and a design that is described at a pose is brought there.
+Solid members become superelements, and composites are meshed, before there is a plan, and a design that is described at a pose is brought there.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from flexura import fem
 from flexura.arguments import verb
 from flexura.errors import OptionError
-from flexura.mechanism import Mechanism, has_solid_members, refined
+from flexura.mechanism import Mechanism, needs_meshes, refined
 from flexura.motion import at_pose
 from flexura.structure import (
     Design,
@@ -29,7 +29,7 @@ from flexura.structure import (
 def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
     """The plan of a mechanism; a plan is returned as it is.
 
-    Solid members are reduced to superelements at `parameters`, those of them that are single numbers, as
+    Solid members are reduced to superelements, and composites meshed, at `parameters`, those of them that are single numbers, as
     `with_solid_parts` does. Raises ModelError for a description that cannot be used and OptionError for anything else.
     """
     if isinstance(mechanism, Plan):
@@ -38,7 +38,7 @@ def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | N
         raise OptionError(
             f"a Mechanism or a Plan is expected, not a {type(mechanism).__name__}; flexura.load reads a file"
         )
-    if has_solid_members(mechanism):
+    if needs_meshes(mechanism):
         single = {name: value for name, value in (parameters or {}).items() if np.ndim(value) == 0}
         mechanism = fem.with_solid_parts(mechanism, single)
     return Plan(mechanism)

@@ -37,6 +37,8 @@ from flexura.beam.element import shape_functions as shape_functions
 from flexura.beam.element import stiffness as stiffness
 from flexura.beam.element import stiffness_coefficients as stiffness_coefficients
 from flexura.beam.element import stiffness_from_flexibility as stiffness_from_flexibility
+from flexura.beam.finite_solid import FiniteSolid as FiniteSolid
+from flexura.beam.finite_solid import Tetrahedra as Tetrahedra
 from flexura.beam.frames import block_rotation as block_rotation
 from flexura.beam.frames import combine as combine
 from flexura.beam.frames import cross as cross
@@ -54,7 +56,10 @@ from flexura.beam.ritz import Material as Material
 from flexura.beam.ritz import ModalSolid as ModalSolid
 from flexura.beam.ritz import Patches as Patches
 from flexura.beam.ritz import RitzSolid as RitzSolid
+from flexura.beam.ritz import Solid as Solid
+from flexura.beam.ritz import along_axes as along_axes
 from flexura.beam.ritz import elastic_body as elastic_body
+from flexura.beam.ritz import fitted_rows as fitted_rows
 from flexura.beam.ritz import leads as leads
 from flexura.beam.ritz import patch_flexibility as patch_flexibility
 from flexura.beam.ritz import patch_rows as patch_rows

@@ -9,9 +9,10 @@ Coordinates are in blocks (c, s), one for each class, filled up with coordinates
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -131,6 +132,19 @@ class RitzSolid:
         return gradients
 
 
+class Solid(Protocol):
+    """What an elastic solid says of itself in blocks of coordinates (c, s), as `ElasticSolid` documents it."""
+
+    @property
+    def held(self) -> tuple[int, int] | None: ...  # noqa: D102
+    def rows(self, patches: Patches) -> Array: ...  # noqa: D102
+    def solved(self, loads: Array) -> Array: ...  # noqa: D102
+    def products(self, coordinates: Array, inner: Array) -> tuple[Array, Array]: ...  # noqa: D102
+    def momenta(self, coordinates: Array) -> Array: ...  # noqa: D102
+    def kept(self, shapes: Array) -> Array: ...  # noqa: D102
+    def displaced(self, coordinates: Array, points: Array) -> Array: ...  # noqa: D102
+
+
 class ElasticSolid:
     """A RitzSolid of sides (..., 3), m, and a material; all that does not vary in a stack may lack its axis."""
 
@@ -142,6 +156,11 @@ class ElasticSolid:
         self.functions, self.size, self.material = functions, size, material
         self._tables = _tables(functions)
         self._volume = np.prod(size, axis=-1) / 8
+
+    @property
+    def held(self) -> tuple[int, int] | None:
+        """The axis and the side of the face that does not move."""
+        return self.functions.held
 
     @cached_property
     def stiffness(self) -> Array:
@@ -413,36 +432,48 @@ class Patches(NamedTuple):
 
 def patch_rows(solid: RitzSolid, size: Array, patches: Patches) -> Array:
     """Motion (..., c, 6p, s) of patches by coordinates: of the plane that fits best, read at their nodes."""
+    N = solid.functions(patches.points / (size[..., None, None, :] / 2))
+    return solid.split(fitted_rows(patches, N, along_axes))
+
+
+def along_axes(values: Array) -> Array:
+    """Displacements (..., 3, 3n) along each axis by functions with values (..., n): those of one axis first."""
+    vectors = zeros((*values.shape[:-1], 3, 3, values.shape[-1]), values)
+    for a in range(3):
+        vectors[..., a, a, :] = values
+    return vectors.reshape(*values.shape[:-1], 3, -1)
+
+
+def fitted_rows(patches: Patches, values: Array, vectors: Callable[[Array], Array]) -> Array:
+    """Rows (..., 6p, s) of the plane that fits best to displacements, read at the nodes of patches, by values
+    (..., p, q, n) at their points; `vectors` makes displacements (..., 3, s) of moments of these (..., n)."""
     points, weights, nodes = patches
-    N = solid.functions(points / (size[..., None, None, :] / 2))
     centre = (weights[..., None] * points).sum(axis=-2)
     arms = points - centre[..., None, :]
     weighted = weights[..., None] * np.concatenate([0 * arms[..., :1] + 1.0, arms], axis=-1)
-    moments = np.swapaxes(weighted, -1, -2) @ N
+    moments = vectors(np.swapaxes(weighted, -1, -2) @ values)
     cross = skew(arms)
     inertia = (weights[..., None, None] * (np.swapaxes(cross, -1, -2) @ cross)).sum(axis=-3)
-    rows = zeros((*moments.shape[:-2], 6, 3, moments.shape[-1]), moments)
+    rows = zeros((*moments.shape[:-3], 6, moments.shape[-1]), moments)
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
-        rows[..., a, a, :] = moments[..., 0, :]
-        rows[..., 3 + a, c, :] = moments[..., 1 + b, :]
-        rows[..., 3 + a, b, :] = -moments[..., 1 + c, :]
-    rows = rows.reshape(*rows.shape[:-2], -1)
+        rows[..., a, :] = moments[..., 0, a, :]
+        rows[..., 3 + a, :] = moments[..., 1 + b, c, :] - moments[..., 1 + c, b, :]
     turned = zeros((*inertia.shape[:-2], 6, 6), inertia)
     turned[..., range(3), range(3)] = 1.0
     spread = inertia[..., 0, 0] + inertia[..., 1, 1] + inertia[..., 2, 2]
     turned[..., 3:, 3:] = np.linalg.inv(inertia + COLLINEAR * spread[..., None, None] * np.eye(3))
     rows = (rigid_arm(nodes - centre) @ turned) @ rows
-    return solid.split(rows.reshape(*rows.shape[:-3], -1, rows.shape[-1]))
+    return rows.reshape(*rows.shape[:-3], -1, rows.shape[-1])
 
 
-def patch_flexibility(solid: ElasticSolid, patches: Patches) -> Array:
+def patch_flexibility(solid: Solid, patches: Patches) -> Array:
     """Flexibility (..., 6p, 6p) of a solid between the motions of patches, beside its mean motion where it is free."""
     rows = solid.rows(patches)[..., : 6 * patches.nodes.shape[-2], :]
     return (rows @ solid.solved(np.swapaxes(rows, -1, -2))).sum(axis=-3)
 
 
-def leads(solid: ElasticSolid, patches: Patches) -> tuple[Array, Array, Array]:
+def leads(solid: Solid, patches: Patches) -> tuple[Array, Array, Array]:
     """How patches lead a solid: coordinates (..., c, s, 6p) when these move by one and the frame of `elastic_body` does
     not, the stiffness (..., 6p, 6p) against that, and the rows (..., c, 6p, s) of their motion."""
     rows = solid.rows(patches)
@@ -453,7 +484,7 @@ def leads(solid: ElasticSolid, patches: Patches) -> tuple[Array, Array, Array]:
     return X @ k[..., None, :, :], k, rows
 
 
-def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mass: Array) -> tuple[Array, Array]:
+def elastic_body(solid: Solid, patches: Patches, shapes: Array, rigid_mass: Array) -> tuple[Array, Array]:
     """K and M (..., 6 + 6p + m) of a solid over a frame at its centre, patches, and amplitudes of shapes (c, s, m).
 
     The frame is the mean motion of a solid that is free, and the motion of the face at which one is held; the last
@@ -461,7 +492,7 @@ def elastic_body(solid: ElasticSolid, patches: Patches, shapes: Array, rigid_mas
     them as in statics, and shapes are taken with patches at rest (Craig and Bampton 1968).
     """
     (led, k, rows), nodes = leads(solid, patches), patches.nodes
-    is_held = solid.functions.held is not None
+    is_held = solid.held is not None
     if is_held:
         nodes = np.concatenate([nodes, 0.0 * nodes[..., :1, :]], axis=-2)
     shapes = solid.kept(shapes)

@@ -241,9 +241,9 @@ def print_json(data: Any) -> None:
 
 
 def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) -> tuple[Any, dict[str, float]]:
-    """The mechanism of a file, solid members reduced to superelements, at the `pose` that is given beside it, and the
+    """The mechanism of a file, solid members reduced to superelements and composites meshed, at the `pose` that is given beside it, and the
     parameters that are replaced."""
-    from flexura.mechanism import at, has_solid_members
+    from flexura.mechanism import at, needs_meshes
     from flexura.modelfile import load
 
     stage("reading the file")
@@ -251,7 +251,7 @@ def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) 
     parameters = settings_of(mechanism, settings)
     if pose:
         mechanism = at(mechanism, prescribed_of(mechanism, pose))
-    if has_solid_members(mechanism):
+    if needs_meshes(mechanism):
         from flexura.fem import with_solid_parts
 
         # parts in the cache say nothing, and neither does a pipe

@@ -7,11 +7,14 @@ from flexura.mechanism import Arc as Arc
 from flexura.mechanism import BaseMotion as BaseMotion
 from flexura.mechanism import BaseRotation as BaseRotation
 from flexura.mechanism import Box as Box
+from flexura.mechanism import BoxPiece as BoxPiece
 from flexura.mechanism import Circle as Circle
 from flexura.mechanism import CircularContour as CircularContour
 from flexura.mechanism import CircularPattern as CircularPattern
 from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
+from flexura.mechanism import Composite as Composite
 from flexura.mechanism import Cylinder as Cylinder
+from flexura.mechanism import CylinderPiece as CylinderPiece
 from flexura.mechanism import Damping as Damping
 from flexura.mechanism import DampingBand as DampingBand
 from flexura.mechanism import Dashpot as Dashpot
@@ -52,6 +55,7 @@ from flexura.mechanism import ParabolicContour as ParabolicContour
 from flexura.mechanism import Parameter as Parameter
 from flexura.mechanism import PiezoStack as PiezoStack
 from flexura.mechanism import Plate as Plate
+from flexura.mechanism import PlatePiece as PlatePiece
 from flexura.mechanism import PointMass as PointMass
 from flexura.mechanism import Prescribed as Prescribed
 from flexura.mechanism import PublishedValue as PublishedValue

@@ -181,7 +181,7 @@ def _merged(points: Array, quads: Index) -> tuple[Array, Index]:
 
 
 _KINDS = {10: "tetra10", 27: "hexahedron27"}
-_GMSH_ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
+GMSH_ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
 """Points of a tetrahedron in gmsh's order for those of VTK."""
 
 
@@ -284,7 +284,7 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
         model.mesh.optimize("HighOrder")
     owner = occ.first_owners(pieces, 3)
     points, cells, member = occ.elements(gmsh, 11, 10, owner)
-    return points, turned(points, cells[:, _GMSH_ORDER]), member
+    return points, turned(points, cells[:, GMSH_ORDER]), member
 
 
 def _cell_size(shape: Outline, local: Array, size: float) -> Array:

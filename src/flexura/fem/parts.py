@@ -20,6 +20,7 @@ from flexura.beam import rigid_arm
 from flexura.deadline import Listener, announcer
 from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
+from flexura.fem.bodies import held_parameters, with_meshed_bodies
 from flexura.fem.components import Component, own_components, turned
 from flexura.fem.figures import sheet_of
 from flexura.fem.geometry import MemberSolid
@@ -29,6 +30,8 @@ from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
 from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import (
     TOP,
+    Box,
+    Composite,
     DiagonalStiffness,
     Diaphragm,
     FlatSpring,
@@ -38,15 +41,18 @@ from flexura.mechanism import (
     Matrix,
     Mechanism,
     Meshed,
-    Parameter,
+    Part,
+    RigidBody,
     Sheet,
     Spring,
     Substructure,
     Superelement,
+    composites,
     evaluated,
     has_solid_members,
     matching,
     mesh_sizes,
+    needs_meshes,
     origin_of,
     problems,
     scalars,
@@ -67,13 +73,17 @@ error: others may differ in nothing that matters."""
 
 
 Meshables = Mapping[str, Link | Flexure | Diaphragm | FlatSpring]
+BLANK = (1e-3, 1e-3, 1e-3)
+"""Sides of the boxes that stand for composites before these are meshed, m."""
+
 LEFT_OUT = {"mesh_size", "slits", "flat_springs"}
 """What of a description the plan has not from which places are taken."""
-KINDS: dict[type[Link | Flexure | Diaphragm | FlatSpring], str] = {
+KINDS: dict[type[Link | Flexure | Diaphragm | FlatSpring | RigidBody], str] = {
     Link: "links",
     Flexure: "flexures",
     Diaphragm: "diaphragms",
     FlatSpring: "flat_springs",
+    RigidBody: "bodies",
 }
 P = TypeVar("P", bound=Substructure)
 
@@ -142,7 +152,8 @@ def with_solid_parts(
     size: float = 1.0,
     progress: Listener | None = None,
 ) -> Mechanism:
-    """The mechanism with its members of `fidelity: solid`, and sheets, as superelements, all else unchanged.
+    """The mechanism with its members of `fidelity: solid`, and sheets, as superelements, and its composites meshed, all
+    else unchanged.
 
     Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
     nodes inside it that nothing else names are left out. `keep` fixed-interface modes of every superelement are kept;
@@ -157,13 +168,19 @@ def with_solid_parts(
         raise OptionError(f"a Mechanism is expected, not a {type(model).__name__}; flexura.load reads a file")
     if not isinstance(keep, int) or keep < 0:
         raise OptionError(f"keep = {keep!r}: a whole number, zero or more")
-    if not has_solid_members(model):
+    if not needs_meshes(model):
         return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
     if impossible := [problem for problem in problems(model) if LEFT_OUT & {*problem.path}]:
         raise ModelError(impossible)
-    plan = Plan(without_sheets(as_beams(model)).replaced({"at": {}}))
+    plan = Plan(without_composites(without_sheets(as_beams(model))).replaced({"at": {}}))
+    tell = announcer(progress)
+    shaped = {name: found for name in plan.layout.prototypes if (found := composites(model, origin_of(name)))}
+    _refuse_own_values(shaped)
+    model = with_meshed_bodies(plan, model, shaped, parameters, tell)
+    if not has_solid_members(model):
+        return model
     chosen: dict[str, Meshables] = {
         name: meshed
         for name in plan.layout.prototypes
@@ -172,7 +189,6 @@ def with_solid_parts(
     _refuse_own_values(chosen)
     plan.refuse_loads("members as solids")
     full = full_order_model(checked_design(plan, parameters))
-    tell = announcer(progress)
     changed = {}
     for name, meshed in chosen.items():
         members = {key: member for key, member in meshed.items() if isinstance(member, Link | Flexure)}
@@ -209,7 +225,7 @@ def with_solid_parts(
         )
     result = changed.get(TOP, model)
     substructures = {name: changed.get(name, part) for name, part in model.substructures.items()}
-    held = _held(plan, model, chosen, parameters)
+    held = held_parameters(plan, model, _names(plan.layout, model, chosen), parameters)
     return result.replaced({"substructures": substructures, "parameters": held, "mesh_size": None})
 
 
@@ -240,6 +256,20 @@ def without_sheets(mechanism: Mechanism) -> Mechanism:
         return part.replaced({"diaphragms": rings, "flat_springs": {}, "springs": {**part.springs, **springs}})
 
     return whole(mechanism).replaced({"substructures": {k: whole(part) for k, part in mechanism.substructures.items()}})
+
+
+def without_composites(mechanism: Mechanism) -> Mechanism:
+    """The same mechanism with rigid boxes in the place of composites that are not meshed."""
+
+    def boxed(part: P) -> P:
+        bodies = {
+            key: body.replaced({"solid": Box(size=BLANK, material=body.solid.material), "elastic": False})
+            for key, body in part.bodies.items()
+            if isinstance(body.solid, Composite) and body.solid.meshed is None
+        }
+        return part.replaced({"bodies": {**part.bodies, **bodies}})
+
+    return boxed(mechanism).replaced({"substructures": {k: boxed(part) for k, part in mechanism.substructures.items()}})
 
 
 def with_rigid_faces(mechanism: Mechanism) -> Mechanism:
@@ -372,10 +402,11 @@ def _sheet(
     )
 
 
-def _refuse_own_values(chosen: Mapping[str, Meshables]) -> None:
-    """Raise ModelError for solid members in instances with values of their own, which superelements do not take."""
-    rule = "a solid member has one form, but an instance has values of its own for parameters that it depends on"
-    hint = "give that instance a substructure of its own, or fidelity: beam"
+def _refuse_own_values(chosen: Mapping[str, Mapping[str, Part]]) -> None:
+    """Raise ModelError for solids in instances with values of their own, which are meshed once."""
+    rule = "a solid has one form, but an instance has values of its own for parameters that it depends on"
+    bodies = any(isinstance(part, RigidBody) for parts in chosen.values() for part in parts.values())
+    hint = "give that instance a substructure of its own" + ("" if bodies else ", or fidelity: beam")
     wrong = [
         ("substructures", origin_of(name), KINDS[type(member)], key)
         for name, members in chosen.items()
@@ -384,31 +415,6 @@ def _refuse_own_values(chosen: Mapping[str, Meshables]) -> None:
     ]
     if wrong:
         raise ModelError(Problem(path, "", rule, hint) for path in dict.fromkeys(wrong))
-
-
-def _held(
-    plan: Plan,
-    mechanism: Mechanism,
-    chosen: Mapping[str, Meshables],
-    parameters: Mapping[str, ArrayLike] | None,
-) -> dict[str, Parameter]:
-    """Parameters with the given values, those that solid parts depend on held between bounds that leave no room."""
-    values = plan.parameter_values(parameters)
-    needed = _names(plan.layout, mechanism, chosen)
-    before = None
-    while needed != before:
-        before = set(needed)
-        derived = [p.value for n, p in mechanism.parameters.items() if n in needed and isinstance(p.value, Expression)]
-        needed |= {name for value in derived for name in value.names}
-    held = {}
-    for name, parameter in mechanism.parameters.items():
-        update: dict[str, Any] = {}
-        if name in (parameters or {}):
-            update["value"] = float(values[name])
-        if name in needed:
-            update |= {"minimum": float(values[name]), "maximum": float(values[name])}
-        held[name] = parameter.model_copy(update=update)
-    return held
 
 
 def _names(layout: Layout, mechanism: Mechanism, chosen: Mapping[str, Meshables]) -> set[str]:

@@ -7,13 +7,17 @@ from flexura.mechanism.base import key_of as key_of
 from flexura.mechanism.base import problems_of as problems_of
 from flexura.mechanism.base import validated as validated
 from flexura.mechanism.body import Box as Box
+from flexura.mechanism.body import BoxPiece as BoxPiece
+from flexura.mechanism.body import Composite as Composite
 from flexura.mechanism.body import Cylinder as Cylinder
+from flexura.mechanism.body import CylinderPiece as CylinderPiece
 from flexura.mechanism.body import Dashpot as Dashpot
 from flexura.mechanism.body import DiagonalDamping as DiagonalDamping
 from flexura.mechanism.body import DiagonalStiffness as DiagonalStiffness
 from flexura.mechanism.body import Matrix as Matrix
 from flexura.mechanism.body import Meshed as Meshed
 from flexura.mechanism.body import Plate as Plate
+from flexura.mechanism.body import PlatePiece as PlatePiece
 from flexura.mechanism.body import PointMass as PointMass
 from flexura.mechanism.body import RigidBody as RigidBody
 from flexura.mechanism.body import Rotation as Rotation
@@ -52,7 +56,9 @@ from flexura.mechanism.description import Rayleigh as Rayleigh
 from flexura.mechanism.description import Reduction as Reduction
 from flexura.mechanism.description import Substructure as Substructure
 from flexura.mechanism.description import Support as Support
+from flexura.mechanism.description import composites as composites
 from flexura.mechanism.description import has_solid_members as has_solid_members
+from flexura.mechanism.description import needs_meshes as needs_meshes
 from flexura.mechanism.description import is_rotation as is_rotation
 from flexura.mechanism.description import mesh_sizes as mesh_sizes
 from flexura.mechanism.description import refined as refined

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import (
@@ -76,7 +77,56 @@ class Plate(Part):
     material: str
 
 
-Solid = Annotated[Box | Cylinder | Plate, Field(discriminator="shape")]
+class _Placed(Part):
+    """Something with a place in the axes of a composite, which is turned about that."""
+
+    at: Vector = ORIGIN
+    """Its centre, m."""
+    rotate: Rotation | None = None
+
+
+class BoxPiece(_Placed):
+    """A box with its edges along the axes."""
+
+    shape: Literal["box"] = "box"
+    size: tuple[PositiveLength, PositiveLength, PositiveLength]
+
+
+class CylinderPiece(_Placed):
+    """A cylinder."""
+
+    shape: Literal["cylinder"] = "cylinder"
+    diameter: PositiveLength
+    length: PositiveLength
+    axis: Direction = (0.0, 0.0, 1.0)
+
+
+class PlatePiece(_Placed):
+    """A rectangular plate: length along x, width along y, thickness along z."""
+
+    shape: Literal["plate"] = "plate"
+    length: PositiveLength
+    width: PositiveLength
+    thickness: PositiveLength
+
+
+Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece, Field(discriminator="shape")]
+
+
+class Composite(Part):
+    """Boxes, cylinders and plates in one piece, less others: frames, brackets, plates with holes and pockets."""
+
+    shape: Literal["composite"] = "composite"
+    material: str
+    add: tuple[Piece, ...] = Field(min_length=1)
+    """What it is made up of; pieces touch or overlap."""
+    cut: tuple[Piece, ...] = ()
+    """What is taken out of that."""
+    meshed: SkipJsonSchema[Any] = Field(default=None, exclude=True, repr=False)
+    """Its solid once it is meshed (`with_solid_parts`), which no file has."""
+
+
+Solid = Annotated[Box | Cylinder | Plate | Composite, Field(discriminator="shape")]
 
 
 Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
@@ -92,12 +142,12 @@ class Held(Part):
 class RigidBody(Part):
     """A body that carries nodes: on rigid arms, or on its elastic solid.
 
-    Its own node, at the centre of mass, goes by the body's name and may be used like any other node; it moves as an
+    Its own node, at its centre, goes by the body's name and may be used like any other node; it moves as an
     elastic body does on the mean. Give `mass` and `inertia`, or a `solid`.
     """
 
     centre: Vector = ORIGIN
-    """Centre of mass, m."""
+    """Centre of mass, m; of a composite the origin of its pieces."""
     carries: tuple[str, ...] = ()
     """Nodes fixed to the body; `*` matches any run of characters, as in `branch*.top`."""
     mass: PositiveMass | None = None

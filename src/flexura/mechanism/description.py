@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from flexura.errors import OptionError, did_you_mean
 from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
-from flexura.mechanism.body import Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.body import Composite, Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.diaphragm import Diaphragm
 from flexura.mechanism.flat_spring import FlatSpring
@@ -426,6 +426,18 @@ def mesh_sizes(mechanism: Mechanism, name: str) -> dict[str, float]:
 def has_solid_members(mechanism: Mechanism) -> bool:
     """Whether any member or sheet is to be a solid."""
     return any(solid_members(mechanism, name) or sheets(mechanism, name) for name in ("", *mechanism.substructures))
+
+
+def composites(mechanism: Mechanism, name: str) -> dict[str, RigidBody]:
+    """Bodies of a substructure, or with no name of the mechanism itself, whose composites are not meshed yet."""
+    part = mechanism.substructures[name] if name else mechanism
+    return {k: b for k, b in part.bodies.items() if isinstance(b.solid, Composite) and b.solid.meshed is None}
+
+
+def needs_meshes(mechanism: Mechanism) -> bool:
+    """Whether solids are to be meshed before there is a plan: members, sheets and bodies of composites."""
+    names = ("", *mechanism.substructures)
+    return has_solid_members(mechanism) or any(composites(mechanism, name) for name in names)
 
 
 def with_rigid_roots(mechanism: Mechanism, nodes: Callable[[Substructure], Container[str]] | None = None) -> Mechanism:

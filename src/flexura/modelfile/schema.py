@@ -23,6 +23,7 @@ _DIRECTIONS = {
     "CircularPattern": ("axis",),
     "MirrorPattern": ("normal",),
     "Cylinder": ("axis",),
+    "CylinderPiece": ("axis",),
     "Link": ("reference",),
     "Flexure": ("reference",),
     "Diaphragm": ("normal", "reference"),

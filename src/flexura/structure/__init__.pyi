@@ -11,6 +11,8 @@ from flexura.structure.channel import ends_of as ends_of
 from flexura.structure.channel import matched as matched
 from flexura.structure.channel import response_columns as response_columns
 from flexura.structure.channel import unit_of_response as unit_of_response
+from flexura.structure.composites import MeshedSolid as MeshedSolid
+from flexura.structure.composites import Pieces as Pieces
 from flexura.structure.corrections import EVEN as EVEN
 from flexura.structure.corrections import Distortion as Distortion
 from flexura.structure.design import Design as Design

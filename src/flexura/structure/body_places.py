@@ -9,11 +9,11 @@ import numpy as np
 import scipy.linalg as la
 
 from flexura.arrays import Array
-from flexura.beam import ModalSolid, block_rotation, member_frame, patch_flexibility, rigid_arm
+from flexura.beam import block_rotation, member_frame, patch_flexibility, rigid_arm
 from flexura.errors import ModelError, Problem, SolverError
 from flexura.mechanism import TOP, origin_of
 from flexura.structure.discrete_elements import BodyElement, Hold
-from flexura.structure.elastic_bodies import BARE, ElasticBody, Pulls, inside
+from flexura.structure.elastic_bodies import BARE, ElasticBody, OffSolidError, Pulls, inside
 from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part
@@ -31,6 +31,9 @@ SQUARED = np.sqrt(np.pi) / 2
 AWAY = 0.05
 """Distance of what a body carries from its solid, over its longest side, from which it does not touch it."""
 
+BESIDE = 1e-5
+"""How far to both sides of a place it is looked whether it is on a face, over the least half size."""
+
 TOUCH = "let its solid reach there, draw links or bodies between, or say elastic: false"
 
 
@@ -43,6 +46,13 @@ def cannot_bend(prototype: str, key: str, rule: str, hint: str) -> Problem:
     """Why a body that is described as elastic is not."""
     above = () if prototype == TOP else ("substructures", origin_of(prototype))
     return Problem((*above, "bodies", key, "elastic"), "true", rule, hint)
+
+
+def _off_solid(prototype: str, key: str, node: str) -> Problem:
+    above = () if prototype == TOP else ("substructures", origin_of(prototype))
+    rule = "what pulls there finds no solid: it is over a hole, in a pocket or beyond a face"
+    hint = "move the node to a face, let the solid reach there, or say elastic: false"
+    return Problem((*above, "bodies", key, "carries"), node, rule, hint)
 
 
 class _Place(NamedTuple):
@@ -109,7 +119,11 @@ class BodyPlaces:
                 raise ModelError([cannot_bend(name, body_name(self._parts[name], body), reason, TOUCH)])
             return False
         try:
-            body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))))
+            nodes = self._geometry.parts[name].positions[body.nodes]
+            body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))), nodes, self._sizes)
+        except OffSolidError as error:
+            node = self._parts[name].node_names[body.carried[error.carried]].removesuffix("[seat]")
+            raise ModelError([_off_solid(name, body_name(self._parts[name], body), node)]) from None
         except SolverError:
             if body.body.elastic is True:
                 raise
@@ -141,15 +155,15 @@ class BodyPlaces:
                 continue
             rows, half = other.box(self._values)
             reach = np.abs(own.turn @ place.Q @ rows.T) @ half
-            middle = own.turn @ (positions[place.index] - own.centre)
+            centre = positions[place.index] + place.Q @ other.middle(self._values)
+            middle = own.turn @ (centre - own.centre)
             low, high = np.maximum(middle - reach, -own.half), np.minimum(middle + reach, own.half)
             at, bare, is_seat = (low + high) / 2, np.maximum((high - low) / 2, 0.0), True
             break
-        share = np.abs(inside(at[None], own.half, own.body.is_round)[0]) / own.half
-        axis = int(share.argmax())
+        axis, sign = own.face(at)
         others = [k for k in range(3) if k != axis]
         axes = np.zeros((3, 3))
-        axes[axis, 0], axes[others[0], 1], axes[others[1], 2] = -1.0 if at[axis] > 0 else 1.0, 1.0, 1.0
+        axes[axis, 0], axes[others[0], 1], axes[others[1], 2] = -sign, 1.0, 1.0
         offset = own.Q.T @ (own.turn.T @ at + own.centre - positions[node])
         return -1, 0, axes, offset, False, bare[others], is_seat
 
@@ -184,9 +198,8 @@ class BodyPlaces:
     def _gives(self, name: str, body: ElasticBody) -> float:
         """Flexibility of a body over that of the members on it, at most (theory eq. O5)."""
         geometry, values = self._geometry.parts[name], self._values
-        size = 2 * body.body.box(values)[1]
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
-        C = patch_flexibility(ModalSolid(body.solid, size, body.material(values)), patches)
+        C = patch_flexibility(body.modal(values), patches)
         k = np.zeros_like(C)
         for p, (member, end) in enumerate(zip(body.pulls.member.tolist(), body.pulls.end.tolist(), strict=True)):
             if member >= 0:
@@ -211,10 +224,22 @@ class BodyPlaces:
 
 
 class _PlacedBody:
-    """A body as placed: its element, the axes (3, 3) of its part as columns, its centre (3,), m, what turns global
-    axes into its own (3, 3), and half sizes (3,), m."""
+    """A body as placed: its element, the axes (3, 3) of its part as columns, the middle (3,), m, of the box around it,
+    what turns global axes into its own (3, 3), and half sizes (3,), m."""
 
-    def __init__(self, body: BodyElement, values: Array, Q: Array, centre: Array) -> None:
-        self.body, self.Q, self.centre = body, Q, centre
+    def __init__(self, body: BodyElement, values: Array, Q: Array, node: Array) -> None:
+        self.body, self.Q, self.centre = body, Q, node + Q @ body.middle(values)
         rows, self.half = body.box(values)
         self.turn: Array = rows @ Q.T
+        self._middle: Array = rows @ body.middle(values)
+
+    def face(self, at: Array) -> tuple[int, int]:
+        """Axis and side of the face that is next to a place (3,) from the middle of the box, own axes."""
+        if self.body.mesh is not None:
+            ways = BESIDE * self.half.min() * np.concatenate([np.eye(3), -np.eye(3)])
+            out, back = (self.body.mesh.pieces.beyond(at + self._middle + sign * ways) for sign in (1, -1))
+            if ((out > 0) & (back < 0)).any():
+                k = int(((out > 0) & (back < 0)).argmax())
+                return k % 3, 1 if k < 3 else -1
+        axis = int((np.abs(inside(at[None], self.half, self.body.is_round)[0]) / self.half).argmax())
+        return axis, 1 if at[axis] > 0 else -1

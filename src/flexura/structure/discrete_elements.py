@@ -23,6 +23,7 @@ from flexura.duals import zeros
 from flexura.mechanism import (
     Actuator,
     Box,
+    Composite,
     Cylinder,
     Dashpot,
     Mechanism,
@@ -38,6 +39,7 @@ from flexura.mechanism import (
     Substructure,
     rotation_matrix,
 )
+from flexura.structure.composites import MeshedSolid
 from flexura.structure.sections import family_properties
 from flexura.structure.values import ValueTable
 
@@ -114,11 +116,13 @@ class Inertia(Lumped):
 
 
 class Form(NamedTuple):
-    """A box, or a cylinder about its first axis: unit axes (3, 3) as rows, and half sizes (3,), m."""
+    """A box, or a cylinder about its first axis, or the box around a composite: unit axes (3, 3) as rows, half sizes
+    (3,), m, and its middle (3,), m, from the body's node."""
 
     axes: Array
     half: Array
     is_round: bool
+    middle: Array
 
 
 class Hold(NamedTuple):
@@ -144,6 +148,8 @@ class BodyElement(Inertia):
         """The face at which the ground holds it."""
         self.elastic: bool | str = body.elastic if body.solid is not None else False
         """Whether it bends, as described."""
+        self.mesh: MeshedSolid | None = body.solid.meshed if isinstance(body.solid, Composite) else None
+        """The solid of a composite."""
         if body.solid is None:
             assert body.mass is not None and body.inertia is not None
             self._mass, self._inertia = table.add(body.mass), table.entries(body.inertia)
@@ -159,12 +165,19 @@ class BodyElement(Inertia):
                 self._size = table.entries((a, b, c))
             case Cylinder(diameter=d, length=length, axis=axis):
                 self._size, self._axis = table.entries((d, length)), table.entries(axis)
+            case Composite():
+                low, high = body.solid.meshed.pieces.box
+                self._size = table.entries(tuple((high - low).tolist()))
+                self._middle: Array = (low + high) / 2
 
     def mass_and_inertia(self, values: Array) -> tuple[Array, Array]:
-        """Mass (...), kg, and inertia tensor (..., 3, 3), kg m^2, in the part's axes."""
+        """Mass (...), kg, and inertia tensor (..., 3, 3) about the centre of mass, kg m^2, in the part's axes."""
         Q = self._frame.matrix(values)
         if self._solid is None:
             mass, tensor = values[..., self._mass], inertia_tensor(values[..., self._inertia])
+        elif self.mesh is not None:
+            m, coupling = self.mesh.rigid[0, 0], self.mesh.rigid[3:, :3]
+            mass, tensor = np.array(m), self.mesh.rigid[3:, 3:] - coupling @ coupling.T / m
         elif isinstance(self._solid, Cylinder):
             d, length = values[..., self._size[0]], values[..., self._size[1]]
             mass = values[..., self._rho] * np.pi / 4 * d**2 * length
@@ -181,8 +194,15 @@ class BodyElement(Inertia):
         return mass, Q @ tensor @ np.swapaxes(Q, -1, -2)
 
     def matrix(self, values: Array) -> Array:
-        """Mass matrix (..., 6, 6) about the centre of mass, part's axes."""
-        return rigid_mass(*self.mass_and_inertia(values))
+        """Mass matrix (..., 6, 6) about its node, which is the centre of mass but of composites; part's axes."""
+        if self.mesh is None:
+            return rigid_mass(*self.mass_and_inertia(values))
+        turn = block_rotation(self._frame.matrix(values))
+        return turn @ self.mesh.rigid @ np.swapaxes(turn, -1, -2)
+
+    def middle(self, values: Array) -> Array:
+        """The middle (..., 3), m, of the box around it, from its node, part's axes."""
+        return np.zeros(3) if self.mesh is None else self._frame.matrix(values) @ self._middle
 
     @property
     def has_form(self) -> bool:
@@ -212,10 +232,10 @@ class BodyElement(Inertia):
         return member_frame(axis, least_aligned(axis))[..., 0, :, :] @ turned, size[..., [1, 0, 0]] / 2
 
     def form(self, values: Array) -> Form | None:
-        """The solid about the centre of mass, part's axes; None where only mass and inertia are known. One design."""
+        """The solid, part's axes; None where only mass and inertia are known. One design."""
         if self._solid is None:
             return None
-        return Form(*self.box(values), self.is_round)
+        return Form(*self.box(values), self.is_round, self.middle(values))
 
 
 class PointMassElement(Inertia):

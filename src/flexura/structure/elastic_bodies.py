@@ -9,14 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from flexura.arrays import Array, Bools, Index
-from flexura.beam import ElasticSolid, Material, ModalSolid, Patches, RitzSolid, elastic_body, leads
+from flexura.beam import (
+    ElasticSolid,
+    FiniteSolid,
+    Material,
+    ModalSolid,
+    Patches,
+    RitzSolid,
+    Solid,
+    block_rotation,
+    elastic_body,
+    leads,
+)
 from flexura.duals import plain, with_slopes_of
 from flexura.records import Latest
+from flexura.structure.composites import MeshedSolid
 from flexura.structure.discrete_elements import BodyElement, Hold, Lumped
 from flexura.structure.values import common
 
@@ -35,25 +48,35 @@ BARE = 0.1
 LEAST = 0.02
 """How far a patch reaches at least, over the least half side of the body: at an edge, too."""
 
+LEAST_SHARE = 0.5
+"""Share of a patch that is on a composite, at least."""
+
 POINTS = 5
-"""Gauss points along each side of a patch."""
+"""Gauss points along each side of a patch on polynomials."""
 
-GRID, WEIGHTS = np.polynomial.legendre.leggauss(POINTS)
-RECTANGLE = np.stack(
-    [*(axis.ravel() for axis in np.meshgrid(GRID, GRID, indexing="ij")), np.outer(WEIGHTS, WEIGHTS).ravel() / 4]
-)
-"""Places across and along a patch of half sides one, and weights (3, q) that add up to 1."""
+FINE, FINEST = 2.0, (8, 40)
+"""The same for every cell along the side of a patch on a mesh, and the least and the most."""
 
 
-def _disc() -> Array:
-    """The same of a disc: three rings by Gauss, each of eight points; the last one counts nothing."""
-    square, share = np.polynomial.legendre.leggauss(3)
-    radius, angle = np.sqrt((square + 1) / 2), np.arange(8) * np.pi / 4
+@cache
+def _square(n: int) -> Array:
+    """Places across and along a patch of half sides one, and weights (3, n^2) that add up to 1."""
+    grid, weights = np.polynomial.legendre.leggauss(n)
+    across, along = np.meshgrid(grid, grid, indexing="ij")
+    return np.stack([across.ravel(), along.ravel(), np.outer(weights, weights).ravel() / 4])
+
+
+@cache
+def _disc(n: int) -> Array:
+    """The same of a disc: rings by Gauss, each of as many points; the last ones count nothing."""
+    rings = (n + 1) // 2
+    count = n * n // rings
+    square, share = np.polynomial.legendre.leggauss(rings)
+    radius, angle = np.sqrt((square + 1) / 2), np.arange(count) * 2 * np.pi / count
     places = [np.outer(radius, wave(angle)).ravel() for wave in (np.cos, np.sin)]
-    return np.pad(np.stack([*places, np.repeat(share / 16, 8)]), ((0, 0), (0, RECTANGLE.shape[1] - 24)))
+    rows = np.stack([*places, np.repeat(share / (2 * count), count)])
+    return np.pad(rows, ((0, 0), (0, n * n - rings * count)))
 
-
-DISC = _disc()
 
 EndSizes: TypeAlias = tuple[Array, Array]
 """Widths and thicknesses (..., m, 2), m, at both ends of the members of all prototypes."""
@@ -88,6 +111,14 @@ class Pulls:
     is_seat: Bools
 
 
+class OffSolidError(Exception):
+    """What pulls at a composite where it has been cut away, or beside it: the place among what the body carries."""
+
+    def __init__(self, carried: int) -> None:
+        super().__init__(carried)
+        self.carried = carried
+
+
 class ElasticBody(Lumped):
     """K and M of a body that bends over its own node, the frame of its held face, carried nodes, and amplitudes."""
 
@@ -97,6 +128,13 @@ class ElasticBody(Lumped):
     hold: Hold | None
     pulls: Pulls
     solid: RitzSolid
+    finite: FiniteSolid
+    """What a composite does, in place of `solid`."""
+    points: int = POINTS
+    """Points along each side of its patches."""
+    rooms: tuple[Array, Array, Array] | None = None
+    """Middles and half sizes (p, 3), m, of the boxes in which a composite is pulled at, and how much of the patches
+    (p, q) is on it."""
     shapes: Array
     """Displacements (c, s, AMPLITUDES) whose amplitudes are coordinates."""
 
@@ -108,12 +146,48 @@ class ElasticBody(Lumped):
         self.nodes: list[int] = [node, *carried] if frame is None else [frame, *carried, node]
         """Nodes in the order of the matrices; those of the amplitudes last."""
 
-    def place(self, values: Array, pulls: Pulls) -> None:
-        """Settle for one design what pulls at the body, and which functions it has."""
+    def place(self, values: Array, pulls: Pulls, positions: Array, ends: EndSizes) -> None:
+        """Settle for one design what pulls at the body, and which functions it has; positions (n, 3) of its nodes.
+
+        Raises OffSolidError where there is nothing of a composite to pull at.
+        """
         self.pulls = pulls
+        if self.body.mesh is not None:
+            self._place_on(self.body.mesh, values, positions, ends)
+            return
         _, half = self.body.box(values)
         self.solid = RitzSolid.of(2 * half, self.body.is_round, self.hold and self.hold.face, len(self.carried))
         self.shapes = ModalSolid(self.solid, 2 * half, self.material(values)).modes(AMPLITUDES)[1]
+
+    def _place_on(self, mesh: MeshedSolid, values: Array, positions: Array, ends: EndSizes) -> None:
+        pulls, pieces, rows = self.pulls, mesh.pieces, self.body.box(values)[0]
+        at = (positions[1 : 1 + len(self.carried)] - positions[0] + pulls.offset) @ rows.T
+        low, high = pieces.box
+        at = np.clip(at, low, high)
+        into = pulls.axes[..., 0]
+        t, is_member = np.full(len(at), BARE * (high - low).min()), pulls.member >= 0
+        t[is_member] = ends[1][pulls.member[is_member], pulls.end[is_member]]
+        rooms = [pieces.room(*place) for place in zip(at, into, t.tolist(), strict=True)]
+        middle, half, depth = (np.array(column) for column in zip(*rooms, strict=True))
+        self.rooms = middle, half, np.array(1.0)
+        if not (depth > 0).all():
+            raise OffSolidError(int(np.argmin(depth)))
+        self.points = POINTS
+        longest = np.ptp(self.patches(values, positions, ends).points, axis=1).max()
+        self.points = int(np.clip(np.ceil(FINE * longest / mesh.cell), *FINEST))
+        patches = self.patches(values, positions, ends)
+        is_on = pieces.beyond(patches.points + (depth[:, None] * into)[:, None]) < 0
+        self.rooms = middle, half, is_on.astype(float)
+        if not (on := (patches.weights * is_on).sum(axis=1) > LEAST_SHARE).all():
+            raise OffSolidError(int(np.argmin(on)))
+        self.finite = mesh.solid(self.patches(values, positions, ends), self.hold and self.hold.face)
+        self.shapes = self.finite.lowest(AMPLITUDES)
+
+    def modal(self, values: Array) -> Solid:
+        """The solid of one design."""
+        if self.body.mesh is not None:
+            return self.finite
+        return ModalSolid(self.solid, 2 * self.body.box(values)[1], self.material(values))
 
     def material(self, values: Array) -> Material:
         """What it is made of, less incompressible than polynomials can follow."""
@@ -122,14 +196,17 @@ class ElasticBody(Lumped):
 
     def patches(self, values: Array, positions: Array, ends: EndSizes) -> Patches:
         """Where it is pulled at, in its own axes; positions (..., n, 3) of its nodes, part's axes."""
-        pulls, count = self.pulls, len(self.carried)
+        pulls, count, n = self.pulls, len(self.carried), self.points
         rows, half = self.body.box(values)
+        half, middle, share = half[..., None, :], np.zeros(3), np.array(1.0)
+        if self.rooms is not None:
+            middle, half, share = self.rooms
         turned = np.swapaxes(rows, -1, -2)
         nodes = (
             positions[..., 1 : 1 + count, :] - positions[..., :1, :]
         )  # the frame of a held face is at the centre, too
-        at, nodes = (nodes + pulls.offset) @ turned, nodes @ turned
-        at = inside(at, half[..., None, :], self.body.is_round)
+        at, nodes = (nodes + pulls.offset) @ turned - middle, nodes @ turned
+        at = inside(at, half, self.body.is_round)
         is_member = pulls.member >= 0
         b, t = (
             np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare) if is_member.any() else 2 * bare
@@ -142,15 +219,16 @@ class ElasticBody(Lumped):
             _lesser(side, reached) for side, reached in zip(sides, self._reach(b, t, behind), strict=True)
         )
         up, down = (_lesser(side, room) for side, room in zip((up, down), self._between(at, b, t), strict=True))
-        least = LEAST * np.min(half, axis=-1)[..., None]
+        least = LEAST * np.min(half, axis=-1)
         up, down, left, right = (-_lesser(-side, -least + 0 * side) for side in (up, down, left, right))
         y, z = pulls.axes[..., 1], pulls.axes[..., 2]
         centre = at + (up - down)[..., None] / 2 * z + (left - right)[..., None] / 2 * y
-        across, along, shares = np.where(pulls.is_rod[:, None], DISC[:, None], RECTANGLE[:, None])
+        across, along, shares = np.where(pulls.is_rod[:, None], _disc(n)[:, None], _square(n)[:, None])
         points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (across[..., None] * y[:, None])
         points = points + ((up + down) / 2)[..., None, None] * (along[..., None] * z[:, None])
-        points = inside(points, half[..., None, None, :], self.body.is_round)
-        return Patches(points, shares + 0 * points[..., 0], nodes)
+        points = inside(points, half[..., None, :], self.body.is_round) + middle[..., None, :]
+        shares = shares * share
+        return Patches(points, shares / shares.sum(axis=-1)[..., None] + 0 * points[..., 0], nodes)
 
     def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
         """How far patches reach along and against the member's z and y, at most."""
@@ -177,8 +255,11 @@ class ElasticBody(Lumped):
             rooms.append(np.where(plain(room) > plain(t) / 2, room, t / 2))
         return rooms[0], rooms[1]
 
-    def _placed(self, values: Array, positions: Array, ends: EndSizes) -> tuple[ElasticSolid, Patches]:
+    def _placed(self, values: Array, positions: Array, ends: EndSizes) -> tuple[Solid, Patches]:
         """Its solid and what pulls at it; what does not vary in a stack lacks its axis."""
+        if self.body.mesh is not None:
+            every = zip(self.patches(values, positions, ends), (3, 2, 2), strict=True)
+            return self.finite, Patches(*(common(one, n) for one, n in every))
         size = common(2 * self.body.box(values)[1], 1)
         every = zip(self.patches(values, positions, ends), (3, 2, 2), strict=True)
         numbers = [size, *self.material(values)]
@@ -200,11 +281,8 @@ class ElasticBody(Lumped):
     def superelement(self, values: Array, positions: Array, ends: EndSizes) -> tuple[Array, Array]:
         """K and M over its nodes, part's axes; `ends` are the sizes of all members."""
         rows, _ = self.body.box(values)
-        mass, inertia = self.body.mass_and_inertia(values)
-        rigid = np.zeros((*inertia.shape[:-2], 6, 6), like=inertia)
-        for k in range(3):
-            rigid[..., k, k] = mass
-        rigid[..., 3:, 3:] = rows @ inertia @ np.swapaxes(rows, -1, -2)
+        turn = block_rotation(rows)
+        rigid = turn @ self.body.matrix(values) @ np.swapaxes(turn, -1, -2)
         K, M = elastic_body(*self._placed(values, positions, ends), self.shapes, common(rigid, 2))
         count = len(self.nodes) - AMPLITUDES // 6
         T = np.zeros((*rows.shape[:-2], K.shape[-1], K.shape[-1]), like=rows)
@@ -238,13 +316,14 @@ TINY = 1e-24
 
 
 def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
-    """How far it is (..., p), m, from points (..., p, 3) in a solid along unit vectors (p, 3) to where it ends."""
+    """How far it is (..., p), m, from points (..., p, 3) in solids of half sizes (..., 1 or p, 3) along unit vectors
+    (p, 3) to where they end."""
     exits: Array | None = None
     for axis in range(1 if is_round else 3):
         slope = towards[..., axis]
         steep = np.abs(slope) > PARALLEL
         size = np.where(steep, np.abs(slope), 1.0)
-        room = (half[..., axis, None] - np.sign(slope) * at[..., axis]) / size
+        room = (half[..., axis] - np.sign(slope) * at[..., axis]) / size
         room = np.where(steep, room, LARGE)
         exits = room if exits is None else _lesser(exits, room)
     assert exits is not None
@@ -254,9 +333,9 @@ def _exits(at: Array, towards: Array, half: Array, is_round: bool) -> Array:
         b = (towards[..., 1:] * at[..., 1:]).sum(axis=-1)
         steep = a > PARALLEL
         unit = np.where(steep, a, 1.0)
-        c = half[..., 1, None] ** 2 - y * y - z * z
+        c = half[..., 1] ** 2 - y * y - z * z
         c = np.where(plain(c) > 0, c, 0.0 * c)
-        room = (np.sqrt(b * b + unit * c + TINY * half[..., 1, None] ** 2) - b) / unit
+        room = (np.sqrt(b * b + unit * c + TINY * half[..., 1] ** 2) - b) / unit
         exits = _lesser(exits, np.where(steep, room, LARGE))
     return np.where(plain(exits) > 0, exits, 0.0 * exits)
 

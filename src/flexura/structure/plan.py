@@ -19,6 +19,7 @@ from flexura.mechanism import (
     TOP,
     Affine,
     Child,
+    Composite,
     Layout,
     Mechanism,
     Move,
@@ -102,8 +103,8 @@ def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
     return single
 
 
-def _refuse_solid_members(layout: Layout) -> None:
-    """Raise ModelError for members that are to be superelements of solid meshes and are not yet."""
+def _refuse_unmeshed(layout: Layout) -> None:
+    """Raise ModelError for members that are to be superelements of solid meshes, and composites, and are not yet."""
     refused, rule = [], "a solid member has to be reduced to a superelement first"
     for name, prototype in layout.prototypes.items():
         above = () if name == TOP else ("substructures", origin_of(name))
@@ -115,6 +116,10 @@ def _refuse_solid_members(layout: Layout) -> None:
             rule = "a sheet, of a flat spring or a diaphragm, has to be reduced to a superelement first"
             kind = "diaphragms" if key in prototype.diaphragms else "flat_springs"
             refused.append(Problem((*above, kind, key), "", rule, "flexura.with_solid_parts(mechanism)"))
+        for key, body in prototype.bodies.items():
+            if isinstance(body.solid, Composite) and body.solid.meshed is None:
+                rule = "a composite has to be meshed first"
+                refused.append(Problem((*above, "bodies", key, "solid"), "", rule, "flexura.with_solid_parts(mechanism)"))
     if refused:
         raise ModelError(refused)
 
@@ -136,7 +141,7 @@ class Plan(Record, Displayed):
             raise ModelError(wrong)
         self.mechanism = mechanism
         self.layout: Layout = Layout(mechanism)
-        _refuse_solid_members(self.layout)
+        _refuse_unmeshed(self.layout)
         self.value_table: ValueTable = ValueTable()
         bending: dict[str, dict[str, Hold | None]] = {
             name: {key: described_hold(body) for key, body in prototype.bodies.items() if body.may_bend}

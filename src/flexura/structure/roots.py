@@ -60,11 +60,13 @@ class _End(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """A placed body."""
+    """A placed body; of a composite the `room` that a copy of an end is in, as middle and half sizes (3,), m, from its
+    node and in its axes."""
 
     node: int
     instance: int
     element: BodyElement
+    room: tuple[Array, Array] | None = None
 
 
 class _Copy(NamedTuple):
@@ -216,6 +218,7 @@ class Roots:
             return
         sizes = self._sizes(values, geometry)
         t = sizes.t[self._row]
+        self._find_rooms(values, geometry, t)
         drawn = (self._host >= 0) & (self._host < len(self._bodies))
         is_off = (self.reach(values, geometry, sizes) < -t[:, None]).any(axis=-1)
         self._unknown = np.asarray(self._unknown | (drawn.any(axis=-1) & is_off), dtype=bool)
@@ -244,6 +247,25 @@ class Roots:
         self._runs: Array = np.zeros((len(self._table.counts), len(runs)))
         for k, run in enumerate(runs):
             np.add.at(self._runs[:, k], run, 1.0)
+
+    def _find_rooms(self, values: Array, geometry: Geometry, t: Array) -> None:
+        """Let every copy that ends in a composite have a host of its own: the box that lines from there reach."""
+        first, rooms = len(self._bodies), list[_Body]()
+        where, axes, _ = self._placed(geometry, self._node, self._instance, self._member, self.ends[self._row])
+        for k, j in np.argwhere((self._host >= 0) & (self._host < first)).tolist():
+            body = self._bodies[self._host[k, j]]
+            if (mesh := body.element.mesh) is None:
+                continue
+            turn = body.element.box(values)[0] @ geometry.Q[body.instance].T
+            into = turn @ axes[k, 0] * (2.0 * self.ends[self._row[k]] - 1.0)
+            middle, half, _ = mesh.pieces.room(turn @ (where[k] - geometry.at(np.array([body.node]))[0]), into, t[k])
+            self._host[k, j] = -2 - len(rooms)
+            rooms.append(body._replace(room=(middle, half)))
+        self._host[self._host >= first] += len(rooms)
+        own = self._host < -1
+        self._host[own] = first - 2 - self._host[own]
+        self._bodies += rooms
+        self._keep_used()
 
     @property
     def held(self) -> Array:
@@ -303,10 +325,14 @@ class Roots:
         members."""
         centres, axes, halves = [], [], []
         if self._bodies:
-            centres.append(geometry.at(np.array([body.node for body in self._bodies], dtype=np.intp)))
-            for _, instance, element in self._bodies:
+            nodes = geometry.at(np.array([body.node for body in self._bodies], dtype=np.intp))
+            for k, (_, instance, element, room) in enumerate(self._bodies):
                 rows, half = element.box(values)
                 axes.append((rows @ np.swapaxes(geometry.Q[..., instance, :, :], -1, -2))[..., None, :, :])
+                centre = nodes[..., k : k + 1, :]
+                if room is not None:
+                    centre, half = centre + room[0] @ axes[-1][..., 0, :, :], room[1]
+                centres.append(centre)
                 halves.append(half[..., None, :])
         if self._ends:
             _, _, member, end = np.array(self._ends, dtype=np.intp).T

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.convex import boxes
+from flexura.structure.composites import MeshedSolid
 from flexura.structure.model import FullOrderModel
 from flexura.structure.sections import SectionGroup
 
@@ -117,8 +118,9 @@ def ring(inner: float) -> Array:
 class Bodies:
     """Rigid bodies given as solids, all placed copies (n).
 
-    origin: (n, 3), m; axes: (n, 3, 3) as rows, global frame; half: (n, 3), half sizes, m; is_round: (n,), cylinders
-    about their first axis; nodes, clusters (n,); unknown: pieces of bodies of which only mass and inertia are known.
+    origin: (n, 3), m, middles of the boxes around them; axes: (n, 3, 3) as rows, global frame; half: (n, 3), half
+    sizes, m; is_round: (n,), cylinders about their first axis; nodes, clusters (n,); unknown: pieces of bodies of which
+    only mass and inertia are known; meshes: those that are composites, by number, with their place from the origin.
     """
 
     names: list[str]
@@ -130,6 +132,7 @@ class Bodies:
     is_round: NDArray[np.bool_]
     clusters: Index
     unknown: frozenset[int]
+    meshes: dict[int, tuple[MeshedSolid, Array]]
 
     def boxes(self, index: Index) -> Array:
         """Corners (k, 8, 3) of the boxes around bodies."""
@@ -137,6 +140,9 @@ class Bodies:
 
     def pieces(self, k: int) -> Array:
         """Corners (p, 8, 3) of the convex pieces of a body."""
+        if k in self.meshes:
+            mesh, away = self.meshes[k]
+            return self.origin[k] + (mesh.cells[:, [0, 1, 2, 3, 0, 1, 2, 3]] + away) @ self.axes[k]
         if not self.is_round[k]:
             return self.boxes(np.array([k]))
         outline = disc()
@@ -148,12 +154,17 @@ class Bodies:
 
     def volume(self, k: int) -> float:
         """Volume of a body, m^3."""
+        if k in self.meshes:
+            return self.meshes[k][0].volume
         return float(np.prod(2 * self.half[k])) * (np.pi / 4 if self.is_round[k] else 1.0)
 
     def nearest(self, k: int, points: Array) -> Array:
         """Vectors (p, 3), m, from points (p, 3) to the nearest points of a body; zero inside it."""
         local = (points - self.origin[k]) @ self.axes[k].T
-        if self.is_round[k]:
+        if k in self.meshes:
+            mesh, away = self.meshes[k]
+            near = mesh.pieces.nearest(local - away) + away
+        elif self.is_round[k]:
             radius = np.linalg.norm(local[:, 1:], axis=1, keepdims=True)
             inside = local[:, 1:] * np.minimum(1.0, self.half[k, 1] / np.maximum(radius, 1e-300))
             near = np.column_stack([np.clip(local[:, 0], -self.half[k, 0], self.half[k, 0]), inside])
@@ -234,6 +245,7 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
     names: list[str] = []
     labels: list[str] = []
     nodes, origin, axes, half, is_round = [], [], [], [], []
+    meshes: dict[int, tuple[MeshedSolid, Array]] = {}
     unknown: set[int] = set()
     for name, part in plan.parts.items():
         placed = plan.topology.copies[name]
@@ -243,9 +255,11 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
                 if form is None:
                     unknown.add(int(plan.topology.piece[offset + node]))
                     continue
+                if body.mesh is not None:
+                    meshes[len(names)] = body.mesh, -form.axes @ form.middle
                 names.append(".".join((*path, key)))
                 labels.append(".".join(filter(None, (name, key))))
-                origin.append(geometry.positions[offset + node])
+                origin.append(geometry.positions[offset + node] + geometry.Q[number] @ form.middle)
                 axes.append(form.axes @ geometry.Q[number].T)
                 half.append(form.half)
                 is_round.append(form.is_round)
@@ -261,4 +275,5 @@ def _bodies(model: FullOrderModel, clusters: Index) -> Bodies:
         np.array(is_round, dtype=bool),
         clusters[at],
         frozenset(unknown),
+        meshes,
     )
