@@ -1,6 +1,7 @@
 """From a mechanism to its plan, its design where it is described, and its full-order model.
 
-Solid members become superelements, and composites are meshed, before there is a plan, and a design that is described at a pose is brought there.
+Solid members become superelements, and composites are meshed, before there is a plan, and a design that is described at
+a pose is brought there.
 """
 
 from __future__ import annotations
@@ -29,8 +30,9 @@ from flexura.structure import (
 def plan_of(mechanism: Mechanism | Plan, parameters: Mapping[str, ArrayLike] | None = None) -> Plan:
     """The plan of a mechanism; a plan is returned as it is.
 
-    Solid members are reduced to superelements, and composites meshed, at `parameters`, those of them that are single numbers, as
-    `with_solid_parts` does. Raises ModelError for a description that cannot be used and OptionError for anything else.
+    Solid members are reduced to superelements, and composites meshed, at `parameters`, those of them that are single
+    numbers, as `with_solid_parts` does. Raises ModelError for a description that cannot be used and OptionError for
+    anything else.
     """
     if isinstance(mechanism, Plan):
         return mechanism

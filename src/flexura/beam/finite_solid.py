@@ -32,8 +32,8 @@ class Tetrahedra:
         self._inverse: Array = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], -1, -2))
 
     def at(self, points: Array) -> tuple[Index, Array]:
-        """The points of the cells (..., 10) in which points (..., 3) lie and the values of their functions there; of the
-        nearest place for points outside."""
+        """The points of the cells (..., 10) in which points (..., 3) lie and the values of their functions there; for
+        points outside those of the nearest place."""
         near = self._tree.query(plain(points), min(NEIGHBOURS, len(self._cells)))[1]
         away = plain(points)[..., None, :] - self._first[near]
         shares = (self._inverse[near] @ away[..., None])[..., 0]

@@ -241,8 +241,8 @@ def print_json(data: Any) -> None:
 
 
 def read(file: Path, settings: list[str] | None, pose: list[str] | None = None) -> tuple[Any, dict[str, float]]:
-    """The mechanism of a file, solid members reduced to superelements and composites meshed, at the `pose` that is given beside it, and the
-    parameters that are replaced."""
+    """The mechanism of a file, solid members reduced to superelements and composites meshed, at the `pose` that is
+    given beside it, and the parameters that are replaced."""
     from flexura.mechanism import at, needs_meshes
     from flexura.modelfile import load
 

@@ -11,8 +11,8 @@ from flexura.mechanism import BoxPiece as BoxPiece
 from flexura.mechanism import Circle as Circle
 from flexura.mechanism import CircularContour as CircularContour
 from flexura.mechanism import CircularPattern as CircularPattern
-from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
 from flexura.mechanism import Composite as Composite
+from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
 from flexura.mechanism import Cylinder as Cylinder
 from flexura.mechanism import CylinderPiece as CylinderPiece
 from flexura.mechanism import Damping as Damping

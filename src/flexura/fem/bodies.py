@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from flexura.errors import ModelError, Problem
 from flexura.expressions import Expression
 from flexura.fem import occ
 from flexura.fem.cache import Arrays, content_key, remembered
-from flexura.fem.geometry import MILLIMETRE, BodySolid, SolidMaterial
+from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.matrices import elastic_matrices
 from flexura.fem.meshing import GMSH_ORDER
 from flexura.fem.solid_mesh import SolidMesh, outer_sides, rigid_motions
@@ -69,21 +68,10 @@ DEPENDENT = 1e-11
 STIFFEST = 0.495
 """Poisson's ratio above which quadratic cells would lock."""
 
-NOTHING = 1e-9
-"""Share of the volume below which nothing is cut away."""
-
 NO_MATERIAL = SolidMaterial("", 1.0, 0.0, 1.0)
 
 IN_MEMORY = Kept(most=16)
 """Arrays of the composites that were asked for last."""
-
-
-class ShapeError(Exception):
-    """A composite that is no solid: where in it, what stands there, the rule and a hint."""
-
-    def __init__(self, path: tuple[str | int, ...], value: str, rule: str, hint: str) -> None:
-        super().__init__(rule)
-        self.path, self.value, self.rule, self.hint = path, value, rule, hint
 
 
 @dataclass(frozen=True)
@@ -162,7 +150,7 @@ class MeshedBody:
         on_face = np.flatnonzero(np.abs(points[:, held[0]] - level) < SAME_PLACE * float((high - low).max()))
         if len(on_face) < 6:
             face = "xyz"[held[0]] + ("-" if held[1] < 0 else "+")
-            raise ShapeError(("held", "face"), face, "nothing is left of the face that is held", "hold another one")
+            raise occ.ShapeError(("held", "face"), face, "nothing is left of the face that is held", "hold another one")
         return on_face
 
     @cached_property
@@ -191,7 +179,7 @@ class MeshedBody:
             loads = loads - (loads @ known) @ (Mf @ known).T
         X = factor.solve(np.ascontiguousarray(loads.T))
         again = factor.solve(np.ascontiguousarray(Mf @ X[:, : 6 * len(patches.nodes)]))
-        lowest = ShiftInvert(Kf, Mf, -shift, lambda b: factor.solve(b)).nearest(MODES, known).vectors
+        lowest = ShiftInvert(Kf, Mf, -shift, factor.solve).nearest(MODES, known).vectors
         V = np.hstack([lowest, X, again])
         V = V - known @ ((Mf @ known).T @ V)
         V = _independent(V, Mf)
@@ -203,7 +191,6 @@ class MeshedBody:
             "squared": squared,
             "momentum": rigid.T @ (M @ shapes),
         }
-
 
 
 def with_meshed_bodies(
@@ -226,7 +213,8 @@ def with_meshed_bodies(
             solid = body.solid
             assert isinstance(solid, Composite)
             metal: Any = mechanism.material(solid.material)
-            needed |= {n for part in (solid, metal) for _, _, x in scalars(part) if isinstance(x, Expression) for n in x.names}
+            found = [x for part in (solid, metal) for _, _, x in scalars(part) if isinstance(x, Expression)]
+            needed |= {n for x in found for n in x.names}
             own: Any = evaluated(metal, values)
             nu = float(own.nu) if own.nu is not None else float(own.E) / (2 * float(own.G)) - 1
             meshed = MeshedBody(Pieces.of(evaluated(solid, values)), (float(own.E), nu, float(own.rho)))
@@ -235,7 +223,7 @@ def with_meshed_bodies(
                 meshed.mesh(lambda place=place: announce(f"solid of {place}: mesh"))
                 if body.held is not None:
                     meshed.held_points(("xyz".index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1))
-            except ShapeError as error:
+            except occ.ShapeError as error:
                 above = ("substructures", name) if name else ()
                 inner = error.path if error.path[0] == "held" else ("solid", *error.path)
                 wrong.append(Problem((*above, "bodies", key, *inner), error.value, error.rule, error.hint))
@@ -292,41 +280,11 @@ def _independent(vectors: Array, M: Any) -> Array:
     return vectors @ (turn[:, kept] / np.sqrt(values[kept]))
 
 
-def volume(gmsh: ModuleType, pieces: Pieces) -> int:
-    """A composite as one volume, mm. Raises ShapeError where it is none."""
-    model = gmsh.model.occ
-    tags = [_primitive(gmsh, pieces, k) for k in range(len(pieces.half))]
-    made = [(3, tags[0])]
-    if pieces.added > 1:
-        made, origin = model.fuse(made, [(3, tag) for tag in tags[1 : pieces.added]])
-        if len(made) > 1:
-            loose = next(k for k, of_piece in enumerate(origin) if origin[0][0] not in of_piece)
-            hint = "let it share a face or a volume with the others"
-            raise ShapeError(("add", loose), "", "the piece does not touch the first one, or along an edge alone", hint)
-    for k, tag in enumerate(tags[pieces.added :]):
-        before = model.getMass(*made[0])
-        made, _ = model.cut(made, [(3, tag)])
-        made = [entity for entity in made if entity[0] == 3]
-        place = "cut", k
-        if not made:
-            raise ShapeError(place, "", "nothing of the solid is left", "cut less, or add more")
-        if len(made) > 1:
-            raise ShapeError(place, "", f"it cuts the solid into {len(made)} parts", "let them hang together")
-        if before - model.getMass(*made[0]) <= NOTHING * before:
-            raise ShapeError(place, "", "it cuts nothing away: it lies beside what is added", "move it, or leave it out")
-    return int(made[0][1])
-
-
-def _primitive(gmsh: ModuleType, pieces: Pieces, k: int) -> int:
-    piece = BodySolid("", 0, pieces.centre[k], pieces.axes[k], pieces.half[k], bool(pieces.is_round[k]), NO_MATERIAL)
-    return occ.body_volume(gmsh, piece)
-
-
 def _meshed(pieces: Pieces) -> Arrays:
     """Mass properties for a density of one, and the meshes of a composite."""
     with occ.session() as gmsh:
         model, mesh = gmsh.model, gmsh.model.mesh
-        tag = volume(gmsh, pieces)
+        tag = occ.composite_volume(gmsh, pieces)
         model.occ.synchronize()
         V = model.occ.getMass(3, tag)
         centre = np.array(model.occ.getCenterOfMass(3, tag)) * MILLIMETRE

@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.mechanism import evaluated
-from flexura.structure import FullOrderModel, SectionGroup, solids_of
+from flexura.structure import FullOrderModel, MeshedSolid, Pieces, SectionGroup, solids_of
 
 Values = tuple[float, ...]
 
@@ -464,6 +464,22 @@ class BodySolid:
     half: Array
     is_round: bool
     material: SolidMaterial
+    pieces: Pieces | None = None
+    """Of a composite, global frame; the box is that around it."""
+    mesh: MeshedSolid | None = None
+    """Of a composite, in axes of its own."""
+
+    @property
+    def thickness(self) -> float:
+        """Its least size, m, the mean one of a composite."""
+        return 2 * float(self.half.min()) if self.mesh is None else self.mesh.thickness
+
+    @property
+    def volume(self) -> float:
+        """Volume, m^3."""
+        if self.mesh is not None:
+            return self.mesh.volume
+        return float(np.prod(2 * self.half)) * (np.pi / 4 if self.is_round else 1.0)
 
 
 def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySolid, ...]:
@@ -486,7 +502,13 @@ def body_solids(model: FullOrderModel, only: str | None = None) -> tuple[BodySol
             axes = bodies.axes[k] * np.array([[1.0], [1.0], [np.linalg.det(bodies.axes[k])]])
             material, node = SolidMaterial(materials[name], E, nu, rho), int(bodies.nodes[k])
             is_round = bool(bodies.is_round[k])
-            result.append(BodySolid(name, node, bodies.origin[k], axes, bodies.half[k], is_round, material))
+            pieces = mesh = None
+            if k in bodies.meshes:
+                mesh, away = bodies.meshes[k]
+                turn = bodies.axes[k].T
+                pieces = mesh.pieces.moved(turn, bodies.origin[k] + turn @ away)
+            form = bodies.half[k], is_round, material, pieces, mesh
+            result.append(BodySolid(name, node, bodies.origin[k], axes, *form))
     return tuple(result)
 
 

@@ -22,7 +22,7 @@ from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError, need
 from flexura.fem.geometry import MILLIMETRE, MODELLED, BodySolid, MemberSolid, Outline, body_solids, joints, solids
 from flexura.files import complete_file
-from flexura.structure import FullOrderModel
+from flexura.structure import FullOrderModel, Pieces
 from flexura.tables import quantity
 
 Entity = tuple[int, int]
@@ -31,6 +31,10 @@ OVERLAP = 1e-3
 """Share of the smaller member's volume that another may take up before they count as intersecting."""
 BURIED = 0.6
 """The same share for members that meet at a node, whose corners may overlap."""
+
+
+NOTHING = 1e-9
+"""Share of the volume below which nothing is cut away."""
 
 
 @contextmanager
@@ -295,14 +299,59 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
 
 
 def body_volume(gmsh: ModuleType, body: BodySolid) -> int:
-    """A body as one volume."""
-    x, y, z = 2 * body.half[:, None] * body.axes / MILLIMETRE
-    corner = body.centre / MILLIMETRE - (x + y + z) / 2
-    if body.is_round:
-        return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(body.half[1]) / MILLIMETRE)
+    """A body as one volume. Raises SolverError for a composite that is none."""
+    if body.pieces is None:
+        return _primitive(gmsh, body.centre, body.axes, body.half, body.is_round)
+    try:
+        return composite_volume(gmsh, body.pieces)
+    except ShapeError as error:
+        raise SolverError(f"{body.name}: {error}") from None
+
+
+def _primitive(gmsh: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool) -> int:
+    """A box, or a cylinder about its first axis, of half sizes (3,), m, with right-handed axes (3, 3) as rows."""
+    x, y, z = 2 * half[:, None] * axes / MILLIMETRE
+    corner = centre / MILLIMETRE - (x + y + z) / 2
+    if is_round:
+        return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(half[1]) / MILLIMETRE)
     corners = [corner, corner + x, corner + x + y, corner + y, corner]
     face = gmsh.model.occ.addPlaneSurface([outline(gmsh, [np.array(side) for side in pairwise(corners)])])
     return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
+
+
+class ShapeError(Exception):
+    """A composite that is no solid: where in it, what stands there, the rule and a hint."""
+
+    def __init__(self, path: tuple[str | int, ...], value: str, rule: str, hint: str) -> None:
+        super().__init__(rule)
+        self.path, self.value, self.rule, self.hint = path, value, rule, hint
+
+
+def composite_volume(gmsh: ModuleType, pieces: Pieces) -> int:
+    """A composite as one volume, mm. Raises ShapeError where it is none."""
+    model = gmsh.model.occ
+    columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
+    tags = [_primitive(gmsh, *piece) for piece in zip(*columns, strict=True)]
+    made = [(3, tags[0])]
+    if pieces.added > 1:
+        made, origin = model.fuse(made, [(3, tag) for tag in tags[1 : pieces.added]])
+        if len(made) > 1:
+            loose = next(k for k, of_piece in enumerate(origin) if origin[0][0] not in of_piece)
+            hint = "let it share a face or a volume with the others"
+            raise ShapeError(("add", loose), "", "the piece does not touch the first one, or along an edge alone", hint)
+    for k, tag in enumerate(tags[pieces.added :]):
+        before = model.getMass(*made[0])
+        made, _ = model.cut(made, [(3, tag)])
+        made = [entity for entity in made if entity[0] == 3]
+        place = "cut", k
+        if not made:
+            raise ShapeError(place, "", "nothing of the solid is left", "cut less, or add more")
+        if len(made) > 1:
+            raise ShapeError(place, "", f"it cuts the solid into {len(made)} parts", "let them hang together")
+        if before - model.getMass(*made[0]) <= NOTHING * before:
+            rule = "it cuts nothing away: it lies beside what is added"
+            raise ShapeError(place, "", rule, "move it, or leave it out")
+    return int(made[0][1])
 
 
 def _remove_loose(gmsh: ModuleType) -> None:

@@ -58,9 +58,9 @@ from flexura.mechanism.description import Substructure as Substructure
 from flexura.mechanism.description import Support as Support
 from flexura.mechanism.description import composites as composites
 from flexura.mechanism.description import has_solid_members as has_solid_members
-from flexura.mechanism.description import needs_meshes as needs_meshes
 from flexura.mechanism.description import is_rotation as is_rotation
 from flexura.mechanism.description import mesh_sizes as mesh_sizes
+from flexura.mechanism.description import needs_meshes as needs_meshes
 from flexura.mechanism.description import refined as refined
 from flexura.mechanism.description import sheets as sheets
 from flexura.mechanism.description import solid_members as solid_members

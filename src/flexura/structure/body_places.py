@@ -120,7 +120,8 @@ class BodyPlaces:
             return False
         try:
             nodes = self._geometry.parts[name].positions[body.nodes]
-            body.place(self._values, Pulls(*(np.array(column) for column in zip(*rows, strict=True))), nodes, self._sizes)
+            pulls = Pulls(*(np.array(column) for column in zip(*rows, strict=True)))
+            body.place(self._values, pulls, nodes, self._sizes)
         except OffSolidError as error:
             node = self._parts[name].node_names[body.carried[error.carried]].removesuffix("[seat]")
             raise ModelError([_off_solid(name, body_name(self._parts[name], body), node)]) from None

@@ -15,6 +15,15 @@ from flexura.mechanism import BoxPiece, Composite, CylinderPiece, PlatePiece, ro
 ON = 1e-9
 """How far beside a line a place is looked at, over the size of the solid."""
 
+ROOT_DEPTH = 0.5
+"""How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
+
+STEPS = 64
+"""Places on the way at which the depth is looked at."""
+
+SQUARE = 0.999
+"""Cosine from which a member is along an axis of the body."""
+
 PARALLEL = 1e-12
 """Cosine below which a line is along a face."""
 
@@ -73,14 +82,15 @@ class Pieces:
         at = self.local(points)[:, : self.added]
         half, added = self.half[: self.added], slice(self.added)
         radius = np.maximum(np.linalg.norm(at[..., 1:], axis=-1, keepdims=True), half[:, 1:2])
-        disc = np.concatenate([np.clip(at[..., :1], -half[:, :1], half[:, :1]), at[..., 1:] * half[:, 1:2] / radius], -1)
-        near = np.where(self.is_round[added, None], disc, np.clip(at, -half, half))
+        box = np.clip(at, -half, half)
+        disc = np.concatenate([box[..., :1], at[..., 1:] * half[:, 1:2] / radius], axis=-1)
+        near = np.where(self.is_round[added, None], disc, box)
         first = np.linalg.norm(near - at, axis=-1).argmin(axis=1)
         chosen = near[np.arange(len(points)), first]
         return self.centre[first] + np.einsum("pi,pij->pj", chosen, self.axes[first])
 
     def exits(self, points: Array, towards: Array) -> Array:
-        """How far (p,), m, it is from points (p, 3) along unit vectors (p, 3) to where the solid ends; 0 from outside."""
+        """How far it is (p,), m, from points (p, 3) along unit vectors (p, 3) to where the solid ends; 0 outside."""
         enter, leave = self._crossed(points, towards)
         step = ON * float(np.ptp(self.box, axis=0).max())
 
@@ -118,17 +128,36 @@ class Pieces:
         leave = np.where(is_round, np.minimum(high[..., 0], out_disc), high.min(axis=-1))
         return np.where(enter < leave, enter, np.inf), np.where(enter < leave, leave, -np.inf)
 
-    def room(self, point: Array, towards: Array, depth: float) -> tuple[Array, Array, float]:
-        """The box along the axes, as middle (3,) and half sizes (3,), m, that lines from a place in the solid reach,
-        and how deep that place is: from `point` (3,) a `depth` along a unit vector (3,), less where that is through.
-        The depth is 0 where there is no solid."""
-        step = ON * float(np.ptp(self.box, axis=0).max())
-        deep = float(self.exits((point + 10 * step * towards)[None], towards[None])[0])
-        depth = min(depth, deep / 2)
-        start = point + max(depth, 10 * step) * towards
+    def room(self, point: Array, axes: Array, t: float) -> tuple[Array, Array, float]:
+        """The box along the axes, as middle (3,) and half sizes (3,), m, in which what ends at `point` (3,) is.
+
+        axes (3, 3) are its own as columns, the first into the solid; t its thickness along the last one, m. Lines from
+        a thickness below the face, or halfway to what is behind, find the sides. The box is no deeper than the solid is
+        where the root reaches (`_depth`). Last, how deep these lines begin; 0 where there is no solid.
+        """
+        towards, step = axes[:, 0], 10 * ON * float(np.ptp(self.box, axis=0).max())
+        deep = float(self.exits((point + step * towards)[None], towards[None])[0])
+        depth = min(t, deep / 2)
+        start = point + max(depth, step) * towards
         lines = np.concatenate([np.eye(3), -np.eye(3)])
-        up, down = self.exits(np.tile(start, (6, 1)), lines).reshape(2, 3)
+        reach = self.exits(np.tile(start, (6, 1)), lines)
+        k = int((lines @ towards).argmax())
+        if lines[k] @ towards > SQUARE:
+            reach[k] = min(reach[k], self._depth(point + step * towards, axes, deep) - depth)
+        up, down = reach.reshape(2, 3)
         return start + (up - down) / 2, (up + down) / 2, depth
+
+    def _depth(self, point: Array, axes: Array, deep: float) -> float:
+        """How deep a root is that reaches along its thickness as far as half of the least depth on the way."""
+        away = ROOT_DEPTH * deep * np.arange(1, STEPS + 1) / STEPS
+        least = deep
+        for side in (axes[:, 2], -axes[:, 2]):
+            room = float(self.exits(point[None], side[None])[0])
+            depths = self.exits(point + away[:, None] * side, np.tile(axes[:, 0], (STEPS, 1)))
+            beyond = (ROOT_DEPTH * np.minimum.accumulate(depths) < away) & (away < room)
+            if beyond.any():
+                least = min(least, float(away[beyond.argmax()]) / ROOT_DEPTH)
+        return least
 
 
 class MeshedSolid(Protocol):
@@ -148,6 +177,11 @@ class MeshedSolid(Protocol):
     @property
     def volume(self) -> float:
         """Volume, m^3."""
+        ...
+
+    @property
+    def thickness(self) -> float:
+        """Mean thickness, m: twice the volume over the surface."""
         ...
 
     @property

@@ -29,12 +29,9 @@ from flexura.beam import (
 )
 from flexura.duals import plain, with_slopes_of
 from flexura.records import Latest
-from flexura.structure.composites import MeshedSolid
+from flexura.structure.composites import ROOT_DEPTH, MeshedSolid
 from flexura.structure.discrete_elements import BodyElement, Hold, Lumped
 from flexura.structure.values import common
-
-ROOT_DEPTH = 0.5
-"""How far the root reaches along its block, over the depth of this: what is further off bends as the block does."""
 
 AMPLITUDES = 6
 """Amplitudes of a body beside the displacements of its patches."""
@@ -167,7 +164,7 @@ class ElasticBody(Lumped):
         into = pulls.axes[..., 0]
         t, is_member = np.full(len(at), BARE * (high - low).min()), pulls.member >= 0
         t[is_member] = ends[1][pulls.member[is_member], pulls.end[is_member]]
-        rooms = [pieces.room(*place) for place in zip(at, into, t.tolist(), strict=True)]
+        rooms = [pieces.room(*place) for place in zip(at, pulls.axes, t.tolist(), strict=True)]
         middle, half, depth = (np.array(column) for column in zip(*rooms, strict=True))
         self.rooms = middle, half, np.array(1.0)
         if not (depth > 0).all():

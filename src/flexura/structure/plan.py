@@ -118,8 +118,8 @@ def _refuse_unmeshed(layout: Layout) -> None:
             refused.append(Problem((*above, kind, key), "", rule, "flexura.with_solid_parts(mechanism)"))
         for key, body in prototype.bodies.items():
             if isinstance(body.solid, Composite) and body.solid.meshed is None:
-                rule = "a composite has to be meshed first"
-                refused.append(Problem((*above, "bodies", key, "solid"), "", rule, "flexura.with_solid_parts(mechanism)"))
+                rule, hint = "a composite has to be meshed first", "flexura.with_solid_parts(mechanism)"
+                refused.append(Problem((*above, "bodies", key, "solid"), "", rule, hint))
     if refused:
         raise ModelError(refused)
 

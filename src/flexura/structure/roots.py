@@ -16,8 +16,8 @@ from flexura.arrays import Array, Bools, Index
 from flexura.beam import FAR, root_flexibility
 from flexura.duals import plain
 from flexura.mechanism import origin_of
+from flexura.structure.composites import ROOT_DEPTH
 from flexura.structure.discrete_elements import BodyElement
-from flexura.structure.elastic_bodies import ROOT_DEPTH
 from flexura.structure.members import Members
 from flexura.structure.part import Part
 from flexura.structure.topology import Geometry, Topology
@@ -257,8 +257,8 @@ class Roots:
             if (mesh := body.element.mesh) is None:
                 continue
             turn = body.element.box(values)[0] @ geometry.Q[body.instance].T
-            into = turn @ axes[k, 0] * (2.0 * self.ends[self._row[k]] - 1.0)
-            middle, half, _ = mesh.pieces.room(turn @ (where[k] - geometry.at(np.array([body.node]))[0]), into, t[k])
+            own = turn @ axes[k].T * np.array([2.0 * self.ends[self._row[k]] - 1.0, 1.0, 1.0])
+            middle, half, _ = mesh.pieces.room(turn @ (where[k] - geometry.at(np.array([body.node]))[0]), own, t[k])
             self._host[k, j] = -2 - len(rooms)
             rooms.append(body._replace(room=(middle, half)))
         self._host[self._host >= first] += len(rooms)

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.beam import Material, ModalSolid, Patches, RitzSolid
+from flexura.beam import Material, ModalSolid, Patches, RitzSolid, Solid
 from flexura.mechanism import TOP, Mechanism, evaluated
-from flexura.structure import BodyElement, FullOrderModel, inside
+from flexura.structure import BodyElement, FullOrderModel, MeshedSolid, inside
 from flexura.thresholds import SAME_PLACE
 
 PATCH_POINTS, PATCH_WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -61,7 +61,8 @@ class MemberEnd(NamedTuple):
 class LoadedSolid:
     """A placed solid: its names, half sizes (3,), m, its place, its axes (3, 3) as columns, what pulls at it, global.
 
-    A cylinder lies along its first axis. `held` is the axis and the side of the face that does not move; `is_sure`
+    A cylinder lies along its first axis; of a composite it is the box around it, whose middle is `middle` (3,), m, from
+    its own origin. `held` is the axis and the side of the face that does not move; `is_sure`
     where the description says what it is and where it is held, `bends` where it is elastic in the model, too.
     """
 
@@ -76,6 +77,8 @@ class LoadedSolid:
     is_sure: bool = True
     is_drawn: bool = True
     bends: bool = False
+    mesh: MeshedSolid | None = None
+    middle: Array = field(default_factory=lambda: np.zeros(3))
     ends: list[MemberEnd] = field(default_factory=list)
 
     @property
@@ -106,9 +109,15 @@ class LoadedSolid:
     def flexibility(self) -> Array:
         """Products of deflection and load (k, k), J, of the loads at its ends; what is out of balance among them
         accelerates a free solid. Raises SolverError for a solid that is too slender."""
-        wrenches = [np.concatenate([self.axes.T @ end.wrench[:3], self.axes.T @ end.wrench[3:]]) for end in self.ends]
-        functions = RitzSolid.of(self.size, self.is_round, self.held, len(self.ends))
-        solid, patches = ModalSolid(functions, self.size, self.material), self._patches()
+        mirror, turn = np.linalg.det(self.axes).round(), self.axes.T
+        wrenches = [np.concatenate([turn @ end.wrench[:3], mirror * turn @ end.wrench[3:]]) for end in self.ends]
+        patches = self._patches()
+        if self.mesh is None:
+            functions = RitzSolid.of(self.size, self.is_round, self.held, len(self.ends))
+            solid: Solid = ModalSolid(functions, self.size, self.material)
+        else:
+            patches = Patches(patches.points + self.middle, patches.weights, patches.nodes + self.middle)
+            solid = self.mesh.solid(patches, self.held)
         load = np.swapaxes(solid.rows(patches)[:, : 6 * len(wrenches)], -1, -2) @ np.concatenate(wrenches)
         return np.asarray((np.swapaxes(load, -1, -2) @ solid.solved(load)).sum(axis=0))
 
@@ -174,11 +183,13 @@ def drawn_solids(full: FullOrderModel) -> list[LoadedSolid]:
             placed = topology.copies[name]
             for path, number, offset in zip(placed.paths, placed.number, placed.offset, strict=True):
                 turned = full.geometry.Q[number] @ rows.T
-                turned[:, 2] *= np.linalg.det(turned).round()  # solids are their own mirror images, moments are not
-                at = full.geometry.positions[offset + node]
+                if body.mesh is None:
+                    turned[:, 2] *= np.linalg.det(turned).round()  # boxes are their own mirror images, moments are not
+                at = full.geometry.positions[offset + node] + full.geometry.Q[number] @ body.middle(full.values)
                 solid = LoadedSolid(".".join((*path, key)), place_of(name, key), half, _of(body, full), at, turned)
                 solid.is_round, solid.bends = body.is_round, bending is not None
                 solid.held = None if hold is None else hold.face
+                solid.mesh, solid.middle = body.mesh, rows @ body.middle(full.values)
                 solids.append(solid)
     return solids
 

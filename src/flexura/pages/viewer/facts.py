@@ -12,6 +12,7 @@ from flexura.mechanism import (
     DOF_NAMES,
     STIFFNESS_UNITS,
     Box,
+    Composite,
     Cylinder,
     Dashpot,
     Flexure,
@@ -159,6 +160,8 @@ class Facts:
             case Cylinder(diameter=d, length=length):
                 sizes = (quantity(_number(size), "m", 4) for size in (d, length))
                 found.append(("cylinder", "diameter {}, length {}".format(*sizes)))
+            case Composite(add=add, cut=cut):
+                found.append(("composite", f"{len(add)} added, {len(cut)} cut"))
             case _:
                 found.append(("drawn as", "the box of this mass and inertia"))
         if body.solid is not None:

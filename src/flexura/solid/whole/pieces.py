@@ -20,7 +20,7 @@ DEPTHS = (6.0, 3.0, 1.5)
 that touches nothing else."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Block(BodySolid):
     """A body, or a block of ground, whose `node` is -1; `root` is the node that it moves with as a rigid body."""
 
@@ -37,6 +37,8 @@ class Block(BodySolid):
 
     def beyond(self, points: Array) -> Array:
         """How far (...) points (..., 3) lie outside, m; negative inside, the distance of the nearest face."""
+        if self.pieces is not None:
+            return self.pieces.beyond(points)
         away = np.abs(self.local(points)) - self.half
         if self.is_round:
             radius = np.linalg.norm(self.local(points)[..., 1:], axis=-1) - self.half[1]
@@ -45,16 +47,13 @@ class Block(BodySolid):
 
     def nearest(self, point: Array) -> Array:
         """The point (3,) of the block that is nearest to one."""
+        if self.pieces is not None:
+            return self.pieces.nearest(point[None])[0]
         local = self.local(point)
         if self.is_round:
             r = float(np.linalg.norm(local[1:]))
             local[1:] *= min(1.0, self.half[1] / r) if r > 0 else 1.0
         return np.clip(local, -self.half, self.half) @ self.axes + self.centre
-
-    @property
-    def thickness(self) -> float:
-        """Its least size, m."""
-        return 2 * float(self.half.min())
 
     @property
     def box(self) -> Array:
@@ -285,7 +284,8 @@ def _points(piece: Piece, count: int = 25) -> Array:
     if isinstance(piece, Block):
         if piece.is_round:
             v, w = v * np.sqrt(1 - w**2 / 2), w * np.sqrt(1 - v**2 / 2)
-        return np.stack([x, v, w], axis=-1) * piece.half @ piece.axes + piece.centre
+        points = np.stack([x, v, w], axis=-1) * piece.half @ piece.axes + piece.centre
+        return points if piece.pieces is None else points[piece.beyond(points) <= 0]
     x = (x + 1) / 2 * piece.length
     y, z = piece.outline.half(x)
     if piece.outline.is_round:

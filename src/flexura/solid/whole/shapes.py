@@ -13,7 +13,7 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.errors import SolverError, need
 from flexura.fem import MILLIMETRE, MemberSolid
-from flexura.solid.whole.pieces import Block, Held, Piece, Pieces, extended
+from flexura.solid.whole.pieces import Block, Held, Pieces, extended
 
 STEEP = 60.0
 """Slope of a contour, degrees, up to which it belongs to what a notch ends in: its tips would be meshed badly alone."""
@@ -42,7 +42,7 @@ def part_of(pieces: Pieces) -> Part:
     occ = need("netgen.occ", "solid")
     made = [_block(occ, piece) if isinstance(piece, Block) else _member(occ, piece) for piece in pieces.all]
     _hand_tips_over(occ, pieces, made)
-    volumes = [_volume(piece) for piece in pieces.all]
+    volumes = [piece.volume / MILLIMETRE**3 for piece in pieces.all]
     boxes = [_box(shape) for shape in made]
     for k in range(len(made)):
         for j in range(k):
@@ -69,20 +69,27 @@ def part_of(pieces: Pieces) -> Part:
     return Part(glued, pieces, touching)
 
 
-def _volume(piece: Piece) -> float:
-    """Volume, mm^3."""
-    if isinstance(piece, Block):
-        return float(np.prod(2 * piece.half)) * (math.pi / 4 if piece.is_round else 1.0) / MILLIMETRE**3
-    return piece.volume / MILLIMETRE**3
-
-
 def _block(occ: ModuleType, block: Block) -> Any:
-    half = block.half / MILLIMETRE
-    centre = block.centre / MILLIMETRE
-    if block.is_round:
-        base = centre - half[0] * block.axes[0]
-        return occ.Cylinder(occ.gp_Pnt(*base), occ.gp_Vec(*block.axes[0]), float(half[1]), float(2 * half[0]))
-    return _prism(occ, centre, block.axes, half)
+    if block.pieces is None:
+        return _primitive(occ, block.centre, block.axes, block.half, block.is_round)
+    pieces = block.pieces
+    columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
+    made = [_primitive(occ, *piece) for piece in zip(*columns, strict=True)]
+    solid = made[0]
+    for other in made[1 : pieces.added]:
+        solid = solid + other
+    for other in made[pieces.added :]:
+        solid = solid - other
+    return solid
+
+
+def _primitive(occ: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool) -> Any:
+    """A box, or a cylinder about its first axis, of half sizes (3,), m, with right-handed axes (3, 3) as rows."""
+    centre, half = centre / MILLIMETRE, half / MILLIMETRE
+    if not is_round:
+        return _prism(occ, centre, axes, half)
+    base, along = occ.gp_Pnt(*(centre - half[0] * axes[0])), occ.gp_Vec(*axes[0])
+    return occ.Cylinder(base, along, float(half[1]), 2 * float(half[0]))
 
 
 def _prism(occ: ModuleType, centre: Array, axes: Array, half: Array) -> Any:

@@ -13,9 +13,9 @@ from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.derivatives import Reading
 from flexura.errors import FlexuraError, OptionError
-from flexura.mechanism import Box, Cylinder, Plate, RigidBody, evaluated, rotation_matrix
+from flexura.fem import body_solids
 from flexura.results import Tabular
-from flexura.structure import DERIVATIVE, FullOrderModel, Ports
+from flexura.structure import DERIVATIVE, FullOrderModel, Pieces, Ports
 from flexura.tables import Item, Table, quantity
 from flexura.testing.measurement import FORCES, MeasuredChannel
 from flexura.testing.rig.test_points import TestPoint, TestPoints
@@ -302,59 +302,23 @@ def _gap(point: TestPoint, x: Array) -> float:
 
 @dataclass(frozen=True)
 class _SolidBody:
-    """A placed rigid body with a solid: its node, the root that it follows, its centre, axes (3, 3) and solid.
-
-    `size` (3,) are full edges; of a cylinder diameter, diameter and length along the third axis.
-    """
+    """A placed rigid body with a solid: its node, the root that it follows, and its pieces in the global frame."""
 
     number: int
     root: int
-    centre: Array
-    axes: Array
-    size: Array
-    is_round: bool
+    pieces: Pieces
 
     def distance(self, x: Array) -> float:
-        """Distance, m, of a point from the solid, zero inside."""
-        local = (x - self.centre) @ self.axes
-        if self.is_round:
-            local = np.array([np.hypot(local[0], local[1]), 0.0, local[2]])
-        return float(np.linalg.norm(np.maximum(np.abs(local) - self.size / 2, 0.0)))
+        """Distance, m, of a point from the solid, zero inside; of a composite from what is added."""
+        return float(np.linalg.norm(self.pieces.nearest(x[None])[0] - x))
 
 
 def _solid_bodies(model: FullOrderModel) -> Iterator[_SolidBody]:
     """Every placed rigid body that has a solid."""
-    plan, geometry = model.plan, model.geometry
-    values = {k: float(np.asarray(v)) for k, v in plan.scoped_values(model.parameters).items()}
-    for name, part in plan.parts.items():
-        prototype, placed = plan.layout.prototypes[name], plan.topology.copies[name]
-        for key, described in prototype.bodies.items():
-            solid = _solid(evaluated(described, values))
-            if solid is None:
-                continue
-            for number, offset in zip(placed.number, placed.offset, strict=True):
-                node = offset + part.bodies[key][0]
-                axes = geometry.Q[number] @ solid[0]
-                yield _SolidBody(node, int(plan.topology.root[node]), geometry.positions[node], axes, *solid[1:])
-
-
-def _solid(body: RigidBody) -> tuple[Array, Array, bool] | None:
-    """Axes (3, 3), as columns in the part's frame, edges (3,), m, and whether it is a cylinder."""
-    turn = np.eye(3)
-    if body.rotate is not None:
-        turn = rotation_matrix(np.array(body.rotate.axis, dtype=float), np.asarray(body.rotate.angle, dtype=float))
-    match body.solid:
-        case Box(size=size):
-            return turn, np.array(size, dtype=float), False
-        case Plate(length=a, width=b, thickness=c):
-            return turn, np.array((a, b, c), dtype=float), False
-        case Cylinder(diameter=d, length=length, axis=axis):
-            third = np.array(axis, dtype=float) / np.linalg.norm(np.array(axis, dtype=float))
-            first = np.cross(third, np.eye(3)[np.argmin(np.abs(third))])
-            first /= np.linalg.norm(first)
-            axes: Array = np.array([first, np.cross(third, first), third], dtype=np.float64).T
-            return np.asarray(turn @ axes, dtype=np.float64), np.array((d, d, length), dtype=float), True
-    return None
+    topology = model.plan.topology
+    for body in body_solids(model):
+        one = (body.centre[None], body.axes[None], body.half[None], np.array([body.is_round]), 1)
+        yield _SolidBody(body.node, int(topology.root[body.node]), body.pieces or Pieces(*one))
 
 
 def readings_of(model: FullOrderModel, channels: Sequence[MeasuredChannel]) -> list[Reading]:

@@ -14,6 +14,7 @@ from flexura.fem import sheet_surface
 from flexura.mechanism import (
     DOF_NAMES,
     Box,
+    Composite,
     Cylinder,
     Dashpot,
     Plate,
@@ -282,7 +283,7 @@ def _turned(rotation: Rotation | None) -> Array:
 
 
 def body_mesh(body: RigidBody, cell: float, sides: int = _ROUND) -> tuple[Mesh, Kind]:
-    """A body as a mesh about its centre of mass, in the part's axes; numbers of `body` are resolved. Round ones have so
+    """A body as a mesh about its node, in the part's axes; numbers of `body` are resolved. Round ones have so
     many sides.
 
     A body given by mass and inertia becomes the solid box that has them.
@@ -295,6 +296,8 @@ def body_mesh(body: RigidBody, cell: float, sides: int = _ROUND) -> tuple[Mesh, 
             mesh = box(_vector((a, b, c)), cell)
         case Cylinder(diameter=d, length=length, axis=axis):
             mesh = cylinder(_number(d), _number(length), _vector(axis), cell, sides)
+        case Composite(meshed=meshed) if meshed is not None:
+            mesh = Mesh(*meshed.surface)
         case _:
             kind = Kind.EQUIVALENT_BODY
             size, axes = equivalent_box(_number(body.mass), inertia_tensor(_vector(body.inertia)))
