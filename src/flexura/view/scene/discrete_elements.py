@@ -39,6 +39,9 @@ _SPRING_LENGTH = 0.09
 _ROUND, _BALL, _POT_SIDES = 64, 24, 16
 """Sides of cylinders, of balls, and of the pots of dashpots."""
 
+ON_SURFACE = 1e-6
+"""Distance from a solid, over its size, up to which a place is on it."""
+
 _MOST_ARMS = 60
 """The arms of a body that carries more nodes than this would hide everything else."""
 
@@ -204,9 +207,17 @@ class _Copy:
             collector.dot(centre, self.motions.shift[node], Kind.CENTRE, name)
         carries = self.part.carried.get(node, [])
         for carried in carries if len(carries) <= _MOST_ARMS else []:
-            if kind is Kind.EQUIVALENT_BODY or not is_inside(placed, self.x[carried]):
+            if kind is Kind.EQUIVALENT_BODY or not self._is_inside(body, node, placed, self.x[carried]):
                 self.add_arm(name, node, self.x[carried])
-        self.scene.bodies.add(placed)
+        if not isinstance(body.solid, Composite):  # which is not convex
+            self.scene.bodies.add(placed)
+
+    def _is_inside(self, body: RigidBody, node: int, placed: Mesh, point: Array) -> bool:
+        """Whether a place (3,) is in the solid of a body, or on it."""
+        if isinstance(body.solid, Composite) and body.solid.meshed is not None:
+            size = float(np.ptp(placed.points, axis=0).max())
+            return bool(body.solid.meshed.pieces.beyond(self.Q.T @ (point - self.x[node])) <= ON_SURFACE * size)
+        return is_inside(placed, point)
 
     def _bent(self, key: str, points: Array, placed: Mesh) -> Array:
         """Motions (p, 3) of the points of a body that bends, part's axes, which are placed."""
@@ -297,7 +308,8 @@ def body_mesh(body: RigidBody, cell: float, sides: int = _ROUND) -> tuple[Mesh, 
         case Cylinder(diameter=d, length=length, axis=axis):
             mesh = cylinder(_number(d), _number(length), _vector(axis), cell, sides)
         case Composite(meshed=meshed) if meshed is not None:
-            mesh = Mesh(*meshed.surface)
+            points, triangles = meshed.surface
+            mesh = Mesh(points, triangles[:, [0, 1, 2, 2]])
         case _:
             kind = Kind.EQUIVALENT_BODY
             size, axes = equivalent_box(_number(body.mass), inertia_tensor(_vector(body.inertia)))
