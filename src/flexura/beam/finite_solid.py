@@ -29,7 +29,7 @@ class Tetrahedra:
         corners = points[cells[:, :4]]
         self._cells, self._first = cells, corners[:, 0]
         self._tree: Any = cKDTree(corners.mean(axis=1))
-        self._inverse: Array = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], -1, -2))
+        self._inverse: Any = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], -1, -2))
 
     def at(self, points: Array) -> tuple[Index, Array]:
         """The points of the cells (..., 10) in which points (..., 3) lie and the values of their functions there; for

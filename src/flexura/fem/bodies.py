@@ -40,7 +40,7 @@ from flexura.thresholds import SAME_PLACE
 
 P = TypeVar("P", bound=Substructure)
 
-REVISION = 1
+REVISION = 2
 """Goes up whenever meshes or shapes of composites change."""
 
 CELL = 0.6
@@ -139,7 +139,7 @@ class MeshedBody:
         key = content_key(parts)
         unit = IN_MEMORY.once(key, lambda: remembered("body-shapes", parts, lambda: self._shapes(nu, patches, held)))
         root = np.float32(np.sqrt(rho))
-        modes = unit["shapes"] / root, E / rho * unit["squared"], root * unit["momentum"]
+        modes: tuple[Any, Any, Any] = unit["shapes"] / root, E / rho * unit["squared"], root * unit["momentum"]
         return FiniteSolid(self._tetrahedra, modes, self.rigid, held)
 
     def held_points(self, held: tuple[int, int]) -> Index:

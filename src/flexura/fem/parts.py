@@ -78,7 +78,7 @@ BLANK = (1e-3, 1e-3, 1e-3)
 
 LEFT_OUT = {"mesh_size", "slits", "flat_springs"}
 """What of a description the plan has not from which places are taken."""
-KINDS: dict[type[Link | Flexure | Diaphragm | FlatSpring | RigidBody], str] = {
+KINDS: dict[type[Part], str] = {
     Link: "links",
     Flexure: "flexures",
     Diaphragm: "diaphragms",

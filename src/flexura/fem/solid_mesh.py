@@ -201,7 +201,7 @@ def outer_sides(mesh: SolidMesh) -> tuple[Index, Index]:
     """Numbers (s,) of the corner points of sides that belong to one cell only, and facets (f, 4) of positions in it."""
     sides = {kind: np.array(SIDES["tetra" if kind.startswith("tetra") else "hexahedron"]) for kind in mesh.cells}
     facets = np.concatenate([cells[:, sides[kind]].reshape(-1, 4) for kind, cells in mesh.cells.items()])
-    key = np.sort(facets, axis=1)
+    key = np.sort(np.where((facets[:, 2:3] == facets[:, 3:]) & (np.arange(4) == 3), -1, facets), axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     outer = facets[np.sort(first[count == 1])]
     used, at = np.unique(outer, return_inverse=True)
