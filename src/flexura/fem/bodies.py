@@ -1,4 +1,4 @@
-"""Composites as solids: drawn and meshed by gmsh, and reduced to the shapes in which they bend (theory eq. O6)."""
+"""Composites as solids: drawn and meshed by gmsh, and reduced to the shapes in which they bend (theory eq. O5)."""
 
 from __future__ import annotations
 
