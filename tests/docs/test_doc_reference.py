@@ -53,7 +53,7 @@ KINDS = {  # heading: the classes that its second table tells apart by `shape` o
         *(describe.CircularContour, describe.EllipticalContour, describe.ParabolicContour, describe.HyperbolicContour),
         *(describe.CornerFilletedContour, describe.VShapedContour, describe.TabulatedContour, describe.StraightContour),
     ),
-    "Bodies": (describe.Box, describe.Cylinder, describe.Plate),
+    "Bodies": (describe.Box, describe.Cylinder, describe.Plate, describe.Composite),
     "Actuators": ACTUATORS,
     "Sensors": SENSORS,
     "Instances": (describe.CircularPattern, describe.LinearPattern, describe.MirrorPattern),
@@ -107,7 +107,8 @@ def test_kinds(heading):
     expected = {}
     for part in KINDS[heading]:
         key = "shape" if "shape" in part.model_fields else "type"
-        expected |= {kind: set(part.model_fields) - {key} for kind in get_args(part.model_fields[key].annotation)}
+        fields = {name for name, field in part.model_fields.items() if not field.exclude} - {key}
+        expected |= dict.fromkeys(get_args(part.model_fields[key].annotation), fields)
     assert described == expected
 
 
