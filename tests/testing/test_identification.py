@@ -5,6 +5,7 @@ Signal-to-noise ratios are of root mean squares over the band, each response by 
 """
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -402,3 +403,19 @@ def test_plain_data():
     data = fx.identify(measured(random_modal(1), HZ, decibels=40), band=BAND).to_dict()
     assert np.shape(data["shapes_real"]) == (8, 6)
     assert data["outputs"][2]["node"] == "n2" and data["evidence"][0]["confidence"] > 0.9
+
+
+@pytest.mark.parametrize("spacing", [4.0, 8.0, 10.0, 20.0])
+def test_both_modes_of_a_repeated_frequency_are_found(spacing):
+    """Also where the orders of the stabilisation diagram show them once, for a mirror on three legs."""
+    mirror = fx.load(Path(__file__).parents[2] / "examples" / "tip_tilt" / "tip_tilt.yaml")
+    hits = ["leg1.ball.ty", "leg1.ball.tz", "leg2.ball.tx", "leg2.ball.tz"]
+    sensors = [f"leg{k}.ball.t{axis}" for k in (1, 2, 3) for axis in "xyz"]
+    hz = np.arange(800.0, 11000.0, spacing)
+    H = fx.frequency_response(
+        mirror, frequency_hz=hz, inputs=hits, outputs=sensors, quantity="accelerance", damping=0.01
+    )
+    found = fx.identify(H).frequency_hz
+    own = fx.modes(mirror, n=8, order="full").frequency_hz
+    np.testing.assert_allclose(found, own[own < 11000.0][: len(found)], rtol=3e-4)
+    assert len(found) == 6

@@ -78,6 +78,10 @@ REPEATED_SIGMAS = 3.0
 EQUAL_POLES = 1e-3
 """Nor can poles that differ by so little of their decay rate."""
 
+TWIN_AWAY, TWIN_GAIN = 2.0, 0.5
+"""Distance of a peak that is left from a pole, over its decay, up to which a second mode there is tried, and the part
+of the misfit up to which it is kept."""
+
 LEFT_OVER, LEFT_SHARE, SMOOTHED = 4.0, 0.1, 5
 """A mode may be missing where what is left, smoothed over lines, exceeds its median and this share of the response."""
 
@@ -198,6 +202,8 @@ def _one_setup(name: str, matrix: ResponseMatrix, options: _Options) -> tuple[Id
         evidence, kept, remarks = [peak.evidence], np.arange(1), [peak.note]
     else:
         fit, fitted = _fitted(work, fitted, orders, options, wanted)
+        if wanted is None and options.refine:
+            fit, fitted = _with_twins(work, fit, fitted, options)
         evidence = [_evidence(track, len(orders), work, fit, k) for k, track in enumerate(fitted)]
         is_picked = None
         if wanted is not None:
@@ -282,8 +288,28 @@ def _kept(
     return np.flatnonzero(kept), [note]
 
 
-def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
-    """Where the responses have a peak that the modes do not give back."""
+def _with_twins(matrix: ResponseMatrix, fit: Fit, modes: list[Track], options: _Options) -> tuple[Fit, list[Track]]:
+    """The fit with modes twice where the responses have a peak that they do not give back, and a second mode of the
+    same pole does: orders that are equal but for round-off may show a repeated pole once."""
+    while (peak := _peak_left(matrix, fit)) is not None and len(fit.poles):
+        away = np.abs(fit.poles.imag - 2 * np.pi * matrix.frequency_hz[peak])
+        k = int(np.argmin(away))
+        if away[k] > TWIN_AWAY * -fit.poles[k].real:
+            break
+        _, _, right = np.linalg.svd((matrix.scaled - fit.synthesis)[peak])
+        poles = np.append(fit.poles, fit.poles[k])
+        more = fit_modes(matrix, poles, np.concatenate([fit.participation, right[:1].T], axis=1))
+        tracks = [*modes, modes[k]]
+        is_known = _undetermined(more, tracks, np.ones(len(tracks), dtype=bool), options.most_damped) is None
+        if not (is_known and more.error < TWIN_GAIN * fit.error):
+            break
+        order = np.argsort(np.abs(more.poles))
+        fit, modes = more.at(order), [tracks[k] for k in order]
+    return fit, modes
+
+
+def _peak_left(matrix: ResponseMatrix, fit: Fit) -> int | None:
+    """The line at which the responses have a peak that the modes do not give back; None without any."""
     window = np.ones(SMOOTHED) / SMOOTHED
     left, whole = (
         np.convolve((np.abs(H) ** 2).sum(axis=(1, 2)), window, mode="same")
@@ -291,6 +317,14 @@ def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
     )
     k = int(np.argmax(left))
     if left[k] < LEFT_OVER * np.median(left) or left[k] < LEFT_SHARE**2 * whole[k]:
+        return None
+    return k
+
+
+def _left_over(matrix: ResponseMatrix, fit: Fit) -> list[str]:
+    """A remark on such a peak."""
+    k = _peak_left(matrix, fit)
+    if k is None:
         return []
     hz = f"{matrix.frequency_hz[k]:.5g}"
     return [f"what the modes leave over peaks at {hz} Hz: a mode may be missing there, or one more beside another"]

@@ -300,6 +300,10 @@ def _gap(point: TestPoint, x: Array) -> float:
     return float(np.linalg.norm(np.asarray(point.channel.position) - x))
 
 
+ROUND_OFF = 1e-12
+"""Distance from a solid, over its size, that is none."""
+
+
 @dataclass(frozen=True)
 class _SolidBody:
     """A placed rigid body with a solid: its node, the root that it follows, and its pieces in the global frame."""
@@ -310,7 +314,8 @@ class _SolidBody:
 
     def distance(self, x: Array) -> float:
         """Distance, m, of a point from the solid, zero inside; of a composite from what is added."""
-        return float(np.linalg.norm(self.pieces.nearest(x[None])[0] - x))
+        gap = float(np.linalg.norm(self.pieces.nearest(x[None])[0] - x))
+        return gap if gap > ROUND_OFF * float(np.ptp(self.pieces.box, axis=0).max()) else 0.0
 
 
 def _solid_bodies(model: FullOrderModel) -> Iterator[_SolidBody]:
