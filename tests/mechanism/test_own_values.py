@@ -323,7 +323,7 @@ def test_a_pattern_of_python_gives_its_copies_values():
 
 def test_solid_members_with_values_of_their_own_are_refused():
     solid = four(", copies: {leaf3: {t: 0.42 mm}}").replace("corrections: none", "fidelity: solid")
-    with pytest.raises(ModelError, match=r"substructures\.leaf\.flexures\.blade: a solid member has one form"):
+    with pytest.raises(ModelError, match=r"substructures\.leaf\.flexures\.blade: a solid has one form"):
         fx.with_solid_parts(loads(solid))
 
 

@@ -86,8 +86,8 @@ class Pieces:
         disc = np.concatenate([box[..., :1], at[..., 1:] * half[:, 1:2] / radius], axis=-1)
         near = np.where(self.is_round[added, None], disc, box)
         first = np.linalg.norm(near - at, axis=-1).argmin(axis=1)
-        chosen = near[np.arange(len(points)), first]
-        return self.centre[first] + np.einsum("pi,pij->pj", chosen, self.axes[first])
+        chosen = (near - at)[np.arange(len(points)), first]
+        return points + np.einsum("pi,pij->pj", chosen, self.axes[first])
 
     def exits(self, points: Array, towards: Array) -> Array:
         """How far it is (p,), m, from points (p, 3) along unit vectors (p, 3) to where the solid ends; 0 outside."""
