@@ -29,7 +29,8 @@ class Tetrahedra:
         corners = points[cells[:, :4]]
         self._cells, self._first = cells, corners[:, 0]
         self._tree: Any = cKDTree(corners.mean(axis=1))
-        self._inverse: Any = np.linalg.inv(np.swapaxes(corners[:, 1:] - corners[:, :1], -1, -2))
+        edges: Array = np.swapaxes(corners[:, 1:] - corners[:, :1], -1, -2)
+        self._inverse: Array = np.asarray(np.linalg.inv(edges), dtype=float)
 
     def at(self, points: Array) -> tuple[Index, Array]:
         """The points of the cells (..., 10) in which points (..., 3) lie and the values of their functions there; for
@@ -58,8 +59,12 @@ class FiniteSolid:
     def __init__(
         self, mesh: Tetrahedra, modes: tuple[Array, Array, Array], rigid: Array, held: tuple[int, int] | None
     ) -> None:
-        self.shapes, self.squared, self.momentum = modes
-        self.mesh, self.rigid, self.held = mesh, rigid, held
+        self.shapes: Array = modes[0]
+        self.squared: Array = modes[1]
+        self.momentum: Array = modes[2]
+        self.mesh: Tetrahedra = mesh
+        self.rigid: Array = rigid
+        self.held: tuple[int, int] | None = held
 
     def displacements(self, points: Array) -> Array:
         """Displacements (..., 3, s) at points (..., 3), those of the nearest place of the solid for points outside."""

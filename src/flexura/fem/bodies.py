@@ -1,4 +1,4 @@
-"""Composites as solids: drawn and meshed by gmsh, and reduced to the shapes in which they bend (theory eq. O5)."""
+"""Composites as solids: drawn and meshed by gmsh, and reduced to the shapes in which they bend (theory eq. O6)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from flexura.fem.matrices import elastic_matrices
 from flexura.fem.meshing import GMSH_ORDER
 from flexura.fem.solid_mesh import SolidMesh, outer_sides, rigid_motions
 from flexura.fem.sweep import turned
-from flexura.linalg import ShiftInvert, factorise_large
+from flexura.linalg import factorise_large
 from flexura.mechanism import (
     TOP,
     Composite,
@@ -40,7 +40,7 @@ from flexura.thresholds import SAME_PLACE
 
 P = TypeVar("P", bound=Substructure)
 
-REVISION = 2
+REVISION = 3
 """Goes up whenever meshes or shapes of composites change."""
 
 CELL = 0.6
@@ -49,11 +49,11 @@ CELL = 0.6
 COARSE = 3.0
 """The same of a coarse mesh, which tells what the solid meets."""
 
-AROUND, COARSE_AROUND = 16, 8
+AROUND, COARSE_AROUND = 12, 8
 """Cells around a circle, and of the coarse mesh."""
 
-MODES = 12
-"""Lowest modes of a composite among its shapes."""
+MODES, ITERATIONS = 12, 4
+"""Vectors from which its lowest modes are sought among the shapes of a composite, and how often (inverse iteration)."""
 
 LARGER, SMALLER = 1.3, 0.7
 """Sizes of patches, relative, whose deflections are among the shapes beside those of the patches themselves: members
@@ -138,8 +138,8 @@ class MeshedBody:
         parts = (REVISION, CELL, self.pieces, nu, patches.points.round(12), patches.weights.round(9), held)
         key = content_key(parts)
         unit = IN_MEMORY.once(key, lambda: remembered("body-shapes", parts, lambda: self._shapes(nu, patches, held)))
-        root = np.float32(np.sqrt(rho))
-        modes: tuple[Any, Any, Any] = unit["shapes"] / root, E / rho * unit["squared"], root * unit["momentum"]
+        root = rho**0.5
+        modes = unit["shapes"] / np.float32(root), E / rho * unit["squared"], root * unit["momentum"]
         return FiniteSolid(self._tetrahedra, modes, self.rigid, held)
 
     def held_points(self, held: tuple[int, int]) -> Index:
@@ -148,7 +148,10 @@ class MeshedBody:
         low, high = self.pieces.box
         points, level = self._mesh["points"], (low, high)[held[1] > 0][held[0]]
         on_face = np.flatnonzero(np.abs(points[:, held[0]] - level) < SAME_PLACE * float((high - low).max()))
-        if len(on_face) < 6:
+        spread = (
+            np.linalg.svd(points[on_face] - points[on_face].mean(axis=0), compute_uv=False) if len(on_face) else [0, 0]
+        )
+        if len(on_face) < 6 or spread[1] < SAME_PLACE * spread[0]:
             face = "xyz"[held[0]] + ("-" if held[1] < 0 else "+")
             raise occ.ShapeError(("held", "face"), face, "nothing is left of the face that is held", "hold another one")
         return on_face
@@ -179,7 +182,10 @@ class MeshedBody:
             loads = loads - (loads @ known) @ (Mf @ known).T
         X = factor.solve(np.ascontiguousarray(loads.T))
         again = factor.solve(np.ascontiguousarray(Mf @ X[:, : 6 * len(patches.nodes)]))
-        lowest = ShiftInvert(Kf, Mf, -shift, factor.solve).nearest(MODES, known).vectors
+        lowest = np.random.default_rng(0).standard_normal((len(free), MODES))
+        for _ in range(ITERATIONS):
+            lowest = lowest - known @ ((Mf @ known).T @ lowest)
+            lowest = factor.solve(np.ascontiguousarray(Mf @ (lowest / np.linalg.norm(lowest, axis=0))))
         V = np.hstack([lowest, X, again])
         V = V - known @ ((Mf @ known).T @ V)
         V = _independent(V, Mf)

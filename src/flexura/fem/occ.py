@@ -324,7 +324,10 @@ class ShapeError(Exception):
 
     def __init__(self, path: tuple[str | int, ...], value: str, rule: str, hint: str) -> None:
         super().__init__(rule)
-        self.path, self.value, self.rule, self.hint = path, value, rule, hint
+        self.path: tuple[str | int, ...] = path
+        self.value: str = value
+        self.rule: str = rule
+        self.hint: str = hint
 
 
 def composite_volume(gmsh: ModuleType, pieces: Pieces) -> int:

@@ -113,6 +113,12 @@ class PlatePiece(_Placed):
 Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece, Field(discriminator="shape")]
 
 
+def _not_written(value: Any) -> Any:
+    if isinstance(value, dict | list | tuple | str | float):
+        raise refuse("unknown key", "allowed: add, cut, material, shape")
+    return value
+
+
 class Composite(Part):
     """Boxes, cylinders and plates in one piece, less others: frames, brackets, plates with holes and pockets."""
 
@@ -122,7 +128,9 @@ class Composite(Part):
     """What it is made up of; pieces touch or overlap."""
     cut: tuple[Piece, ...] = ()
     """What is taken out of that."""
-    meshed: SkipJsonSchema[Any] = Field(default=None, exclude=True, repr=False)
+    meshed: SkipJsonSchema[Annotated[Any, BeforeValidator(_not_written)]] = Field(
+        default=None, exclude=True, repr=False
+    )
     """Its solid once it is meshed (`with_solid_parts`), which no file has."""
 
 

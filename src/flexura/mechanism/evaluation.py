@@ -303,11 +303,10 @@ def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Valu
             continue
         low, high = map(plain, bounds(name, parameter, values))
         value = np.asarray(plain(values[name]))
-        for bound, broken in ((low, value < low), (high, value > high)):
+        for side, bound, broken in (("below its minimum", low, value < low), ("above its maximum", high, value > high)):
             if np.any(broken):
                 found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])
                 limit = float(np.broadcast_to(bound, np.shape(broken))[broken].flat[0])
-                side = "below its minimum" if bound is low else "above its maximum"
                 raise OptionError(f"parameter {name} = {parameter.written(found)} is {side} {parameter.written(limit)}")
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from flexura.errors import Path
 from flexura.mechanism import (
+    Composite,
     Mechanism,
     Parameter,
     Part,
@@ -95,7 +96,7 @@ def _also(properties: dict[str, Any], key: str, alternative: dict[str, Any]) -> 
 
 _KINDS = ("type", "shape")
 FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}
-_NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",)}
+_NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",), Composite: ("meshed",)}
 
 
 def unknown_key_hint(path: Path, data: Any) -> str:

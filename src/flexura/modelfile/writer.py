@@ -294,7 +294,9 @@ def _part(part: Part, path: Path, written: dict[Path, Any]) -> dict[str, Any]:
     force of a load, where all are."""
     fields = type(part).model_fields
     given = [
-        n for n, field in fields.items() if n in _KINDS or field.is_required() or getattr(part, n) != field.default
+        n
+        for n, field in fields.items()
+        if not field.exclude and (n in _KINDS or field.is_required() or getattr(part, n) != field.default)
     ]
     result: dict[str, Any] = {}
     for name in given or [name for name in fields if name in part.model_fields_set]:

@@ -197,7 +197,7 @@ class BodyPlaces:
         return True, Hold(on.pop(), names)
 
     def _gives(self, name: str, body: ElasticBody) -> float:
-        """Flexibility of a body over that of the members on it, at most (theory eq. O6)."""
+        """Flexibility of a body over that of the members on it, at most (theory eq. O5)."""
         geometry, values = self._geometry.parts[name], self._values
         patches = body.patches(values, geometry.positions[body.nodes], self._sizes)
         C = patch_flexibility(body.modal(values), patches)

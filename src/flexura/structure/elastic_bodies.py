@@ -224,8 +224,10 @@ class ElasticBody(Lumped):
         points = centre[..., None, :] + ((left + right) / 2)[..., None, None] * (across[..., None] * y[:, None])
         points = points + ((up + down) / 2)[..., None, None] * (along[..., None] * z[:, None])
         points = inside(points, half[..., None, :], self.body.is_round) + middle[..., None, :]
-        shares = shares * share
-        return Patches(points, shares / shares.sum(axis=-1)[..., None] + 0 * points[..., 0], nodes)
+        if self.rooms is not None:
+            shares = shares * share
+            shares = shares / shares.sum(axis=-1)[..., None]
+        return Patches(points, shares + 0 * points[..., 0], nodes)
 
     def _reach(self, b: Array, t: Array, behind: Array) -> tuple[Array, Array, Array, Array]:
         """How far patches reach along and against the member's z and y, at most."""

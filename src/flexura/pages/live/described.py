@@ -12,7 +12,7 @@ from flexura.arrays import Array
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import assemble
 from flexura.linalg import Eigenpairs, factorise
-from flexura.mechanism import Mechanism, has_solid_members
+from flexura.mechanism import Mechanism, composites, has_solid_members
 from flexura.modal import track_modes
 from flexura.pages.live.sliders import Slider, sliders_of
 from flexura.pages.viewer import Buffer, Drawing, Scene, ShownMotion, scene_and_drawing, to_message
@@ -166,6 +166,8 @@ def notes_of(mechanism: Mechanism, plan: Plan) -> tuple[str, ...]:
         notes.append("everything is about the state under the loads and gravity that are described")
     if has_solid_members(mechanism):
         notes.append("solid members are as reduced at the values that are described: they do not follow the sliders")
+    if any(composites(mechanism, name) for name in ("", *mechanism.substructures)):
+        notes.append("composites are as meshed at the values that are described: they do not follow the sliders")
     return tuple(notes)
 
 

@@ -300,10 +300,6 @@ def _gap(point: TestPoint, x: Array) -> float:
     return float(np.linalg.norm(np.asarray(point.channel.position) - x))
 
 
-ROUND_OFF = 1e-12
-"""Distance from a solid, over its size, that is none."""
-
-
 @dataclass(frozen=True)
 class _SolidBody:
     """A placed rigid body with a solid: its node, the root that it follows, and its pieces in the global frame."""
@@ -314,8 +310,7 @@ class _SolidBody:
 
     def distance(self, x: Array) -> float:
         """Distance, m, of a point from the solid, zero inside; of a composite from what is added."""
-        gap = float(np.linalg.norm(self.pieces.nearest(x[None])[0] - x))
-        return gap if gap > ROUND_OFF * float(np.ptp(self.pieces.box, axis=0).max()) else 0.0
+        return float(np.linalg.norm(self.pieces.nearest(x[None])[0] - x))
 
 
 def _solid_bodies(model: FullOrderModel) -> Iterator[_SolidBody]:
