@@ -110,6 +110,7 @@ def test_what_does_not_shape_a_composite_varies_and_what_does_is_held() -> None:
         (guide(f"{TABLE}, {FAR}"), "table.solid.add.1: the piece does not touch the first one"),
         (guide(TABLE, FAR), "table.solid.cut.0: it cuts nothing away"),
         (guide(TABLE, "{shape: box, size: [90 mm, 2 mm, 90 mm], at: [0, 9 mm, 0]}"), "it cuts the solid into 2 parts"),
+        (guide(TABLE).replace("cut: []", "meshed: 3"), "table.solid.meshed: unknown key"),
         (guide(TABLE, SLOT), r"table.carries: what pulls there finds no solid.*found a1"),
         (
             guide(TABLE, block="shape: composite, add: [{shape: box, size: [8 mm, 30 mm, 12 mm]}], "
@@ -117,7 +118,7 @@ def test_what_does_not_shape_a_composite_varies_and_what_does_is_held() -> None:
             "block.held.face: nothing is left of the face that is held",
         ),
     ],
-    ids=["all cut", "apart", "beside", "two parts", "over a slot", "held face"],
+    ids=["all cut", "apart", "beside", "two parts", "no key of files", "over a slot", "held face"],
 )  # fmt: skip
 def test_what_is_no_solid_is_named_with_its_place(text: str, found: str) -> None:
     with pytest.raises(fx.ModelError, match=found):

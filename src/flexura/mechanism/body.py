@@ -114,7 +114,7 @@ Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece, Field(discriminator="sh
 
 
 def _not_written(value: Any) -> Any:
-    if isinstance(value, dict | list | tuple | str | float):
+    if isinstance(value, dict | list | tuple | str | float | int):
         raise refuse("unknown key", "allowed: add, cut, material, shape")
     return value
 
