@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -132,7 +132,7 @@ class Bodies:
     is_round: NDArray[np.bool_]
     clusters: Index
     unknown: frozenset[int]
-    meshes: dict[int, tuple[MeshedSolid, Array]]
+    meshes: dict[int, tuple[MeshedSolid, Array]] = field(default_factory=dict)
 
     def boxes(self, index: Index) -> Array:
         """Corners (k, 8, 3) of the boxes around bodies."""
