@@ -65,3 +65,16 @@ def test_slopes_of_twist_are_those_of_differences() -> None:
             for s in (1, -1)
         )
         np.testing.assert_allclose(found.slope[:, k], (up - down) / (2 * step), rtol=2e-6)
+
+
+def test_many_elements_twist_evenly_and_the_margin_says_so() -> None:
+    """Each element is coupled with all others, so that long rows are left out; what is lost is in the model error."""
+    shared, even = (fx.modes(strip("60 mm", "20 mm", n), n=8, order="full") for n in (64, 65))
+    twists = [
+        next(k for k, mode in enumerate(found.modes) if "twist 100%" in mode.motion.summary) for found in (shared, even)
+    ]
+    ratio = shared.frequency_hz[twists[0]] / even.frequency_hz[twists[1]]
+    margin = even.model_error[twists[1]]
+    assert margin is not None and 1.02 < ratio < 1 + margin[1]
+    narrow = shared.model_error[twists[0]]
+    assert narrow is not None and narrow[1] < margin[1] / 2

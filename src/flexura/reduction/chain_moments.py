@@ -345,8 +345,8 @@ def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
     mass = frame.Xt @ M @ frame.Xd
     length = F.shape[1]
     inertia_forces = []
-    for flexibility, inertia, local, Xd in zip(_together(F, frame.strips(table)), mass, M, frame.Xd, strict=True):
-        pairs = _modes(np.linalg.inv(flexibility), inertia, min(count, 6 * (length - 1)))
+    for stiffness, inertia, local, Xd in zip(_together(F, frame.strips(table)), mass, M, frame.Xd, strict=True):
+        pairs = _modes(stiffness, inertia, min(count, 6 * (length - 1)))
         n = int(np.isfinite(pairs.values).sum())
         moved = np.zeros((length + 1, 6, n))
         moved[1:-1] = pairs.vectors[:, :n].reshape(length - 1, 6, n)
@@ -358,15 +358,18 @@ def interior_modes(frame: PoleFrame, table: Elements, count: int) -> Array:
 
 
 def _together(F: Array, strips: Iterator[_Strips]) -> Array:
-    """Flexibility (c, 6e, 6e) of all elements of chains (c, e, 6, 6) together, one design."""
+    """Stiffness (c, 6e, 6e) of all elements of chains (c, e, 6, 6) together against their relative twists, one
+    design."""
     c, e = F.shape[:2]
     whole = np.zeros((c, e, 6, e, 6))
-    for k in range(e):
-        whole[:, k, :, k] = F[:, k]
+    whole[:, np.arange(e), :, np.arange(e)] = np.moveaxis(np.linalg.inv(F), 1, 0)
     for chain, at, *one in strips:
         S, axis = (each.reshape(each.shape[-3:]) for each in one)
-        shared = np.einsum("qer,qef,qfs->qefrs", axis, S, axis)
-        whole[chain[..., None], at[:, :, None], :, at[:, None, :]] -= shared
+        q, n = at.shape
+        soft = -np.einsum("qer,qef,qfs->qerfs", axis, S, axis)
+        soft[:, np.arange(n), :, np.arange(n)] += np.moveaxis(F[chain, at], 1, 0)
+        stiff = np.linalg.inv(soft.reshape(q, 6 * n, 6 * n)).reshape(soft.shape)
+        whole[chain[..., None], at[:, :, None], :, at[:, None, :]] = np.moveaxis(stiff, 2, 3)
     return whole.reshape(c, 6 * e, 6 * e)
 
 

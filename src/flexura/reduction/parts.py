@@ -240,8 +240,8 @@ class PartReducer:
             broken = np.flatnonzero(np.isin(nodes[:, 1:-1], self.kept).any(axis=1) | (not in_chains))
             if len(broken):
                 self._broken.append((k, broken))
-                inside = np.setdiff1d(nodes[broken], self.kept)
-                self.kept = np.concatenate([self.kept, inside] if in_chains else [self.kept])
+                if in_chains:
+                    self.kept = np.concatenate([self.kept, np.setdiff1d(nodes[broken], self.kept)])
         self.boundary_dofs: Index = node_dofs(self.kept)
         self.interior_dofs: Index = node_dofs(np.setdiff1d(part.interior, self.kept))
         ends = [self.kept, *(part.strips[k][rows].ravel() for k, rows in self._broken)]

@@ -14,6 +14,7 @@ from flexura.structure.channel import unit_of_response as unit_of_response
 from flexura.structure.composites import MeshedSolid as MeshedSolid
 from flexura.structure.composites import Pieces as Pieces
 from flexura.structure.corrections import EVEN as EVEN
+from flexura.structure.corrections import MOST_SHARING as MOST_SHARING
 from flexura.structure.corrections import Distortion as Distortion
 from flexura.structure.design import Design as Design
 from flexura.structure.design import OfDesign as OfDesign

@@ -225,13 +225,11 @@ class FullOrderAssembler:
                 part_matrices.discrete_elements, part.discrete_losses(values, default), strict=True
             ):
                 if discrete.K is not None:
-                    T = block_diagonal(G[:, discrete.nodes])
-                    discrete_elements.append(np.swapaxes(T, -1, -2) @ (loss * discrete.K) @ T)
+                    discrete_elements.append(_placed(loss * discrete.K, G[:, discrete.nodes]))
             for dashpot, matrix in zip(
                 part.dashpots.values(), part.dashpot_matrices(values, design.geometry.parts[name]), strict=True
             ):
-                T = block_diagonal(G[:, dashpot.nodes])
-                C.append(np.swapaxes(T, -1, -2) @ matrix @ T)
+                C.append(_placed(matrix, G[:, dashpot.nodes]))
                 places.append(_dofs(self._dofs[name], np.array([dashpot.nodes])))
         return Scatter(places, self.plan.topology.n_dof).sparse(C), self._stiffness.sparse(
             [*H, *discrete_elements, *strips]

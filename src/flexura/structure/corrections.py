@@ -31,6 +31,9 @@ UNIFORM = ("leaf", "rectangle", "layered")
 STRIPS = (*UNIFORM, "tapered")
 """Kinds of sections of which the whole member is a strip, not a web."""
 
+MOST_SHARING = 64
+"""Elements of a strip that share their warping, at most: each is coupled with all others. Longer rows twist evenly."""
+
 SLICES = 160
 """Slices into which a notch is cut at least; its flexibility is then integrated within 0.1 %."""
 
@@ -190,10 +193,11 @@ class MemberCorrections:
 
     @property
     def coupled(self) -> list[tuple[SectionGroup, int, Index]]:
-        """Strips of more than one element whose warping is held: their group, how many elements, and which of it."""
+        """Strips whose warping is held and whose elements, several but not too many, share it: their group, how many
+        elements, and which of it."""
         warping = self.active[:, CORRECTIONS.index("warping")]
         found = [(group, n, np.flatnonzero(warping[group.index])) for group, n, _ in self._groups]
-        return [(group, n, own) for group, n, own in found if n > 1 and len(own) and group.kind[0] in STRIPS]
+        return [(g, n, own) for g, n, own in found if 1 < n <= MOST_SHARING and len(own) and g.kind[0] in STRIPS]
 
     def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
         """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.

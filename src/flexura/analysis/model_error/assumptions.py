@@ -20,7 +20,7 @@ from flexura.arrays import Array
 from flexura.beam import COUPLED_FLEXIBILITY_BASIS, combine, ring_plate, root_coefficients
 from flexura.errors import SolverError
 from flexura.mechanism import CORRECTIONS, Flexure, Link, evaluated
-from flexura.structure import FullOrderModel
+from flexura.structure import MOST_SHARING, FullOrderModel
 
 Interval = tuple[float, float]
 
@@ -76,8 +76,9 @@ DEFORMATIONS = ("stretch", "twist", "thickness bending", "thickness bending", "w
 
 WARPING, ROOT = CORRECTIONS.index("warping"), CORRECTIONS.index("root")
 
-QUICKER = 2.6
-"""Squared frequency of twisting vibrations of notches, at most, over that of the model."""
+QUICKER, QUICKER_STRIP = 2.6, 5.5
+"""Squared frequency of twisting vibrations, at most, over that of a model that twists evenly: of notches, and of strips
+of so many elements that these do not share their warping, 500.56/12 pi^2 and a third for what thin strips leave out."""
 
 
 @dataclass(frozen=True)
@@ -204,8 +205,10 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
         errors = stiffness_errors(member, length, is_corrected, shears=bool(part.table.shear[m]), nu=float(nu[m]))
         kind, _ = ratios_of(member.section if isinstance(member, Link) else member.profile, length)
         uneven = None
-        if active[m, WARPING] and not elements.torsion.place[own.start]:
-            uneven = 1 / QUICKER - 1, 0.0
+        is_strip = bool(elements.torsion.place[own.start])
+        is_shared = full.design.pose is not None or part.counts[m] <= MOST_SHARING
+        if active[m, WARPING] and not (is_strip and is_shared):
+            uneven = 1 / (QUICKER_STRIP if is_strip else QUICKER) - 1, 0.0
         goes_on = float(np.clip(RIGID_FACE - beyond[m].min(), 0.0, 1.0)) if active[m, ROOT] else 1.0
         shares = [
             (low + goes_on * (min(low, 0.0) - low), high + goes_on * (max(high, 0.0) + GOES_ON - high))
