@@ -36,6 +36,7 @@ LIMITS = {
     "designs": SizeLimit(20_000_000, "designs of a study that is held in memory; a folder holds any number"),
     "file_bytes": SizeLimit(2_000_000_000, "bytes of a file of data or matrices, as it is and unpacked"),
     "arrays": SizeLimit(100_000, "arrays or datasets in one file of data"),
+    "solid_bytes": SizeLimit(100_000_000, "bytes of a file of CAD"),
 }
 """The limits by name, as they are unless they are raised."""
 

@@ -2,6 +2,10 @@ from flexura.fem.components import Component as Component
 from flexura.fem.components import Copy as Copy
 from flexura.fem.components import components as components
 from flexura.fem.components import turned as turned
+from flexura.fem.curved import CurvedElements as CurvedElements
+from flexura.fem.curved import fit_forms as fit_forms
+from flexura.fem.curved import refuse_memory as refuse_memory
+from flexura.fem.drawn_parts import surface_of as surface_of
 from flexura.fem.geometry import MILLIMETRE as MILLIMETRE
 from flexura.fem.geometry import BodySolid as BodySolid
 from flexura.fem.geometry import MemberSolid as MemberSolid
@@ -16,7 +20,6 @@ from flexura.fem.matrices import mesh_mass as mesh_mass
 from flexura.fem.meshing import SIZES as SIZES
 from flexura.fem.occ import write_step as write_step
 from flexura.fem.parts import as_beams as as_beams
-from flexura.fem.parts import sheet_surface as sheet_surface
 from flexura.fem.parts import with_rigid_faces as with_rigid_faces
 from flexura.fem.parts import with_solid_parts as with_solid_parts
 from flexura.fem.reduced import LEAST_MODES as LEAST_MODES

@@ -26,6 +26,7 @@ from flexura.fem.figures import sheet_of
 from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
+from flexura.fem.drawn_parts import SURFACES, with_parts_reduced
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
 from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import (
@@ -152,8 +153,8 @@ def with_solid_parts(
     size: float = 1.0,
     progress: Listener | None = None,
 ) -> Mechanism:
-    """The mechanism with its members of `fidelity: solid`, and sheets, as superelements, and its composites meshed, all
-    else unchanged.
+    """The mechanism with its parts from CAD, members of `fidelity: solid`, and sheets, as superelements, and its
+    composites meshed, all else unchanged.
 
     Solid members of one substructure that meet are fused into one superelement, which has the name of its first member;
     nodes inside it that nothing else names are left out. `keep` fixed-interface modes of every superelement are kept;
@@ -172,10 +173,13 @@ def with_solid_parts(
         return model
     if not 0 < size < np.inf:
         raise OptionError(f"size = {size!r}: what multiplies the mesh sizes of the description is above zero")
+    tell = announcer(progress)
+    model = with_parts_reduced(model, tell)
     if impossible := [problem for problem in problems(model) if LEFT_OUT & {*problem.path}]:
         raise ModelError(impossible)
+    if not needs_meshes(model):
+        return model
     plan = Plan(without_composites(without_sheets(as_beams(model))).replaced({"at": {}}))
-    tell = announcer(progress)
     shaped = {name: found for name in plan.layout.prototypes if (found := composites(model, origin_of(name)))}
     _refuse_own_values(shaped)
     model = with_meshed_bodies(plan, model, shaped, parameters, tell)
@@ -335,16 +339,6 @@ def _superelement(
         stiffness_error=Matrix((E + E.T) / 2),
         mesh=Meshed(size=size, dofs=reduced.dofs),
     )
-
-
-SURFACES = Kept(most=64)
-"""Surfaces of the sheets that were reduced last, by their stiffness, for pictures: a description has none."""
-
-
-def sheet_surface(part: Superelement) -> Surface | None:
-    """The surface of a superelement that was reduced from a sheet here, m, in the frame of its substructure, and how it
-    moves with its coordinates; None where that is not known."""
-    return SURFACES.once(part.stiffness, lambda: None) if part.sheet is not None else None
 
 
 SHEET_RATIO = 1.5

@@ -44,13 +44,10 @@ from flexura.mechanism.description import FORCE_UNITS as FORCE_UNITS
 from flexura.mechanism.description import HELD as HELD
 from flexura.mechanism.description import STIFFNESS_UNITS as STIFFNESS_UNITS
 from flexura.mechanism.description import UNITS as UNITS
-from flexura.mechanism.description import CircularPattern as CircularPattern
 from flexura.mechanism.description import Damping as Damping
 from flexura.mechanism.description import DampingBand as DampingBand
 from flexura.mechanism.description import Instance as Instance
-from flexura.mechanism.description import LinearPattern as LinearPattern
 from flexura.mechanism.description import Mechanism as Mechanism
-from flexura.mechanism.description import MirrorPattern as MirrorPattern
 from flexura.mechanism.description import Parameter as Parameter
 from flexura.mechanism.description import Rayleigh as Rayleigh
 from flexura.mechanism.description import Reduction as Reduction
@@ -64,6 +61,7 @@ from flexura.mechanism.description import needs_meshes as needs_meshes
 from flexura.mechanism.description import refined as refined
 from flexura.mechanism.description import sheets as sheets
 from flexura.mechanism.description import solid_members as solid_members
+from flexura.mechanism.description import with_parts_placed as with_parts_placed
 from flexura.mechanism.description import with_rigid_bodies as with_rigid_bodies
 from flexura.mechanism.description import with_rigid_roots as with_rigid_roots
 from flexura.mechanism.diaphragm import Diaphragm as Diaphragm
@@ -105,6 +103,9 @@ from flexura.mechanism.member import Flexure as Flexure
 from flexura.mechanism.member import Integration as Integration
 from flexura.mechanism.member import Link as Link
 from flexura.mechanism.member import possible_corrections as possible_corrections
+from flexura.mechanism.patterns import CircularPattern as CircularPattern
+from flexura.mechanism.patterns import LinearPattern as LinearPattern
+from flexura.mechanism.patterns import MirrorPattern as MirrorPattern
 from flexura.mechanism.placement import IDENTITY as IDENTITY
 from flexura.mechanism.placement import Affine as Affine
 from flexura.mechanism.placement import Move as Move
@@ -135,6 +136,8 @@ from flexura.mechanism.section import TabulatedContour as TabulatedContour
 from flexura.mechanism.section import Tube as Tube
 from flexura.mechanism.section import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism.section import VShapedContour as VShapedContour
+from flexura.mechanism.solid_part import Interface as Interface
+from flexura.mechanism.solid_part import SolidPart as SolidPart
 from flexura.mechanism.studies import DescribedStudy as DescribedStudy
 from flexura.mechanism.studies import Goal as Goal
 from flexura.mechanism.studies import OptimumStudy as OptimumStudy

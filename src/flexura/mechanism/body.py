@@ -327,6 +327,8 @@ class Meshed(Part):
     """Length of its cells relative to the mesher's own choice."""
     dofs: Annotated[int, Field(ge=1, strict=True)]
     """DOFs of the mesh."""
+    complete_hz: Annotated[float, Field(gt=0, strict=True)] | None = None
+    """Of a part from CAD: frequency below which none of its modes with the interfaces held is left out."""
 
 
 class Sheet(Part):

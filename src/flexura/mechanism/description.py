@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Iterator
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
 
 from flexura.errors import OptionError, did_you_mean
 from flexura.expressions import Dimension
-from flexura.mechanism.base import ORIGIN, Direction, Name, Part, Text, Title, Vector, refuse
-from flexura.mechanism.body import Composite, Dashpot, PointMass, RigidBody, Rotation, Spring, Superelement
+from flexura.mechanism.base import Name, Part, Text, Title, Vector, refuse
+from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.diaphragm import Diaphragm
 from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Corrections, Fidelity, Flexure, Link, MeshSize, Theory
+from flexura.mechanism.patterns import SetInPlace
 from flexura.mechanism.quantity import (
-    Angle,
     AnyQuantity,
     DampingRatio,
     NonNegativeNumber,
@@ -27,6 +29,7 @@ from flexura.mechanism.quantity import (
     Scalar,
 )
 from flexura.mechanism.section import Section
+from flexura.mechanism.solid_part import SolidPart
 from flexura.mechanism.studies import DescribedStudy, PublishedValue
 from flexura.results import Displayed
 from flexura.tables import Facts, Item, Table, quantity
@@ -175,43 +178,8 @@ UNITS, FORCE_UNITS, STIFFNESS_UNITS = ("m", "rad"), ("N", "N*m"), ("N/m", "N*m/r
 """SI units of displacements, of what acts along them, and of its ratio to them: of translations and, second, of
 rotations (`is_rotation`)."""
 
-PatternCount = Annotated[int, Field(ge=1, le=100_000, strict=True)]
 
-
-class CircularPattern(Part):
-    """`count` copies, each turned by `step` (default: a full turn divided by `count`) about an axis."""
-
-    type: Literal["circular"] = "circular"
-    count: PatternCount
-    axis: Direction = (0.0, 0.0, 1.0)
-    centre: Vector = ORIGIN
-    step: Angle | None = None
-
-
-class MirrorPattern(Part):
-    """The instance and its mirror image in a plane."""
-
-    type: Literal["mirror"] = "mirror"
-    normal: Direction
-    point: Vector = ORIGIN
-
-
-class LinearPattern(Part):
-    """`count` copies, each moved on by `step`."""
-
-    type: Literal["linear"] = "linear"
-    count: PatternCount
-    step: Vector
-
-
-Pattern = Annotated[CircularPattern | MirrorPattern | LinearPattern, Field(discriminator="type")]
-
-
-def _one_or_more(raw: Any) -> Any:
-    return (raw,) if isinstance(raw, dict | Rotation | CircularPattern | MirrorPattern | LinearPattern) else raw
-
-
-class Instance(Part):
+class Instance(SetInPlace):
     """A substructure set in place: turned by `rotate` (in the order given) about its origin, then moved to `at`.
 
     A pattern makes copies named NAME1, NAME2, ...; several patterns apply one after the other. Inside an instance
@@ -219,9 +187,6 @@ class Instance(Part):
     """
 
     of: str
-    at: Vector = ORIGIN
-    rotate: Annotated[tuple[Rotation, ...], BeforeValidator(_one_or_more)] = ()
-    pattern: Annotated[tuple[Pattern, ...], BeforeValidator(_one_or_more)] = ()
     with_: Annotated[dict[Name, AnyQuantity], Field(alias="with")] = {}
     """Values of parameters inside, over parameters outside."""
     copies: dict[Name, dict[Name, AnyQuantity]] = {}
@@ -249,6 +214,8 @@ class Substructure(Part):
     actuators: dict[Name, Actuator] = {}
     sensors: dict[Name, Sensor] = {}
     instances: dict[Name, Instance] = {}
+    parts: dict[Name, SolidPart] = {}
+    """Solids from files of CAD; nodes of theirs are written PART.INTERFACE."""
     joints: tuple[tuple[str, str], ...] = ()
     """Pairs of nodes that are one; nodes of instances are written INSTANCE.NODE."""
     interface: tuple[str, ...] = ()
@@ -348,6 +315,7 @@ class Mechanism(Substructure, Displayed):
             "parameters",
             "substructures",
             "instances",
+            "parts",
             "flexures",
             "diaphragms",
             "flat_springs",
@@ -435,8 +403,10 @@ def composites(mechanism: Mechanism, name: str) -> dict[str, RigidBody]:
 
 
 def needs_meshes(mechanism: Mechanism) -> bool:
-    """Whether solids are to be meshed before there is a plan: members, sheets and bodies of composites."""
+    """Whether solids are to be meshed before there is a plan: parts, members, sheets and bodies of composites."""
     names = ("", *mechanism.substructures)
+    if any(part.parts for part in (mechanism, *mechanism.substructures.values())):
+        return True
     return has_solid_members(mechanism) or any(composites(mechanism, name) for name in names)
 
 
@@ -466,3 +436,45 @@ def _rooted(member: Link | Flexure, rigid: Container[str] | None) -> Link | Flex
     root = tuple("rigid" if rigid is None or node in rigid else kind for node, kind in pairs)
     fillet = tuple(0.0 if kind == "rigid" else radius for kind, radius in zip(root, member.fillet, strict=True))
     return member.model_copy(update={"root": root, "fillet": fillet})
+
+
+def blank_part(part: SolidPart) -> Substructure:
+    """What stands for a part before its file is read: its nodes, nobody knows where, between which something is."""
+    nowhere = (math.nan, math.nan, math.nan)
+    names = tuple(part.interfaces)
+    nothing = Matrix(np.zeros((6 * len(names), 6 * len(names))))
+    element = Superelement(nodes=names, stiffness=nothing, mass=nothing)
+    return Substructure(superelements={"solid": element}, interface=names).replaced(
+        {"nodes": dict.fromkeys(names, nowhere)}
+    )
+
+
+def with_parts_placed(
+    mechanism: Mechanism, made: Callable[[str, str, SolidPart], Substructure] = lambda _, __, part: blank_part(part)
+) -> Mechanism:
+    """The same mechanism with an instance of a substructure in the place of each part; of equal parts one is made.
+
+    `made` gets the substructure that a part is described in, empty for the mechanism itself, its name there and the
+    part. An instance of the same name, which is wrong, stays.
+    """
+    substructures: dict[str, Substructure] = {}
+    known: list[tuple[SolidPart, str]] = []
+
+    def placed(name: str, holder: P) -> P:
+        instances = dict(holder.instances)
+        for key, part in holder.parts.items():
+            here = {field: getattr(part, field) for field in SetInPlace.model_fields}
+            alike = part.replaced({field: SetInPlace.model_fields[field].default for field in here})
+            of = next((of for other, of in known if other == alike), None)
+            if of is None:
+                of = f"{key} of {name}" if name else key
+                while of in mechanism.substructures or of in substructures:
+                    of = f"part {of}"
+                known.append((alike, of))
+                substructures[of] = made(name, key, part)
+            instances.setdefault(key, Instance(of=of, **here))
+        return holder.replaced({"instances": instances, "parts": {}})
+
+    inside = {name: placed(name, part) for name, part in mechanism.substructures.items()}
+    top = placed("", mechanism)
+    return top.replaced({"substructures": {**inside, **substructures}})

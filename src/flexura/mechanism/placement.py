@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from flexura.arrays import Array
 from flexura.duals import plain, real
 from flexura.mechanism.base import Direction, Vector
-from flexura.mechanism.description import CircularPattern, Instance, LinearPattern, MirrorPattern, Pattern
+from flexura.mechanism.description import Instance
+from flexura.mechanism.patterns import CircularPattern, LinearPattern, MirrorPattern, Pattern
 from flexura.mechanism.quantity import Scalar
 
 

@@ -335,7 +335,7 @@ def files_of(file: FilePath) -> tuple[FilePath, ...]:
 
 
 def _carry_paths(node: Node, folder: FilePath) -> None:
-    """Let files that the superelements of a document name be found from another folder."""
+    """Let files that superelements and parts of a document name be found from another folder."""
     substructures = node.value.get("substructures")
     carried: dict[int, Node] = {}  # aliases share nodes
     holders = [node, *(substructures.value.values() if substructures and isinstance(substructures.value, dict) else ())]
@@ -345,6 +345,11 @@ def _carry_paths(node: Node, folder: FilePath) -> None:
             for matrix in entry.value.values() if isinstance(entry.value, dict) else ():
                 if isinstance(matrix.value, dict) and isinstance(getattr(matrix.value.get("file"), "value", None), str):
                     carried[id(matrix.value["file"])] = matrix.value["file"]
+        parts = holder.value.get("parts") if isinstance(holder.value, dict) else None
+        for entry in parts.value.values() if parts and isinstance(parts.value, dict) else ():
+            step = entry.value.get("step") if isinstance(entry.value, dict) else None
+            if step is not None and isinstance(step.value, str):
+                carried[id(step)] = step
     for file in carried.values():
         file.value = str(folder / file.value)
 

@@ -49,6 +49,7 @@ _NAMED = frozenset(
         "actuators",
         "sensors",
         "instances",
+        "parts",
         "joints",
         "interface",
         "ground",
@@ -210,6 +211,7 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     data = root.plain()
     pruned = Pruned(data)
     problems = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    _find_parts(data, directory)
     parameters = data.get("parameters")
     dimensions, more = prepare_parameters(parameters) if isinstance(parameters, dict) else ({}, [])
     for problem in more:
@@ -269,6 +271,14 @@ def _superelements(data: dict[str, Any], pruned: Pruned, directory: FilePath) ->
                 problems.append(replace(problem, path=(*here, *problem.path)))
                 pruned.remove_entry(here)
     return problems
+
+
+def _find_parts(data: dict[str, Any], directory: FilePath) -> None:
+    """Let the files of parts be found from anywhere."""
+    for _, holder in holders(data):
+        for _, entry in entries(holder, "parts"):
+            if isinstance(entry, dict) and isinstance(entry.get("step"), str):
+                entry["step"] = str((directory / entry["step"]).absolute())
 
 
 def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> tuple[Mechanism | None, list[Problem]]:

@@ -85,7 +85,7 @@ of so many elements that these do not share their warping, 500.56/12 pi^2 and a 
 class Assumption:
     """What the description takes for granted, and how wrong that may be.
 
-    `kind`: beam, elements, root, body or ground; `place`: what it is about; `text`: what is assumed. `flexibility`
+    `kind`: beam, elements, root, body, ground or mesh; `place`: what it is about; `text`: what is assumed. `flexibility`
     (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be added, None where
     there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
     """
@@ -97,6 +97,8 @@ class Assumption:
     flexibility: Array
     share: Interval | None
     reason: str = ""
+    whole: Array | None = None
+    """Flexibility (k, k), J, of a part that is drawn, in which nothing else is taken for granted."""
 
 
 class _Beam(NamedTuple):
@@ -146,6 +148,7 @@ class Assumptions:
                 E = np.einsum("icj,cd,idk->jk", force, flexibility, force)
                 assumptions.append(Assumption("root", root.place, root.text, root.group, E, share))
         assumptions += _of_diaphragms(self._full, states)
+        assumptions += _of_meshes(self._full, states)
         for body in loaded_solids(self._full, wrenches, self._values):
             kind = "ground" if body.held else "body"
             least, most = BENDS if body.bends else BODY if body.is_sure else GROUND
@@ -225,6 +228,21 @@ def _beams(full: FullOrderModel, name: str, values: Mapping[str, Any]) -> Iterat
             uneven_twist=uneven,
             reason=errors.reason,
         )
+
+
+def _of_meshes(full: FullOrderModel, states: Array) -> Iterator[Assumption]:
+    """Parts that were reduced from a mesh, which is stiffer than they are: by as much as a second one tells."""
+    text, topology = "taken as stiff as a mesh of it", full.plan.topology
+    for name, prototype in full.plan.layout.prototypes.items():
+        for key, part in prototype.superelements.items():
+            if part.stiffness_error is None:
+                continue
+            for path in topology.copies[name].paths:
+                place = ".".join((*path, key))
+                q = full.superelement_coordinates(states, place)
+                E, K = (q.T @ A.array @ q for A in (part.stiffness_error, part.stiffness))
+                whole = K if part.mesh is not None and part.mesh.complete_hz is not None else None
+                yield Assumption("mesh", place, text, "mesh", E, (0.0, 1.0), whole=whole)
 
 
 def _of_diaphragms(full: FullOrderModel, states: Array) -> Iterator[Assumption]:

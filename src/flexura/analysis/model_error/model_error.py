@@ -255,12 +255,14 @@ def errors_of(
         least *= np.maximum(1 + COVERAGE * np.minimum(low, 0.0), SOFTEST)
         spread[same[0].group] += (high - low) / 2
         effects.append(Effect(kind, places, text, *np.sort([value(low), value(high)], axis=0)))
-    spread[NO_GROUP] = np.full(n, LEFT)
+    drawn = [one.whole for one in assumptions if one.whole is not None]
+    left = LEFT * (1 - np.minimum(np.abs(added(np.sum(drawn, axis=0))), 1.0)) if drawn else np.full(n, LEFT)
+    spread[NO_GROUP] = left
     spread = {group: COVERAGE * width for group, width in spread.items()}
     half = np.sqrt(sum(width**2 for width in spread.values()))
     low = middle - half
     # sums end where all assumptions at their least multiply
-    low = np.where(low < STIFF, np.maximum(low, np.minimum(least / (1 + LEFT) - 1, STIFF)), low)
+    low = np.where(low < STIFF, np.maximum(low, np.minimum(least / (1 + left) - 1, STIFF)), low)
     ends = np.sort([value(low), value(middle + half)], axis=0)
     is_uncovered = sum((members.share for members in unknown), np.zeros(n)) >= UNCOVERED
     ends[:, is_uncovered] = np.nan

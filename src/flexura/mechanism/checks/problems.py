@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from flexura.errors import Path, Problem
 from flexura.mechanism.checks.geometry import check_bodies, check_diaphragms, check_flat_springs, check_members
-from flexura.mechanism.checks.references import check_not_empty, check_references
+from flexura.mechanism.checks.references import check_not_empty, check_parts, check_references
 from flexura.mechanism.checks.survey import Survey, check_assembly, prefix
 from flexura.mechanism.checks.values import check_own_values, check_studies, check_values
-from flexura.mechanism.description import Mechanism
+from flexura.mechanism.description import Mechanism, with_parts_placed
 from flexura.mechanism.layout import TOP, Point, node_positions
 
 
@@ -149,7 +149,9 @@ def _path(survey: Survey, island: _Island, node: str) -> Path:
     head = node.partition(".")[0]
     while head and head not in prototype.instances:
         head = head[:-1]
-    return (*here, "instances", head) if head else here
+    if not head:
+        return here
+    return (*here, "instances", head)
 
 
 def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), partial: bool = False) -> list[Problem]:
@@ -161,7 +163,8 @@ def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), part
     """
     values, found = check_values(mechanism, ignore_missing)
     found += check_studies(mechanism, values, ignore_missing)
-    layout, lost, more = check_assembly(mechanism, ignore_missing)
+    found += check_parts(mechanism, ignore_missing)
+    layout, lost, more = check_assembly(with_parts_placed(mechanism), ignore_missing)
     found += more
     if layout is None:
         return found
@@ -181,7 +184,21 @@ def problems(mechanism: Mechanism, *, ignore_missing: Collection[str] = (), part
         check_not_empty(survey)
     if sound:
         check_connection(survey)
-    return list(dict.fromkeys([*found, *survey.problems]))
+    found += [replace(problem, path=_of_part(mechanism, problem.path)) for problem in survey.problems]
+    return list(dict.fromkeys(found))
+
+
+def _of_part(mechanism: Mechanism, path: Path) -> Path:
+    """A path as it is described, where instances stand for parts."""
+    holder, inside = (mechanism.substructures[str(path[1])], 2) if _is_in(mechanism, path) else (mechanism, 0)
+    kind, key = (*path[inside:], None, None)[:2]
+    if kind == "instances" and key in holder.parts and key not in holder.instances:
+        return (*path[:inside], "parts", *path[inside + 1 :])
+    return path
+
+
+def _is_in(mechanism: Mechanism, path: Path) -> bool:
+    return len(path) > 1 and path[0] == "substructures" and path[1] in mechanism.substructures
 
 
 def _size(positions: dict[str, dict[str, Point]]) -> float:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from fnmatch import translate
 
-from flexura.errors import Path
+from flexura.errors import Path, Problem
 from flexura.mechanism.body import RigidBody
 from flexura.mechanism.channels import ForceActuator, ForceSensor, MotionSensor, PiezoStack, StrainActuator
 from flexura.mechanism.checks.survey import Survey, Use, number_of_copies, prefix, suggestion
-from flexura.mechanism.description import Substructure
+from flexura.mechanism.description import Mechanism, Substructure
 from flexura.mechanism.instances import origin_of
 from flexura.mechanism.layout import TOP, is_pattern, matching
 from flexura.mechanism.loads import COMMANDS, DISPLACEMENTS, Moved, Prescribed, command_of
@@ -142,6 +142,26 @@ class _Uses:
             return ""
         more = len(others) - MOST_NAMED
         return f"; also used in {', '.join(others[:MOST_NAMED])}" + (f" and {more} more" if more > 0 else "")
+
+
+def check_parts(mechanism: Mechanism, ignored: Collection[str]) -> list[Problem]:
+    """Parts whose names are taken, or whose materials there are not."""
+    found = []
+    known = [*mechanism.materials, *CATALOGUE]
+    for name, holder in (("", mechanism), *mechanism.substructures.items()):
+        for key, part in holder.parts.items():
+            path = (*prefix(name), "parts", key)
+            for kind in ("nodes", "bodies", "instances"):
+                if key in getattr(holder, kind):
+                    rule = f"the name {key} is taken: it is in {kind} as well"
+                    found.append(Problem(path, "", rule, "choose another name"))
+            materials = [(("material",), part.material)]
+            materials += [(("solids", solid), material) for solid, material in part.solids.items()]
+            for place, material in materials:
+                if material not in known and material not in ignored:
+                    hint = suggestion(material, known, "materials")
+                    found.append(Problem((*path, *place), material, "there is no such material", hint))
+    return found
 
 
 def _names_used_twice(survey: Survey, name: str) -> None:

@@ -10,10 +10,11 @@ from difflib import get_close_matches
 from typing import Any
 
 from flexura.errors import Path, Problem
-from flexura.mechanism.description import Instance, Mechanism, MirrorPattern, Substructure
+from flexura.mechanism.description import Instance, Mechanism, Substructure
 from flexura.mechanism.evaluation import dependency_order
 from flexura.mechanism.instances import origin_of
 from flexura.mechanism.layout import TOP, Layout, Point
+from flexura.mechanism.patterns import MirrorPattern
 from flexura.sizes import beyond
 
 MAX_SUGGESTIONS_FROM = 2000

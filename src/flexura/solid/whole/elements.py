@@ -16,11 +16,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.arrays import Array, Index
+from flexura.arrays import Array
 from flexura.beam import rigid_arm
-from flexura.errors import ModelError, OptionError, Problem, SolverError, need
-from flexura.fem import MILLIMETRE, MemberSolid
-from flexura.linalg import available_memory
+from flexura.errors import ModelError, Problem, SolverError, need
+from flexura.fem import MILLIMETRE, CurvedElements, MemberSolid, fit_forms, refuse_memory
 from flexura.mechanism import DOF_NAMES
 from flexura.solid.whole.pieces import Block, Piece, Pieces, clamped_nodes, is_ground
 from flexura.solid.whole.shapes import Part
@@ -41,9 +40,6 @@ STATIONS = 81
 """Places along a contour at which its thickness bounds the length of tetrahedra."""
 DOFS_OF_CELL = {2: 5.5, 3: 18.0, 4: 40.0, 5: 74.0}
 """DOFs over tetrahedra, of thin parts, by order."""
-MEMORY = 300.0
-"""Bytes of matrices and factors over DOFs^(4/3), measured with Pardiso from 50 000 to 370 000 DOFs."""
-
 
 STIFF = 1e3
 """Stiffness of what ties mean motions, over that of a cube of the material as wide as the patch."""
@@ -61,49 +57,18 @@ class Patch:
     radii: Array
 
 
-class Elements:
-    """The matrices of a meshed part with elements of some order, some pieces so many times as stiff.
-
-    `K`, N/m, and `M`, kg, are those of the free DOFs; `dofs` their number. Raises OptionError, before they are made,
-    where they and their factors would not fit into memory.
-    """
+class Elements(CurvedElements):
+    """The matrices of a meshed part with elements of some order, some pieces so many times as stiff; what is held is
+    left out. Raises as `CurvedElements`."""
 
     def __init__(
         self, part: Part, mesh: Any, order: int, announce: Callable[[str], None], stiffer: Mapping[int, float]
     ) -> None:
-        self._ng = need("ngsolve", "solid")
-        self.part: Part = part
-        self.mesh: Any = mesh
-        mesh.Curve(order)
-        self._space: Any = self._ng.VectorH1(mesh, order=order, dirichlet="held")
-        self._free: Index = np.flatnonzero(np.array(self._space.FreeDofs()))
-        self.dofs: int = len(self._free)
-        _refuse(self.dofs, order)
-        memory = f"about {memory_of(self.dofs) / 1e9:.2g} GB of {available_memory() / 1e9:.3g} GB that are free"
-        announce(f"{mesh.ne} cells of order {order}, {self.dofs} DOFs, {memory}")
-        self.K, self.M = self._matrices(stiffer)
-
-    def _matrices(self, stiffer: Mapping[int, float]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        ng = self._ng
         materials = {
             str(k): replace(piece.material, E=piece.material.E * stiffer.get(k, 1.0))
-            for k, piece in enumerate(self.part.pieces.all)
+            for k, piece in enumerate(part.pieces.all)
         }
-        mu = self.mesh.MaterialCF({k: m.E / (2 * (1 + m.nu)) for k, m in materials.items()})
-        lame = self.mesh.MaterialCF({k: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for k, m in materials.items()})
-        rho = self.mesh.MaterialCF({k: m.rho for k, m in materials.items()})
-        u, v = self._space.TnT()
-        strain, other = ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v))
-        K = ng.BilinearForm((2 * mu * ng.InnerProduct(strain, other) + lame * ng.div(u) * ng.div(v)) * ng.dx)
-        M = ng.BilinearForm(rho * u * v * ng.dx)
-        return self._sparse(K) * MILLIMETRE, self._sparse(M) * MILLIMETRE**3
-
-    def _sparse(self, form: Any) -> sp.csr_matrix:
-        form.Assemble()
-        row, column, value = form.mat.COO()
-        n = self._space.ndof
-        full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
-        return full[self._free][:, self._free]
+        super().__init__(mesh, order, materials, announce, held="held")
 
     def motion(self, patch: Patch) -> sp.csr_matrix:
         """B (6, n): displacement of the centre and rotation of the rigid motion that fits a patch best, weighted by its
@@ -115,32 +80,12 @@ class Elements:
             s = (axis[0] * at[0] + axis[1] * at[1] + axis[2] * at[2]) / radius
             weight = weight * ng.IfPos(1 - s * s, 1 - s * s, 0.0)
         region = ng.dx(definedonelements=self._cells_near(patch), bonus_intorder=BUMP_ORDER)
-        v = self._space.TestFunction()
         width = float(patch.radii.max())
-        forms = [weight * v[i] * region for i in range(3)]
-        forms += [weight * (at[j] * v[k] - at[k] * v[j]) / width * region for j, k in ((1, 2), (2, 0), (0, 1))]
-        rows = np.empty((6, self._space.ndof))
-        for row, form in zip(rows, forms, strict=True):
-            load = ng.LinearForm(form)
-            load.Assemble()
-            row[:] = load.vec.FV().NumPy()
-        moved = rows @ (self._rigid_motions @ rigid_arm(-patch.centre))
+        rows = self.loads(fit_forms(self.space.TestFunction(), at, weight, width, region))
+        moved = rows @ (self.rigid_motions @ rigid_arm(-patch.centre))
         if not np.linalg.cond(moved * np.append(np.ones(3), np.full(3, 1 / width))) < 1e12:
             raise SolverError(f"too little of the mesh lies within {width:.3g} m of {patch.centre}")
-        return sp.csr_matrix(np.linalg.solve(moved, rows[:, self._free]))
-
-    @cached_property
-    def _rigid_motions(self) -> Array:
-        """Coefficients (all, 6) of three translations and of three rotations about the global origin."""
-        ng = self._ng
-        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
-        motions = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
-        field = ng.GridFunction(self._space)
-        coefficients = np.empty((self._space.ndof, 6))
-        for k, motion in enumerate(motions):
-            field.Set(ng.CoefficientFunction(motion))
-            coefficients[:, k] = field.vec.FV().NumPy()
-        return coefficients
+        return sp.csr_matrix(np.linalg.solve(moved, rows[:, self.free]))
 
     def _cells_near(self, patch: Patch) -> Any:
         """Which tetrahedra may reach into a patch."""
@@ -162,46 +107,6 @@ class Elements:
         centre = np.array([of_cell.mean(axis=0) for of_cell in corners])
         radii = [np.linalg.norm(of_cell - at, axis=1).max() for of_cell, at in zip(corners, centre, strict=True)]
         return centre, np.array(radii)
-
-    @property
-    def mass(self) -> float:
-        """Mass of the solids, kg."""
-        rho = self.mesh.MaterialCF({str(k): piece.material.rho for k, piece in enumerate(self.part.pieces.all)})
-        return float(self._ng.Integrate(rho, self.mesh)) * MILLIMETRE**3
-
-    def motions_at(self, points: Array, vectors: Array) -> Array:
-        """Displacements and rotations (half the curl), (p, 6, k), at points (p, 3), m, NaN outside, for vectors (n, k)
-        of DOFs."""
-        ng = self._ng
-        motions = np.full((len(points), 6, vectors.shape[1]), np.nan)
-        if not len(points):
-            return motions
-        at = self.mesh(*(np.ascontiguousarray(c) for c in points.T / MILLIMETRE))
-        inside = at["nr"] >= 0
-        field = ng.GridFunction(self._space)
-        gradient = ng.Grad(field)
-        for k in range(vectors.shape[1]):
-            field.vec[:] = 0.0
-            field.vec.FV().NumPy()[self._free] = vectors[:, k]
-            motions[inside, :3, k] = field(at[inside])
-            G = np.asarray(gradient(at[inside])).reshape(-1, 3, 3) / MILLIMETRE
-            curl = np.stack([G[:, 2, 1] - G[:, 1, 2], G[:, 0, 2] - G[:, 2, 0], G[:, 1, 0] - G[:, 0, 1]], axis=-1)
-            motions[inside, 3:, k] = curl / 2
-        return motions
-
-
-def memory_of(dofs: float) -> float:
-    """Bytes that matrices and factors of so many DOFs take, by experience."""
-    return MEMORY * dofs ** (4 / 3)
-
-
-def _refuse(dofs: float, order: int) -> None:
-    memory, free = memory_of(dofs), available_memory()
-    if memory > free:
-        raise OptionError(
-            f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "
-            f"{free / 1e9:.2g} GB are free: a larger size makes fewer" + (", order 2 too" if order > 2 else "")
-        )
 
 
 def length_of_cells(piece: Piece, size: float) -> float:
@@ -243,7 +148,7 @@ def meshed(part: Part, order: int, size: float, announce: Callable[[str], None])
     SolverError where netgen fails."""
     ng = need("ngsolve", "solid")
     meshing, occ = need("netgen.meshing", "solid"), need("netgen.occ", "solid")
-    _refuse(sum(_least_cells(piece, size) for piece in part.pieces.all) * DOFS_OF_CELL[order], order)
+    refuse_memory(sum(_least_cells(piece, size) for piece in part.pieces.all) * DOFS_OF_CELL[order], order)
     pieces = part.pieces.all
     coarsest = max(length_of_cells(piece, size) for piece in pieces) / MILLIMETRE
     for solid in part.shape.solids:

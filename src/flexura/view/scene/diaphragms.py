@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flexura.beam import ring_plate
-from flexura.fem import sheet_surface
+from flexura.fem import surface_of
 from flexura.structure import FullOrderModel
 from flexura.view.scene.meshes import Array, Mesh, loft_faces
 from flexura.view.scene.scene import Collector, Kind, Motions
@@ -33,12 +33,12 @@ def add_diaphragms(collector: Collector, model: FullOrderModel) -> None:
                 collector.mesh(mesh, motions, Kind.FLAGGED if is_flagged else Kind.FLEXURE, label)
 
 
-def add_sheets(collector: Collector, model: FullOrderModel) -> None:
-    """Add the superelements that are sheets whose surface is known, as they are bent by their own coordinates."""
+def add_surfaces(collector: Collector, model: FullOrderModel) -> None:
+    """Add the superelements whose surface is known, sheets and parts, as they are bent by their own coordinates."""
     for name, part in model.plan.parts.items():
         placed, described = model.plan.topology.copies[name], model.plan.layout.prototypes[name].superelements
         for key, (nodes, _, _) in part.superelements.items():
-            surface = sheet_surface(described[key])
+            surface = surface_of(described[key])
             if surface is None:
                 continue
             count = len(described[key].nodes)

@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.fem import sheet_surface
+from flexura.fem import surface_of
 from flexura.mechanism import (
     DOF_NAMES,
     Box,
@@ -161,7 +161,7 @@ class _Copy:
             add_coupling = self._add_grounded if len(nodes) == 1 else self._add_between
             add_coupling(_Coupling(kind, self.prefix + key, element, nodes, at))
         for key, (nodes, _, _) in self.part.superelements.items():
-            if sheet_surface(superelements[key]) is None:
+            if surface_of(superelements[key]) is None:
                 self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
 
     def add_arm(self, name: str, node: int, end: Array) -> None:

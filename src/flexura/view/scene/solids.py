@@ -29,7 +29,7 @@ from flexura.mechanism import (
 from flexura.motion import Frames, pose_of
 from flexura.structure import Copies, FullOrderModel
 from flexura.thresholds import SAME_PLACE
-from flexura.view.scene.diaphragms import add_diaphragms, add_sheets
+from flexura.view.scene.diaphragms import add_diaphragms, add_surfaces
 from flexura.view.scene.discrete_elements import add_discrete_elements
 from flexura.view.scene.members import add_members, stresses_along
 from flexura.view.scene.meshes import Array, Index, Mesh, box, cone, frame_along, sphere
@@ -118,7 +118,7 @@ def _collected(model: FullOrderModel, collector: Collector, has_members: bool = 
         add_members(collector, model)
     collector.include(model.geometry.positions)
     add_diaphragms(collector, model)
-    add_sheets(collector, model)
+    add_surfaces(collector, model)
     add_discrete_elements(collector, model)
     nodes, names = _shared_nodes(model), model.plan.topology.node_names
     _add_supports(collector, model, names)

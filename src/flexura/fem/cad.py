@@ -1,0 +1,335 @@
+"""Parts drawn in CAD: STEP files read by OpenCASCADE, their solids and faces, and which faces are meant.
+
+Lengths are in metres in whatever unit the file is; meshes and shapes of netgen are in millimetres.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from flexura.arrays import Array, Index
+from flexura.errors import OptionError, did_you_mean, need
+from flexura.fem.geometry import MILLIMETRE
+from flexura.files import read_bytes
+from flexura.mechanism import Interface
+from flexura.tables import quantity
+
+ROUGH = 1e-5
+"""Distance of points from a plane or a cylinder, over the size of the part, up to which they lie on it."""
+
+ALONG = 1e-3
+"""Sine of the angle between directions up to which they are one."""
+
+COARSE = 8.0
+"""Size of a part over that of the triangles by which its faces are shown."""
+
+SMALLEST, LARGEST = 1e-4, 10.0
+"""Sizes of parts, m, beyond which the unit of a file is doubted."""
+
+OVERLAPPING = 1e-6
+"""Common volume of two solids over that of the smaller one, above which they overlap."""
+
+MOST_LISTED = 12
+
+
+@dataclass(frozen=True)
+class PartFace:
+    """A face of a part: its `number`, from 1, name and colour in the file, and `solid`, by its name.
+
+    `kind` is plane, cylinder or other; `area`, m^2; `centre` (3,), m; `direction` (3,), of a plane outwards, of a
+    cylinder along its axis; `radius`, m, of a cylinder; `triangles` (t, 3, 3), m, their corners from outside
+    anticlockwise.
+    """
+
+    number: int
+    name: str
+    colour: str
+    solid: str
+    kind: str
+    area: float
+    centre: Array
+    direction: Array | None
+    radius: float | None
+    triangles: Array = field(repr=False)
+
+    @property
+    def text(self) -> str:
+        """What chooses this face in a file."""
+        if self.name:
+            return f"face: {self.name}"
+        return f"face: {self.number}"
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a STEP file draws: `faces` on the outside, `solids` by name, in order, and the `shape` of OpenCASCADE.
+
+    Solids that touch are glued. `size`, m, is the diagonal of the box around it; `digest` that of the file; `notes` say
+    what was mended. `order` holds the places of `faces` among all those of the shape.
+    """
+
+    path: str
+    shape: Any = field(repr=False)
+    solids: tuple[str, ...]
+    faces: tuple[PartFace, ...]
+    box: Array
+    digest: str
+    order: tuple[int, ...] = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the box around it, m."""
+        return float(np.linalg.norm(self.box[1] - self.box[0]))
+
+    def chosen(self, choice: Interface) -> list[PartFace]:
+        """The faces that are meant. Raises OptionError where there are none, with those that are near."""
+        found = list(self.faces)
+        near = ROUGH * self.size
+        if choice.face is not None:
+            found = self._named(choice.face)
+        if choice.colour is not None:
+            colours = sorted({face.colour for face in self.faces if face.colour})
+            found = self._kept(
+                found,
+                [face.colour == choice.colour.lower() for face in found],
+                f"has the colour {choice.colour}",
+                f"colours: {', '.join(colours) or 'none'}",
+            )
+        for axis, name in enumerate("xyz"):
+            at = getattr(choice, name)
+            if at is not None:
+                off = [float(np.abs(face.triangles[..., axis] - float(at)).max()) for face in found]
+                planes = sorted(
+                    {
+                        round(float(face.centre[axis]) / near) * near
+                        for face in self.faces
+                        if face.kind == "plane" and np.ptp(face.triangles[..., axis]) <= near
+                    },
+                    key=lambda x, at=float(at): abs(x - at),
+                )
+                nearest = ", ".join(f"{quantity(x, 'm', 6)}" for x in planes[:3])
+                wanted = f"lies in the plane {name} = {quantity(float(at), 'm', 6)}"
+                found = self._kept(found, [x <= near for x in off], wanted, f"nearest planes: {name} = {nearest}")
+        if choice.normal is not None:
+            normal = np.array(choice.normal) / np.linalg.norm(choice.normal)
+            along = [
+                face.kind == "plane" and face.direction is not None and float(normal @ face.direction) > 1 - ALONG**2
+                for face in found
+            ]
+            found = self._kept(found, along, f"is plane and looks along {choice.normal}")
+        if choice.radius is not None:
+            radius = float(choice.radius)
+            radii = sorted({float(f"{face.radius:.6g}") for face in self.faces if face.radius})
+            listed = ", ".join(quantity(r, "m", 6) for r in radii[:MOST_LISTED])
+            fits = [face.radius is not None and abs(face.radius - radius) <= 1e-3 * radius for face in found]
+            wanted = f"is part of a cylinder of radius {quantity(radius, 'm', 6)}"
+            found = self._kept(found, fits, wanted, f"radii: {listed or 'none'}")
+        if choice.near is not None:
+            point = np.array([float(x) for x in choice.near])
+            found = [min(found, key=lambda face: _distance(face.triangles, point))]
+        return found
+
+    def _named(self, wanted: int | Sequence[int] | str) -> list[PartFace]:
+        """Faces by name, or by numbers."""
+        if isinstance(wanted, str):
+            found = [face for face in self.faces if face.name == wanted]
+            if not found:
+                names = sorted({face.name for face in self.faces if face.name})
+                none = f"the file names no face: choose by number ({len(self.faces)} faces), plane, radius or point"
+                hint = did_you_mean(wanted, names, f"names: {', '.join(names[:MOST_LISTED])}") if names else none
+                raise OptionError(f"no face is called {wanted!r}; {hint}")
+            return found
+        numbers = [wanted] if isinstance(wanted, int) else list(wanted)
+        for number in numbers:
+            if not 1 <= number <= len(self.faces):
+                raise OptionError(f"there is no face {number}; faces have the numbers 1 to {len(self.faces)}")
+        return [self.faces[number - 1] for number in numbers]
+
+    @staticmethod
+    def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") -> list[PartFace]:
+        kept = [face for face, fit in zip(faces, fits, strict=True) if fit]
+        if not kept:
+            raise OptionError(f"no face {wanted}" + (f"; {hint}" if hint else ""))
+        return kept
+
+
+def read_step(path: str | Path) -> Drawing:
+    """The solids and faces of a STEP file, in metres; solids that touch are glued.
+
+    Raises OptionError for files that cannot be read, have no solid, or solids that overlap or do not touch.
+    """
+    content = read_bytes(Path(path), "solid_bytes")
+    if b"ISO-10303-21" not in content[:4096]:
+        raise OptionError(f"{path}: this is no STEP file: it does not begin with ISO-10303-21")
+    occ = need("netgen.occ", "solid")
+    try:
+        geometry = occ.OCCGeometry(str(path))
+        shape = geometry.shape
+        solids = list(shape.solids)
+    except Exception as error:
+        raise OptionError(f"{path}: OpenCASCADE cannot read it: {' '.join(str(error).split())[:200]}") from None
+    notes: list[str] = []
+    if not solids:
+        faces = len(list(shape.faces))
+        if faces:
+            geometry.Heal()
+            shape, solids = geometry.shape, list(geometry.shape.solids)
+            notes.append(f"{faces} loose faces were sewn to {len(solids)} solids")
+        if not solids:
+            rule = f"it has {faces} faces and no solid" if faces else "it has no solid"
+            raise OptionError(f"{path}: {rule}: export the part as a solid body, closed")
+    names = _names(solids)
+    low, high = (np.array([p.x, p.y, p.z]) * MILLIMETRE for p in shape.bounding_box)
+    size = float(np.linalg.norm(high - low))
+    if not SMALLEST < size < LARGEST:
+        rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 10 m"
+        raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
+    if len(solids) > 1:
+        shape = _glued(occ, solids, names, str(path))
+    else:
+        shape = solids[0]
+        shape.name = names[0]
+    shape.mat(names[0]) if len(solids) == 1 else None
+    faces, order = _faces(occ, shape, names, size, str(path))
+    return Drawing(
+        str(path),
+        shape,
+        names,
+        faces,
+        np.stack([low, high]),
+        hashlib.sha256(content).hexdigest(),
+        order,
+        tuple(notes),
+    )
+
+
+def _names(solids: list[Any]) -> tuple[str, ...]:
+    """Names of solids, made different where they are not."""
+    found: list[str] = []
+    for k, solid in enumerate(solids, 1):
+        name = str(solid.name or f"solid {k}")
+        while name in found:
+            name = f"{name} {k}"
+        found.append(name)
+    return tuple(found)
+
+
+def _glued(occ: Any, solids: list[Any], names: tuple[str, ...], path: str) -> Any:
+    """Solids in one piece that share faces where they touch. Raises OptionError where they overlap or do not touch."""
+    for a in range(len(solids)):
+        for b in range(a):
+            boxes = [[np.array([p.x, p.y, p.z]) for p in solids[k].bounding_box] for k in (a, b)]
+            if (boxes[0][0] > boxes[1][1]).any() or (boxes[1][0] > boxes[0][1]).any():
+                continue
+            common = (solids[a] * solids[b]).mass
+            if common > OVERLAPPING * min(solids[a].mass, solids[b].mass):
+                rule = f"solids {names[b]} and {names[a]} overlap by {common:.3g} mm^3"
+                raise OptionError(f"{path}: {rule}: cut one out of the other")
+    for solid, name in zip(solids, names, strict=True):
+        solid.name = name
+        solid.mat(name)
+    shape = occ.Glue(solids)
+    pieces = list(shape.solids)
+    owners: dict[int, list[int]] = {}
+    for k, piece in enumerate(pieces):
+        for face in piece.faces:
+            owners.setdefault(hash(face), []).append(k)
+    group = list(range(len(pieces)))
+    for shared in owners.values():
+        for other in shared[1:]:
+            old, new = group[other], group[shared[0]]
+            group = [new if g == old else g for g in group]
+    if len(set(group)) > 1:
+        apart = next(k for k, g in enumerate(group) if g != group[0])
+        rule = f"solid {names[apart]} touches none of those that hang on {names[0]}"
+        raise OptionError(f"{path}: {rule}: solids of one part share faces; make two parts of it, or mend the gap")
+    return shape
+
+
+def _faces(
+    occ: Any, shape: Any, names: tuple[str, ...], size: float, path: str
+) -> tuple[tuple[PartFace, ...], tuple[int, ...]]:
+    """The outer faces of a shape, and their places among all."""
+    meshing = need("netgen.meshing", "solid")
+    try:
+        mesh = occ.OCCGeometry(shape).GenerateMesh(
+            maxh=size / MILLIMETRE / COARSE, perfstepsend=meshing.MeshingStep.MESHSURFACE, curvaturesafety=2.0
+        )
+    except Exception as error:
+        raise OptionError(f"{path}: its faces cannot be meshed: {' '.join(str(error).split())[:200]}") from None
+    points = np.array([list(p) for p in mesh.Points()]) * MILLIMETRE
+    cells = mesh.Elements2D().NumPy()
+    corners = points[cells["nodes"][:, :3].astype(np.intp) - 1]
+    index: Index = cells["index"].astype(np.intp)
+    owners: dict[int, list[int]] = {}
+    for k, solid in enumerate(shape.solids):
+        for face in solid.faces:
+            owners.setdefault(hash(face), []).append(k)
+    found, order = [], []
+    for place, face in enumerate(shape.faces):
+        of = owners.get(hash(face), [])
+        if len(of) > 1:
+            continue
+        triangles = corners[index == place + 1]
+        if not len(triangles):
+            continue
+        colour = "" if face.col is None else "#" + "".join(f"{round(255 * c):02x}" for c in list(face.col)[:3])
+        found.append(
+            _face(len(found) + 1, str(face.name or ""), colour, names[of[0]] if of else names[0], triangles, size)
+        )
+        order.append(place)
+    return tuple(found), tuple(order)
+
+
+def _face(number: int, name: str, colour: str, solid: str, triangles: Array, size: float) -> PartFace:
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    areas = np.linalg.norm(normal, axis=1) / 2
+    centre = (areas @ triangles.mean(axis=1)) / areas.sum()
+    points = np.unique(triangles.reshape(-1, 3), axis=0)
+    mean = normal.sum(axis=0)
+    mean = mean / np.linalg.norm(mean) if np.linalg.norm(mean) > 0 else None
+    kind, direction, radius = "other", None, None
+    if mean is not None and float(np.ptp(points @ mean)) <= ROUGH * size:
+        kind, direction = "plane", mean
+    else:
+        cylinder = _cylinder(points, normal, size)
+        if cylinder is not None:
+            kind, (direction, radius) = "cylinder", cylinder
+    return PartFace(number, name, colour, solid, kind, float(areas.sum()), centre, direction, radius, triangles)
+
+
+def _cylinder(points: Array, normals: Array, size: float) -> tuple[Array, float] | None:
+    """Axis (3,) and radius of the cylinder on which points (p, 3) lie; None where they lie on none."""
+    if len(points) < 6:
+        return None
+    axis = la.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))[2][2]
+    across = la.null_space(axis[None])
+    flat = points @ across
+    middle = flat.mean(axis=0)
+    x = flat - middle
+    A = np.column_stack([2 * x, np.ones(len(x))])
+    solution, _, rank, _ = np.linalg.lstsq(A, (x**2).sum(axis=1), rcond=None)
+    if rank < 3:
+        return None
+    radius = float(np.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0)))
+    off = np.abs(np.linalg.norm(x - solution[:2], axis=1) - radius)
+    if not 0 < radius < 10 * size or off.max() > ROUGH * size:
+        return None
+    return axis, radius
+
+
+def _distance(triangles: Array, point: Array) -> float:
+    """Distance of a point (3,) from triangles (t, 3, 3), by that from points spread over them."""
+    n = 8
+    grid = [(i / n, j / n, 1 - (i + j) / n) for i in range(n + 1) for j in range(n + 1 - i)]
+    spread: NDArray[np.float64] = np.einsum("gk,tkx->tgx", np.array(grid), triangles)
+    return float(np.sqrt(((spread - point) ** 2).sum(axis=-1).min()))

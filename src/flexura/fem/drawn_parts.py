@@ -1,0 +1,166 @@
+"""Parts from CAD in a mechanism: each becomes a substructure of its interfaces and one superelement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from flexura.errors import FlexuraError, ModelError, OptionError, Path, Problem
+from flexura.fem.cad import Drawing, read_step
+from flexura.fem.geometry import SolidMaterial
+from flexura.fem.monoliths import Joint, joint_of, reduced_part
+from flexura.fem.solid_mesh import Surface
+from flexura.mechanism import (
+    Interface,
+    Matrix,
+    Mechanism,
+    Meshed,
+    SolidPart,
+    Substructure,
+    Superelement,
+    matching,
+    with_parts_placed,
+)
+from flexura.records import Kept
+
+SOLID = "solid"
+"""Name of the superelement in the substructure that stands for a part."""
+
+STIFFEST = 0.499
+"""Poisson's ratios beyond this one lock the cells."""
+
+SURFACES = Kept(most=64)
+"""Surfaces of what was reduced last, by its stiffness, for pictures: a description has none."""
+
+
+def surface_of(part: Superelement) -> Surface | None:
+    """The surface of a superelement that was reduced here from a sheet or a part, m, in the frame of its substructure,
+    and how it moves with its coordinates; None where that is not known."""
+    return SURFACES.once(part.stiffness, lambda: None)
+
+
+def with_parts_reduced(model: Mechanism, announce: Callable[[str], None]) -> Mechanism:
+    """The mechanism with instances of substructures in the place of its parts, the same substructure for equal parts.
+
+    Raises ModelError with the place of what is wrong with a file or an interface, OptionError for want of memory, and
+    SolverError.
+    """
+    if not any(part.parts for part in (model, *model.substructures.values())):
+        return model
+    drawings: dict[str, Drawing] = {}
+
+    def made(name: str, key: str, part: SolidPart) -> Substructure:
+        path = (*(("substructures", name) if name else ()), "parts", key)
+        return _made(model, part, path, drawings, lambda text: announce(f"part {key}: {text}"))
+
+    top = {key: _with_follow(model, key, part) for key, part in model.parts.items()}
+    return with_parts_placed(model.replaced({"parts": top}), made)
+
+
+def _with_follow(model: Mechanism, key: str, part: SolidPart) -> SolidPart:
+    """A part each interface of which says how it follows: rigidly where the ground clamps it in all copies."""
+    copies = [key] if not part.pattern else [f"{key}{k + 1}" for k in range(_copies(part))]
+    held = [text for text, support in model.ground.items() if all(support.held)]
+
+    def is_clamped(name: str) -> bool:
+        return all(any(matching(text, [f"{copy}.{name}"]) for text in held) for copy in copies)
+
+    changed = {
+        name: own.replaced({"follow": own.follow or ("rigid" if is_clamped(name) else "averaged")})
+        for name, own in part.interfaces.items()
+    }
+    return part.replaced({"interfaces": changed})
+
+
+def _copies(part: SolidPart) -> int:
+    return int(np.prod([2 if pattern.type == "mirror" else pattern.count for pattern in part.pattern]))
+
+
+def _made(
+    model: Mechanism, part: SolidPart, path: Path, drawings: dict[str, Drawing], announce: Callable[[str], None]
+) -> Substructure:
+    """The substructure that stands for a part."""
+    if part.step not in drawings:
+        announce("reading")
+        try:
+            drawings[part.step] = read_step(part.step)
+        except OptionError as error:
+            rule, _, hint = str(error).removeprefix(f"{part.step}: ").partition("\n    hint: ")
+            raise ModelError([Problem((*path, "step"), part.step, rule, hint)]) from None
+    drawing = drawings[part.step]
+    materials = _materials(model, part, path, drawing)
+    joints = _joints(part, path, drawing)
+    loss = model.material(part.material).loss_factor
+    reduced = reduced_part(drawing, materials, joints, part.mesh_tolerance, _number(part.up_to), announce)
+    names = tuple(part.interfaces)
+    element = Superelement(
+        nodes=names,
+        amplitudes=len(reduced.K) - 6 * len(names),
+        stiffness=Matrix(reduced.K),
+        mass=Matrix(reduced.M),
+        loss_factor=loss if part.loss_factor is None else part.loss_factor,
+        stiffness_error=Matrix(reduced.E),
+        mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
+    )
+    surface = Surface(reduced.points, reduced.facets, reduced.rows)
+    SURFACES.once(element.stiffness, lambda: surface, lambda found: found is not None)
+    return Substructure(
+        nodes={name: joint.place for name, joint in zip(names, joints, strict=True)},
+        superelements={SOLID: element},
+        interface=names,
+    )
+
+
+def _number(value: object) -> float | None:
+    return float(value) if isinstance(value, float) else None
+
+
+def _materials(model: Mechanism, part: SolidPart, path: Path, drawing: Drawing) -> dict[str, SolidMaterial]:
+    """Materials by solid."""
+    if unknown := [name for name in part.solids if name not in drawing.solids]:
+        hint = f"solids: {', '.join(drawing.solids[:12])}"
+        raise ModelError([Problem((*path, "solids", unknown[0]), "", "the file has no such solid", hint)])
+    found = {}
+    for solid in drawing.solids:
+        name = part.solids.get(solid, part.material)
+        material = model.material(name)
+        E, nu, rho = (getattr(material, key) for key in ("E", "nu", "rho"))
+        if not all(isinstance(value, float) for value in (E, nu, rho)):
+            rule = "a part is made for one material, whose values are numbers"
+            raise ModelError([Problem((*path, "material"), name, rule, "write E, nu and rho as numbers")])
+        if nu > STIFFEST:
+            rule = f"nu = {nu:g} is too near 0.5 for a solid; at most {STIFFEST}"
+            raise ModelError([Problem((*path, "material"), name, rule)])
+        found[solid] = SolidMaterial(name, E, nu, rho)
+    return found
+
+
+def _joints(part: SolidPart, path: Path, drawing: Drawing) -> list[Joint]:
+    """Faces and places of the interfaces. Raises ModelError for those that meet nothing or share a face."""
+    joints, owner = [], dict[int, str]()
+    for name, interface in part.interfaces.items():
+        here = (*path, "interfaces", name)
+        try:
+            faces = drawing.chosen(interface)
+        except OptionError as error:
+            rule, _, hint = str(error).partition("; ")
+            raise ModelError([Problem(here, _said(interface), rule, hint)]) from None
+        for face in faces:
+            if face.number in owner:
+                rule = f"face {face.number} belongs to interface {owner[face.number]} as well"
+                raise ModelError([Problem(here, _said(interface), rule, "a face moves with one node")])
+            owner[face.number] = name
+        place = None if interface.at is None else np.array([float(x) for x in interface.at])
+        try:
+            joints.append(joint_of(faces, drawing, interface.follow == "rigid", place))
+        except FlexuraError as error:
+            raise ModelError([Problem(here, _said(interface), str(error))]) from None
+    return joints
+
+
+def _said(interface: Interface) -> str:
+    given = {
+        key: value for key, value in interface.model_dump(exclude_none=True).items() if key not in ("at", "follow")
+    }
+    return ", ".join(f"{key}: {value}" for key, value in given.items())

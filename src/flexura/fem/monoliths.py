@@ -1,0 +1,537 @@
+"""Parts from CAD reduced to their interfaces: meshes that are refined until they are fine enough, and what is left out.
+
+Curved tetrahedra (`curved`). Sizes of cells follow the energies of stresses that are not smooth (Zienkiewicz and Zhu
+1987); what is reduced are shapes of least energy for motions of interfaces, and modes with these held (Craig and
+Bampton 1968). A lower order on the same mesh tells how far off the stiffness may be.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from flexura.arrays import Array, Index
+from flexura.beam import rigid_arm
+from flexura.deadline import checkpoint
+from flexura.errors import OptionError, SolverError, need
+from flexura.fem.cache import Arrays, content_key, remembered
+from flexura.fem.cad import Drawing, PartFace
+from flexura.fem.curved import CurvedElements, fit_forms
+from flexura.fem.geometry import MILLIMETRE, SolidMaterial
+from flexura.fem.reduced import balanced
+from flexura.linalg import factorise_large
+from flexura.records import Kept
+
+REVISION = 1
+"""Goes up whenever meshes or reductions of parts change."""
+
+ORDER = 3
+"""Order of the elements that are reduced; their sizes are found with one less."""
+
+COARSEST = 6.0
+"""Size of a part over that of its largest cells."""
+
+GRADING, CURVATURE = 0.4, 2.0
+"""How fast cells grow away from fine places, and how many a radius of curvature is long (netgen's own measures)."""
+
+GAINED = 8.0
+"""Error with cells of the lower order over that of the order that is reduced, about: what the former is refined to."""
+
+ROUNDS, MORE = 5, 2
+"""How often a mesh of the lower order is made at most, and how often all is made again where it was too coarse."""
+
+AIM = 0.5
+"""Error for which the sizes of cells are asked over the wanted one: netgen's cells are larger than asked."""
+
+CHANGES = (0.25, 2.0)
+"""How much smaller or larger cells become at a time."""
+
+CLOSE_ENOUGH = 1.2
+"""Estimated over wanted error at which a mesh of the lower order is taken."""
+
+MODES, MOST_MODES = 6, 96
+"""Modes of a part that are to be right where no frequency is given, and most that are kept."""
+
+SHARE = 1 / 3
+"""Error of the order that is reduced over its difference from the lower one, at most: measured 0.08 to 0.3."""
+
+TRUNCATION = 1e-4
+"""Largest error of modes for what is not kept, relative."""
+
+DEPENDENT = 1e-8
+"""Part of a shape that others lack, squared, below which it is made of them."""
+
+IN_MEMORY = Kept(most=16)
+
+
+class Joint(NamedTuple):
+    """Faces, by their places in the shape, that follow a node at a place (3,), m: rigidly or in the mean."""
+
+    faces: tuple[int, ...]
+    place: tuple[float, float, float]
+    is_rigid: bool
+
+
+@dataclass(frozen=True)
+class ReducedPart:
+    """K, M and E (n, n), SI, over six displacements of each interface, then amplitudes of modes with these held.
+
+    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. `Q` (n, n)
+    is the flexibility that is left out: modes below a frequency are at most as much lower as the mass rho Q more makes
+    them, rho = w^2 / (1 - w^2 / w_c^2), with w_c = 2 pi `complete_hz` below which no mode is left out. `fixed_hz` (k,)
+    are the frequencies of the modes; `points`, `facets` and `rows` the surface and how it moves. `error` is the largest
+    relative error of frequencies for the mesh, as estimated; `mass`, kg, of the solids.
+    """
+
+    K: Array
+    M: Array
+    E: Array
+    Q: Array
+    fixed_hz: Array
+    complete_hz: float
+    points: Array
+    facets: Index
+    rows: Array
+    error: float
+    mass: float
+    cells: int
+    dofs: int
+    seconds: float
+
+
+def reduced_part(
+    drawing: Drawing,
+    materials: Mapping[str, SolidMaterial],
+    joints: Sequence[Joint],
+    tolerance: float,
+    up_to_hz: float | None = None,
+    announce: Callable[[str], None] = lambda _: None,
+) -> ReducedPart:
+    """A part reduced to its joints, from the cache where the same one was before.
+
+    `materials` by solid; `tolerance` is what the mesh may make frequencies wrong by, relative. Modes with the joints
+    held are kept until those of the part, its rigid joints clamped, up to a frequency (else the six lowest) are right to
+    1e-4. Raises OptionError where the mesh would not fit into memory and SolverError where netgen fails.
+    """
+    of_solids = [(name, materials[name].E, materials[name].nu, materials[name].rho) for name in drawing.solids]
+    parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
+
+    def compute() -> Arrays:
+        began = time.perf_counter()
+        arrays = _reduced(drawing, materials, joints, tolerance, up_to_hz, announce)
+        return {**arrays, "seconds": np.array(time.perf_counter() - began)}
+
+    arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
+    singles = {name: arrays[name].item() for name in ("complete_hz", "error", "mass", "cells", "dofs", "seconds")}
+    names = ("K", "M", "E", "Q", "fixed_hz", "points", "facets", "rows")
+    return ReducedPart(**{name: arrays[name] for name in names}, **singles)
+
+
+def joint_of(faces: Sequence[PartFace], drawing: Drawing, is_rigid: bool, place: Array | None = None) -> Joint:
+    """The joint of some faces of a drawing; its place is the middle of their area where none is given."""
+    if place is None:
+        area = np.array([face.area for face in faces])
+        place = area @ np.array([face.centre for face in faces]) / area.sum()
+    x, y, z = (float(c) for c in np.round(place, 12))
+    return Joint(tuple(drawing.order[face.number - 1] for face in faces), (x, y, z), is_rigid)
+
+
+def _reduced(
+    drawing: Drawing,
+    materials: Mapping[str, SolidMaterial],
+    joints: Sequence[Joint],
+    tolerance: float,
+    up_to_hz: float | None,
+    announce: Callable[[str], None],
+) -> Arrays:
+    mesher = _Mesher(drawing, joints)
+    wanted, places = GAINED * tolerance, [np.array(joint.place) for joint in joints]
+    for _ in range(1 + MORE):
+        mesh, coarse = mesher.refined(materials, wanted, announce)
+        low = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce), joints)
+        elements = CurvedElements(mesh, ORDER, materials, announce)
+        announce("reducing")
+        high = _Reduction(elements, joints)
+        worst = _mesh_errors(low, high, high.fewest)[1] / 2
+        announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
+        if worst <= tolerance:
+            break
+        wanted = coarse * max(0.2, 0.8 * tolerance / worst)
+    announce("modes with the interfaces held")
+    count, complete = high.choose(up_to_hz)
+    off, worst = _mesh_errors(low, high, count)
+    worst /= 2
+    K, M, basis = high.matrices(count)
+    points, facets, rows = _surface(elements, basis)
+    return {
+        "K": balanced(K, np.array(places)),
+        "M": M,
+        "E": off,
+        "Q": high.left_out(count),
+        "fixed_hz": np.sqrt(high._inner(count)[0]) / (2 * np.pi),
+        "complete_hz": np.array(complete),
+        "points": points,
+        "facets": facets,
+        "rows": rows,
+        "error": np.array(worst),
+        "mass": np.array(elements.mass),
+        "cells": np.array(mesh.ne),
+        "dofs": np.array(elements.dofs),
+    }
+
+
+class _Mesher:
+    """Meshes of a drawing whose cells become smaller where stresses are not smooth."""
+
+    def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
+        self._ng = need("ngsolve", "solid")
+        self._meshing = need("netgen.meshing", "solid")
+        self._drawing, self._joints = drawing, joints
+        faces = list(drawing.shape.faces)
+        for face in faces:
+            face.name = "free"
+        for k, joint in enumerate(joints):
+            for place in joint.faces:
+                faces[place].name = f"joint{k}"
+        for solid, name in zip(drawing.shape.solids, drawing.solids, strict=True):
+            solid.name = name
+        self._geometry = need("netgen.occ", "solid").OCCGeometry(drawing.shape)
+        self._at = np.empty((0, 3))
+        self._sizes = np.empty(0)
+
+    def mesh(self) -> Any:
+        """A mesh of the sizes that are known."""
+        parameters = self._meshing.MeshingParameters(
+            maxh=self._drawing.size / MILLIMETRE / COARSEST, grading=GRADING, curvaturesafety=CURVATURE
+        )
+        for (x, y, z), h in zip(self._at.tolist(), self._sizes.tolist(), strict=True):
+            parameters.RestrictH(x=x, y=y, z=z, h=h)
+        checkpoint()
+        try:
+            return self._ng.Mesh(self._geometry.GenerateMesh(parameters))
+        except Exception as error:
+            text = " ".join(str(error).split())[:200]
+            raise SolverError(f"{self._drawing.path}: netgen could not mesh the part: {text}") from None
+
+    def refined(self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]) -> Any:
+        """A mesh on which frequencies of elements of the lower order are off by what is wanted, relative, about."""
+        for step in range(ROUNDS):
+            announce(f"mesh {step + 1}")
+            mesh = self.mesh()
+            elements = CurvedElements(mesh, ORDER - 1, materials, announce)
+            shapes = _Reduction(elements, self._joints).shapes()
+            energies = elements.unsmooth_energies(shapes)
+            worst = float(energies.sum(axis=0).max()) / 2
+            self._resize(mesh, energies.sum(axis=1), AIM * float(energies.sum()) * wanted / worst)
+            announce(f"off by {100 * worst:.2g} %, {100 * wanted:.2g} % wanted")
+            if worst <= CLOSE_ENOUGH * wanted:
+                break
+        return mesh, worst
+
+    def _resize(self, mesh: Any, energies: Array, total: float) -> None:
+        """Sizes of the next mesh, on which each cell has the same energy, of some total."""
+        points = np.array([v.point for v in mesh.vertices])
+        corners = points[np.array([[v.nr for v in cell.vertices] for cell in mesh.Elements(self._ng.VOL)])]
+        volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6
+        sizes = (6 * np.sqrt(2) * volumes) ** (1 / 3)
+        change = (total / len(sizes) / np.maximum(energies, np.finfo(float).tiny)) ** (1 / (2 * (ORDER - 1)))
+        self._at, self._sizes = corners.mean(axis=1), sizes * np.clip(change, *CHANGES)
+
+
+class _Reduction:
+    """Shapes of a meshed part: of least energy for motions of its joints, and modes with these held."""
+
+    def __init__(self, elements: CurvedElements, joints: Sequence[Joint]) -> None:
+        self.elements = elements
+        ng, space = need("ngsolve", "solid"), elements.space
+        n, mesh = space.ndof, elements.mesh
+        self._c = 6 * len(joints)
+        points = np.array([v.point for v in mesh.vertices]) * MILLIMETRE
+        self._size = float(np.ptp(points, axis=0).max())
+        self._unit = np.repeat([1.0, 1 / self._size], 3)
+        follow, owner = np.zeros((n, self._c)), np.full(n, -1)
+        means, at = [], []
+        for k, joint in enumerate(joints):
+            place = np.array(joint.place)
+            columns = np.arange(6 * k, 6 * k + 6)
+            region = mesh.Boundaries(f"joint{k}")
+            motions = elements.rigid_motions @ rigid_arm(-place)
+            if joint.is_rigid:
+                rows = np.flatnonzero(np.array(space.GetDofs(region)))
+                if (owner[rows] >= 0).any():
+                    raise OptionError(
+                        f"interfaces {owner[rows].max() + 1} and {k + 1} of a part share an edge, rigidly"
+                    )
+                owner[rows] = k
+                follow[np.ix_(rows, columns)] = motions[rows]
+                continue
+            away = [x * MILLIMETRE - c for x, c in zip((ng.x, ng.y, ng.z), joint.place, strict=True)]
+            forms = fit_forms(space.TestFunction(), away, 1.0, self._size, ng.ds(definedon=region))
+            loads = elements.loads(forms)
+            means.append(self._unit[:, None] ** -1 * np.linalg.solve(loads @ motions, loads))
+            at += columns.tolist()
+        self._free: Index = np.flatnonzero(owner < 0)
+        self._follow = follow
+        self._averaged: Index = np.array(at, dtype=np.intp)
+        self._means = np.vstack([np.empty((0, n)), *means])
+        K = elements.K.tocsr()
+        self._K, self._M = (A[self._free][:, self._free] for A in (K, elements.M.tocsr()))
+        self._pins = self._pinned(points) if not (owner >= 0).any() else np.empty(0, dtype=np.intp)
+        kept = np.setdiff1d(np.arange(len(self._free)), self._pins)
+        self._kept = kept
+        self._factor = factorise_large(sp.csc_matrix(self._K[kept][:, kept]))
+        self._rigid = elements.rigid_motions[self._free] * self._unit if len(self._pins) else np.empty((n, 0))
+        self._B = self._means[:, self._free]
+        self._X = self._pinned_solve(self._B.T)
+        self._small = self._bordered()
+        self.psi: Array = self._constraint_modes()
+        self._values, self._vectors = np.empty(0), np.empty((n, 0))
+        self._known = (-1, np.empty(0), np.empty((n, 0)))
+
+    def _pinned(self, points: Array) -> Index:
+        """Six of the DOFs of three vertices that hold the part like three, two and one supports."""
+        n = self.elements.space.ndof // 3
+        first = int(np.linalg.norm(points - points.mean(axis=0), axis=1).argmax())
+        second = int(np.linalg.norm(points - points[first], axis=1).argmax())
+        along = points - points[first]
+        third = int(np.linalg.norm(np.cross(along, along[second]), axis=1).argmax())
+        rows = np.array([vertex + n * axis for vertex in (first, second, third) for axis in range(3)])
+        pivots = la.qr((self.elements.rigid_motions[rows] * self._unit).T, pivoting=True, mode="r")[1]
+        return np.sort(rows[pivots[:6]])
+
+    def _pinned_solve(self, loads: Array) -> Array:
+        """Displacements of the free DOFs under loads (f, k), with the pins held."""
+        out = np.zeros(loads.shape)
+        if loads.shape[1]:
+            out[self._kept] = self._factor.solve(np.ascontiguousarray(loads[self._kept]))
+        return out
+
+    def _bordered(self) -> Array:
+        """The matrix of forces of means and rigid motions of a part whose means are held."""
+        S, G = self._B @ self._X, self._B @ self._rigid if len(self._pins) else np.empty((len(self._B), 0))
+        return np.block([[S, -G], [G.T, np.zeros((G.shape[1],) * 2)]])
+
+    def _solve(self, loads: Array, means: Array | float = 0.0) -> Array:
+        """Displacements (f, k) under loads (f, k) with given means of the averaged joints."""
+        x = self._pinned_solve(loads)
+        if not len(self._B):
+            return x
+        right = np.vstack(
+            [self._B @ x - means, self._rigid.T @ loads if len(self._pins) else np.empty((0, x.shape[1]))]
+        )
+        small = la.solve(self._small, right)
+        count = len(self._B)
+        x = x - self._X @ small[:count]
+        return x + self._rigid @ small[count:] if len(self._pins) else x
+
+    def _constraint_modes(self) -> Array:
+        """Shapes (n, c) of least energy for unit motions of the joints."""
+        n = self.elements.space.ndof
+        loads = -(self.elements.K.tocsr()[self._free] @ self._follow)
+        means = np.zeros((len(self._B), self._c))
+        means[np.arange(len(self._B)), self._averaged] = np.tile(1 / self._unit, len(self._B) // 6)
+        means -= self._means @ self._follow
+        psi = np.zeros((n, self._c))
+        psi[self._free] = self._solve(loads, means)
+        return psi + self._follow
+
+    def _modes(self, count: int) -> None:
+        """Work out so many modes with the joints held, where they are not known."""
+        size = len(self._free)
+        if not count:
+            return
+        count = min(count, size - len(self._B) - 1)
+        if len(self._values) >= count:
+            return
+
+        def solve(b: Array) -> Array:
+            checkpoint()
+            return self._solve(np.reshape(b, (-1, 1)))[:, 0]
+
+        operator = spla.LinearOperator((size, size), matvec=solve, dtype=float)
+        try:
+            values, vectors = spla.eigsh(
+                self._K, count, M=self._M, sigma=0.0, OPinv=operator, v0=np.cos(np.arange(size)), tol=1e-8
+            )
+        except spla.ArpackError as error:
+            raise SolverError(f"the modes of a part with its interfaces held did not converge: {error}") from None
+        order = np.argsort(values)
+        self._values = values[order]
+        self._vectors = np.zeros((self.elements.space.ndof, count))
+        self._vectors[self._free] = vectors[:, order]
+
+    @property
+    def fixed_hz(self) -> Array:
+        """Frequencies of the modes with the joints held that are known."""
+        return np.sqrt(np.maximum(self._values, 0.0)) / (2 * np.pi)
+
+    def _inner(self, count: int) -> tuple[Array, Array]:
+        """Squared angular frequencies (j,) and shapes (n, j) with the joints held: the lowest modes, and what inertia
+        forces of motions of the joints make of them (modal truncation augmentation, Dickens, Nakagawa and Wittbrodt
+        1997)."""
+        if self._known[0] == count:
+            return self._known[1:]
+        self._modes(count)
+        modes = self._vectors[:, :count]
+        M = self.elements.M
+        more = self._static[1] - modes @ (modes.T @ (M @ self._static[1]))
+        more = _independent(more, M)
+        values, turn = la.eigh(more.T @ (self.elements.K @ more))
+        self._known = (count, np.append(self._values[:count], values), np.hstack([modes, more @ turn]))
+        return self._known[1:]
+
+    def matrices(self, count: int) -> tuple[Array, Array, Array]:
+        """K, M (c + j,) and the shapes (n, c + j), with `count` modes."""
+        values, inner = self._inner(count)
+        basis = np.hstack([self.psi, inner])
+        K, M = (basis.T @ (A @ basis) for A in (self.elements.K, self.elements.M))
+        K[: self._c, self._c :] = 0.0
+        K[self._c :, : self._c] = 0.0
+        K[self._c :, self._c :] = np.diag(values)
+        return (K + K.T) / 2, (M + M.T) / 2, basis
+
+    @cached_property
+    def _static(self) -> tuple[Array, Array]:
+        """Inertia forces (f, c) of motions of the joints, and displacements (n, c) that they make with these held."""
+        loads = (self.elements.M @ self.psi)[self._free]
+        out = np.zeros(self.psi.shape)
+        out[self._free] = self._solve(loads)
+        return loads, out
+
+    def left_out(self, count: int) -> Array:
+        """Q (c + j,): what all shapes beyond those that are kept give to inertia forces of these."""
+        values, inner = self._inner(count)
+        basis = np.hstack([self.psi, inner])
+        M = self.elements.M
+        # exact modes move nothing else, and what joints make is kept
+        at = np.arange(self._c + count, basis.shape[1])
+        loads = (M @ basis[:, at])[self._free]
+        shares = inner.T @ (M @ basis[:, at])
+        rest = loads.T @ self._solve(loads) - (shares.T / values) @ shares
+        found, vectors = la.eigh((rest + rest.T) / 2)
+        Q = np.zeros((basis.shape[1],) * 2)
+        Q[np.ix_(at, at)] = (vectors * np.maximum(found, 0.0)) @ vectors.T
+        return Q
+
+    @property
+    def _clamped(self) -> Index:
+        """Motions of rigid joints."""
+        return np.flatnonzero(np.isin(np.arange(self._c), self._averaged, invert=True))
+
+    @property
+    def fewest(self) -> int:
+        """Modes with the joints held that the lowest shapes need beside what inertia forces make."""
+        return 0 if self._c > 6 else MODES
+
+    def choose(self, up_to_hz: float | None) -> tuple[int, float]:
+        """How many modes to keep, and the frequency up to which none is left out."""
+        count = 2 * MODES
+        while True:
+            self._modes(count + 1)
+            kept = min(count, len(self._values) - 1)
+            complete = float(self.fixed_hz[kept])
+            if kept < count or kept >= MOST_MODES or self._truncation(kept, complete, up_to_hz) <= TRUNCATION:
+                return kept, complete
+            count = min(2 * count, MOST_MODES)
+
+    def _truncation(self, count: int, complete_hz: float, up_to_hz: float | None) -> float:
+        """Largest relative error, as a bound, of the frequencies of the part with its rigid joints clamped."""
+        K, M, _ = self.matrices(count)
+        Q = self.left_out(count)
+        moving = np.setdiff1d(np.arange(len(K)), self._clamped)
+        K, M, Q = (A[np.ix_(moving, moving)] for A in (K, M, Q))
+        values = _pencil(K, M)
+        elastic = values[6:] if not len(self._clamped) else values
+        limit = (2 * np.pi * up_to_hz) ** 2 if up_to_hz else float(elastic[min(MODES, len(elastic)) - 1])
+        reach = (2 * np.pi * complete_hz) ** 2
+        if limit >= 0.5 * reach:
+            return np.inf
+        asked = (values <= limit * (1 + 1e-9)) & (values > 1e-9 * limit)
+        lower = _pencil(K, M + limit / (1 - limit / reach) * Q)
+        return float((1 - lower[asked] / values[asked]).max(initial=0.0)) / 2
+
+    def shapes(self) -> Array:
+        """Elastic shapes (n, k) of unit energy by which a mesh is judged: of the part with its rigid joints clamped, the
+        lowest, and for motions of joints against each other."""
+        K, M, basis = self.matrices(self.fewest)
+        Kc = K[: self._c, : self._c]
+        scale = np.tile(self._unit, self._c // 6)
+        values, vectors = la.eigh(Kc * np.outer(scale, scale))
+        elastic = values > 1e-9 * values[-1]
+        chosen = [self.psi @ (scale[:, None] * vectors[:, elastic])] if self._c > 6 else []
+        moving = np.setdiff1d(np.arange(len(K)), self._clamped)
+        values, vectors = la.eigh(K[np.ix_(moving, moving)], M[np.ix_(moving, moving)])
+        elastic = values > 1e-6 * values[-1] if not len(self._clamped) else values > 0
+        found = np.hstack([*chosen, basis[:, moving] @ vectors[:, elastic][:, :MODES]])
+        energy = np.einsum("ij,ij->j", found, self.elements.K @ found)
+        return found / np.sqrt(energy)
+
+
+def _independent(vectors: Array, M: Any) -> Array:
+    """M-orthonormal vectors (n, j) that span others (n, k), without what is made of the rest."""
+    for _ in range(2):  # the second time for round-off
+        size = np.einsum("ij,ij->j", vectors, M @ vectors)
+        vectors = vectors[:, size > 0] / np.sqrt(size[size > 0])
+        values, turn = la.eigh(vectors.T @ (M @ vectors))
+        kept = values > DEPENDENT * values[-1]
+        vectors = vectors @ (turn[:, kept] / np.sqrt(values[kept]))
+    return vectors
+
+
+def _pencil(K: Array, M: Array) -> Array:
+    """Eigenvalues of K x = v M x, ascending."""
+    scale = 1 / np.sqrt(np.diagonal(M))
+    K, M = (A * np.outer(scale, scale) for A in (K, M))
+    return np.asarray(la.eigh(K, M, eigvals_only=True))
+
+
+def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, float]:
+    """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
+
+    A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than what is
+    left where each order takes three quarters of the error. The first is too large at edges where stresses are infinite (2
+    to 6 times), the second elsewhere.
+    """
+    shapes = high.shapes()
+    estimated = high.elements.unsmooth_energies(shapes).sum(axis=0)
+    (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
+    c = high._c
+    size = np.tile(high._unit, c // 6)
+    n = len(K)
+    E = np.zeros((n, n))
+    Kc, Lc = (A[:c, :c] * np.outer(size, size) for A in (K, other))
+    values, vectors = la.eigh(Kc)
+    elastic = values > 1e-9 * values[-1]
+    if elastic.any() and c > 6:
+        half = vectors[:, elastic] / np.sqrt(values[elastic])
+        off, turn = la.eigh(half.T @ (Lc - Kc) @ half)
+        back = vectors[:, elastic] * np.sqrt(values[elastic]) @ turn
+        E[:c, :c] = ((back * np.abs(off)) @ back.T) / np.outer(size, size)
+    at = np.arange(c, n)
+    m = min(n, len(other)) - c
+    E[at[:m], at[:m]] = np.abs(other[at[:m], at[:m]] - K[at[:m], at[:m]])
+    largest = max(
+        float(np.abs(off).max()) if elastic.any() and c > 6 else 0.0, float((E[at, at] / K[at, at])[:MODES].max())
+    )
+    share = min(SHARE, float(estimated.max()) / largest) if largest > 0 else SHARE
+    return share * E, share * largest
+
+
+def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, Array]:
+    """Vertices on the outside (p, 3), m, triangles (t, 3) and rows (3 p, n) of their displacements."""
+    ng, mesh = need("ngsolve", "solid"), elements.mesh
+    inner = {name for name in mesh.GetBoundaries() if name == "inner"}
+    triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat not in inner])
+    used, facets = np.unique(triangles, return_inverse=True)
+    points = np.array([v.point for v in mesh.vertices])[used] * MILLIMETRE
+    n = elements.space.ndof // 3
+    rows = np.stack([basis[used + n * axis] for axis in range(3)], axis=1).reshape(-1, basis.shape[1])
+    return points, facets.reshape(-1, 3), rows.astype(np.float32)

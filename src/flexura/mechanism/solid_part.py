@@ -1,0 +1,70 @@
+"""Parts that are drawn elsewhere: solids in files of CAD, and the faces at which others meet them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from flexura.mechanism.base import Direction, Name, Text, Vector, refuse
+from flexura.mechanism.base import Part as Described
+from flexura.mechanism.patterns import SetInPlace
+from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveFrequency, PositiveLength
+
+FaceNumber = Annotated[int, Field(ge=1, strict=True)]
+Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
+CHOICES = ("face", "colour", "x", "y", "z", "normal", "radius", "near")
+
+
+class Interface(Described):
+    """Faces of a part that move with one node, in the axes of its file; all that is said of them holds for each.
+
+    Of `near` the nearest of them is meant. The node is called by the part and the interface, as in `bracket.left`.
+    """
+
+    face: FaceNumber | tuple[FaceNumber, ...] | Text | None = None
+    """Name or number, or a list of numbers, as `flexura faces` shows them."""
+    colour: Colour | None = None
+    """Colour in the file, such as `#ff0000`."""
+    x: Length | None = None
+    """In the plane of this x."""
+    y: Length | None = None
+    z: Length | None = None
+    normal: Direction | None = None
+    """Plane, and looking outwards along this direction."""
+    radius: PositiveLength | None = None
+    """Part of a cylinder of this radius."""
+    near: Vector | None = None
+    """The nearest to this point."""
+    at: Vector | None = None
+    """Where the node is; by default in the middle of the faces."""
+    follow: Literal["rigid", "averaged"] | None = None
+    """Whether all of it moves rigidly with the node, or on the mean; by default rigid where the ground clamps the node,
+    else averaged."""
+
+    @model_validator(mode="after")
+    def _chosen(self) -> Self:
+        if all(getattr(self, name) is None for name in CHOICES):
+            raise refuse(f"nothing says which face it is: give {', '.join(CHOICES[:-1])} or {CHOICES[-1]}")
+        return self
+
+
+class SolidPart(SetInPlace):
+    """One solid, or several that touch, from a STEP file, with a node for each interface.
+
+    It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
+    It is linear inside, and reduced to its interfaces and its lowest modes with these held.
+    """
+
+    step: Text = Field(min_length=1)
+    """The STEP file."""
+    material: str
+    solids: dict[str, str] = {}
+    """Materials of solids that have another one, by their names in the file."""
+    interfaces: dict[Name, Interface] = Field(min_length=1)
+    up_to: PositiveFrequency | None = None
+    """Frequency up to which the modes of the mechanism are to be right."""
+    mesh_tolerance: Annotated[float, Field(gt=1e-5, lt=0.5)] = 1.5e-2
+    """How far frequencies may be off for the mesh, relative, as two orders and a recovered stress estimate it."""
+    loss_factor: NonNegativeNumber | None = None
+    """Structural loss factor; by default that of the material."""
