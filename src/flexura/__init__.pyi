@@ -33,6 +33,7 @@ from flexura.errors import LimitError as LimitError
 from flexura.errors import ModelError as ModelError
 from flexura.errors import OptionError as OptionError
 from flexura.errors import SolverError as SolverError
+from flexura.fem import faces as faces
 from flexura.fem import with_solid_parts as with_solid_parts
 from flexura.full_order import assemble as assemble
 from flexura.io import export as export
@@ -46,6 +47,7 @@ from flexura.methods import compare as compare
 from flexura.modelfile import dumps as dumps
 from flexura.modelfile import load as load
 from flexura.modelfile import loads as loads
+from flexura.modelfile import part_model as part_model
 from flexura.modelfile import save as save
 from flexura.modelfile import schema as schema
 from flexura.pages.live import live as live

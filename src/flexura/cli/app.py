@@ -146,6 +146,16 @@ COMMANDS = {
         "report_command",
         "One page about a mechanism: modes that move, freedoms, stroke, responses, stress, with all evidence.",
     ),
+    "faces": _Command(
+        "parts",
+        "faces_command",
+        "Faces of a part from CAD: number, name, colour, kind and place of each, and how a file chooses it.",
+    ),
+    "model": _Command(
+        "parts",
+        "model_command",
+        "A part from CAD as a certified low-order model, with its modes: a mechanism file, a report, or an export.",
+    ),
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."
     ),

@@ -1,3 +1,6 @@
+from flexura.fem.cad import Drawing as Drawing
+from flexura.fem.cad import PartFace as PartFace
+from flexura.fem.cad import faces as faces
 from flexura.fem.components import Component as Component
 from flexura.fem.components import Copy as Copy
 from flexura.fem.components import components as components

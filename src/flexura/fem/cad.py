@@ -6,7 +6,7 @@ Lengths are in metres in whatever unit the file is; meshes and shapes of netgen 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,16 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
+from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, did_you_mean, need
 from flexura.fem.geometry import MILLIMETRE
 from flexura.files import read_bytes
 from flexura.mechanism import Interface
-from flexura.tables import quantity
+from flexura.results import Tabular
+from flexura.tables import Facts, Item, Table, in_mm, quantity
 
 ROUGH = 1e-5
 """Distance of points from a plane or a cylinder, over the size of the part, up to which they lie on it."""
@@ -61,6 +64,14 @@ class PartFace:
     triangles: Array = field(repr=False)
 
     @property
+    def said(self) -> str:
+        """Its kind in words."""
+        if self.direction is None:
+            return self.kind
+        along = _axis(self.direction)
+        return f"cylinder {quantity(self.radius, 'm', 5)}" if self.radius else f"plane {along}".strip()
+
+    @property
     def text(self) -> str:
         """What chooses this face in a file."""
         if self.name:
@@ -68,8 +79,8 @@ class PartFace:
         return f"face: {self.number}"
 
 
-@dataclass(frozen=True)
-class Drawing:
+@dataclass(frozen=True, repr=False)
+class Drawing(Tabular):
     """What a STEP file draws: `faces` on the outside, `solids` by name, in order, and the `shape` of OpenCASCADE.
 
     Solids that touch are glued. `size`, m, is the diagonal of the box around it; `digest` that of the file; `notes` say
@@ -85,6 +96,56 @@ class Drawing:
     order: tuple[int, ...] = field(repr=False)
     notes: tuple[str, ...] = ()
 
+    def presentation(self) -> Iterator[Item]:
+        """Solids, and a row for every face with the text that chooses it."""
+        low, high = self.box
+        size = " x ".join(quantity(float(x), "m", 5) for x in high - low)
+        facts = {"solids": ", ".join(self.solids[:MOST_LISTED]), "faces": len(self.faces), "size": size}
+        yield Facts({**facts, "corner": in_mm(low) + " mm"})
+        yield Table(self._columns(), "faces")
+
+    def _title(self) -> str:
+        return f"{len(self.faces)} faces"
+
+    @property
+    def name(self) -> str:
+        """That of the file."""
+        return Path(self.path).name
+
+    def _columns(self) -> dict[str, Any]:
+        faces = self.faces
+        return {
+            "face": [face.number for face in faces],
+            "name": [face.name for face in faces],
+            "colour": [face.colour for face in faces],
+            **({"solid": [face.solid for face in faces]} if len(self.solids) > 1 else {}),
+            "kind": [face.said for face in faces],
+            "area [mm^2]": [1e6 * face.area for face in faces],
+            "middle [mm]": [in_mm(face.centre) for face in faces],
+        }
+
+    def _data(self) -> dict[str, Any]:
+        return {
+            "path": self.path,
+            "solids": self.solids,
+            "box": self.box,
+            "faces": [
+                {
+                    "number": face.number,
+                    "name": face.name,
+                    "colour": face.colour,
+                    "solid": face.solid,
+                    "kind": face.kind,
+                    "area": face.area,
+                    "centre": face.centre,
+                    "direction": face.direction,
+                    "radius": face.radius,
+                    "text": face.text,
+                }
+                for face in self.faces
+            ],
+        }
+
     @property
     def size(self) -> float:
         """Diagonal of the box around it, m."""
@@ -92,51 +153,42 @@ class Drawing:
 
     def chosen(self, choice: Interface) -> list[PartFace]:
         """The faces that are meant. Raises OptionError where there are none, with those that are near."""
-        found = list(self.faces)
-        near = ROUGH * self.size
-        if choice.face is not None:
-            found = self._named(choice.face)
+        said: Any = choice  # numbers, no expressions
+        found = list(self.faces) if choice.face is None else self._named(choice.face)
         if choice.colour is not None:
             colours = sorted({face.colour for face in self.faces if face.colour})
-            found = self._kept(
-                found,
-                [face.colour == choice.colour.lower() for face in found],
-                f"has the colour {choice.colour}",
-                f"colours: {', '.join(colours) or 'none'}",
-            )
+            fits = [face.colour == choice.colour.lower() for face in found]
+            found = _kept(found, fits, f"has the colour {choice.colour}", f"colours: {', '.join(colours) or 'none'}")
         for axis, name in enumerate("xyz"):
-            at = getattr(choice, name)
-            if at is not None:
-                off = [float(np.abs(face.triangles[..., axis] - float(at)).max()) for face in found]
-                planes = sorted(
-                    {
-                        round(float(face.centre[axis]) / near) * near
-                        for face in self.faces
-                        if face.kind == "plane" and np.ptp(face.triangles[..., axis]) <= near
-                    },
-                    key=lambda x, at=float(at): abs(x - at),
-                )
-                nearest = ", ".join(f"{quantity(x, 'm', 6)}" for x in planes[:3])
-                wanted = f"lies in the plane {name} = {quantity(float(at), 'm', 6)}"
-                found = self._kept(found, [x <= near for x in off], wanted, f"nearest planes: {name} = {nearest}")
+            if (at := getattr(said, name)) is not None:
+                found = self._in_plane(found, axis, at)
         if choice.normal is not None:
-            normal = np.array(choice.normal) / np.linalg.norm(choice.normal)
-            along = [
+            normal = np.array(said.normal) / np.linalg.norm(said.normal)
+            fits = [
                 face.kind == "plane" and face.direction is not None and float(normal @ face.direction) > 1 - ALONG**2
                 for face in found
             ]
-            found = self._kept(found, along, f"is plane and looks along {choice.normal}")
+            found = _kept(found, fits, f"is plane and looks along {choice.normal}")
         if choice.radius is not None:
-            radius = float(choice.radius)
             radii = sorted({float(f"{face.radius:.6g}") for face in self.faces if face.radius})
             listed = ", ".join(quantity(r, "m", 6) for r in radii[:MOST_LISTED])
-            fits = [face.radius is not None and abs(face.radius - radius) <= 1e-3 * radius for face in found]
-            wanted = f"is part of a cylinder of radius {quantity(radius, 'm', 6)}"
-            found = self._kept(found, fits, wanted, f"radii: {listed or 'none'}")
+            fits = [face.radius is not None and abs(face.radius / said.radius - 1) <= ALONG for face in found]
+            wanted = f"is part of a cylinder of radius {quantity(said.radius, 'm', 6)}"
+            found = _kept(found, fits, wanted, f"radii: {listed or 'none'}")
         if choice.near is not None:
-            point = np.array([float(x) for x in choice.near])
+            point = np.array(said.near)
             found = [min(found, key=lambda face: _distance(face.triangles, point))]
         return found
+
+    def _in_plane(self, found: list[PartFace], axis: int, at: float) -> list[PartFace]:
+        """Those faces that lie in a plane square to an axis."""
+        near = ROUGH * self.size
+        flat = [face for face in self.faces if np.ptp(face.triangles[..., axis]) <= near]
+        planes = sorted({round(float(face.centre[axis]), 9) for face in flat}, key=lambda x: abs(x - at))
+        nearest = ", ".join(quantity(x, "m", 6) for x in planes[:3])
+        fits = [float(np.abs(face.triangles[..., axis] - at).max()) <= near for face in found]
+        wanted = f"lies in the plane {'xyz'[axis]} = {quantity(at, 'm', 6)}"
+        return _kept(found, fits, wanted, f"nearest planes: {'xyz'[axis]} = {nearest}" if planes else "")
 
     def _named(self, wanted: int | Sequence[int] | str) -> list[PartFace]:
         """Faces by name, or by numbers."""
@@ -154,16 +206,18 @@ class Drawing:
                 raise OptionError(f"there is no face {number}; faces have the numbers 1 to {len(self.faces)}")
         return [self.faces[number - 1] for number in numbers]
 
-    @staticmethod
-    def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") -> list[PartFace]:
-        kept = [face for face, fit in zip(faces, fits, strict=True) if fit]
-        if not kept:
-            raise OptionError(f"no face {wanted}" + (f"; {hint}" if hint else ""))
-        return kept
+
+def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") -> list[PartFace]:
+    """Those faces that fit. Raises OptionError where none does."""
+    kept = [face for face, fit in zip(faces, fits, strict=True) if fit]
+    if not kept:
+        raise OptionError(f"no face {wanted}" + (f"; {hint}" if hint else ""))
+    return kept
 
 
-def read_step(path: str | Path) -> Drawing:
-    """The solids and faces of a STEP file, in metres; solids that touch are glued.
+@verb
+def faces(path: str | Path) -> Drawing:
+    """The solids and faces of a STEP file, in metres, with what chooses them; solids that touch are glued.
 
     Raises OptionError for files that cannot be read, have no solid, or solids that overlap or do not touch.
     """
@@ -210,6 +264,12 @@ def read_step(path: str | Path) -> Drawing:
         order,
         tuple(notes),
     )
+
+
+def _axis(direction: Array) -> str:
+    """A direction in words, where it lies along an axis."""
+    k = int(np.abs(direction).argmax())
+    return f"{'-+'[int(direction[k] > 0)]}{'xyz'[k]}" if abs(direction[k]) > 1 - ALONG**2 else ""
 
 
 def _names(solids: list[Any]) -> tuple[str, ...]:
@@ -283,28 +343,27 @@ def _faces(
         if not len(triangles):
             continue
         colour = "" if face.col is None else "#" + "".join(f"{round(255 * c):02x}" for c in list(face.col)[:3])
+        centre = np.array([face.center.x, face.center.y, face.center.z]) * MILLIMETRE
+        form = _form(triangles, size)
+        solid = names[of[0]] if of else names[0]
+        area = float(face.mass) * MILLIMETRE**2
         found.append(
-            _face(len(found) + 1, str(face.name or ""), colour, names[of[0]] if of else names[0], triangles, size)
+            PartFace(len(found) + 1, str(face.name or ""), colour, solid, form[0], area, centre, *form[1:], triangles)
         )
         order.append(place)
     return tuple(found), tuple(order)
 
 
-def _face(number: int, name: str, colour: str, solid: str, triangles: Array, size: float) -> PartFace:
-    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    areas = np.linalg.norm(normal, axis=1) / 2
-    centre = (areas @ triangles.mean(axis=1)) / areas.sum()
+def _form(triangles: Array, size: float) -> tuple[str, Array | None, float | None]:
+    """Kind, direction and radius of a face."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     points = np.unique(triangles.reshape(-1, 3), axis=0)
-    mean = normal.sum(axis=0)
-    mean = mean / np.linalg.norm(mean) if np.linalg.norm(mean) > 0 else None
-    kind, direction, radius = "other", None, None
-    if mean is not None and float(np.ptp(points @ mean)) <= ROUGH * size:
-        kind, direction = "plane", mean
-    else:
-        cylinder = _cylinder(points, normal, size)
-        if cylinder is not None:
-            kind, (direction, radius) = "cylinder", cylinder
-    return PartFace(number, name, colour, solid, kind, float(areas.sum()), centre, direction, radius, triangles)
+    mean = normals.sum(axis=0)
+    length = float(np.linalg.norm(mean))
+    if length > 0 and float(np.ptp(points @ mean)) <= ROUGH * size * length:
+        return "plane", mean / length, None
+    cylinder = _cylinder(points, normals, size)
+    return ("other", None, None) if cylinder is None else ("cylinder", *cylinder)
 
 
 def _cylinder(points: Array, normals: Array, size: float) -> tuple[Array, float] | None:
@@ -312,19 +371,24 @@ def _cylinder(points: Array, normals: Array, size: float) -> tuple[Array, float]
     if len(points) < 6:
         return None
     axis = la.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))[2][2]
-    across = la.null_space(axis[None])
-    flat = points @ across
-    middle = flat.mean(axis=0)
-    x = flat - middle
-    A = np.column_stack([2 * x, np.ones(len(x))])
-    solution, _, rank, _ = np.linalg.lstsq(A, (x**2).sum(axis=1), rcond=None)
-    if rank < 3:
+    middle = points.mean(axis=0)
+    x = (points - middle) / size
+
+    def around(tilt: Array) -> tuple[Array, Array, float]:
+        """Axis, distances of the points from the circle around it that fits them, and its radius."""
+        along = axis + la.null_space(axis[None]) @ tilt
+        along = along / np.linalg.norm(along)
+        flat = x @ la.null_space(along[None])
+        A = np.column_stack([2 * flat, np.ones(len(x))])
+        solution = np.linalg.lstsq(A, (flat**2).sum(axis=1), rcond=None)[0]
+        radius = float(np.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0)))
+        return along, np.linalg.norm(flat - solution[:2], axis=1) - radius, radius
+
+    tilt = least_squares(lambda tilt: around(tilt)[1], np.zeros(2), xtol=1e-14, ftol=1e-14).x
+    along, off, radius = around(tilt)
+    if not 0 < radius < 10 or np.abs(off).max() > ROUGH:
         return None
-    radius = float(np.sqrt(max(solution[2] + solution[:2] @ solution[:2], 0.0)))
-    off = np.abs(np.linalg.norm(x - solution[:2], axis=1) - radius)
-    if not 0 < radius < 10 * size or off.max() > ROUGH * size:
-        return None
-    return axis, radius
+    return np.where(np.abs(along) < ROUGH, 0.0, along), radius * size
 
 
 def _distance(triangles: Array, point: Array) -> float:

@@ -25,8 +25,9 @@ MEMORY = 300.0
 class CurvedElements:
     """The matrices of a mesh with elements of some order, of `materials` by the names that its solids have.
 
-    `K`, N/m, and `M`, kg, are those of the `free` DOFs, numbers among all of `space`: those not on faces named `held`;
-    `dofs` their number. Raises OptionError, before they are made, where they and their factors would not fit into memory.
+    `K`, N/m, and `M`, kg, are those of the `free` DOFs, numbers among all of `space`: those not on faces named
+    `held`; `dofs` their number. Raises OptionError, before they are made, where they and their factors would not fit
+    into memory.
     """
 
     def __init__(

@@ -6,8 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flexura.errors import FlexuraError, ModelError, OptionError, Path, Problem
-from flexura.fem.cad import Drawing, read_step
+from flexura.errors import ModelError, OptionError, Path, Problem
+from flexura.expressions import Expression
+from flexura.fem.cad import Drawing, faces
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, joint_of, reduced_part
 from flexura.fem.solid_mesh import Surface
@@ -20,6 +21,7 @@ from flexura.mechanism import (
     Substructure,
     Superelement,
     matching,
+    scalars,
     with_parts_placed,
 )
 from flexura.records import Kept
@@ -84,7 +86,7 @@ def _made(
     if part.step not in drawings:
         announce("reading")
         try:
-            drawings[part.step] = read_step(part.step)
+            drawings[part.step] = faces(part.step)
         except OptionError as error:
             rule, _, hint = str(error).removeprefix(f"{part.step}: ").partition("\n    hint: ")
             raise ModelError([Problem((*path, "step"), part.step, rule, hint)]) from None
@@ -125,9 +127,11 @@ def _materials(model: Mechanism, part: SolidPart, path: Path, drawing: Drawing) 
     for solid in drawing.solids:
         name = part.solids.get(solid, part.material)
         material = model.material(name)
-        E, nu, rho = (getattr(material, key) for key in ("E", "nu", "rho"))
-        if not all(isinstance(value, float) for value in (E, nu, rho)):
-            rule = "a part is made for one material, whose values are numbers"
+        E, nu, rho = material.E, material.nu, material.rho
+        if isinstance(E, float) and isinstance(material.G, float):
+            nu = E / (2 * material.G) - 1
+        if not (isinstance(E, float) and isinstance(nu, float) and isinstance(rho, float)):
+            rule = "a part is meshed for one material, whose values are numbers"
             raise ModelError([Problem((*path, "material"), name, rule, "write E, nu and rho as numbers")])
         if nu > STIFFEST:
             rule = f"nu = {nu:g} is too near 0.5 for a solid; at most {STIFFEST}"
@@ -141,21 +145,21 @@ def _joints(part: SolidPart, path: Path, drawing: Drawing) -> list[Joint]:
     joints, owner = [], dict[int, str]()
     for name, interface in part.interfaces.items():
         here = (*path, "interfaces", name)
+        if any(isinstance(value, Expression) for _, _, value in scalars(interface)):
+            rule = "a part is meshed once, so that its interfaces are where they are"
+            raise ModelError([Problem(here, "", rule, "write numbers in place of parameters")])
         try:
-            faces = drawing.chosen(interface)
+            found = drawing.chosen(interface)
         except OptionError as error:
             rule, _, hint = str(error).partition("; ")
             raise ModelError([Problem(here, _said(interface), rule, hint)]) from None
-        for face in faces:
+        for face in found:
             if face.number in owner:
                 rule = f"face {face.number} belongs to interface {owner[face.number]} as well"
                 raise ModelError([Problem(here, _said(interface), rule, "a face moves with one node")])
             owner[face.number] = name
-        place = None if interface.at is None else np.array([float(x) for x in interface.at])
-        try:
-            joints.append(joint_of(faces, drawing, interface.follow == "rigid", place))
-        except FlexuraError as error:
-            raise ModelError([Problem(here, _said(interface), str(error))]) from None
+        place = None if interface.at is None else np.array(interface.at, dtype=float)
+        joints.append(joint_of(found, drawing, interface.follow == "rigid", place))
     return joints
 
 

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
@@ -30,7 +31,7 @@ from flexura.fem.reduced import balanced
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 1
+REVISION = 2
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -84,11 +85,11 @@ class Joint(NamedTuple):
 class ReducedPart:
     """K, M and E (n, n), SI, over six displacements of each interface, then amplitudes of modes with these held.
 
-    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. `Q` (n, n)
-    is the flexibility that is left out: modes below a frequency are at most as much lower as the mass rho Q more makes
-    them, rho = w^2 / (1 - w^2 / w_c^2), with w_c = 2 pi `complete_hz` below which no mode is left out. `fixed_hz` (k,)
-    are the frequencies of the modes; `points`, `facets` and `rows` the surface and how it moves. `error` is the largest
-    relative error of frequencies for the mesh, as estimated; `mass`, kg, of the solids.
+    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. `Q`
+    (n, n) is the flexibility that is left out: modes below a frequency are at most as much lower as the mass rho Q more
+    makes them, rho = w^2 / (1 - w^2 / w_c^2), with w_c = 2 pi `complete_hz` below which no mode is left out. `fixed_hz`
+    (k,) are the frequencies of the modes; `points`, `facets` and `rows` the surface and how it moves. `error` is the
+    largest relative error of frequencies for the mesh, as estimated; `mass`, kg, of the solids.
     """
 
     K: Array
@@ -99,7 +100,7 @@ class ReducedPart:
     complete_hz: float
     points: Array
     facets: Index
-    rows: Array
+    rows: NDArray[np.floating[Any]]
     error: float
     mass: float
     cells: int
@@ -118,8 +119,8 @@ def reduced_part(
     """A part reduced to its joints, from the cache where the same one was before.
 
     `materials` by solid; `tolerance` is what the mesh may make frequencies wrong by, relative. Modes with the joints
-    held are kept until those of the part, its rigid joints clamped, up to a frequency (else the six lowest) are right to
-    1e-4. Raises OptionError where the mesh would not fit into memory and SolverError where netgen fails.
+    held are kept until those of the part, its rigid joints clamped, up to a frequency (else the six lowest) are
+    right to 1e-4. Raises OptionError where the mesh would not fit into memory and SolverError where netgen fails.
     """
     of_solids = [(name, materials[name].E, materials[name].nu, materials[name].rho) for name in drawing.solids]
     parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
@@ -140,7 +141,7 @@ def joint_of(faces: Sequence[PartFace], drawing: Drawing, is_rigid: bool, place:
     if place is None:
         area = np.array([face.area for face in faces])
         place = area @ np.array([face.centre for face in faces]) / area.sum()
-    x, y, z = (float(c) for c in np.round(place, 12))
+    x, y, z = np.round(np.asarray(place, dtype=float), 12).tolist()
     return Joint(tuple(drawing.order[face.number - 1] for face in faces), (x, y, z), is_rigid)
 
 
@@ -459,8 +460,8 @@ class _Reduction:
         return float((1 - lower[asked] / values[asked]).max(initial=0.0)) / 2
 
     def shapes(self) -> Array:
-        """Elastic shapes (n, k) of unit energy by which a mesh is judged: of the part with its rigid joints clamped, the
-        lowest, and for motions of joints against each other."""
+        """Elastic shapes (n, k) of unit energy by which a mesh is judged: of the part with its rigid joints clamped,
+        the lowest, and for motions of joints against each other."""
         K, M, basis = self.matrices(self.fewest)
         Kc = K[: self._c, : self._c]
         scale = np.tile(self._unit, self._c // 6)
@@ -497,8 +498,8 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
 
     A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than what is
-    left where each order takes three quarters of the error. The first is too large at edges where stresses are infinite (2
-    to 6 times), the second elsewhere.
+    left where each order takes three quarters of the error. The first is too large at edges where stresses are infinite
+    (2 to 6 times), the second elsewhere.
     """
     shapes = high.shapes()
     estimated = high.elements.unsmooth_energies(shapes).sum(axis=0)
@@ -525,8 +526,8 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     return share * E, share * largest
 
 
-def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, Array]:
-    """Vertices on the outside (p, 3), m, triangles (t, 3) and rows (3 p, n) of their displacements."""
+def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, NDArray[np.floating[Any]]]:
+    """Vertices on the outside (p, 3), m, facets (t, 4) and rows (3 p, n) of their displacements."""
     ng, mesh = need("ngsolve", "solid"), elements.mesh
     inner = {name for name in mesh.GetBoundaries() if name == "inner"}
     triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat not in inner])
@@ -534,4 +535,4 @@ def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, Arra
     points = np.array([v.point for v in mesh.vertices])[used] * MILLIMETRE
     n = elements.space.ndof // 3
     rows = np.stack([basis[used + n * axis] for axis in range(3)], axis=1).reshape(-1, basis.shape[1])
-    return points, facets.reshape(-1, 3), rows.astype(np.float32)
+    return points, facets.reshape(-1, 3)[:, [0, 1, 2, 2]], rows.astype(np.float32)

@@ -22,13 +22,12 @@ from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.bodies import held_parameters, with_meshed_bodies
 from flexura.fem.components import Component, own_components, turned
+from flexura.fem.drawn_parts import SURFACES, with_parts_reduced
 from flexura.fem.figures import sheet_of
 from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
-from flexura.fem.drawn_parts import SURFACES, with_parts_reduced
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
-from flexura.fem.solid_mesh import Surface
 from flexura.mechanism import (
     TOP,
     Box,
@@ -61,7 +60,6 @@ from flexura.mechanism import (
     solid_members,
     with_rigid_roots,
 )
-from flexura.records import Kept
 from flexura.structure import FullOrderModel, Plan, checked_design, full_order_model
 
 ORDERS = (1.4, 1.0)

@@ -5,6 +5,7 @@ What is wrong is taken out of the data, so that the rest can be checked too.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Iterator
 from copy import deepcopy
 from dataclasses import replace
@@ -204,6 +205,11 @@ def loads(text: str, name: str = "<text>") -> Mechanism:
     if not isinstance(text, str):
         raise OptionError(f"the text of a model is expected, not a {type(text).__name__}")
     return _read(text, name, FilePath())
+
+
+def described(data: dict[str, Any], name: str) -> Mechanism:
+    """The mechanism of keys and values as a file has them. Raises ModelError listing every problem."""
+    return _read(json.dumps(data), name, FilePath())
 
 
 def _read(text: str, name: str, directory: FilePath) -> Mechanism:

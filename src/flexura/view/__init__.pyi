@@ -12,6 +12,7 @@ from flexura.view.mechanisms.comparisons import draw_shape_pair as draw_shape_pa
 from flexura.view.mechanisms.comparisons import draw_verification as draw_verification
 from flexura.view.mechanisms.comparisons import save_correlation as save_correlation
 from flexura.view.mechanisms.comparisons import save_verification as save_verification
+from flexura.view.mechanisms.faces import draw_faces as draw_faces
 from flexura.view.mechanisms.files import save_animation as save_animation
 from flexura.view.mechanisms.files import save_figures as save_figures
 from flexura.view.mechanisms.files import save_modes as save_modes

@@ -85,9 +85,9 @@ of so many elements that these do not share their warping, 500.56/12 pi^2 and a 
 class Assumption:
     """What the description takes for granted, and how wrong that may be.
 
-    `kind`: beam, elements, root, body, ground or mesh; `place`: what it is about; `text`: what is assumed. `flexibility`
-    (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be added, None where
-    there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
+    `kind`: beam, elements, root, body, ground or mesh; `place`: what it is about; `text`: what is assumed.
+    `flexibility` (k, k), J, is that of the forces of k motions; `share`: the least and the most of it that is to be
+    added, None where there is no evidence, for a `reason`. Assumptions of one `group` are wrong alike.
     """
 
     kind: str

@@ -72,6 +72,7 @@ from flexura.view.drawing.painting import mode_colours as mode_colours
 from flexura.view.drawing.painting import mode_scale as mode_scale
 from flexura.view.drawing.painting import mode_view as mode_view
 from flexura.view.drawing.painting import paint as paint
+from flexura.view.drawing.painting import painted as painted
 from flexura.view.drawing.painting import painting_of as painting_of
 from flexura.view.drawing.painting import rest_colours as rest_colours
 from flexura.view.drawing.painting import scale_of as scale_of
