@@ -315,6 +315,11 @@ def _glued(occ: Any, solids: list[Any], names: tuple[str, ...], path: str) -> An
     return shape
 
 
+def faces_of(shape: Any) -> list[Any]:
+    """The faces of a shape in the order of netgen's, those between two solids once."""
+    return list({hash(face): face for face in shape.faces}.values())
+
+
 def _faces(
     occ: Any, shape: Any, names: tuple[str, ...], size: float, path: str
 ) -> tuple[tuple[PartFace, ...], tuple[int, ...]]:
@@ -330,22 +335,19 @@ def _faces(
     cells = mesh.Elements2D().NumPy()
     corners = points[cells["nodes"][:, :3].astype(np.intp) - 1]
     index: Index = cells["index"].astype(np.intp)
-    owners: dict[int, list[int]] = {}
-    for k, solid in enumerate(shape.solids):
-        for face in solid.faces:
-            owners.setdefault(hash(face), []).append(k)
     found, order = [], []
-    for place, face in enumerate(shape.faces):
-        of = owners.get(hash(face), [])
-        if len(of) > 1:
-            continue
+    for place, face in enumerate(faces_of(shape)):
         triangles = corners[index == place + 1]
         if not len(triangles):
             continue
+        sides = mesh.FaceDescriptor(place + 1)
+        if sides.domin and sides.domout:
+            continue  # between two solids
+        of = max(sides.domin, sides.domout, 1) - 1
         colour = "" if face.col is None else "#" + "".join(f"{round(255 * c):02x}" for c in list(face.col)[:3])
         centre = np.array([face.center.x, face.center.y, face.center.z]) * MILLIMETRE
         form = _form(triangles, size)
-        solid = names[of[0]] if of else names[0]
+        solid = names[of]
         area = float(face.mass) * MILLIMETRE**2
         found.append(
             PartFace(len(found) + 1, str(face.name or ""), colour, solid, form[0], area, centre, *form[1:], triangles)

@@ -64,7 +64,7 @@ class SolidPart(SetInPlace):
     interfaces: dict[Name, Interface] = Field(min_length=1)
     up_to: PositiveFrequency | None = None
     """Frequency up to which the modes of the mechanism are to be right."""
-    mesh_tolerance: Annotated[float, Field(gt=1e-5, lt=0.5)] = 1.2e-2
+    mesh_tolerance: Annotated[float, Field(gt=1e-5, lt=0.5)] = 1.5e-2
     """How far frequencies may be off for the mesh, relative, as two orders and a recovered stress estimate it."""
     loss_factor: NonNegativeNumber | None = None
     """Structural loss factor; by default that of the material."""

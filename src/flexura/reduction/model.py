@@ -331,10 +331,18 @@ def model_pairs(low: LowOrderModel, full: ChainedModel, n: int) -> Eigenpairs:
         k = len(pairs.values)
         off = np.abs(stored.values[:k] - pairs.values) > LOST_DIGITS * pairs.values
         if (off & (pairs.values > 0)).any() and low.order <= WHOLE_SPACE:
-            pairs = ritz_pairs(pencil, full.coordinates(low.recover(np.eye(low.order))), rigid)
+            pairs = ritz_pairs(pencil, full.coordinates(low.recover(_with_mass(low.K, low.M))), rigid)
         if count >= low.order or cluster_end(pairs.values, min(n, k)) < k:
             return pairs
         count = min(more_pairs(count, n), low.order)
+
+
+def _with_mass(K: Array, M: Array) -> Array:
+    """Motions (n, k) that have mass, all others following statically: of points that turn, and have no inertia."""
+    mass = np.diagonal(M) > 0
+    X = np.eye(len(M))[:, mass]
+    X[~mass] = -la.solve(K[np.ix_(~mass, ~mass)], K[np.ix_(~mass, mass)], assume_a="pos")
+    return X
 
 
 def low_order_modes(low: LowOrderModel, model: FullOrderModel, n: int) -> Eigenpairs:
