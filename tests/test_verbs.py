@@ -45,6 +45,8 @@ SHELL = {
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
     "place-sensors": ((flexura.place_sensors,), set()),
     "sensitivity": ((flexura.sensitivity,), set()),
+    "faces": ((flexura.faces,), set()),
+    "model": ((flexura.part_model, flexura.modes), set()),
     "published": ((flexura.published,), set()),
     "new": ((), {"name", "schema"}),
     "examples": ((), set()),

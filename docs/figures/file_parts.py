@@ -471,6 +471,31 @@ sensors:
     return sheet
 
 
+def parts() -> Sheet:
+    """A part from CAD, held at one face and with a node at another."""
+    fragment = """\
+parts:
+  bracket:
+    step: bracket.step
+    material: aluminium
+    interfaces:
+      foot: {x: 0 mm}
+      bore: {radius: 6 mm}"""
+    sheet = Sheet("A part from CAD: faces that others meet, each with its node", fragment, 200)
+    x, y = sheet.left + 140, 34
+    grey = f'fill="#d9dee6" stroke="{INK}"'
+    sheet.add(f'<path d="M{x} {y}h34v72q0 18 18 18h138a26 26 0 0 1 0 52h-190z" {grey} fill-rule="evenodd"/>')
+    sheet.add(f'<circle cx="{x + 190}" cy="{y + 116}" r="13" fill="#fff" stroke="#cc3385" stroke-width="3"/>')
+    sheet.add(f'<path d="M{x} {y}v142" stroke="#cc3385" stroke-width="3"/>')
+    for u, v, name, shift, anchor in (
+        (x, y + 71, "bracket.foot", -12, "end"),
+        (x + 190, y + 116, "bracket.bore", 44, "start"),
+    ):
+        sheet.add(f'<circle cx="{u}" cy="{v}" r="4" fill="#fff" stroke="{INK}"/>')
+        sheet.text(u + shift, v + 4, name, anchor=anchor, key=True)
+    return sheet
+
+
 PICTURES: tuple[Callable[[], Sheet], ...] = (
     sections,
     nodes,
@@ -483,5 +508,6 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
     springs,
     bodies,
     superelements,
+    parts,
     actuators,
 )

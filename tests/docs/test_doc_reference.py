@@ -10,7 +10,7 @@ import pytest
 from flexura import describe
 from flexura.analysis.checks import model_warnings
 from flexura.expressions import CONSTANTS, FUNCTIONS, parser
-from flexura.mechanism import description
+from flexura.mechanism import description, patterns
 from flexura.mechanism import member as members
 from flexura.mechanism.checks import survey
 from flexura.modelfile import document
@@ -39,6 +39,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Bodies": (describe.RigidBody,),
     "Masses": (describe.PointMass,),
     "Superelements": (describe.Superelement,),
+    "Parts": (describe.SolidPart, describe.Interface),
     "Actuators": ACTUATORS,
     "Sensors": SENSORS,
     "Damping": (describe.Damping,),
@@ -167,7 +168,7 @@ def test_limits():
         "exponent": parser.MAX_EXPONENT,
         "files below one that extends others": document.MAX_BASES,
         "elements of a member": most(members.ElementCount),
-        "copies of one pattern": most(description.PatternCount),
+        "copies of one pattern": most(patterns.PatternCount),
         "nesting of substructures": survey.MAX_NESTING,
     }
     assert {key: int(cell.replace(" million", "000000")) for key, cell in said.items()} == expected

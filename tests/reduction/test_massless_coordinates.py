@@ -8,8 +8,8 @@ TEXT = """
 name: tool on a beam
 nodes: {foot: [0 mm, 0 mm, 0 mm], top: [0 mm, 0 mm, 60 mm], tool: [0 mm, 0 mm, 80 mm]}
 links:
-  post: {nodes: [foot, top], material: Al-7075-T6, section: {shape: rectangle, width: 6 mm, thickness: 4 mm}, elements: 4,
-    reference: x}
+  post: {nodes: [foot, top], material: Al-7075-T6, section: {shape: rectangle, width: 6 mm, thickness: 4 mm},
+    elements: 4, reference: x}
 masses: {mass: {node: tool, mass: 5 g}}
 springs: {mount: {nodes: [tool, top], stiffness: {tx: 1 MN/m, ty: 1 MN/m, tz: 1 MN/m, rx: 1 kN*m/rad, ry: 1 kN*m/rad,
   rz: 1 kN*m/rad}}}

@@ -152,7 +152,7 @@ def test_faces_are_chosen_in_words(drawn):
     assert number(x=60e-3) == number(normal=(1.0, 0.0, 0.0)) == number(near=(0.1, 3e-3, 2e-3)) == tip
     assert number(face=tip[0]) == tip and number(face=(1, 2)) == [1, 2]
     assert number(z=4e-3, near=(0.0, 0.0, 0.0)) == number(z=4e-3)
-    assert "plane +x" in [face.said for face in drawing.faces]
+    assert "plane +x" in [face.form for face in drawing.faces]
 
 
 @pytest.mark.parametrize(
@@ -219,14 +219,14 @@ def test_solids_that_do_not_touch_or_overlap_are_refused(tmp_path, gap, rule):
 
 
 def test_files_that_are_no_parts_are_refused(tmp_path, drawn):
-    with pytest.raises(OptionError, match="no such file|does not exist"):
+    with pytest.raises(OptionError, match=r"no such file|does not exist"):
         fx.faces(tmp_path / "absent.step")
     (text := tmp_path / "text.step").write_text("solid cube")
     with pytest.raises(OptionError, match="does not begin with ISO-10303-21"):
         fx.faces(text)
     content = drawn.read_text()
     (broken := tmp_path / "broken.step").write_text(content[: len(content) // 2])
-    with pytest.raises(OptionError, match="OpenCASCADE cannot read it|no solid"):
+    with pytest.raises(OptionError, match=r"OpenCASCADE cannot read it|no solid"):
         fx.faces(broken)
     (huge := tmp_path / "huge.step").write_text(content.replace(".MILLI.,.METRE.", "$,.METRE."))
     with pytest.raises(OptionError, match="the unit that the file names"):

@@ -13,9 +13,10 @@ import pytest
 
 from flexura import verify
 from flexura.errors import ModelError, OptionError
+from flexura.fem import curved
 from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
-from flexura.solid.whole import ORDER, WholeModes, WholePart, elements
+from flexura.solid.whole import ORDER, WholeModes, WholePart
 from helpers.shell import flexura
 
 ng = pytest.importorskip("ngsolve")
@@ -134,7 +135,7 @@ def test_more_order_is_softer_with_masses_and_stacks_too():
 
 
 def test_what_is_too_large_is_refused_before_it_is_meshed(monkeypatch):
-    monkeypatch.setattr(elements, "refuse_memory", partial(refuse_memory, free=1e6))
+    monkeypatch.setattr(curved, "available_memory", lambda: 1e6)
     with pytest.raises(OptionError, match=r"DOFs, which take some .* GB are free: a larger size"):
         whole_modes(joint(1.5e-3))
 

@@ -75,22 +75,23 @@ def model_command(
     from flexura.fem import with_solid_parts
     from flexura.modelfile import part_model
 
+    limit = limit_of("--up-to", up_to)
     described = part_model(
         file,
         material=material,
         hold=hold or (),
         interface=interface or (),
         tolerance=tolerance,
-        up_to=up_to,
+        up_to=limit,
         mesh_tolerance=mesh_tolerance,
     )
     targets = out or []
     _refuse_unknown(targets)
     mechanism = with_solid_parts(described, progress=say)
-    result = modes(mechanism, n=n, tolerance=tolerance, up_to=limit_of("--up-to", up_to))
+    result = modes(mechanism, n=n, tolerance=tolerance, up_to=limit)
 
     def write() -> list[Path]:
-        return [path for target in targets for path in _written(target, described, mechanism, n, limit_of("", up_to))]
+        return [path for target in targets for path in _written(target, described, mechanism, n, limit)]
 
     return Answer(result, write=write)
 

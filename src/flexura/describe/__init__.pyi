@@ -32,6 +32,7 @@ from flexura.mechanism import HammerPoint as HammerPoint
 from flexura.mechanism import Hole as Hole
 from flexura.mechanism import HyperbolicContour as HyperbolicContour
 from flexura.mechanism import Instance as Instance
+from flexura.mechanism import Interface as Interface
 from flexura.mechanism import Layer as Layer
 from flexura.mechanism import Layered as Layered
 from flexura.mechanism import Leaf as Leaf
@@ -69,6 +70,7 @@ from flexura.mechanism import RoundNotch as RoundNotch
 from flexura.mechanism import SectionConstants as SectionConstants
 from flexura.mechanism import Sheet as Sheet
 from flexura.mechanism import Slit as Slit
+from flexura.mechanism import SolidPart as SolidPart
 from flexura.mechanism import Spokes as Spokes
 from flexura.mechanism import Spread as Spread
 from flexura.mechanism import Spring as Spring

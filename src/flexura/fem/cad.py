@@ -64,7 +64,7 @@ class PartFace:
     triangles: Array = field(repr=False)
 
     @property
-    def said(self) -> str:
+    def form(self) -> str:
         """Its kind in words."""
         if self.direction is None:
             return self.kind
@@ -119,7 +119,7 @@ class Drawing(Tabular):
             "name": [face.name for face in faces],
             "colour": [face.colour for face in faces],
             **({"solid": [face.solid for face in faces]} if len(self.solids) > 1 else {}),
-            "kind": [face.said for face in faces],
+            "kind": [face.form for face in faces],
             "area [mm^2]": [1e6 * face.area for face in faces],
             "middle [mm]": [in_mm(face.centre) for face in faces],
         }
@@ -153,17 +153,17 @@ class Drawing(Tabular):
 
     def chosen(self, choice: Interface) -> list[PartFace]:
         """The faces that are meant. Raises OptionError where there are none, with those that are near."""
-        said: Any = choice  # numbers, no expressions
+        given: Any = choice  # numbers, no expressions
         found = list(self.faces) if choice.face is None else self._named(choice.face)
         if choice.colour is not None:
             colours = sorted({face.colour for face in self.faces if face.colour})
             fits = [face.colour == choice.colour.lower() for face in found]
             found = _kept(found, fits, f"has the colour {choice.colour}", f"colours: {', '.join(colours) or 'none'}")
         for axis, name in enumerate("xyz"):
-            if (at := getattr(said, name)) is not None:
+            if (at := getattr(given, name)) is not None:
                 found = self._in_plane(found, axis, at)
         if choice.normal is not None:
-            normal = np.array(said.normal) / np.linalg.norm(said.normal)
+            normal = np.array(given.normal) / np.linalg.norm(given.normal)
             fits = [
                 face.kind == "plane" and face.direction is not None and float(normal @ face.direction) > 1 - ALONG**2
                 for face in found
@@ -172,11 +172,11 @@ class Drawing(Tabular):
         if choice.radius is not None:
             radii = sorted({float(f"{face.radius:.6g}") for face in self.faces if face.radius})
             listed = ", ".join(quantity(r, "m", 6) for r in radii[:MOST_LISTED])
-            fits = [face.radius is not None and abs(face.radius / said.radius - 1) <= ALONG for face in found]
-            wanted = f"is part of a cylinder of radius {quantity(said.radius, 'm', 6)}"
+            fits = [face.radius is not None and abs(face.radius / given.radius - 1) <= ALONG for face in found]
+            wanted = f"is part of a cylinder of radius {quantity(given.radius, 'm', 6)}"
             found = _kept(found, fits, wanted, f"radii: {listed or 'none'}")
         if choice.near is not None:
-            point = np.array(said.near)
+            point = np.array(given.near)
             found = [min(found, key=lambda face: _distance(face.triangles, point))]
         return found
 

@@ -152,18 +152,18 @@ def _joints(part: SolidPart, path: Path, drawing: Drawing) -> list[Joint]:
             found = drawing.chosen(interface)
         except OptionError as error:
             rule, _, hint = str(error).partition("; ")
-            raise ModelError([Problem(here, _said(interface), rule, hint)]) from None
+            raise ModelError([Problem(here, _words(interface), rule, hint)]) from None
         for face in found:
             if face.number in owner:
                 rule = f"face {face.number} belongs to interface {owner[face.number]} as well"
-                raise ModelError([Problem(here, _said(interface), rule, "a face moves with one node")])
+                raise ModelError([Problem(here, _words(interface), rule, "a face moves with one node")])
             owner[face.number] = name
         place = None if interface.at is None else np.array(interface.at, dtype=float)
         joints.append(joint_of(found, drawing, interface.follow == "rigid", place))
     return joints
 
 
-def _said(interface: Interface) -> str:
+def _words(interface: Interface) -> str:
     given = {
         key: value for key, value in interface.model_dump(exclude_none=True).items() if key not in ("at", "follow")
     }

@@ -501,8 +501,8 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
 
     A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than what is
-    left where each order takes three quarters of the error. The first is too large at edges where stresses are infinite,
-    the second elsewhere.
+    left where each order takes three quarters of the error. The first is too large at edges where stresses are
+    infinite, the second elsewhere.
     """
     shapes = high.shapes()
     estimated = high.elements.unsmooth_energies(shapes).sum(axis=0)

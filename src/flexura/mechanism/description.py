@@ -12,7 +12,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from flexura.errors import OptionError, did_you_mean
 from flexura.expressions import Dimension
-from flexura.mechanism.base import Name, Part, Text, Title, Vector, refuse
+from flexura.mechanism.base import ORIGIN, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.diaphragm import Diaphragm
@@ -20,7 +20,7 @@ from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
 from flexura.mechanism.member import Corrections, Fidelity, Flexure, Link, MeshSize, Theory
-from flexura.mechanism.patterns import SetInPlace
+from flexura.mechanism.patterns import PLACE, Patterns, Turns
 from flexura.mechanism.quantity import (
     AnyQuantity,
     DampingRatio,
@@ -179,7 +179,7 @@ UNITS, FORCE_UNITS, STIFFNESS_UNITS = ("m", "rad"), ("N", "N*m"), ("N/m", "N*m/r
 rotations (`is_rotation`)."""
 
 
-class Instance(SetInPlace):
+class Instance(Part):
     """A substructure set in place: turned by `rotate` (in the order given) about its origin, then moved to `at`.
 
     A pattern makes copies named NAME1, NAME2, ...; several patterns apply one after the other. Inside an instance
@@ -187,6 +187,9 @@ class Instance(SetInPlace):
     """
 
     of: str
+    at: Vector = ORIGIN
+    rotate: Turns = ()
+    pattern: Patterns = ()
     with_: Annotated[dict[Name, AnyQuantity], Field(alias="with")] = {}
     """Values of parameters inside, over parameters outside."""
     copies: dict[Name, dict[Name, AnyQuantity]] = {}
@@ -463,8 +466,8 @@ def with_parts_placed(
     def placed(name: str, holder: P) -> P:
         instances = dict(holder.instances)
         for key, part in holder.parts.items():
-            here = {field: getattr(part, field) for field in SetInPlace.model_fields}
-            alike = part.replaced({field: SetInPlace.model_fields[field].default for field in here})
+            here = {field: getattr(part, field) for field in PLACE}
+            alike = part.replaced({field: SolidPart.model_fields[field].default for field in PLACE})
             of = next((of for other, of in known if other == alike), None)
             if of is None:
                 of = f"{key} of {name}" if name else key

@@ -46,9 +46,11 @@ def _one_or_more(raw: Any) -> Any:
     return (raw,) if isinstance(raw, dict | Rotation | CircularPattern | MirrorPattern | LinearPattern) else raw
 
 
-class SetInPlace(Part):
-    """Something turned by `rotate` (in the order given) about its origin, then moved to `at`, then repeated."""
+Turns = Annotated[tuple[Rotation, ...], BeforeValidator(_one_or_more)]
+"""Rotations in the order given, one or several."""
 
-    at: Vector = ORIGIN
-    rotate: Annotated[tuple[Rotation, ...], BeforeValidator(_one_or_more)] = ()
-    pattern: Annotated[tuple[Pattern, ...], BeforeValidator(_one_or_more)] = ()
+Patterns = Annotated[tuple[Pattern, ...], BeforeValidator(_one_or_more)]
+"""Patterns that apply one after the other."""
+
+PLACE = ("at", "rotate", "pattern")
+"""Fields that say where something stands."""

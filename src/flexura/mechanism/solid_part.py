@@ -6,9 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from flexura.mechanism.base import Direction, Name, Text, Vector, refuse
+from flexura.mechanism.base import ORIGIN, Direction, Name, Text, Vector, refuse
 from flexura.mechanism.base import Part as Described
-from flexura.mechanism.patterns import SetInPlace
+from flexura.mechanism.patterns import Patterns, Turns
 from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveFrequency, PositiveLength
 
 FaceNumber = Annotated[int, Field(ge=1, strict=True)]
@@ -49,7 +49,7 @@ class Interface(Described):
         return self
 
 
-class SolidPart(SetInPlace):
+class SolidPart(Described):
     """One solid, or several that touch, from a STEP file, with a node for each interface.
 
     It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
@@ -59,6 +59,9 @@ class SolidPart(SetInPlace):
     step: Text = Field(min_length=1)
     """The STEP file."""
     material: str
+    at: Vector = ORIGIN
+    rotate: Turns = ()
+    pattern: Patterns = ()
     solids: dict[str, str] = {}
     """Materials of solids that have another one, by their names in the file."""
     interfaces: dict[Name, Interface] = Field(min_length=1)

@@ -79,7 +79,7 @@ def part_model(
     hold: Words = (),
     interface: Words = (),
     tolerance: float | None = None,
-    up_to: str | float | None = None,
+    up_to: float | None = None,
     mesh_tolerance: float | str | None = None,
     name: str | None = None,
 ) -> Mechanism:
@@ -117,7 +117,7 @@ def part_model(
             raise OptionError(f"{material!r} is no material: {error.problems[0].rule}") from None
         part["material"] = "metal"
     if up_to is not None:
-        part["up_to"] = up_to if isinstance(up_to, str) else f"{up_to:.12g} Hz"
+        part["up_to"] = f"{up_to:.12g} Hz"
     if mesh_tolerance is not None:
         part["mesh_tolerance"] = _share(mesh_tolerance)
     if held:

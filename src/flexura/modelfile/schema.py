@@ -30,6 +30,7 @@ _DIRECTIONS = {
     "Diaphragm": ("normal", "reference"),
     "FlatSpring": ("normal", "reference"),
     "Sheet": ("normal",),
+    "Interface": ("normal",),
     "ForceActuator": ("direction",),
     "MomentActuator": ("direction",),
     "BaseMotion": ("direction",),
@@ -48,8 +49,9 @@ def schema() -> dict[str, Any]:
     for part, keys in _DIRECTIONS.items():
         for key in keys:
             _also(parts[part]["properties"], key, _AXIS)
-    for key in ("rotate", "pattern"):
-        _also(parts["Instance"]["properties"], key, parts["Instance"]["properties"][key]["items"])
+    for part in ("Instance", "SolidPart"):
+        for key in ("rotate", "pattern"):
+            _also(parts[part]["properties"], key, parts[part]["properties"][key]["items"])
     _also(result["properties"], "gravity", _AXIS)
     for key, axis in parts["Moved"]["properties"].items():
         _also(parts["Moved"]["properties"], key, next(a for a in axis["anyOf"] if a.get("type") == "array")["items"])

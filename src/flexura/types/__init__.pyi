@@ -10,6 +10,8 @@ from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import StrokePose as StrokePose
 from flexura.errors import Problem as Problem
+from flexura.fem import Drawing as Drawing
+from flexura.fem import PartFace as PartFace
 from flexura.methods import ComparisonRow as ComparisonRow
 from flexura.reduction import NestedModel as NestedModel
 from flexura.solid.verification import WholeVerification as WholeVerification

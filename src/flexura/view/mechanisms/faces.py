@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from flexura.errors import OptionError
 from flexura.fem import Drawing, PartFace
 from flexura.view.drawing import Camera, Painting, heading, new_figure, paint, painted, view_of
 from flexura.view.scene import Array
@@ -25,6 +26,8 @@ HIDDEN_BY = 2.0
 
 def draw_faces(drawing: Drawing) -> Figure:
     """The faces of a part from both sides, each with its number; those with a colour in the file have it."""
+    if not isinstance(drawing, Drawing):
+        raise OptionError(f"a Drawing is expected, not a {type(drawing).__name__}; flexura.faces reads one")
     figure = new_figure(SIZE)
     heading(figure, drawing.name, f"{len(drawing.faces)} faces, from both sides; `face: NUMBER` chooses one")
     corners = np.concatenate([face.triangles for face in drawing.faces])
