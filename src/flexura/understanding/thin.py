@@ -1,0 +1,322 @@
+"""Thin places of a planar part: where they are, what they are, and what they join."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from flexura.arrays import Array, Index
+from flexura.errors import need
+from flexura.outlines import Outline
+from flexura.understanding.sections import Axis, Boundary, Walk
+
+Kind = Literal["leaf", "circular", "elliptical", "corner_filleted", "table"]
+
+SAMPLES = 300
+"""Places along the longer side of the part at which its thickness is looked at."""
+
+FACING = -0.94
+"""Cosine between outward normals of faces that are opposite each other, at most."""
+
+OPENS = 1.5
+"""How much thicker a part is behind a flexure than in it, at least."""
+
+SLENDER = 3.0
+"""Length of a leaf over its thickness, at least."""
+
+SHARE = 2e-3
+"""Bending flexibility, the integral of 1 / h^3, over that of the most flexible one, below which a thin place is left to
+the block that it is in."""
+
+ALIKE = 0.01
+"""Relative deviation of faces from a contour that they are taken for; of the radii of two arcs."""
+
+LARGE_FILLET = 1.0
+"""Radius of a fillet over the thickness of a leaf from which both are a notch."""
+
+STRAIGHT = 1e-6
+"""Angle, rad, between the axis of a flexure and one of the drawing up to which they are parallel."""
+
+STATIONS = 61
+"""Places along a contour that is a table."""
+
+
+@dataclass(frozen=True)
+class Flexure:
+    """A thin place: `centre` (2,), m, at its thinnest section, `along` (2,) its direction, both as tuples.
+
+    `start`, `end`, m, are its ends along from the centre, `web` its least thickness, `thick` that at both ends,
+    `radius` that of a circular notch or of the fillets at both ends. `shift`, m, is how far its axis lies off the
+    middle of the faces at most. `stub` is how far the part goes on unchanged behind each end.
+    """
+
+    kind: Kind
+    centre: tuple[float, float]
+    along: tuple[float, float]
+    start: float
+    end: float
+    web: float
+    thick: tuple[float, float]
+    radius: tuple[float, float]
+    stub: tuple[float, float]
+    shift: float
+    table: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+
+    @property
+    def length(self) -> float:
+        """Its length, m."""
+        return self.end - self.start
+
+    def at(self, x: float, y: float = 0.0) -> Array:
+        """A point (2,), m, along from the centre and across."""
+        c, u = np.array(self.centre), np.array(self.along)
+        return c + x * u + y * np.array([-u[1], u[0]])
+
+
+def thin_places(outline: Outline) -> list[Flexure]:
+    """The thin places of an outline that may be flexures, the most flexible ones first."""
+    boundary = Boundary(outline.segments)
+    number, share = _samples(outline)
+    points, inward = _at(boundary, number, share)
+    distance, opposite = boundary.distance(points, inward)
+    reach = np.where(np.isfinite(distance), distance, 0.0)
+    hit = points + reach[:, None] * inward
+    normals = _inward(boundary, opposite, hit)
+    faces = (np.einsum("ni,ni->n", inward, normals) < FACING) & np.isfinite(distance)
+    results: list[tuple[float, Flexure]] = []
+    done = ~faces
+    middle = points + reach[:, None] * inward / 2
+    for k in np.argsort(distance):
+        if done[k] or distance[k] > outline.size / 4:
+            continue
+        axis = _thinnest(boundary, number, share, int(k))
+        walks = axis.walk(-1), axis.walk(1)
+        low, high = -walks[0].on, walks[1].on
+        local = (middle - axis.origin) @ np.stack([axis.along, axis.across], axis=1)
+        near = 1e-6 * outline.size
+        wide = max(walk.thick for walk in walks)
+        done |= (local[:, 0] >= low - near) & (local[:, 0] <= high + near) & (np.abs(local[:, 1]) < wide)
+        done[k] = True
+        flexure = _classified(axis, *walks)
+        if flexure is not None:
+            x = np.linspace(flexure.start, flexure.end, 2001)[1:-1]
+            results.append((float(np.mean(axis.thickness(x) ** -3.0)) * flexure.length, flexure))
+    most = max((c for c, _ in results), default=0.0)
+    kept = sorted((own for own in results if own[0] >= SHARE * most), key=lambda own: -own[0])
+    return [flexure for _, flexure in kept]
+
+
+def _samples(outline: Outline) -> tuple[Index, Array]:
+    """Segments (n,) and shares of their length (n,) at which thickness is looked at."""
+    spacing = outline.size / SAMPLES
+    counts = [max(5 if own.is_line else 9, math.ceil(own.length / spacing)) for own in outline.segments]
+    shares = [(np.arange(count) + 0.5) / count for count in counts]
+    return np.repeat(np.arange(len(counts)), counts), np.concatenate(shares)
+
+
+def _at(boundary: Boundary, number: Index, share: Array) -> tuple[Array, Array]:
+    """Points and inward normals (n, 2)."""
+    points = np.array([boundary.segments[k].at(s) for k, s in zip(number, share, strict=True)])
+    along = np.array([boundary.segments[k].direction(float(s)) for k, s in zip(number, share, strict=True)])
+    return points, np.stack([-along[:, 1], along[:, 0]], axis=1)
+
+
+def _inward(boundary: Boundary, number: Index, points: Array) -> Array:
+    """Inward normals (n, 2) of segments at points on them."""
+    chord = boundary.end[number] - boundary.start[number]
+    line = np.stack([-chord[:, 1], chord[:, 0]], axis=1)
+    arc = (boundary.centre[number] - points) * np.sign(boundary.bulge[number])[:, None]
+    normals = np.where(boundary.is_line[number][:, None], line, arc)
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def _thinnest(boundary: Boundary, number: Index, share: Array, k: int) -> Axis:
+    """The axis through the thinnest place near a sample."""
+    own = boundary.segments[int(number[k])]
+
+    def away(s: float) -> float:
+        points, inward = _at(boundary, number[k : k + 1], np.array([s]))
+        return float(boundary.distance(points, inward)[0][0])
+
+    count = int((number == number[k]).sum())
+    here, least = float(share[k]), away(float(share[k]))
+    limits = max(here - 1 / count, 0.0), min(here + 1 / count, 1.0)
+    better = minimize_scalar(away, bounds=limits, method="bounded", options={"xatol": 1e-9})
+    if float(better.fun) < least * (1 - 1e-9):
+        here, least = float(better.x), float(better.fun)
+    along = own.direction(here)
+    inward = np.array([-along[1], along[0]])
+    middle = own.at(here) + inward * least / 2
+    if along[np.abs(along).argmax()] < 0:
+        along = -along
+    if np.abs(along).min() < STRAIGHT:
+        along = along.round() + 0.0
+    axis = Axis(boundary, middle, along)
+    before, after = axis.walk(-1).flat, axis.walk(1).flat
+    return Axis(boundary, axis.at((after - before) / 2), axis.along)
+
+
+def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
+    """What a thin place is; None where it is no flexure."""
+    start, end, web = -before.grown, after.grown, after.thin
+    opens = [max(w.thick / web, w.step if w.on == w.grown and w.ends == "wall" else 0.0) for w in (before, after)]
+    straight = before.flat + after.flat
+    grows = before.grown > before.flat or after.grown > after.flat
+    if min(opens) < OPENS or not (end > start) or (not grows and straight < SLENDER * web):
+        return None
+    x = np.linspace(start, end, 401)[1:-1]
+    low, high, down, up = axis.faces(x)
+    if not np.isfinite(high - low).all():
+        return None
+    shift = float(np.abs(high + low).max() / 2)
+    radii: list[float] = []
+    is_round = True
+    for side, walk in ((x < -before.flat, before), (x > after.flat, after)):
+        arcs = {*down[side].tolist(), *up[side].tolist()}
+        r = axis.boundary.radius[sorted(arcs)] if arcs else np.zeros(1)
+        is_round &= bool(walk.grown == walk.flat or (np.isfinite(r).all() and np.ptp(r) <= ALIKE * r.min()))
+        radii.append(float(r.mean()) if walk.grown > walk.flat else 0.0)
+    is_even = shift <= ALIKE * web
+    kind = _kind(axis, before, after, radii, is_round, is_even)
+    table: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+    if kind == "table":
+        at = _stations(start, end)
+        inside = np.clip(at, start + 1e-7 * (end - start), end - 1e-7 * (end - start))
+        table = tuple((at - start).tolist()), tuple(axis.thickness(inside).tolist())
+    thick = [
+        float(axis.thickness(np.array([s * (w.grown + w.on) / 2]))[0]) if w.on > w.grown else w.thick
+        for s, w in ((-1, before), (1, after))
+    ]
+    stub = tuple(w.on - w.grown if w.ends in ("wall", "narrows") else 0.0 for w in (before, after))
+    return Flexure(
+        kind, _pair(axis.origin), _pair(axis.along), start, end, web, (thick[0], thick[1]),
+        (radii[0], radii[1]), (stub[0], stub[1]), shift, table,
+    )  # fmt: skip
+
+
+def _stations(start: float, end: float) -> Array:
+    """Places along a contour from one end to the other, most of them near its middle and its ends."""
+    s = np.linspace(0, 1, STATIONS)
+    return start + (end - start) * (s - np.sin(4 * np.pi * s) / (8 * np.pi))
+
+
+def _kind(axis: Axis, before: Walk, after: Walk, radii: list[float], is_round: bool, is_even: bool) -> Kind:
+    straight, length = before.flat + after.flat, before.grown + after.grown
+    alike = abs(before.grown - after.grown) <= ALIKE * length
+    has_same_radii = abs(radii[0] - radii[1]) <= ALIKE * max(radii)
+    r = max(radii)
+    is_quarter = all(
+        abs(w.grown - w.flat - own) <= ALIKE * own for w, own in zip((before, after), radii, strict=True) if own > 0
+    )
+    if straight > ALIKE * length:
+        if r == 0.0 or (is_round and is_quarter and r <= LARGE_FILLET * after.thin and straight >= after.thin):
+            return "leaf"
+        return "corner_filleted" if is_round and is_quarter and is_even and has_same_radii else "table"
+    if not (alike and is_even):
+        return "table"
+    if is_round and has_same_radii:
+        return "circular"
+    a, b = length / 2, (after.thick - after.thin) / 2
+    x = np.linspace(-0.98, 0.98, 101) * a
+    fitted = after.thin + 2 * b * (1 - np.sqrt(1 - (x / a) ** 2))
+    return "elliptical" if (np.abs(axis.thickness(x) / fitted - 1) < 2 * ALIKE).all() else "table"
+
+
+def _pair(at: Array) -> tuple[float, float]:
+    return float(at[0]), float(at[1])
+
+
+@dataclass(frozen=True)
+class Link:
+    """A straight arm of constant thickness, m, between the end of one flexure and that of another, or the block that
+    this end is on a stub of: `ends` are (flexure, 0 or 1), the second one None at a block."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    thickness: float
+    ends: tuple[tuple[int, int], tuple[int, int] | None]
+
+
+def links_of(flexures: list[Flexure], near: float) -> list[Link]:
+    """Arms between flexures, and stubs of them on blocks."""
+    ends = {(k, e): own.at((own.start, own.end)[e]) for k, own in enumerate(flexures) for e in (0, 1)}
+    links, used = [], set[tuple[int, int]]()
+    for (k, e), point in ends.items():
+        own = flexures[k]
+        if (k, e) in used or own.stub[e] <= near:
+            continue
+        far = own.at(own.end + own.stub[1] if e else own.start - own.stub[0])
+        met = [key for key, at in ends.items() if key != (k, e) and float(np.linalg.norm(at - far)) < near]
+        other = next((key for key in met if abs(flexures[key[0]].thick[key[1]] / own.thick[e] - 1) < ALIKE), None)
+        used |= {(k, e)} | ({other} if other else set())
+        links.append(Link(_pair(point), _pair(far), own.thick[e], ((k, e), other)))
+    return links
+
+
+@dataclass(frozen=True)
+class Block:
+    """What is left of a part without its flexures and arms: a polygon of shapely, m, and the ends that it carries."""
+
+    polygon: Any
+    flexures: tuple[tuple[int, int], ...]
+    links: tuple[int, ...]
+
+
+def blocks_of(
+    outline: Outline, flexures: list[Flexure], tolerance: float
+) -> tuple[list[Flexure], list[Link], list[Block]]:
+    """Flexures that join two blocks, arms, and blocks, each with the ends that it carries. Flexures both ends of which
+    are in one block are left to that."""
+    shapely = need("shapely", "solid")
+    boundary, near = Boundary(outline.segments), 1e-5 * outline.size
+    whole = outline.polygon(tolerance)
+    while True:
+        links = links_of(flexures, near)
+        thin = [_strip(shapely, Axis(boundary, np.array(f.centre), np.array(f.along)), f, near / 10) for f in flexures]
+        arms = [_arm(shapely, link, near / 10) for link in links]
+        rest = whole.difference(shapely.union_all([*thin, *arms])) if thin else whole
+        rest = rest.buffer(-near, join_style="mitre").buffer(near, join_style="mitre")
+        parts = [own.simplify(near / 10) for own in getattr(rest, "geoms", [rest])]
+        carried: list[tuple[list[tuple[int, int]], list[int]]] = [([], []) for _ in parts]
+        joined = {end for link in links for end in link.ends if end is not None}
+
+        def at(point: Array, parts: list[Any] = parts) -> int:
+            return int(np.argmin(shapely.distance(parts, shapely.Point(*point))))
+
+        host: dict[tuple[int, int], int] = {}
+        for j, link in enumerate(links):
+            if link.ends[1] is None:
+                host[link.ends[0]] = at(np.array(link.end))
+                carried[host[link.ends[0]]][1].append(j)
+        for k, own in enumerate(flexures):
+            for e in (0, 1):
+                if (k, e) not in joined:
+                    host[k, e] = at(own.at((own.start, own.end)[e]))
+                    carried[host[k, e]][0].append((k, e))
+        loose = {k for k in range(len(flexures)) if (k, 0) in host and host[k, 0] == host.get((k, 1))}
+        if not loose:
+            blocks = [Block(own, tuple(f), tuple(n)) for own, (f, n) in zip(parts, carried, strict=True)]
+            return flexures, links, blocks
+        flexures = [own for k, own in enumerate(flexures) if k not in loose]
+
+
+def _strip(shapely: Any, axis: Axis, flexure: Flexure, near: float) -> Any:
+    """The polygon of a flexure, a little wider than it is."""
+    x = _stations(flexure.start, flexure.end)
+    inside = np.clip(x, flexure.start + 1e-9 * flexure.length, flexure.end - 1e-9 * flexure.length)
+    low, high, _, _ = axis.faces(inside)
+    sides = [[axis.at(a, b - near) for a, b in zip(x, low, strict=True)]]
+    sides.append([axis.at(a, b + near) for a, b in zip(x, high, strict=True)][::-1])
+    thick = shapely.Polygon([p for side in sides for p in side])
+    return thick.buffer(0)
+
+
+def _arm(shapely: Any, link: Link, near: float) -> Any:
+    a, b = np.array(link.start), np.array(link.end)
+    u = (b - a) / np.linalg.norm(b - a)
+    across = np.array([-u[1], u[0]]) * (link.thickness / 2 + near)
+    return shapely.Polygon([a - across, b - across, b + across, a + across])
