@@ -78,7 +78,9 @@ def described(
     numbers = sorted(range(len(blocks)), key=lambda k: (not on_plane[k], -blocks[k].polygon.area))
     block_names = [""] * len(blocks)
     for j, k in enumerate(numbers):
-        block_names[k] = ("base" if sum(on_plane) == 1 else f"base{j + 1}") if on_plane[k] else f"block{j + 1 - sum(on_plane)}"
+        block_names[k] = (
+            ("base" if sum(on_plane) == 1 else f"base{j + 1}") if on_plane[k] else f"block{j + 1 - sum(on_plane)}"
+        )
     names = [f"{'leaf' if own.kind == 'leaf' else 'notch'}{k + 1}" for k, own in enumerate(flexures)]
     nodes: dict[str, list[float]] = {}
     ends: dict[tuple[int, int], str] = {}
@@ -107,11 +109,13 @@ def described(
         joins |= dict.fromkeys(block.flexures, block_names[k])
     flexure_data = {}
     for k, own in enumerate(flexures):
-        flexure_data[names[k]] = _flexure(own, (ends[k, 0], ends[k, 1]), thickness)
+        flexure_data[names[k]] = _flexure(own, (ends[k, 0], ends[k, 1]), nodes, thickness)
         if own.shift > 0.01 * own.web:
             at = f"({in_mm(own.centre)}) mm"
             by = quantity(own.shift, "m", 2)
-            notes.append(f"{names[k]} at {at}: its faces are unlike, it is taken as symmetric about its axis; off by {by}")
+            notes.append(
+                f"{names[k]} at {at}: its faces are unlike, it is taken as symmetric about its axis; off by {by}"
+            )
         if own.kind == "table":
             notes.append(f"{names[k]}: no contour of the catalogue fits; it is a table of thicknesses")
     bodies = {
@@ -134,8 +138,8 @@ def _on(held: Plane, block: Block, near: float) -> bool:
     return bool((on[:-1] & on[1:]).any())
 
 
-def _flexure(own: Flexure, nodes: tuple[str, str], thickness: float) -> dict[str, Any]:
-    data: dict[str, Any] = {"nodes": nodes, "material": MATERIAL, "reference": _across(own)}
+def _flexure(own: Flexure, ends: tuple[str, str], nodes: dict[str, list[float]], thickness: float) -> dict[str, Any]:
+    data: dict[str, Any] = {"nodes": ends, "material": MATERIAL, "reference": _across(own)}
     if own.kind == "leaf":
         profile = {"type": "leaf", "width": thickness, "thickness": _rounded(own.web)}
         return data | {
@@ -151,7 +155,8 @@ def _flexure(own: Flexure, nodes: tuple[str, str], thickness: float) -> dict[str
         contour["fillet_radius"] = radius
     else:
         x, h = (tuple(map(_rounded, column)) for column in own.table)
-        contour = {"shape": "table", "positions": (0.0, *x[1:-1], _rounded(own.length)), "thicknesses": h}
+        length = math.dist(nodes[ends[0]], nodes[ends[1]])
+        contour = {"shape": "table", "positions": (0.0, *x[1:-1], length), "thicknesses": h}
     profile = {"type": "notch", "width": thickness, "contour": contour}
     return data | {"profile": profile, "elements": ELEMENTS[1], "integration": "tapered"}
 

@@ -44,7 +44,7 @@ def solid_modes(
     of tetrahedra there (k,), m. Raises SolverError where that fails."""
     ng, occ, meshing = (need(name, "solid") for name in ("ngsolve", "netgen.occ", "netgen.meshing"))
     part = _extruded(occ, outline, thickness, held)
-    parameters = meshing.MeshingParameters(maxh=thickness / MM, grading=0.4, curvaturesafety=2.0)
+    parameters = meshing.MeshingParameters(maxh=thickness / MM, grading=0.4, curvaturesafety=0.8)
     for (x, y, z), h in zip(sizes[0] / MM, sizes[1] / MM, strict=True):
         parameters.RestrictH(x=x, y=y, z=z, h=h)
     try:

@@ -38,7 +38,7 @@ BLUNT = 2e-3
 SPARE_MODES = 6
 """Modes of the description beyond those asked for, among which counterparts are looked for."""
 
-LEAF_CELL, NOTCH_CELL = 4.0, 1.5
+LEAF_CELL, NOTCH_CELL = 4.0, 1.0
 """Length of tetrahedra in a leaf and in a notch, over its thickness there."""
 
 SURE = 0.5
@@ -286,7 +286,9 @@ def held_plane(outline: Outline, text: str) -> Plane:
     normal = np.array([right[1], -right[0]])
     places = np.array([at for segment in own for at in (segment.start, segment.end)]) @ normal
     if any(not segment.is_line for segment in own) or np.ptp(places) > 1e-6 * outline.size:
-        raise OptionError(f"hold {text!r}: what is held of a layer are lines on one line; arcs and several lines are not")
+        raise OptionError(
+            f"hold {text!r}: what is held of a layer are lines on one line; arcs and several lines are not"
+        )
     return Plane((float(normal[0]), float(normal[1])), float(places.mean()), f"layer {text}")
 
 
