@@ -35,6 +35,8 @@ LIMITS = {
     "dense_entries": SizeLimit(25_000_000, "entries of one full matrix"),
     "designs": SizeLimit(20_000_000, "designs of a study that is held in memory; a folder holds any number"),
     "file_bytes": SizeLimit(2_000_000_000, "bytes of a file of data or matrices, as it is and unpacked"),
+    "drawing_bytes": SizeLimit(100_000_000, "bytes of a drawing"),
+    "drawing_segments": SizeLimit(100_000, "lines and arcs of a drawing, blocks written out"),
     "arrays": SizeLimit(100_000, "arrays or datasets in one file of data"),
     "solid_bytes": SizeLimit(100_000_000, "bytes of a file of CAD"),
 }

@@ -158,3 +158,64 @@ def test_the_surface_of_a_composite_is_closed_and_holds_its_volume() -> None:
     inside = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
     assert inside == pytest.approx((20 * 30 - 12 * 22) * 12e-9, rel=1e-9)
     assert body.volume == pytest.approx(inside, rel=1e-9)
+
+
+def prism(corners: list[tuple[float, float]], thickness: float, more: str = "") -> str:
+    points = ", ".join(f"[{x} mm, {y} mm]" for x, y in corners)
+    return f"{{shape: prism, outline: [{points}], thickness: {thickness} mm{more}}}"
+
+
+L_SHAPE = [(0, 0), (4, 0), (4, 26), (20, 26), (20, 30), (0, 30)]
+
+
+def test_a_prism_is_the_boxes_that_it_is_made_of() -> None:
+    """Also in the other sense, turned from another plane, and with a pocket that is a prism."""
+    known = hz(guide(f"{BAR}, {ARM}"))
+    lying = prism([(y, x) for x, y in L_SHAPE], 12, ", at: [0, 0, 6 mm], rotate: {axis: [1, 1, 0], angle: 180 deg}")
+    pocket = prism([(4, -1), (4, 26), (21, 26), (21, -1)], 14, ", at: [0, 0, 6 mm]")
+    for add, cut in [
+        (prism(L_SHAPE, 12, ", at: [0, 0, 6 mm]"), ""),
+        (lying, ""),
+        (OUTER, pocket),
+    ]:
+        np.testing.assert_allclose(hz(guide(add, cut)), known, rtol=2e-3)
+
+
+def test_a_prism_as_one_solid_of_the_part() -> None:
+    """Its mass in the solid of the whole part is that of its pieces, and so is the place of its centre."""
+    model = fx.assemble(fx.loads(guide(prism(L_SHAPE, 12, ", at: [0, 0, 6 mm]"))))
+    box = fx.assemble(fx.loads(guide(f"{BAR}, {ARM}")))
+    from flexura.fem import body_solids
+
+    one, two = (next(body for body in body_solids(own) if body.name == "table") for own in (model, box))
+    assert one.volume == pytest.approx(two.volume, rel=1e-9)
+    assert one.volume == pytest.approx((4 * 30 + 16 * 4) * 12e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("corners", "found"),
+    [
+        ([(0, 0), (4, 0)], "outline"),
+        ([(0, 0), (4, 4), (4, 0), (0, 4)], "sides 1 and 3 cross or touch"),
+        ([(0, 0), (4, 0), (4, 0), (0, 4)], "two corners that follow each other are one"),
+    ],
+)
+def test_outlines_of_prisms_are_simple(corners: list[tuple[float, float]], found: str) -> None:
+    with pytest.raises(fx.ModelError, match=found):
+        fx.loads(guide(prism(corners, 12)))
+
+
+def test_where_lines_leave_a_prism_and_how_far_points_are_out_of_it() -> None:
+    from flexura.mechanism import Composite, PrismPiece
+    from flexura.structure import Pieces
+
+    outline = tuple((1e-3 * x, 1e-3 * y) for x, y in L_SHAPE)
+    pieces = Pieces.of(Composite(material="al", add=(PrismPiece(outline=outline, thickness=12e-3),)))
+    points = np.array([[2.0, 5, 0], [2, 28, 1], [12, 10, 0], [2, 28, -1], [1, 1, 0]]) * 1e-3
+    towards = np.array([[1.0, 0, 0], [1, 0, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0]])
+    np.testing.assert_allclose(pieces.exits(points, towards), [2e-3, 18e-3, 0, 7e-3, 29e-3], atol=1e-9)
+    np.testing.assert_allclose(pieces.beyond(points), [-2e-3, -2e-3, 8e-3, -2e-3, -1e-3], atol=1e-12)
+    np.testing.assert_allclose(pieces.nearest(points)[2], [4e-3, 10e-3, 0], atol=1e-12)
+    Q = np.diag([-1.0, 1, 1])
+    mirrored = pieces.moved(Q, np.array([1.0, 0, 0]))
+    np.testing.assert_allclose(mirrored.beyond(points @ Q + [1, 0, 0]), pieces.beyond(points), atol=1e-12)

@@ -59,6 +59,7 @@ from flexura.mechanism import Plate as Plate
 from flexura.mechanism import PlatePiece as PlatePiece
 from flexura.mechanism import PointMass as PointMass
 from flexura.mechanism import Prescribed as Prescribed
+from flexura.mechanism import PrismPiece as PrismPiece
 from flexura.mechanism import PublishedValue as PublishedValue
 from flexura.mechanism import Range as Range
 from flexura.mechanism import Rayleigh as Rayleigh

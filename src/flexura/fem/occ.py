@@ -308,12 +308,19 @@ def body_volume(gmsh: ModuleType, body: BodySolid) -> int:
         raise SolverError(f"{body.name}: {error}") from None
 
 
-def _primitive(gmsh: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool) -> int:
-    """A box, or a cylinder about its first axis, of half sizes (3,), m, with right-handed axes (3, 3) as rows."""
+def _primitive(
+    gmsh: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool, outline_of: Array | None = None
+) -> int:
+    """A box, a cylinder about its first axis, or a prism of corners (n, 2), of half sizes (3,), m, with right-handed
+    axes (3, 3) as rows."""
     x, y, z = 2 * half[:, None] * axes / MILLIMETRE
     corner = centre / MILLIMETRE - (x + y + z) / 2
     if is_round:
         return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(half[1]) / MILLIMETRE)
+    if outline_of is not None:
+        base = (centre - half[2] * axes[2] + outline_of @ axes[:2]) / MILLIMETRE
+        sides = [np.array(side) for side in pairwise([*base, base[0]])]
+        return only_volume(gmsh.model.occ.extrude([(2, gmsh.model.occ.addPlaneSurface([outline(gmsh, sides)]))], *z))
     corners = [corner, corner + x, corner + x + y, corner + y, corner]
     face = gmsh.model.occ.addPlaneSurface([outline(gmsh, [np.array(side) for side in pairwise(corners)])])
     return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
@@ -334,7 +341,8 @@ def composite_volume(gmsh: ModuleType, pieces: Pieces) -> int:
     """A composite as one volume, mm. Raises ShapeError where it is none."""
     model = gmsh.model.occ
     columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
-    tags = [_primitive(gmsh, *piece) for piece in zip(*columns, strict=True)]
+    forms = enumerate(zip(*columns, strict=True))
+    tags = [_primitive(gmsh, *piece, outline_of=pieces.outlines.get(k)) for k, piece in forms]
     made = [(3, tags[0])]
     if pieces.added > 1:
         made, origin = model.fuse(made, [(3, tag) for tag in tags[1 : pieces.added]])

@@ -19,6 +19,7 @@ from flexura.mechanism.body import Meshed as Meshed
 from flexura.mechanism.body import Plate as Plate
 from flexura.mechanism.body import PlatePiece as PlatePiece
 from flexura.mechanism.body import PointMass as PointMass
+from flexura.mechanism.body import PrismPiece as PrismPiece
 from flexura.mechanism.body import RigidBody as RigidBody
 from flexura.mechanism.body import Rotation as Rotation
 from flexura.mechanism.body import Sheet as Sheet

@@ -14,6 +14,7 @@ from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import (
     Angle,
     Inertia,
+    Length,
     NonNegativeMass,
     NonNegativeNumber,
     PositiveLength,
@@ -110,7 +111,44 @@ class PlatePiece(_Placed):
     thickness: PositiveLength
 
 
-Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece, Field(discriminator="shape")]
+class PrismPiece(_Placed):
+    """A polygon in the plane of x and y, extruded along z, as far up as down."""
+
+    shape: Literal["prism"] = "prism"
+    outline: tuple[tuple[Length, Length], ...] = Field(min_length=3, max_length=2000)
+    """Its corners in order, from `at`, m; anticlockwise or clockwise."""
+    thickness: PositiveLength
+
+    @model_validator(mode="after")
+    def _is_simple(self) -> Self:
+        if all(isinstance(x, float) for corner in self.outline for x in corner):
+            corners = np.array(self.outline, dtype=float)
+            sides = np.roll(corners, -1, axis=0) - corners
+            if (np.abs(sides).max(axis=1) == 0).any():
+                raise refuse("two corners that follow each other are one: a side has a length")
+            if (crossed := _crossed_sides(corners)) is not None:
+                first, second = (k + 1 for k in crossed)
+                raise refuse(f"sides {first} and {second} cross or touch: an outline does not cross itself")
+        return self
+
+
+def _crossed_sides(corners: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Two sides (n, 2) of a polygon that are no neighbours and meet."""
+    a, b = corners, np.roll(corners, -1, axis=0)
+
+    def turn(p: NDArray[np.float64], q: NDArray[np.float64], r: NDArray[np.float64]) -> NDArray[np.float64]:
+        return (q - p)[..., 0] * (r - p)[..., 1] - (q - p)[..., 1] * (r - p)[..., 0]
+
+    a0, b0, a1, b1 = a[:, None], b[:, None], a[None], b[None]
+    meets = (turn(a0, b0, a1) * turn(a0, b0, b1) <= 0) & (turn(a1, b1, a0) * turn(a1, b1, b0) <= 0)
+    boxes = (np.maximum(a0, b0) >= np.minimum(a1, b1)).all(axis=-1)
+    n = len(corners)
+    apart = (np.arange(n)[:, None] - np.arange(n)) % n
+    found = np.argwhere(meets & boxes & boxes.T & (apart > 1) & (apart < n - 1))
+    return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
+
+
+Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece | PrismPiece, Field(discriminator="shape")]
 
 
 def _not_written(value: Any) -> Any:
@@ -120,7 +158,7 @@ def _not_written(value: Any) -> Any:
 
 
 class Composite(Part):
-    """Boxes, cylinders and plates in one piece, less others: frames, brackets, plates with holes and pockets."""
+    """Boxes, cylinders, plates and prisms in one piece, less others: frames, brackets, plates with holes."""
 
     shape: Literal["composite"] = "composite"
     material: str

@@ -1,8 +1,8 @@
-"""Solids that are made up of boxes and cylinders, less others: where they are, and where lines leave them."""
+"""Solids that are made up of boxes, cylinders and prisms, less others: where they are, and where lines leave them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Bools, Index
 from flexura.beam import FiniteSolid, Patches, member_frame
-from flexura.mechanism import BoxPiece, Composite, CylinderPiece, PlatePiece, rotation_matrix
+from flexura.mechanism import BoxPiece, Composite, CylinderPiece, PlatePiece, PrismPiece, rotation_matrix
+from flexura.structure.prisms import beyond_prism, crossed, is_within, nearest_in_prism
 
 ON = 1e-9
 """How far beside a line a place is looked at, over the size of the solid."""
@@ -30,9 +31,11 @@ PARALLEL = 1e-12
 
 @dataclass(frozen=True)
 class Pieces:
-    """Boxes, and cylinders about their first axis, the first `added` of which make up a solid that others are cut from.
+    """Boxes, cylinders about their first axis, and prisms, the first `added` of which make up a solid that others are
+    cut from.
 
-    centre (k, 3), m; axes (k, 3, 3) as rows; half (k, 3), half sizes, m; is_round (k,).
+    centre (k, 3), m; axes (k, 3, 3) as rows; half (k, 3), half sizes, m, of prisms those of the box around them;
+    is_round (k,). `outlines` are the corners (n, 2) of prisms along their first two axes by the number of the piece.
     """
 
     centre: Array
@@ -40,20 +43,23 @@ class Pieces:
     half: Array
     is_round: Bools
     added: int
+    outlines: dict[int, Array] = field(default_factory=dict)
 
     @staticmethod
     def of(solid: Composite) -> Pieces:
         """Of a composite whose numbers are resolved."""
         placed = [_placed(piece) for piece in (*solid.add, *solid.cut)]
         centre, axes, half, is_round = (np.array(column) for column in zip(*placed, strict=True))
-        return Pieces(centre, axes, half, is_round, len(solid.add))
+        prisms = {k: p for k, p in enumerate((*solid.add, *solid.cut)) if isinstance(p, PrismPiece)}
+        outlines = {k: _outline(piece)[0] for k, piece in prisms.items()}
+        return Pieces(centre, axes, half, is_round, len(solid.add), outlines)
 
     def moved(self, Q: Array, t: Array) -> Pieces:
         """Turned, or mirrored, by Q (3, 3) and moved by t (3,), m; axes stay right-handed: pieces are their own mirror
-        images."""
+        images across their third one."""
         axes = self.axes @ Q.T
         axes[:, 2] *= np.linalg.det(Q).round()
-        return Pieces(self.centre @ Q.T + t, axes, self.half, self.is_round, self.added)
+        return Pieces(self.centre @ Q.T + t, axes, self.half, self.is_round, self.added, self.outlines)
 
     @property
     def box(self) -> Array:
@@ -74,6 +80,8 @@ class Pieces:
         away = np.abs(at) - self.half
         radial = np.linalg.norm(at[..., 1:], axis=-1) - self.half[:, 1]
         away = np.where(self.is_round, np.maximum(away[..., 0], radial), away.max(axis=-1))
+        for k, outline in self.outlines.items():
+            away[..., k] = beyond_prism(outline, self.half[k, 2], at[..., k, :])
         added, cut = away[..., : self.added].min(axis=-1), away[..., self.added :].min(axis=-1, initial=np.inf)
         return np.maximum(added, -cut)
 
@@ -85,6 +93,9 @@ class Pieces:
         box = np.clip(at, -half, half)
         disc = np.concatenate([box[..., :1], at[..., 1:] * half[:, 1:2] / radius], axis=-1)
         near = np.where(self.is_round[added, None], disc, box)
+        for k, outline in self.outlines.items():
+            if k < self.added:
+                near[:, k] = nearest_in_prism(outline, self.half[k, 2], at[:, k])
         first = np.linalg.norm(near - at, axis=-1).argmin(axis=1)
         chosen = (near - at)[np.arange(len(points)), first]
         return points + np.einsum("pi,pij->pj", chosen, self.axes[first])
@@ -96,9 +107,16 @@ class Pieces:
 
         def is_in(at: Array) -> Bools:
             inside = (enter[:, None] < at) & (at < leave[:, None])
+            for k, outline in self.outlines.items():
+                local = (points + at[..., None] * towards - self.centre[k]) @ self.axes[k].T
+                inside[k] = is_within(outline, local[..., :2]) & (np.abs(local[..., 2]) < self.half[k, 2])
             return np.asarray(inside[: self.added].any(axis=0) & ~inside[self.added :].any(axis=0), dtype=bool)
 
-        ends = np.concatenate([leave[: self.added], enter[self.added :], np.zeros((1, len(points)))])
+        faces = [
+            crossed(outline, self.half[k, 2], (points - self.centre[k]) @ self.axes[k].T, towards @ self.axes[k].T)
+            for k, outline in self.outlines.items()
+        ]
+        ends = np.concatenate([leave[: self.added], enter[self.added :], *faces, np.zeros((1, len(points)))])
         ends = np.where(ends >= 0, ends, np.inf)
         after = np.where(np.isfinite(ends), ends + step, 0.0)
         return np.where(is_in(after), np.inf, ends).min(axis=0)
@@ -204,7 +222,7 @@ class MeshedSolid(Protocol):
         ...
 
 
-def _placed(piece: BoxPiece | CylinderPiece | PlatePiece) -> tuple[Array, Array, Array, bool]:
+def _placed(piece: BoxPiece | CylinderPiece | PlatePiece | PrismPiece) -> tuple[Array, Array, Array, bool]:
     """Centre (3,), axes (3, 3) as rows, half sizes (3,), and whether it is a cylinder."""
     turn = np.eye(3)
     if piece.rotate is not None:
@@ -217,7 +235,20 @@ def _placed(piece: BoxPiece | CylinderPiece | PlatePiece) -> tuple[Array, Array,
         case CylinderPiece(diameter=d, length=length, axis=axis):
             half, along = _numbers((length, d, d)) / 2, _numbers(axis)
             axes = member_frame(along, np.eye(3)[int(np.abs(along).argmin())])
+        case PrismPiece(thickness=t):
+            outline, middle = _outline(piece)
+            half, axes = np.append(np.abs(outline).max(axis=0), _numbers(t) / 2), np.eye(3)
+            return _numbers(piece.at) + np.append(middle, 0.0) @ turn, turn, half, False
     return _numbers(piece.at), axes @ turn, half, isinstance(piece, CylinderPiece)
+
+
+def _outline(piece: PrismPiece) -> tuple[Array, Array]:
+    """Corners (n, 2), anticlockwise, from the middle (2,) of the box around them, and this."""
+    corners = _numbers(piece.outline)
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    x, y = (corners - middle).T
+    area = x @ np.roll(y, -1) - y @ np.roll(x, -1)
+    return (corners - middle)[:: 1 if area > 0 else -1], middle
 
 
 def _numbers(values: Any) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -74,7 +75,8 @@ def _block(occ: ModuleType, block: Block) -> Any:
         return _primitive(occ, block.centre, block.axes, block.half, block.is_round)
     pieces = block.pieces
     columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
-    made = [_primitive(occ, *piece) for piece in zip(*columns, strict=True)]
+    forms = enumerate(zip(*columns, strict=True))
+    made = [_primitive(occ, *piece, outline=pieces.outlines.get(k)) for k, piece in forms]
     solid = made[0]
     for other in made[1 : pieces.added]:
         solid = solid + other
@@ -83,9 +85,16 @@ def _block(occ: ModuleType, block: Block) -> Any:
     return solid
 
 
-def _primitive(occ: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool) -> Any:
-    """A box, or a cylinder about its first axis, of half sizes (3,), m, with right-handed axes (3, 3) as rows."""
+def _primitive(
+    occ: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool, outline: Array | None = None
+) -> Any:
+    """A box, a cylinder about its first axis, or a prism of corners (n, 2), of half sizes (3,), m, with right-handed
+    axes (3, 3) as rows."""
     centre, half = centre / MILLIMETRE, half / MILLIMETRE
+    if outline is not None:
+        base = centre - half[2] * axes[2] + outline / MILLIMETRE @ axes[:2]
+        face = _face(occ, [np.stack(side) for side in pairwise([*base, base[0]])])
+        return face.Extrude(occ.gp_Vec(*(2 * half[2] * axes[2])))
     if not is_round:
         return _prism(occ, centre, axes, half)
     base, along = occ.gp_Pnt(*(centre - half[0] * axes[0])), occ.gp_Vec(*axes[0])
