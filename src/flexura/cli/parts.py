@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from flexura.cli.amounts import length_of, quantity_of
 from flexura.cli.options import Answer, command, say
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
 
-Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP).")]
+Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP), or drawing of a planar one (DXF, SVG).")]
+Thickness = Annotated[
+    str | None, typer.Option(metavar="LENGTH", help="Thickness of the part of a drawing, e.g. '10 mm'.")
+]
 
 
 @command(
@@ -22,11 +26,15 @@ Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP).")]
     out="Write the table of faces here.",
     reads=False,
 )
-def faces_command(file: Step) -> Answer:
+def faces_command(
+    file: Step,
+    thickness: Thickness = None,
+) -> Answer:
     """Faces of a part from CAD: number, name, colour, kind and place of each, and how a file chooses it."""
     from flexura.fem import faces
 
-    return Answer(faces(file), pictures="draw_faces")
+    limit = None if thickness is None else length_of(thickness, "--thickness")
+    return Answer(faces(file, thickness=limit), pictures="draw_faces")
 
 
 @command("strict", reads=False)
@@ -60,6 +68,10 @@ def model_command(
     mesh_tolerance: Annotated[
         str | None, typer.Option(metavar="REL", help="What the mesh may make frequencies wrong by, e.g. '0.5 %'.")
     ] = None,
+    thickness: Thickness = None,
+    offset: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="By how much the part is larger than drawn, on all sides.")
+    ] = None,
     out: Annotated[
         list[Path] | None,
         typer.Option(
@@ -84,6 +96,8 @@ def model_command(
         tolerance=tolerance,
         up_to=limit,
         mesh_tolerance=mesh_tolerance,
+        thickness=None if thickness is None else length_of(thickness, "--thickness"),
+        offset=0.0 if offset is None else quantity_of("--offset", offset, "m", "-0.05 mm"),
     )
     targets = out or []
     _refuse_unknown(targets)

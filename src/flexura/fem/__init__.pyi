@@ -1,5 +1,6 @@
 from flexura.fem.cad import Drawing as Drawing
 from flexura.fem.cad import PartFace as PartFace
+from flexura.fem.cad import extruded as extruded
 from flexura.fem.cad import faces as faces
 from flexura.fem.components import Component as Component
 from flexura.fem.components import Copy as Copy

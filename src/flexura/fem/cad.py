@@ -22,6 +22,7 @@ from flexura.errors import OptionError, did_you_mean, need
 from flexura.fem.geometry import MILLIMETRE
 from flexura.files import read_bytes
 from flexura.mechanism import Interface
+from flexura.outlines import Outline, Segment, read_dxf, read_svg
 from flexura.results import Tabular
 from flexura.tables import Facts, Item, Table, in_mm, quantity
 
@@ -41,6 +42,9 @@ OVERLAPPING = 1e-6
 """Common volume of two solids over that of the smaller one, above which they overlap."""
 
 MOST_LISTED = 12
+
+NO_LAYERS = ("", "0")
+"""Layers of drawings that name nothing."""
 
 
 @dataclass(frozen=True)
@@ -216,54 +220,86 @@ def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") 
 
 
 @verb
-def faces(path: str | Path) -> Drawing:
+def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0.0) -> Drawing:
     """The solids and faces of a STEP file, in metres, with what chooses them; solids that touch are glued.
 
-    Raises OptionError for files that cannot be read, have no solid, or solids that overlap or do not touch.
+    With a `thickness`, m, those of a DXF or SVG drawing of a planar part, from z = 0 up, whose outline is `offset`, m,
+    larger than drawn on all sides; faces have the names of the layers of their lines. Raises OptionError for files that
+    cannot be read, have no solid, or solids that overlap or do not touch; ModelError for outlines that enclose nothing.
     """
+    is_planar = Path(path).suffix.lower() in (".dxf", ".svg")
+    if is_planar != (thickness is not None):
+        rule = "a drawing needs a thickness" if is_planar else "a thickness belongs to a drawing, .dxf or .svg"
+        raise OptionError(f"{path}: {rule}")
     content = read_bytes(Path(path), "solid_bytes")
-    if b"ISO-10303-21" not in content[:4096]:
-        raise OptionError(f"{path}: this is no STEP file: it does not begin with ISO-10303-21")
     occ = need("netgen.occ", "solid")
-    try:
-        geometry = occ.OCCGeometry(str(path))
-        shape = geometry.shape
-        solids = list(shape.solids)
-    except Exception as error:
-        raise OptionError(f"{path}: OpenCASCADE cannot read it: {' '.join(str(error).split())[:200]}") from None
     notes: list[str] = []
-    if not solids:
-        faces = len(list(shape.faces))
-        if faces:
-            geometry.Heal()
-            shape, solids = geometry.shape, list(geometry.shape.solids)
-            notes.append(f"{faces} loose faces were sewn to {len(solids)} solids")
-        if not solids:
-            rule = f"it has {faces} faces and no solid" if faces else "it has no solid"
-            raise OptionError(f"{path}: {rule}: export the part as a solid body, closed")
+    if thickness is not None:
+        outline = read_dxf(path) if Path(path).suffix.lower() == ".dxf" else read_svg(path)
+        outline = outline.offset(offset) if offset else outline
+        solids, notes = [extruded(outline, thickness)], list(outline.notes)
+        content += f"{thickness!r} {offset!r}".encode()
+    else:
+        solids = _solids_of_step(occ, path, content, notes)
     names = _names(solids)
-    low, high = (np.array([p.x, p.y, p.z]) * MILLIMETRE for p in shape.bounding_box)
-    size = float(np.linalg.norm(high - low))
+    boxes = np.array([[[p.x, p.y, p.z] for p in solid.bounding_box] for solid in solids]) * MILLIMETRE
+    box = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    size = float(np.linalg.norm(box[1] - box[0]))
     if not SMALLEST < size < LARGEST:
         rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 10 m"
         raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
-    if len(solids) > 1:
-        shape = _glued(occ, solids, names, str(path))
-    else:
-        shape = solids[0]
-        shape.name = names[0]
-    shape.mat(names[0]) if len(solids) == 1 else None
-    faces, order = _faces(occ, shape, names, size, str(path))
-    return Drawing(
-        str(path),
-        shape,
-        names,
-        faces,
-        np.stack([low, high]),
-        hashlib.sha256(content).hexdigest(),
-        order,
-        tuple(notes),
-    )
+    shape = _glued(occ, solids, names, str(path)) if len(solids) > 1 else solids[0]
+    outer, order = _faces(occ, shape, names, size, str(path))
+    return Drawing(str(path), shape, names, outer, box, hashlib.sha256(content).hexdigest(), order, tuple(notes))
+
+
+def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]) -> list[Any]:
+    """The solids of a STEP file, sewn of loose faces where there are no others."""
+    if b"ISO-10303-21" not in content[:4096]:
+        raise OptionError(f"{path}: this is no STEP file: it does not begin with ISO-10303-21")
+    try:
+        geometry = occ.OCCGeometry(str(path))
+        solids = list(geometry.shape.solids)
+    except Exception as error:
+        raise OptionError(f"{path}: OpenCASCADE cannot read it: {' '.join(str(error).split())[:200]}") from None
+    if solids:
+        return solids
+    count = len(list(geometry.shape.faces))
+    if count:
+        geometry.Heal()
+        solids = list(geometry.shape.solids)
+    if not solids:
+        rule = f"it has {count} faces and no solid" if count else "it has no solid"
+        raise OptionError(f"{path}: {rule}: export the part as a solid body, closed")
+    notes.append(f"{count} loose faces were sewn to {len(solids)} solids")
+    return solids
+
+
+def extruded(outline: Outline, thickness: float) -> Any:
+    """The solid, in mm, of an outline and a thickness, m, from z = 0 up; layers of lines name its faces."""
+    occ = need("netgen.occ", "solid")
+
+    def point(at: Any) -> Any:
+        return occ.gp_Pnt(at[0] / MILLIMETRE, at[1] / MILLIMETRE, 0.0)
+
+    def edge(own: Segment) -> Any:
+        if own.is_line:
+            return occ.Segment(point(own.start), point(own.end))
+        return occ.ArcOfCircle(point(own.start), point(own.at(0.5).tolist()), point(own.end))
+
+    flat = [occ.Face(occ.Wire([edge(own) for own in loop.segments])) for loop in outline.loops]
+    face = flat[0]
+    for hole in flat[1:]:
+        face = face - hole
+    (solid,) = face.Extrude(occ.gp_Vec(0.0, 0.0, thickness / MILLIMETRE)).solids
+    named = [own for own in outline.segments if own.layer not in NO_LAYERS]
+    middles = np.array([own.at(np.linspace(0.0, 1.0, 201)).mean(axis=0) for own in named]).reshape(-1, 2)
+    for side in solid.faces:
+        at = np.array([side.center.x, side.center.y]) * MILLIMETRE
+        away = np.linalg.norm(middles - at, axis=1)
+        if named and away.min() < 1e-4 * outline.size and abs(side.center.z * MILLIMETRE / thickness - 0.5) < 1e-6:
+            side.name = named[int(away.argmin())].layer
+    return solid
 
 
 def _axis(direction: Array) -> str:

@@ -83,14 +83,20 @@ def _made(
     model: Mechanism, part: SolidPart, path: Path, drawings: dict[str, Drawing], announce: Callable[[str], None]
 ) -> Substructure:
     """The substructure that stands for a part."""
-    if part.step not in drawings:
+    key = "step" if part.step else "drawing"
+    if any(isinstance(value, Expression) for value in (part.thickness, part.offset)):
+        rule = "a part is meshed once, for one thickness and offset"
+        raise ModelError([Problem((*path, "thickness"), "", rule, "write numbers in place of parameters")])
+    thickness, offset = _number(part.thickness), _number(part.offset) or 0.0
+    known = f"{part.file} {thickness} {offset}"
+    if known not in drawings:
         announce("reading")
         try:
-            drawings[part.step] = faces(part.step)
+            drawings[known] = faces(part.file, thickness=thickness, offset=offset)
         except OptionError as error:
-            rule, _, hint = str(error).removeprefix(f"{part.step}: ").partition("\n    hint: ")
-            raise ModelError([Problem((*path, "step"), part.step, rule, hint)]) from None
-    drawing = drawings[part.step]
+            rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
+            raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
+    drawing = drawings[known]
     materials = _materials(model, part, path, drawing)
     joints = _joints(part, path, drawing)
     loss = model.material(part.material).loss_factor

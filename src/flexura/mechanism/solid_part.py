@@ -50,14 +50,20 @@ class Interface(Described):
 
 
 class SolidPart(Described):
-    """One solid, or several that touch, from a STEP file, with a node for each interface.
+    """One solid, or several that touch, from a STEP file, or a drawing with a thickness; a node for each interface.
 
     It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
     It is linear inside, and reduced to its interfaces and its lowest modes with these held.
     """
 
-    step: Text = Field(min_length=1)
-    """The STEP file."""
+    step: Text | None = None
+    """A STEP file."""
+    drawing: Text | None = None
+    """In place of it a DXF or SVG drawing of the outline of a planar part, whose layers name faces."""
+    thickness: PositiveLength | None = None
+    """Of a planar part, from z = 0 up."""
+    offset: Length = 0.0
+    """By how much the outline of a planar part is larger than drawn, on all sides: what a wire leaves, or takes."""
     material: str
     at: Vector = ORIGIN
     rotate: Turns = ()
@@ -71,3 +77,18 @@ class SolidPart(Described):
     """How far frequencies may be off for the mesh, relative, as two orders and a recovered stress estimate it."""
     loss_factor: NonNegativeNumber | None = None
     """Structural loss factor; by default that of the material."""
+
+    @property
+    def file(self) -> str:
+        """The file that it is drawn in."""
+        return self.step or self.drawing or ""
+
+    @model_validator(mode="after")
+    def _one_file(self) -> Self:
+        if (self.step is None) == (self.drawing is None):
+            raise refuse("both, or neither, is given: a part has either a step or a drawing")
+        if (self.drawing is None) != (self.thickness is None):
+            raise refuse("a drawing has a thickness, and a STEP file none")
+        if self.step is not None and self.offset != 0.0:
+            raise refuse("the outline of a drawing has an offset, a STEP file none")
+        return self

@@ -334,6 +334,10 @@ def files_of(file: FilePath) -> tuple[FilePath, ...]:
     return tuple(files)
 
 
+FILES_OF_PARTS = ("step", "drawing")
+"""Keys of parts that name files."""
+
+
 def _carry_paths(node: Node, folder: FilePath) -> None:
     """Let files that superelements and parts of a document name be found from another folder."""
     substructures = node.value.get("substructures")
@@ -347,9 +351,10 @@ def _carry_paths(node: Node, folder: FilePath) -> None:
                     carried[id(matrix.value["file"])] = matrix.value["file"]
         parts = holder.value.get("parts") if isinstance(holder.value, dict) else None
         for entry in parts.value.values() if parts and isinstance(parts.value, dict) else ():
-            step = entry.value.get("step") if isinstance(entry.value, dict) else None
-            if step is not None and isinstance(step.value, str):
-                carried[id(step)] = step
+            for key in FILES_OF_PARTS:
+                file = entry.value.get(key) if isinstance(entry.value, dict) else None
+                if file is not None and isinstance(file.value, str):
+                    carried[id(file)] = file
     for file in carried.values():
         file.value = str(folder / file.value)
 

@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from flexura.arguments import verb
-from flexura.errors import ModelError, OptionError
-from flexura.mechanism import Mechanism
-from flexura.modelfile.document import parse
+from flexura.errors import OptionError
+from flexura.mechanism import CATALOGUE, Mechanism
+from flexura.modelfile.materials import material_of
 from flexura.modelfile.reader import described
 
 Words = str | Sequence[str]
+
+CATALOGUE_METAL = "Al-7075-T6"
+"""What stands for the material until that is read."""
 
 SYNTAX = "NAME, 12, plane x = 0 mm, radius 3 mm, normal +z, colour #ff0000, near 1, 2, 3 mm; and joins them"
 """How faces are chosen in words."""
@@ -81,16 +84,18 @@ def part_model(
     tolerance: float | None = None,
     up_to: float | None = None,
     mesh_tolerance: float | str | None = None,
+    thickness: float | None = None,
+    offset: float = 0.0,
     name: str | None = None,
 ) -> Mechanism:
-    """A part of a STEP file as a mechanism, held at some faces, with a node at others.
+    """A part of a STEP file, or of a DXF or SVG drawing, as a mechanism, held at some faces, with a node at others.
 
     `material` is one of the catalogue, or `E: 71.7 GPa, nu: 0.33, rho: 2810 kg/m^3`. `hold` and `interface` choose
     faces in words, one or several: by name, number, plane, radius, normal, colour or nearest point, after a name of
     their own where they are to have one, as in `tip: plane x = 60 mm`. `tolerance` is that of the reduction, `up_to`
     the frequency, with a unit or in Hz, up to which modes are to be right, `mesh_tolerance` what the mesh may make
-    these wrong by, 0.005 or `0.5 %`. Nothing is read of the file yet. Raises ModelError and OptionError for what cannot
-    be.
+    these wrong by, 0.005 or `0.5 %`. A drawing has a `thickness`, m, and an `offset`, m, of its outline. Nothing is
+    read of the file yet. Raises ModelError and OptionError for what cannot be.
     """
     file = Path(path)
     if not file.is_file():
@@ -108,14 +113,11 @@ def part_model(
     if not interfaces:
         rule = "a part needs a face that is held, or one at which others meet it"
         raise OptionError(f"{rule}: hold='plane x = 0 mm', interface='table' (--hold, --interface)")
-    part: dict[str, Any] = {"step": str(file.absolute()), "material": material, "interfaces": interfaces}
+    part: dict[str, Any] = {"material": CATALOGUE_METAL, "interfaces": interfaces}
+    part["step" if thickness is None else "drawing"] = str(file.absolute())
+    if thickness is not None:
+        part |= {"thickness": f"{thickness!r} m", "offset": f"{offset!r} m"}
     data: dict[str, Any] = {"name": name or file.stem, "parts": {key: part}}
-    if ":" in material:
-        try:
-            data["materials"] = {"metal": parse(f"{{{material}}}", "material").plain()}
-        except ModelError as error:
-            raise OptionError(f"{material!r} is no material: {error.problems[0].rule}") from None
-        part["material"] = "metal"
     if up_to is not None:
         part["up_to"] = f"{up_to:.12g} Hz"
     if mesh_tolerance is not None:
@@ -124,7 +126,11 @@ def part_model(
         data["ground"] = {f"{key}.{own}": "clamped" for own in held}
     if tolerance is not None:
         data["reduction"] = {"tolerance": tolerance}
-    return described(data, str(file))
+    mechanism = described(data, str(file))
+    if material in CATALOGUE:
+        return mechanism.replaced({"parts": {key: mechanism.parts[key].replaced({"material": material})}})
+    metal = {"materials": {"metal": material_of(material)}}
+    return mechanism.replaced({**metal, "parts": {key: mechanism.parts[key].replaced({"material": "metal"})}})
 
 
 def _share(value: float | str) -> float:

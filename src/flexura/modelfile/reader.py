@@ -27,7 +27,7 @@ from flexura.mechanism import (
     validated,
 )
 from flexura.mechanism import problems as problems_of_whole
-from flexura.modelfile.document import VERSION, Node, parse, text_of, with_bases
+from flexura.modelfile.document import FILES_OF_PARTS, VERSION, Node, parse, text_of, with_bases
 from flexura.modelfile.parameters import entries, holders, prepare_bound_values, prepare_parameters
 from flexura.modelfile.quantities import QuantityReader
 from flexura.modelfile.schema import unknown_key_hint
@@ -283,8 +283,9 @@ def _find_parts(data: dict[str, Any], directory: FilePath) -> None:
     """Let the files of parts be found from anywhere."""
     for _, holder in holders(data):
         for _, entry in entries(holder, "parts"):
-            if isinstance(entry, dict) and isinstance(entry.get("step"), str):
-                entry["step"] = str((directory / entry["step"]).absolute())
+            for key in FILES_OF_PARTS:
+                if isinstance(entry, dict) and isinstance(entry.get(key), str):
+                    entry[key] = str((directory / entry[key]).absolute())
 
 
 def _validated(data: dict[str, Any], pruned: Pruned, reader: QuantityReader) -> tuple[Mechanism | None, list[Problem]]:

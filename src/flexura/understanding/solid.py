@@ -10,6 +10,7 @@ import scipy.sparse.linalg as spla
 
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError, need
+from flexura.fem import extruded
 from flexura.linalg import factorise_large
 from flexura.outlines import Outline, Segment
 from flexura.understanding.describe import Plane
@@ -43,7 +44,7 @@ def solid_modes(
     """The `n` lowest modes for E, Pa, nu and rho, kg/m^3, held at a plane; `sizes` are places (k, 3), m, and the length
     of tetrahedra there (k,), m. Raises SolverError where that fails."""
     ng, occ, meshing = (need(name, "solid") for name in ("ngsolve", "netgen.occ", "netgen.meshing"))
-    part = _extruded(occ, outline, thickness, held)
+    part = _extruded(outline, thickness, held)
     parameters = meshing.MeshingParameters(maxh=thickness / MM, grading=0.4, curvaturesafety=0.8)
     for (x, y, z), h in zip(sizes[0] / MM, sizes[1] / MM, strict=True):
         parameters.RestrictH(x=x, y=y, z=z, h=h)
@@ -58,23 +59,10 @@ def solid_modes(
     return SolidModes(limit, uncertain / limit, fine[1], mesh.ne, fine[2])
 
 
-def _extruded(occ: Any, outline: Outline, thickness: float, held: Plane) -> Any:
+def _extruded(outline: Outline, thickness: float, held: Plane) -> Any:
     """The solid, mm; its held faces are named `held`, and edges at its inner corners marked."""
 
-    def point(at: tuple[float, float]) -> Any:
-        return occ.gp_Pnt(at[0] / MM, at[1] / MM, 0.0)
-
-    def edge(own: Segment) -> Any:
-        if own.is_line:
-            return occ.Segment(point(own.start), point(own.end))
-        x, y = own.at(0.5).tolist()
-        return occ.ArcOfCircle(point(own.start), point((x, y)), point(own.end))
-
-    faces = [occ.Face(occ.Wire([edge(own) for own in loop.segments])) for loop in outline.loops]
-    face = faces[0]
-    for hole in faces[1:]:
-        face = face - hole
-    part = face.Extrude(occ.gp_Vec(0.0, 0.0, thickness / MM))
+    part = extruded(outline, thickness)
     near = 1e-6 * outline.size
     for own in part.faces:
         places = np.array([[p.x, p.y] for p in (*(v.p for v in own.vertices), own.center)]) * MM
