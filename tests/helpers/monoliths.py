@@ -76,3 +76,92 @@ def drawn(loops: list[list[Piece]], kind: str, folder: Path) -> Path:
                 space.add_line(a[:2], b[:2])
     document.saveas(folder / "part.dxf")
     return folder / "part.dxf"
+
+
+def rounded(points: list[tuple[float, float]], radius: float) -> list[Piece]:
+    """Corners anticlockwise about the part, with fillets where it turns in."""
+    pieces: list[Piece] = []
+    for k, (x, y) in enumerate(points):
+        (ax, ay), (bx, by) = points[k - 1], points[(k + 1) % len(points)]
+        u, v = (x - ax, y - ay), (bx - x, by - y)
+        turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
+        if turn > -1e-9 or radius == 0:
+            pieces.append((x, y, 0.0))
+            continue
+        d = radius * math.tan(-turn / 2)
+        p, q = d / math.hypot(*u), d / math.hypot(*v)
+        pieces += [(x - p * u[0], y - p * u[1], math.tan(turn / 4)), (x + q * v[0], y + q * v[1], 0.0)]
+    return pieces
+
+
+def united(
+    boxes: list[tuple[float, float, float, float]], radius: float, turn: float = 0.0, more: object = None
+) -> list[list[Piece]]:
+    """The union of boxes (x0, y0, x1, y1) and of `more`, with fillets in its inner corners, turned, deg."""
+    import shapely
+    from shapely import affinity
+
+    parts = [shapely.box(*box) for box in boxes] + ([] if more is None else [more])
+    whole = affinity.rotate(shapely.union_all(parts), turn, origin=(0, 0)).simplify(1e-9)
+    rings = [whole.exterior, *whole.interiors]
+    loops = []
+    for k, ring in enumerate(rings):
+        corners = list(ring.coords)[:-1]
+        if ring.is_ccw != (k == 0):
+            corners.reverse()
+        loops.append(rounded(corners, radius))
+    return loops
+
+
+def circle(x: float, y: float, diameter: float) -> list[Piece]:
+    return [(x - diameter / 2, y, 1.0), (x + diameter / 2, y, 1.0)]
+
+
+def bridge(radius: float, turn: float = 0.0) -> list[list[Piece]]:
+    """C: bridge amplifier: base below, output above, two inputs at the sides, four tilted arms on hinges 4 x 0.5."""
+    import shapely
+
+    blocks = [(-7, 0, 7, 7), (-7, 23, 7, 30), (-38, 9, -30, 21), (30, 9, 38, 21)]
+    hinges, arms = [], []
+    for sx in (-1, 1):
+        for up in (False, True):
+            inner, outer = (4.0, 12.0) if not up else (26.0, 18.0)
+            for x0, y in ((7, inner), (26, outer)):
+                x = sorted((sx * x0, sx * (x0 + 4)))
+                hinges.append((x[0], y - 0.25, x[1], y + 0.25))
+            arms.append(shapely.Polygon([(sx * x, y) for x, y in ((11, inner - 2), (11, inner + 2), (26, outer + 2), (26, outer - 2))]))
+    loops = united([*blocks, *hinges], radius, turn, shapely.union_all(arms))
+    return [*loops, circle(*_turned(-3.5, 3, turn), 3), circle(*_turned(3.5, 3, turn), 3)]
+
+
+def _turned(x: float, y: float, turn: float) -> tuple[float, float]:
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    return c * x - s * y, s * x + c * y
+
+
+def folded(radius: float) -> list[list[Piece]]:
+    """D: stage on folded leaves 24 x 0.4: from the base to a bar, and back to the stage, on both sides."""
+    base, stage = [(0, 0, 50, 6), (0, 6, 6, 12), (44, 6, 50, 12)], [(17, 14, 33, 32)]
+    bars = [(0, 40, 12, 44), (38, 40, 50, 44)]
+    leaves = [(2, 12, 2.4, 40), (47.6, 12, 48, 40), (9, 17, 9.4, 40), (40.6, 17, 41, 40)]
+    shelf = [(8, 14, 17, 17), (33, 14, 42, 17)]
+    return [*united([*base, *stage, *bars, *leaves, *shelf], radius), circle(25, 23, 8)]
+
+
+def elliptic(drawing: object) -> None:
+    """E: guide as A, whose notches are half ellipses 8 long and 2.8 deep, with webs of 0.4; holes in its blocks."""
+    space = drawing.modelspace()  # pyright: ignore[reportAttributeAccessIssue]
+    size, wide, arm, a, b = (70, 40), (12, 58), 6.0, 4.0, 2.8
+    for y0, out in ((0.0, 1), (arm, -1), (40 - arm, 1), (40.0, -1)):
+        begin, end = (0, size[0]) if y0 in (0.0, 40.0) else wide
+        x = [begin, 18 - a, 18 + a, 52 - a, 52 + a, end]
+        for p, q in ((0, 1), (2, 3), (4, 5)):
+            space.add_line((x[p], y0), (x[q], y0))
+        for c in (18, 52):
+            first = 0 if out > 0 else math.pi
+            space.add_ellipse((c, y0), (a, 0), b / a, first, first + math.pi)
+    for x, low, high in ((0, 0, 40), (size[0], 0, 40), (wide[0], arm, 40 - arm), (wide[1], arm, 40 - arm)):
+        space.add_line((x, low), (x, high))
+    for x in (6, 64):
+        for y in (10, 30):
+            space.add_circle((x, y), 2.5)

@@ -24,6 +24,9 @@ FLAT = 2e-3
 SLOWER = 0.5
 """Slope of the thickness behind a joint over that before it, below which a notch has ended there."""
 
+ROUGH, LEVEL = 1e-4, 0.02
+"""Relative change of thickness, and slope of it, that are none."""
+
 CHUNK = 2_000_000
 """Pairs of rays and segments that are looked at together."""
 
@@ -158,7 +161,7 @@ class Axis:
             is_flat = bool(is_line[k]) and abs(h1 - h0) <= FLAT * h0
             if state == "flat" and is_flat:
                 flat = grown = on = float(b[k])
-            elif state != "on" and h1 > h0 and first[k] >= SLOWER * slope:
+            elif state != "on" and h1 > h0 * (1 - ROUGH) and first[k] >= SLOWER * slope - LEVEL:
                 state, grown, on, thick, slope = "grows", float(b[k]), float(b[k]), h1, float(last[k])
             elif is_flat:
                 state, on = "on", float(b[k])

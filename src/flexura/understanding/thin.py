@@ -26,7 +26,7 @@ OPENS = 1.5
 """How much thicker a part is behind a flexure than in it, at least."""
 
 SLENDER = 3.0
-"""Length of a leaf over its thickness, at least."""
+"""Length of a flexure over its least thickness, at least."""
 
 SHARE = 2e-3
 """Bending flexibility, the integral of 1 / h^3, over that of the most flexible one, below which a thin place is left to
@@ -40,6 +40,9 @@ LARGE_FILLET = 1.0
 
 STRAIGHT = 1e-6
 """Angle, rad, between the axis of a flexure and one of the drawing up to which they are parallel."""
+
+TURNS = 4
+"""How often an axis is moved to the thinnest section nearby and turned along its faces."""
 
 STATIONS = 61
 """Places along a contour that is a table."""
@@ -136,37 +139,46 @@ def _inward(boundary: Boundary, number: Index, points: Array) -> Array:
 
 def _thinnest(boundary: Boundary, number: Index, share: Array, k: int) -> Axis:
     """The axis through the thinnest place near a sample."""
-    own = boundary.segments[int(number[k])]
+    points, inward = _at(boundary, number[k : k + 1], share[k : k + 1])
+    least = boundary.distance(points, inward)[0]
+    axis = Axis(boundary, (points + least[:, None] * inward / 2)[0], np.array([inward[0, 1], -inward[0, 0]]))
+    for _ in range(TURNS):
+        axis = _centred(axis)
+    before, after = axis.walk(-1).flat, axis.walk(1).flat
+    return Axis(boundary, axis.at((after - before) / 2), axis.along)
 
-    def away(s: float) -> float:
-        points, inward = _at(boundary, number[k : k + 1], np.array([s]))
-        return float(boundary.distance(points, inward)[0][0])
 
-    count = int((number == number[k]).sum())
-    here, least = float(share[k]), away(float(share[k]))
-    limits = max(here - 1 / count, 0.0), min(here + 1 / count, 1.0)
-    better = minimize_scalar(away, bounds=limits, method="bounded", options={"xatol": 1e-9})
-    if float(better.fun) < least * (1 - 1e-9):
-        here, least = float(better.x), float(better.fun)
-    along = own.direction(here)
-    inward = np.array([-along[1], along[0]])
-    middle = own.at(here) + inward * least / 2
+def _centred(axis: Axis) -> Axis:
+    """The axis moved to where it is thinnest nearby, midway between both faces and along them."""
+
+    def thickness(x: float) -> float:
+        return float(np.nan_to_num(axis.thickness(np.array([x]))[0], posinf=1e9))
+
+    here = thickness(0.0)
+    options = {"xatol": 1e-9 * here}
+    better: Any = minimize_scalar(thickness, bounds=(-here, here), method="bounded", options=options)
+    x = float(better.x) if float(better.fun) < here else 0.0
+    low, high, down, up = axis.faces(np.array([x]))
+    if not np.isfinite(low + high).all():
+        return axis
+    faces = np.stack([axis.at(x, float(y[0])) for y in (low, high)])
+    normals = _inward(axis.boundary, np.concatenate([down, up]), faces)
+    along = np.array([1.0, -1.0]) @ np.stack([normals[:, 1], -normals[:, 0]], axis=1)
+    along = along / np.linalg.norm(along)
     if along[np.abs(along).argmax()] < 0:
         along = -along
     if np.abs(along).min() < STRAIGHT:
         along = along.round() + 0.0
-    axis = Axis(boundary, middle, along)
-    before, after = axis.walk(-1).flat, axis.walk(1).flat
-    return Axis(boundary, axis.at((after - before) / 2), axis.along)
+    return Axis(axis.boundary, faces.mean(axis=0), along)
 
 
 def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
     """What a thin place is; None where it is no flexure."""
     start, end, web = -before.grown, after.grown, after.thin
+    if not 0 < SLENDER * web < end - start:
+        return None
     opens = [max(w.thick / web, w.step if w.on == w.grown and w.ends == "wall" else 0.0) for w in (before, after)]
-    straight = before.flat + after.flat
-    grows = before.grown > before.flat or after.grown > after.flat
-    if min(opens) < OPENS or not (end > start) or (not grows and straight < SLENDER * web):
+    if min(opens) < OPENS:
         return None
     x = np.linspace(start, end, 401)[1:-1]
     low, high, down, up = axis.faces(x)
@@ -175,7 +187,8 @@ def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
     shift = float(np.abs(high + low).max() / 2)
     radii: list[float] = []
     is_round = True
-    for side, walk in ((x < -before.flat, before), (x > after.flat, after)):
+    near = 1e-6 * (end - start)
+    for side, walk in ((x < -before.flat - near, before), (x > after.flat + near, after)):
         arcs = {*down[side].tolist(), *up[side].tolist()}
         r = axis.boundary.radius[sorted(arcs)] if arcs else np.zeros(1)
         is_round &= bool(walk.grown == walk.flat or (np.isfinite(r).all() and np.ptp(r) <= ALIKE * r.min()))
