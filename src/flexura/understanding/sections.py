@@ -15,6 +15,9 @@ from flexura.outlines import Segment
 INSIDE = 1e-9
 """How far beside a joint of segments sections are taken, over the length between two joints."""
 
+ENDS = 1e-9
+"""How far beyond its ends a segment is crossed, over its length, so that joints are not missed."""
+
 JUMP = 0.02
 """Relative change of thickness from one side of a joint to the other from which it is a step."""
 
@@ -68,13 +71,14 @@ class Boundary:
         )
         with np.errstate(divide="ignore", invalid="ignore"):
             share = -s[..., 0] / (e[..., 0] - s[..., 0])
-            line = np.where((share >= 0) & (share <= 1), s[..., 1] + share * (e[..., 1] - s[..., 1]), np.nan)
+            line = np.where((share >= -ENDS) & (share <= 1 + ENDS), s[..., 1] + share * (e[..., 1] - s[..., 1]), np.nan)
             half = np.sqrt(np.where(self.is_line, np.nan, self.radius) ** 2 - c[..., 0] ** 2)
         arcs = np.stack([c[..., 1] - half, c[..., 1] + half], axis=-1)
         chord = e - s
         # an arc that turns left lies to the right of its chord
         side = chord[..., 0:1] * (arcs - s[..., 1:2]) - chord[..., 1:2] * (0.0 - s[..., 0:1])
-        arcs = np.where(side * np.sign(self.bulge)[None, :, None] <= 0, arcs, np.nan)
+        most = ENDS * (chord**2).sum(axis=-1)[..., None]
+        arcs = np.where(side * np.sign(self.bulge)[None, :, None] <= most, arcs, np.nan)
         return np.where(self.is_line[None, :, None], line[..., None], arcs)
 
 

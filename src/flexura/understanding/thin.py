@@ -44,6 +44,9 @@ STRAIGHT = 1e-6
 TURNS = 4
 """How often an axis is moved to the thinnest section nearby and turned along its faces."""
 
+NEAREST = 0.7
+"""Thickness over that of a sample, below which what is next to it is something else."""
+
 STATIONS = 61
 """Places along a contour that is a table."""
 
@@ -157,7 +160,7 @@ def _centred(axis: Axis) -> Axis:
     here = thickness(0.0)
     options = {"xatol": 1e-9 * here}
     better: Any = minimize_scalar(thickness, bounds=(-here, here), method="bounded", options=options)
-    x = float(better.x) if float(better.fun) < here else 0.0
+    x = float(better.x) if NEAREST * here < float(better.fun) < here else 0.0
     low, high, down, up = axis.faces(np.array([x]))
     if not np.isfinite(low + high).all():
         return axis
@@ -175,7 +178,7 @@ def _centred(axis: Axis) -> Axis:
 def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
     """What a thin place is; None where it is no flexure."""
     start, end, web = -before.grown, after.grown, after.thin
-    if not 0 < SLENDER * web < end - start:
+    if not (0 < SLENDER * web < end - start and np.isfinite([before.thick, after.thick]).all()):
         return None
     opens = [max(w.thick / web, w.step if w.on == w.grown and w.ends == "wall" else 0.0) for w in (before, after)]
     if min(opens) < OPENS:
