@@ -97,3 +97,5 @@ from flexura.testing.virtual import SensorPlacement as SensorPlacement
 from flexura.testing.virtual import VirtualTest as VirtualTest
 from flexura.testing.virtual import place_sensors as place_sensors
 from flexura.testing.virtual import virtual_test as virtual_test
+from flexura.understanding import Understanding as Understanding
+from flexura.understanding import understand as understand

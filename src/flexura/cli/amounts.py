@@ -79,6 +79,15 @@ def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
     return values
 
 
+def length_of(text: str, option: str) -> float:
+    """A positive length, m. Raises OptionError when it is none."""
+    with named(option, text):
+        value = _amount(text, Kind("a length", "m", "'10 mm'"))
+        if not value > 0:
+            raise OptionError("a length is positive")
+    return value
+
+
 def gravity_of(text: str | None) -> list[float] | None:
     """An acceleration (3,), m/s^2; None where it is not given. Raises OptionError when it is none."""
     if text is None:

@@ -58,6 +58,11 @@ COMMANDS = {
         "compare_command",
         "Natural frequencies by every method, with their errors against the exact ones and their times.",
     ),
+    "understand": _Command(
+        "drawings",
+        "understand_command",
+        "A drawing (DXF, SVG) of a planar part as a mechanism of flexures and bodies, beside its own solid.",
+    ),
     "verify": _Command(
         "verification",
         "verify_command",

@@ -3,6 +3,7 @@ from flexura.modelfile.document import files_of as files_of
 from flexura.modelfile.document import parse as parse
 from flexura.modelfile.document import parse_any as parse_any
 from flexura.modelfile.document import text_of as text_of
+from flexura.modelfile.materials import material_of as material_of
 from flexura.modelfile.parameters import parse_override as parse_override
 from flexura.modelfile.reader import load as load
 from flexura.modelfile.reader import loads as loads

@@ -12,10 +12,10 @@ import numpy as np
 from flexura.arrays import Array, Bools, Index
 from flexura.outlines import Segment
 
-INSIDE = 1e-9
+INSIDE = 1e-8
 """How far beside a joint of segments sections are taken, over the length between two joints."""
 
-ENDS = 1e-9
+ENDS = 1e-12
 """How far beyond its ends a segment is crossed, over its length, so that joints are not missed."""
 
 JUMP = 0.02

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError, need
 from flexura.linalg import factorise_large
 from flexura.outlines import Outline, Segment
@@ -22,7 +22,7 @@ CONVERGENCE = 10.0
 
 
 class SolidModes(NamedTuple):
-    """Frequencies (n,), Hz, with their relative uncertainty (n,), motions (p, 6, n) at points, NaN outside; the mesh."""
+    """Frequencies (n,), Hz, their relative uncertainty (n,), motions (p, 6, n) at points, NaN outside, and the mesh."""
 
     frequency_hz: Array
     uncertainty: Array
@@ -134,7 +134,8 @@ def _modes(
     return np.sqrt(values[order_of]) / (2 * np.pi), shapes, len(free)
 
 
-def _sparse(form: Any, free: Array, n: int) -> sp.csr_matrix:
+def _sparse(form: Any, free: Index, n: int) -> sp.csr_matrix:
     form.Assemble()
     row, column, value = form.mat.COO()
-    return sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))[free][:, free]
+    full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
+    return full[free][:, free]

@@ -158,7 +158,7 @@ def _centred(axis: Axis) -> Axis:
         return float(np.nan_to_num(axis.thickness(np.array([x]))[0], posinf=1e9))
 
     here = thickness(0.0)
-    options = {"xatol": 1e-9 * here}
+    options: Any = {"xatol": 1e-9 * here}
     better: Any = minimize_scalar(thickness, bounds=(-here, here), method="bounded", options=options)
     x = float(better.x) if NEAREST * here < float(better.fun) < here else 0.0
     low, high, down, up = axis.faces(np.array([x]))
