@@ -22,7 +22,7 @@ PLANE = 1e-6
 MATERIAL = "metal"
 """What the material is called in the description."""
 
-DECIMALS = 10
+DECIMALS = 13
 """Digits of metres that are written."""
 
 ELEMENTS = 10, 16
@@ -118,9 +118,11 @@ def described(
             )
         if own.kind == "table":
             notes.append(f"{names[k]}: no contour of the catalogue fits; it is a table of thicknesses")
-    bodies = {
-        block_names[k]: _body(blocks[k], thickness, held if on_plane[k] else None, carried[k], near) for k in numbers
-    }
+    bodies = {}
+    for k in numbers:
+        ends_of = [*blocks[k].flexures, *(links[j].ends[0] for j in blocks[k].links)]
+        along = flexures[ends_of[0][0]].along if ends_of else (1.0, 0.0)
+        bodies[block_names[k]] = _body(blocks[k], thickness, held if on_plane[k] else None, carried[k], near, along)
     mechanism = Mechanism.model_validate(
         {
             "name": name, "materials": {MATERIAL: material}, "nodes": nodes, "links": link_data,
@@ -161,10 +163,13 @@ def _flexure(own: Flexure, ends: tuple[str, str], nodes: dict[str, list[float]],
     return data | {"profile": profile, "elements": ELEMENTS[1], "integration": "tapered"}
 
 
-def _body(block: Block, thickness: float, held: Plane | None, carries: list[str], near: float) -> dict[str, Any]:
+def _body(
+    block: Block, thickness: float, held: Plane | None, carries: list[str], near: float, along: tuple[float, float]
+) -> dict[str, Any]:
     """A body: a box where the block is a rectangle, else a prism less cylinders and prisms; turned so that what is held
-    of it is a face across an axis of its own."""
-    turn = math.atan2(held.normal[1], held.normal[0]) if held is not None else 0.0
+    of it, or else a flexure that it carries, is across or along an axis of its own."""
+    x, y = along if held is None else held.normal
+    turn = math.atan2(y, x)
     corners = _simple(np.array(block.polygon.exterior.coords)[:-1], near)
     is_box = len(corners) == 4 and _is_rectangle(corners)
     if is_box and held is None:
