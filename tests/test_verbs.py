@@ -36,6 +36,7 @@ SHELL = {
     "buckling": ((flexura.preload,), {"n"}),  # so many frequencies and buckling factors are printed
     "compare": ((flexura.compare,), set()),
     "verify": ((flexura.verify,), set()),
+    "understand": ((flexura.understand,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "kinetostatics": ((flexura.kinetostatics,), set()),

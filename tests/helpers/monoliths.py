@@ -129,7 +129,8 @@ def bridge(radius: float, turn: float = 0.0) -> list[list[Piece]]:
             for x0, y in ((7, inner), (26, outer)):
                 x = sorted((sx * x0, sx * (x0 + 4)))
                 hinges.append((x[0], y - 0.25, x[1], y + 0.25))
-            arms.append(shapely.Polygon([(sx * x, y) for x, y in ((11, inner - 2), (11, inner + 2), (26, outer + 2), (26, outer - 2))]))
+            sides = ((11, inner - 2), (11, inner + 2), (26, outer + 2), (26, outer - 2))
+            arms.append(shapely.Polygon([(sx * x, y) for x, y in sides]))
     loops = united([*blocks, *hinges], radius, turn, shapely.union_all(arms))
     return [*loops, circle(*_turned(-3.5, 3, turn), 3), circle(*_turned(3.5, 3, turn), 3)]
 

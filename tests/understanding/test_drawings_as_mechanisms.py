@@ -85,9 +85,7 @@ def test_the_solid_of_a_drawing_stands_beside_its_description(tmp_path: Path) ->
 
 def test_a_bridge_amplifier_turned_by_30_degrees_is_the_same() -> None:
     """Held by a layer of its lines, since its base is across no axis."""
-    straight = fx.understand(
-        outline_from(bridge(1.0)), thickness=10e-3, material=AL, hold="y = 0 mm", with_solid=False
-    )
+    straight = fx.understand(outline_from(bridge(1.0)), thickness=10e-3, material=AL, hold="y = 0 mm", with_solid=False)
     turned = outline_from(bridge(1.0, 30.0))
     right = np.array([math.sin(math.radians(30)), -math.cos(math.radians(30))])
 

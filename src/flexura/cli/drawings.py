@@ -30,9 +30,9 @@ def understand_command(
         str | None, typer.Option(metavar="UNIT", help="Unit of the drawing, e.g. mm, where the file has none.")
     ] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the mechanism file here, as .yaml.")] = None,
-    without_solid: Annotated[
-        bool, typer.Option("--without-solid", help="The description alone, without the solid beside it.")
-    ] = False,
+    with_solid: Annotated[
+        bool, typer.Option("--with-solid/--without-solid", help="The solid of the drawing beside the description.")
+    ] = True,
 ) -> Answer:
     """A drawing (DXF, SVG) of a planar part as a mechanism of flexures and bodies, beside its own solid."""
     from flexura.modelfile import save
@@ -45,7 +45,7 @@ def understand_command(
         hold=hold,
         n=n,
         units=units,
-        with_solid=not without_solid,
+        with_solid=with_solid,
         progress=say,
     )
 

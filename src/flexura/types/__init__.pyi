@@ -21,3 +21,6 @@ from flexura.study.questions import Relation as Relation
 from flexura.study.questions import Slopes as Slopes
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import Neglected as Neglected
+from flexura.understanding import ComparedMode as ComparedMode
+from flexura.understanding import RecognisedBlock as RecognisedBlock
+from flexura.understanding import RecognisedFlexure as RecognisedFlexure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,12 @@ MATERIAL = "metal"
 
 DECIMALS = 13
 """Digits of metres that are written."""
+
+BLUNT = 2e-3
+"""Distance of chords from the arcs of a block, over the root of its area."""
+
+UNLIKE = 0.01
+"""How far the middle of the faces lies off the axis, over the web, from which faces are unlike."""
 
 ELEMENTS = 10, 16
 """Elements of a leaf, and of a notch."""
@@ -70,18 +76,14 @@ def described(
     if not flexures:
         rule = "no place of the drawing is thin beside what it joins, so that no flexure was recognised"
         raise OptionError(f"{name}: {rule}: is it the outline of a flexure mechanism?")
-    near, notes = PLANE * outline.size, list[str]()
+    near = PLANE * outline.size
     z = _rounded(thickness / 2)
     on_plane = [_on(held, block, near) for block in blocks]
     if not any(on_plane):
         raise OptionError(f"{name}: nothing of the part lies on {held.name}: hold another place")
     numbers = sorted(range(len(blocks)), key=lambda k: (not on_plane[k], -blocks[k].polygon.area))
-    block_names = [""] * len(blocks)
-    for j, k in enumerate(numbers):
-        block_names[k] = (
-            ("base" if sum(on_plane) == 1 else f"base{j + 1}") if on_plane[k] else f"block{j + 1 - sum(on_plane)}"
-        )
-    names = [f"{'leaf' if own.kind == 'leaf' else 'notch'}{k + 1}" for k, own in enumerate(flexures)]
+    block_names = _block_names(numbers, on_plane)
+    names = [f"{'notch' if own.kind not in ('leaf', 'tapered') else 'leaf'}{k + 1}" for k, own in enumerate(flexures)]
     nodes: dict[str, list[float]] = {}
     ends: dict[tuple[int, int], str] = {}
     link_data, carried = {}, {k: list[str]() for k in range(len(blocks))}
@@ -102,6 +104,10 @@ def described(
         link_data[f"arm{j + 1}"] = {
             "nodes": (ends[first], far), "material": MATERIAL, "reference": _across(own), "section": section
         }  # fmt: skip
+        for key, node, at in (("start_offset", ends[first], link.start), ("end_offset", far, link.end)):
+            offset = np.array(_place(np.array(at), z)) - nodes[node]
+            if np.linalg.norm(offset) > near:
+                link_data[f"arm{j + 1}"][key] = tuple(map(_rounded, offset))
         for end in filter(None, (first, last)):
             joins[end] = block_names[hosts[j]] if j in hosts else f"arm{j + 1}"
     for k, block in enumerate(blocks):
@@ -110,14 +116,6 @@ def described(
     flexure_data = {}
     for k, own in enumerate(flexures):
         flexure_data[names[k]] = _flexure(own, (ends[k, 0], ends[k, 1]), nodes, thickness)
-        if own.shift > 0.01 * own.web:
-            at = f"({in_mm(own.centre)}) mm"
-            by = quantity(own.shift, "m", 2)
-            notes.append(
-                f"{names[k]} at {at}: its faces are unlike, it is taken as symmetric about its axis; off by {by}"
-            )
-        if own.kind == "table":
-            notes.append(f"{names[k]}: no contour of the catalogue fits; it is a table of thicknesses")
     bodies = {}
     for k in numbers:
         ends_of = [*blocks[k].flexures, *(links[j].ends[0] for j in blocks[k].links)]
@@ -130,7 +128,28 @@ def described(
         }
     )  # fmt: skip
     pairs = tuple((joins[k, 0], joins[k, 1]) for k in range(len(flexures)))
-    return Description(mechanism, tuple(names), tuple(block_names), pairs, tuple(notes))
+    return Description(mechanism, tuple(names), tuple(block_names), pairs, tuple(_notes(flexures, names)))
+
+
+def _block_names(numbers: Sequence[int], on_plane: Sequence[bool]) -> list[str]:
+    """Names of blocks by number: those that are held are bases."""
+    names, bases = [""] * len(numbers), sum(on_plane)
+    for j, k in enumerate(numbers):
+        held = "base" if bases == 1 else f"base{j + 1}"
+        names[k] = held if on_plane[k] else f"block{j + 1 - bases}"
+    return names
+
+
+def _notes(flexures: Sequence[Flexure], names: Sequence[str]) -> Iterator[str]:
+    """What of flexures was simplified."""
+    for own, name in zip(flexures, names, strict=True):
+        if own.shift > UNLIKE * own.web:
+            yield (
+                f"{name} at ({in_mm(own.centre)}) mm: its faces are unlike, taken as symmetric about its axis, "
+                f"{quantity(own.shift, 'm', 2)} off their middle; bending out of the plane may be 15 % too stiff"
+            )
+        if own.kind == "table":
+            yield f"{name} at ({in_mm(own.centre)}) mm: no contour fits, it is a table of thicknesses"
 
 
 def _on(held: Plane, block: Block, near: float) -> bool:
@@ -142,8 +161,9 @@ def _on(held: Plane, block: Block, near: float) -> bool:
 
 def _flexure(own: Flexure, ends: tuple[str, str], nodes: dict[str, list[float]], thickness: float) -> dict[str, Any]:
     data: dict[str, Any] = {"nodes": ends, "material": MATERIAL, "reference": _across(own)}
-    if own.kind == "leaf":
-        profile = {"type": "leaf", "width": thickness, "thickness": _rounded(own.web)}
+    if own.kind in ("leaf", "tapered"):
+        thin: Any = _rounded(own.web) if own.kind == "leaf" else tuple(map(_rounded, own.thick))
+        profile = {"type": "leaf", "width": thickness, "thickness": thin}
         return data | {
             "profile": profile, "elements": ELEMENTS[0], "fillet": tuple(_rounded(r) for r in own.radius)
         }  # fmt: skip
@@ -170,12 +190,14 @@ def _body(
     of it, or else a flexure that it carries, is across or along an axis of its own."""
     x, y = along if held is None else held.normal
     turn = math.atan2(y, x)
-    corners = _simple(np.array(block.polygon.exterior.coords)[:-1], near)
+    blunt = BLUNT * math.sqrt(block.polygon.area)
+    corners = _simple(block.polygon.exterior, blunt, near)
     is_box = len(corners) == 4 and _is_rectangle(corners)
     if is_box and held is None:
         side = corners[1] - corners[0]
         turn = math.atan2(side[1], side[0])
-    turn = turn % (math.pi / 2) if abs(math.remainder(turn, math.pi / 2)) > 1e-9 else 0.0
+    turn = round(turn % (math.pi / 2), DECIMALS) if abs(math.remainder(turn, math.pi / 2)) > 1e-9 else 0.0
+    depth = _rounded(1.1 * thickness)
     c, s = math.cos(turn), math.sin(turn)
     R = np.array([[c, s], [-s, c]])  # into the axes of the body
     local = corners @ R.T
@@ -185,7 +207,18 @@ def _body(
     data: dict[str, Any] = {"centre": _place(centre @ R, thickness / 2), "carries": tuple(carries)}
     if turn:
         data["rotate"] = {"axis": (0.0, 0.0, 1.0), "angle": turn}
-    holes = [_hole(np.array(ring.coords)[:-1] @ R.T - centre, thickness, near) for ring in block.polygon.interiors]
+    holes = []
+    for ring in block.polygon.interiors:
+        round_ = np.array(ring.coords)[:-1] @ R.T - centre
+        middle = round_.mean(axis=0)
+        radius = np.linalg.norm(round_ - middle, axis=1)
+        if len(round_) > 8 and np.ptp(radius) < 100 * near:
+            at = (_rounded(middle[0]), _rounded(middle[1]), 0.0)
+            holes.append(
+                {"shape": "cylinder", "diameter": _rounded(2 * float(radius.max())), "length": depth, "at": at}
+            )
+        else:
+            holes.append(_prism(_simple(ring, blunt, near) @ R.T - centre, depth))
     box = {"shape": "box", "size": (*map(_rounded, high - low), thickness)}
     if is_box and not holes:
         data["solid"] = {**box, "material": MATERIAL}
@@ -209,19 +242,10 @@ def _prism(corners: Array, thickness: float) -> dict[str, Any]:
     return {"shape": "prism", "outline": outline, "thickness": thickness}
 
 
-def _hole(corners: Array, thickness: float, near: float) -> dict[str, Any]:
-    """What is cut out: a cylinder where the corners lie on a circle."""
-    depth = 1.1 * thickness
-    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
-    radius = np.linalg.norm(corners - middle, axis=1)
-    if len(corners) > 8 and np.ptp(radius) < 100 * near:
-        at = (_rounded(middle[0]), _rounded(middle[1]), 0.0)
-        return {"shape": "cylinder", "diameter": _rounded(2 * float(radius.max())), "length": depth, "at": at}
-    return _prism(_simple(corners, near), depth)
-
-
-def _simple(corners: Array, near: float) -> Array:
-    """Corners without those that are on the line between their neighbours, or on their neighbour."""
+def _simple(ring: Any, blunt: float, near: float) -> Array:
+    """Corners of a ring of shapely with longer chords along its arcs, without those that are on the line between their
+    neighbours, or on their neighbour."""
+    corners = np.array(ring.simplify(blunt).coords)[:-1]
     while True:
         before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
         along = after - before

@@ -165,7 +165,11 @@ class Axis:
             is_flat = bool(is_line[k]) and abs(h1 - h0) <= FLAT * h0
             if state == "flat" and is_flat:
                 flat = grown = on = float(b[k])
-            elif state != "on" and h1 > h0 * (1 - ROUGH) and first[k] >= SLOWER * slope - LEVEL:
+            elif (
+                state != "on"
+                and h1 > h0 * (1 - (JUMP if state == "flat" else ROUGH))
+                and (first[k] >= SLOWER * slope - LEVEL)
+            ):
                 state, grown, on, thick, slope = "grows", float(b[k]), float(b[k]), h1, float(last[k])
             elif is_flat:
                 state, on = "on", float(b[k])

@@ -14,7 +14,7 @@ from flexura.errors import need
 from flexura.outlines import Outline
 from flexura.understanding.sections import Axis, Boundary, Walk
 
-Kind = Literal["leaf", "circular", "elliptical", "corner_filleted", "table"]
+Kind = Literal["leaf", "tapered", "circular", "elliptical", "corner_filleted", "table"]
 
 SAMPLES = 300
 """Places along the longer side of the part at which its thickness is looked at."""
@@ -32,11 +32,15 @@ SHARE = 2e-3
 """Bending flexibility, the integral of 1 / h^3, over that of the most flexible one, below which a thin place is left to
 the block that it is in."""
 
+TAPERS = 1e-3
+"""How much the slope of the thickness of a leaf changes that tapers evenly."""
+
 ALIKE = 0.01
 """Relative deviation of faces from a contour that they are taken for; of the radii of two arcs."""
 
-LARGE_FILLET = 1.0
-"""Radius of a fillet over the thickness of a leaf from which both are a notch."""
+STRAIGHT_SHARE, LARGE_FILLET = 0.6, 2.0
+"""Share of a leaf with fillets that is straight, at least, and the radius of these over its thickness, at most; else it
+is a notch."""
 
 STRAIGHT = 1e-6
 """Angle, rad, between the axis of a flexure and one of the drawing up to which they are parallel."""
@@ -44,8 +48,14 @@ STRAIGHT = 1e-6
 TURNS = 4
 """How often an axis is moved to the thinnest section nearby and turned along its faces."""
 
+NEXT = 0.02
+"""Relative change of thickness a thousandth of it further on that is a wall."""
+
 NEAREST = 0.7
 """Thickness over that of a sample, below which what is next to it is something else."""
+
+SLIVER = 1e-5
+"""Area of what is left between flexures and arms, over that of the part, that is no block."""
 
 STATIONS = 61
 """Places along a contour that is a table."""
@@ -57,7 +67,8 @@ class Flexure:
 
     `start`, `end`, m, are its ends along from the centre, `web` its least thickness, `thick` that at both ends,
     `radius` that of a circular notch or of the fillets at both ends. `shift`, m, is how far its axis lies off the
-    middle of the faces at most. `stub` is how far the part goes on unchanged behind each end.
+    middle of the faces at most. `stub` is how far the part goes on unchanged behind each end, `aside` how far the
+    middle of that lies across from the axis.
     """
 
     kind: Kind
@@ -70,6 +81,7 @@ class Flexure:
     radius: tuple[float, float]
     stub: tuple[float, float]
     shift: float
+    aside: tuple[float, float] = (0.0, 0.0)
     table: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
 
     @property
@@ -161,6 +173,9 @@ def _centred(axis: Axis) -> Axis:
     options: Any = {"xatol": 1e-9 * here}
     better: Any = minimize_scalar(thickness, bounds=(-here, here), method="bounded", options=options)
     x = float(better.x) if NEAREST * here < float(better.fun) < here else 0.0
+    around = [thickness(x + step) for step in (-1e-3 * here, 1e-3 * here)]
+    if max(around) > (1 + NEXT) * here:  # at a wall: what tapers is thinnest there
+        x = 0.0
     low, high, down, up = axis.faces(np.array([x]))
     if not np.isfinite(low + high).all():
         return axis
@@ -194,8 +209,9 @@ def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
     for side, walk in ((x < -before.flat - near, before), (x > after.flat + near, after)):
         arcs = {*down[side].tolist(), *up[side].tolist()}
         r = axis.boundary.radius[sorted(arcs)] if arcs else np.zeros(1)
-        is_round &= bool(walk.grown == walk.flat or (np.isfinite(r).all() and np.ptp(r) <= ALIKE * r.min()))
-        radii.append(float(r.mean()) if walk.grown > walk.flat else 0.0)
+        has_arcs = walk.grown > walk.flat and bool(np.isfinite(r).all())
+        is_round &= walk.grown == walk.flat or (has_arcs and bool(np.ptp(r) <= ALIKE * r.min()))
+        radii.append(float(r.mean()) if has_arcs else 0.0)
     is_even = shift <= ALIKE * web
     kind = _kind(axis, before, after, radii, is_round, is_even)
     table: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
@@ -203,14 +219,17 @@ def _classified(axis: Axis, before: Walk, after: Walk) -> Flexure | None:
         at = _stations(start, end)
         inside = np.clip(at, start + 1e-7 * (end - start), end - 1e-7 * (end - start))
         table = tuple((at - start).tolist()), tuple(axis.thickness(inside).tolist())
-    thick = [
-        float(axis.thickness(np.array([s * (w.grown + w.on) / 2]))[0]) if w.on > w.grown else w.thick
-        for s, w in ((-1, before), (1, after))
-    ]
+    if kind == "table" and is_even and (np.ptp(np.gradient(high - low, x)) < TAPERS):
+        kind = "tapered"
+    thick, aside = [before.thick, after.thick], [0.0, 0.0]
+    for e, (s, w) in enumerate(((-1, before), (1, after))):
+        if w.on > w.grown:
+            bottom, top, _, _ = axis.faces(np.array([s * (w.grown + w.on) / 2]))
+            thick[e], aside[e] = float((top - bottom)[0]), float((top + bottom)[0] / 2)
     stub = tuple(w.on - w.grown if w.ends in ("wall", "narrows") else 0.0 for w in (before, after))
     return Flexure(
         kind, _pair(axis.origin), _pair(axis.along), start, end, web, (thick[0], thick[1]),
-        (radii[0], radii[1]), (stub[0], stub[1]), shift, table,
+        (radii[0], radii[1]), (stub[0], stub[1]), shift, (aside[0], aside[1]), table,
     )  # fmt: skip
 
 
@@ -229,12 +248,12 @@ def _kind(axis: Axis, before: Walk, after: Walk, radii: list[float], is_round: b
         abs(w.grown - w.flat - own) <= ALIKE * own for w, own in zip((before, after), radii, strict=True) if own > 0
     )
     if straight > ALIKE * length:
-        if r == 0.0 or (is_round and is_quarter and r <= LARGE_FILLET * after.thin and straight >= after.thin):
-            return "leaf"
+        if r == 0.0 or (is_round and is_quarter and straight >= STRAIGHT_SHARE * length):
+            return "leaf" if r <= LARGE_FILLET * after.thin or not (is_even and has_same_radii) else "corner_filleted"
         return "corner_filleted" if is_round and is_quarter and is_even and has_same_radii else "table"
-    if not (alike and is_even):
+    if not alike:
         return "table"
-    if is_round and has_same_radii:
+    if is_even and is_round and has_same_radii:
         return "circular"
     a, b = length / 2, (after.thick - after.thin) / 2
     x = np.linspace(-0.98, 0.98, 101) * a
@@ -249,7 +268,8 @@ def _pair(at: Array) -> tuple[float, float]:
 @dataclass(frozen=True)
 class Link:
     """A straight arm of constant thickness, m, between the end of one flexure and that of another, or the block that
-    this end is on a stub of: `ends` are (flexure, 0 or 1), the second one None at a block."""
+    this end is on a stub of: `ends` are (flexure, 0 or 1), the second one None at a block. `start` and `end` are in the
+    middle of its own faces."""
 
     start: tuple[float, float]
     end: tuple[float, float]
@@ -261,15 +281,22 @@ def links_of(flexures: list[Flexure], near: float) -> list[Link]:
     """Arms between flexures, and stubs of them on blocks."""
     ends = {(k, e): own.at((own.start, own.end)[e]) for k, own in enumerate(flexures) for e in (0, 1)}
     links, used = [], set[tuple[int, int]]()
-    for (k, e), point in ends.items():
+    for k, e in ends:
         own = flexures[k]
         if (k, e) in used or own.stub[e] <= near:
             continue
-        far = own.at(own.end + own.stub[1] if e else own.start - own.stub[0])
-        met = [key for key, at in ends.items() if key != (k, e) and float(np.linalg.norm(at - far)) < near]
+        x = own.end if e else own.start
+        begin = own.at(x, own.aside[e])
+        far = own.at(x + own.stub[1] if e else x - own.stub[0], own.aside[e])
+        met = []
+        for key, at in ends.items():
+            away = at - far
+            along = abs(float(away @ own.along))
+            if key != (k, e) and along < near and float(np.linalg.norm(away)) < own.thick[e] / 2:
+                met.append(key)
         other = next((key for key in met if abs(flexures[key[0]].thick[key[1]] / own.thick[e] - 1) < ALIKE), None)
         used |= {(k, e)} | ({other} if other else set())
-        links.append(Link(_pair(point), _pair(far), own.thick[e], ((k, e), other)))
+        links.append(Link(_pair(begin), _pair(far), own.thick[e], ((k, e), other)))
     return links
 
 
@@ -296,7 +323,7 @@ def blocks_of(
         arms = [_arm(shapely, link, near / 10) for link in links]
         rest = whole.difference(shapely.union_all([*thin, *arms])) if thin else whole
         rest = rest.buffer(-near, join_style="mitre").buffer(near, join_style="mitre")
-        parts = [own.simplify(near / 10) for own in getattr(rest, "geoms", [rest])]
+        parts = [own.simplify(near / 10) for own in getattr(rest, "geoms", [rest]) if own.area > SLIVER * outline.area]
         carried: list[tuple[list[tuple[int, int]], list[int]]] = [([], []) for _ in parts]
         joined = {end for link in links for end in link.ends if end is not None}
 

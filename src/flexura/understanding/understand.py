@@ -6,7 +6,7 @@ import math
 import re
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from flexura.analysis import Modes, modes
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.deadline import Say
+from flexura.deadline import Listener, announcer
 from flexura.errors import Diagnostic, ExpressionError, OptionError, did_you_mean
 from flexura.full_order import assemble
 from flexura.mechanism import Material, Mechanism, with_rigid_bodies
@@ -32,9 +32,6 @@ from flexura.units import parse_quantity, parse_unit
 
 CHORD = 1e-5
 """Distance of chords from the arcs of blocks, over the size of the part."""
-
-BLUNT = 2e-3
-"""The same in the description of blocks."""
 
 SPARE_MODES = 6
 """Modes of the description beyond those asked for, among which counterparts are looked for."""
@@ -192,9 +189,9 @@ def understand(
     name: str | None = None,
     units: str | None = None,
     with_solid: bool = True,
-    progress: Say | None = None,
+    progress: Listener | None = None,
 ) -> Understanding:
-    """A planar part, drawn as DXF, SVG or an `Outline`, as a mechanism of beams and elastic bodies, beside its solid.
+    """A planar part, drawn as DXF, SVG or `Outline`, as a mechanism of beams and elastic bodies, beside its solid.
 
     `thickness`, m, from z = 0 up; `material`, its name in the catalogue or its
     constants, as in 'E: 71.7 GPa, nu: 0.33, rho: 2810 kg/m^3'; `hold` a plane such as 'x = 0 mm', or the
@@ -205,7 +202,7 @@ def understand(
     Raises OptionError for files that are no drawings, materials that are unknown, and what is not there to be held;
     ModelError as `outline_of`; SolverError where the solid fails.
     """
-    began, say = time.perf_counter(), progress or (lambda _: None)
+    began, say = time.perf_counter(), announcer(progress)
     if not (isinstance(thickness, float | int) and math.isfinite(thickness) and thickness > 0):
         raise OptionError(f"thickness is a positive length in m, not {thickness!r}")
     outline = drawing if isinstance(drawing, Outline) else _read(Path(drawing), units)
@@ -214,8 +211,7 @@ def understand(
     held = held_plane(outline, hold)
     say("flexures, arms and blocks")
     flexures, links, blocks = blocks_of(outline, thin_places(outline), CHORD * outline.size)
-    blunt = [replace(own, polygon=_blunt(own.polygon, outline.size)) for own in blocks]
-    description = described(outline, float(thickness), metal, held, (flexures, links, blunt), name)
+    description = described(outline, float(thickness), metal, held, (flexures, links, blocks), name)
     say("the description")
     answer = modes(description.mechanism, n=n + SPARE_MODES, order="full")
     compared: tuple[ComparedMode, ...] = ()
@@ -283,11 +279,6 @@ def held_plane(outline: Outline, text: str) -> Plane:
             f"hold {text!r}: what is held of a layer are lines on one line; arcs and several lines are not"
         )
     return Plane((float(normal[0]), float(normal[1])), float(places.mean()), f"layer {text}")
-
-
-def _blunt(polygon: Any, size: float) -> Any:
-    """A polygon with fewer corners along its arcs."""
-    return polygon.simplify(BLUNT * min(size, math.sqrt(polygon.area)))
 
 
 def _flexures(flexures: list[Flexure], description: Description) -> Iterator[RecognisedFlexure]:
