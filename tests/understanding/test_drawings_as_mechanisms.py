@@ -115,6 +115,40 @@ def test_drawings_that_nobody_prepared(loops: list[list[Piece]], thickness: floa
         assert mode.is_within
 
 
+def test_a_notch_in_one_face_is_simplified_with_a_word_and_a_warning() -> None:
+    """Arms 3.5 mm high with right-circular notches of radius 3 mm from outside alone."""
+    pytest.importorskip("ngsolve")
+    outer: list[Piece] = [(0, 0, 0), (13, 0, -1), (19, 0, 0), (41, 0, -1), (47, 0, 0), (60, 0, 0)]
+    outer += [(60, 30, 0), (47, 30, -1), (41, 30, 0), (19, 30, -1), (13, 30, 0), (0, 30, 0)]
+    window: list[Piece] = [(10, 3.5, 0), (50, 3.5, 0), (50, 26.5, 0), (10, 26.5, 0)]
+    result = fx.understand(outline_from([outer, window]), thickness=10e-3, material=AL, hold="x = 0 mm", n=3)
+    assert len(result.flexures) == 4
+    assert sum("its faces are unlike" in note for note in result.notes) == 4
+    assert abs(result.modes[0].difference or 1) < 0.05
+    off = [k for k, mode in enumerate(result.modes) if mode.is_within is False]
+    assert [own.place for own in result.warnings] == [f"mode {k + 1}" for k in off]
+    assert off
+
+
+def test_a_leaf_that_tapers_has_two_thicknesses() -> None:
+    sides: list[Piece] = [
+        (0, 0, 0),
+        (8, 0, 0),
+        (8, 2, 0),
+        (28, 2.2, 0),
+        (28, 0, 0),
+        (36, 0, 0),
+        (36, 10, 0),
+        (28, 10, 0),
+    ]
+    sides += [(28, 2.6, 0), (8, 2.8, 0), (8, 10, 0), (0, 10, 0)]
+    result = fx.understand(outline_from([sides]), thickness=12e-3, material=AL, hold="x = 0 mm", with_solid=False)
+    (own,) = result.flexures
+    assert own.kind == "tapered"
+    profile = result.mechanism.flexures[own.name].profile
+    assert profile.thickness == pytest.approx((0.8e-3, 0.4e-3), rel=1e-3)
+
+
 def test_ellipses_of_a_drawing_are_elliptical_notches(tmp_path: Path) -> None:
     drawing = ezdxf.new()
     drawing.units = ezdxf.units.MM
