@@ -204,6 +204,17 @@ def test_what_is_no_dxf_or_svg_is_refused(tmp_path: Path) -> None:
         read_dxf(dxf(tmp_path, square))
 
 
+def test_a_block_that_holds_itself_is_refused(tmp_path: Path) -> None:
+    def draw(space: Any, document: Any) -> None:
+        block = document.blocks.new("a")
+        block.add_line((0, 0), (1, 0))
+        block.add_blockref("a", (1, 1))
+        space.add_blockref("a", (0, 0))
+
+    with pytest.raises(fx.ModelError, match="blocks are within blocks at most 20 deep"):
+        read_dxf(dxf(tmp_path, draw))
+
+
 def test_svg_paths_shapes_and_transforms(tmp_path: Path) -> None:
     """A plate with a rounded slot, a turned ellipse, a circle by arcs, and what is between two parabolas."""
     path = tmp_path / "part.svg"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -128,6 +129,27 @@ def test_a_notch_in_one_face_is_simplified_with_a_word_and_a_warning() -> None:
     off = [k for k, mode in enumerate(result.modes) if mode.is_within is False]
     assert [own.place for own in result.warnings] == [f"mode {k + 1}" for k in off]
     assert off
+
+
+def test_arcs_that_are_short_lines_are_notches_all_the_same() -> None:
+    """Half circles of 60 lines each: as CAM programs and meshes draw them."""
+
+    def broken(own: Segment) -> list[Segment]:
+        points = [(float(x), float(y)) for x, y in own.at(np.linspace(0, 1, 2 if own.is_line else 61))]
+        return [Segment(a, b) for a, b in pairwise(points)]
+
+    lines = [own for segment in outline_from(GUIDES["A"]).segments for own in broken(segment)]
+    result = fx.understand(outline_of(lines), thickness=10e-3, material=AL, hold="x = 0 mm", with_solid=False)
+    assert [own.web for own in result.flexures] == pytest.approx([0.3e-3] * 4, rel=1e-6)
+    np.testing.assert_allclose(hz(result.mechanism, 6), WHOLE["A"], rtol=0.015)
+
+
+def test_drawings_of_very_many_lines_are_refused() -> None:
+    angles = np.linspace(0, 2 * np.pi, 6001)[:-1]
+    corners = [(0.05 * float(np.cos(t)), 0.05 * float(np.sin(t))) for t in angles]
+    disc = outline_of(Segment(a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True))
+    with pytest.raises(fx.OptionError, match="draw arcs as arcs"):
+        fx.understand(disc, thickness=10e-3, material=AL, hold="x = 0 mm")
 
 
 def test_a_leaf_that_tapers_has_two_thicknesses() -> None:

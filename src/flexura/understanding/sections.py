@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -144,37 +144,43 @@ class Axis:
         x = np.sort(sense * self._joints)
         x = np.concatenate([[0.0], x[x > 1e-7 * size]])
         x = x[np.concatenate([[True], np.diff(x) > 1e-7 * size])]
-        a, b = x[:-1], x[1:]
-        d = b - a
-        places = np.stack([a + INSIDE * d, a + 1e-3 * d, (a + b) / 2, b - 1e-3 * d, b - INSIDE * d])
-        low, high, down, up = self.faces(sense * places.ravel())
-        h = (high - low).reshape(places.shape)
-        is_line = (self.boundary.is_line[down] & self.boundary.is_line[up]).reshape(places.shape)[2]
-        h = np.where(np.isfinite(h), h, np.nan)
-        first, last = (h[1] - h[0]) / (1e-3 * d), (h[4] - h[3]) / (1e-3 * d)
-        flat = grown = on = 0.0
-        thin = before = float(h[0, 0]) if len(d) else 0.0
-        thick, slope, state, ends, step = thin, 0.0, "flat", "outside", 0.0
-        for k in range(len(d)):
-            h0, h1 = float(h[0, k]), float(h[4, k])
+        flat = grown = on = thin = before = thick = slope = step = 0.0
+        state, ends = "flat", "outside"
+        for b, h, is_line, first, last in self._intervals(sense, x):
+            h0, h1 = float(h[0]), float(h[4])
             if not np.isfinite([h0, h1]).all():
                 break
+            if before == 0.0:
+                thin = thick = before = h0
             if abs(h0 - before) > JUMP * before:
                 ends, step = ("wall" if h0 > before else "narrows"), h0 / before
                 break
-            is_flat = bool(is_line[k]) and abs(h1 - h0) <= FLAT * h0
+            is_flat = is_line and abs(h1 - h0) <= FLAT * h0
+            shrinks = JUMP if state == "flat" else ROUGH
             if state == "flat" and is_flat:
-                flat = grown = on = float(b[k])
-            elif (
-                state != "on"
-                and h1 > h0 * (1 - (JUMP if state == "flat" else ROUGH))
-                and (first[k] >= SLOWER * slope - LEVEL)
-            ):
-                state, grown, on, thick, slope = "grows", float(b[k]), float(b[k]), h1, float(last[k])
+                flat = grown = on = b
+            elif state != "on" and h1 > h0 * (1 - shrinks) and first >= SLOWER * slope - LEVEL:
+                state, grown, on, thick, slope = "grows", b, b, h1, last
             elif is_flat:
-                state, on = "on", float(b[k])
+                state, on = "on", b
             else:
-                ends, step = ("narrows" if h[2, k] < h0 else "widens"), 1.0
+                ends, step = ("narrows" if h[2] < h0 else "widens"), 1.0
                 break
             before = h1
         return Walk(flat, grown, thick, on, ends, step, thin)
+
+    def _intervals(self, sense: int, x: Array) -> Iterator[tuple[float, Array, bool, float, float]]:
+        """Between joints at x: where each ends, thickness (5,) along it, whether both faces are lines, and the slope of
+        the thickness at its beginning and its end."""
+        count = max(16, CHUNK // (10 * len(self.boundary.segments)))
+        for k in range(0, len(x) - 1, count):
+            a, b = x[k : k + count], x[k + 1 : k + count + 1]
+            a = a[: len(b)]
+            d = b - a
+            places = np.stack([a + INSIDE * d, a + 1e-3 * d, (a + b) / 2, b - 1e-3 * d, b - INSIDE * d])
+            low, high, down, up = self.faces(sense * places.ravel())
+            h = np.where(np.isfinite(high - low), high - low, np.nan).reshape(places.shape)
+            is_line = (self.boundary.is_line[down] & self.boundary.is_line[up]).reshape(places.shape)[2]
+            first, last = (h[1] - h[0]) / (1e-3 * d), (h[4] - h[3]) / (1e-3 * d)
+            for j in range(len(d)):
+                yield float(b[j]), h[:, j], bool(is_line[j]), float(first[j]), float(last[j])

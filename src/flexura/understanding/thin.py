@@ -10,11 +10,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from flexura.arrays import Array, Index
-from flexura.errors import need
+from flexura.errors import OptionError, need
 from flexura.outlines import Outline
 from flexura.understanding.sections import Axis, Boundary, Walk
 
 Kind = Literal["leaf", "tapered", "circular", "elliptical", "corner_filleted", "table"]
+
+MOST_SEGMENTS = 5000
+"""Segments of a drawing in which flexures are looked for."""
 
 SAMPLES = 300
 """Places along the longer side of the part at which its thickness is looked at."""
@@ -47,6 +50,9 @@ STRAIGHT = 1e-6
 
 TURNS = 4
 """How often an axis is moved to the thinnest section nearby and turned along its faces."""
+
+NEARBY = 0.25
+"""How far on both sides the middle of the faces gives the direction of an axis, over the thickness."""
 
 NEXT = 0.02
 """Relative change of thickness a thousandth of it further on that is a wall."""
@@ -96,7 +102,11 @@ class Flexure:
 
 
 def thin_places(outline: Outline) -> list[Flexure]:
-    """The thin places of an outline that may be flexures, the most flexible ones first."""
+    """The thin places of an outline that may be flexures, the most flexible ones first. Raises OptionError for outlines
+    of very many segments."""
+    if len(outline.segments) > MOST_SEGMENTS:
+        rule = f"at most {MOST_SEGMENTS} lines and arcs are looked through for flexures"
+        raise OptionError(f"{rule}, the drawing has {len(outline.segments)}: draw arcs as arcs, not as short lines")
     boundary = Boundary(outline.segments)
     number, share = _samples(outline)
     points, inward = _at(boundary, number, share)
@@ -182,6 +192,11 @@ def _centred(axis: Axis) -> Axis:
     faces = np.stack([axis.at(x, float(y[0])) for y in (low, high)])
     normals = _inward(axis.boundary, np.concatenate([down, up]), faces)
     along = np.array([1.0, -1.0]) @ np.stack([normals[:, 1], -normals[:, 0]], axis=1)
+    around = np.array([x - NEARBY * here, x + NEARBY * here])
+    bottom, top, _, _ = axis.faces(around)
+    if (np.abs(top - bottom - here) < here / 2).all():  # short lines that stand for a curve have normals of their own
+        ends = [axis.at(at, y) for at, y in zip(around, (bottom + top) / 2, strict=True)]
+        along = ends[1] - ends[0]
     along = along / np.linalg.norm(along)
     if along[np.abs(along).argmax()] < 0:
         along = -along
