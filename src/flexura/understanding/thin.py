@@ -43,8 +43,8 @@ ALIKE = 0.01
 
 STRAIGHT_SHARE, LARGE_FILLET, SHORT = 0.6, 2.0, 20.0
 """Share of a leaf with fillets that is straight, at least, the radius of these over its thickness, at most, and its
-length over this, at least; else it is a notch. Hinges of 8 thicknesses came within 1.9 % of a solid as notches, and were
-8.7 % off as leaves; leaves of 40 came within 1.5 %, and were 21 % off as notches, in twist."""
+length over this, at least; else it is a notch. Hinges of 8 thicknesses came within 1.9 % of a solid as notches, and
+were 8.7 % off as leaves; leaves of 40 came within 1.5 %, and were 21 % off as notches, in twist."""
 
 STRAIGHT = 1e-6
 """Angle, rad, between the axis of a flexure and one of the drawing up to which they are parallel."""
