@@ -10,8 +10,8 @@ import pytest
 from flexura import describe
 from flexura.analysis.checks import model_warnings
 from flexura.expressions import CONSTANTS, FUNCTIONS, parser
-from flexura.mechanism import description, patterns
 from flexura.mechanism import member as members
+from flexura.mechanism import patterns
 from flexura.mechanism.checks import survey
 from flexura.modelfile import document
 from flexura.sizes import LIMITS

@@ -140,6 +140,42 @@ ground: {{'post*.base': clamped}}
     assert at["post1.tip"] == pytest.approx(at["post2.tip"] * [-1, 1, 1])
 
 
+def drawn_plate(path):
+    """A drawing of a bar 60 x 6 mm whose ends are on layers of their own."""
+    import ezdxf
+
+    drawing = ezdxf.new(units=ezdxf.units.MM)
+    corners = [(0, 0), (60, 0), (60, 6), (0, 6), (0, 0)]
+    for start, end, layer in zip(corners, corners[1:], ("0", "tip", "0", "base"), strict=False):
+        drawing.modelspace().add_line(start, end, dxfattribs={"layer": layer})
+    drawing.saveas(path)
+    return path
+
+
+def test_a_drawing_with_a_thickness_is_the_same_part(drawn, tmp_path):
+    file = drawn_plate(tmp_path / "plate.dxf")
+    flat, solid = fx.faces(file, thickness=4e-3), fx.faces(drawn)
+    assert sorted(face.name for face in flat.faces) == sorted(face.name for face in solid.faces)
+    assert flat.box == pytest.approx(solid.box, abs=1e-8)
+    larger = fx.faces(file, thickness=4e-3, offset=0.5e-3)
+    assert np.ptp(larger.box, axis=0)[0] == pytest.approx([61e-3, 7e-3, 4e-3], abs=1e-8)
+    hz = [
+        [mode.frequency_hz for mode in fx.modes(part, n=2).modes]
+        for part in (
+            fx.part_model(file, thickness=4e-3, material=METAL, hold="base"),
+            fx.part_model(drawn, material=METAL, hold="base"),
+        )
+    ]
+    assert hz[0] == pytest.approx(hz[1], rel=1e-3)
+    part = {"drawing": str(file), "material": METAL, "interfaces": {"base": {"face": "base"}}}
+    with pytest.raises(ModelError, match="a drawing has a thickness"):
+        fx.loads(json.dumps({"parts": {"bar": part}, "ground": {"bar.base": "clamped"}}))
+    with pytest.raises(OptionError, match="a drawing needs a thickness"):
+        fx.faces(file)
+    with pytest.raises(OptionError, match="a thickness belongs to a drawing"):
+        fx.faces(drawn, thickness=4e-3)
+
+
 def test_faces_are_chosen_in_words(drawn):
     drawing = fx.faces(drawn)
     assert [face.kind for face in drawing.faces] == ["plane"] * 6

@@ -41,9 +41,10 @@ TAPERS = 1e-3
 ALIKE = 0.01
 """Relative deviation of faces from a contour that they are taken for; of the radii of two arcs."""
 
-STRAIGHT_SHARE, LARGE_FILLET = 0.6, 2.0
-"""Share of a leaf with fillets that is straight, at least, and the radius of these over its thickness, at most; else it
-is a notch."""
+STRAIGHT_SHARE, LARGE_FILLET, SHORT = 0.6, 2.0, 20.0
+"""Share of a leaf with fillets that is straight, at least, the radius of these over its thickness, at most, and its
+length over this, at least; else it is a notch. Hinges of 8 thicknesses came within 1.9 % of a solid as notches, and
+were 8.7 % off as leaves; leaves of 40 came within 1.5 %, and were 21 % off as notches, in twist."""
 
 STRAIGHT = 1e-6
 """Angle, rad, between the axis of a flexure and one of the drawing up to which they are parallel."""
@@ -264,7 +265,8 @@ def _kind(axis: Axis, before: Walk, after: Walk, radii: list[float], is_round: b
     )
     if straight > ALIKE * length:
         if r == 0.0 or (is_round and is_quarter and straight >= STRAIGHT_SHARE * length):
-            return "leaf" if r <= LARGE_FILLET * after.thin or not (is_even and has_same_radii) else "corner_filleted"
+            is_notch = r > LARGE_FILLET * after.thin or (r > 0 and length < SHORT * after.thin)
+            return "corner_filleted" if is_notch and is_even and has_same_radii else "leaf"
         return "corner_filleted" if is_round and is_quarter and is_even and has_same_radii else "table"
     if not alike:
         return "table"
