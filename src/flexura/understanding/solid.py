@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
-from flexura.arrays import Array, Index
+from flexura.arrays import Array
 from flexura.errors import SolverError, need
-from flexura.fem import extruded
-from flexura.linalg import factorise_large
+from flexura.fem import CurvedElements, SolidMaterial, extruded
 from flexura.outlines import Outline, Segment
+from flexura.solid.whole import lowest_of_solid
 from flexura.understanding.describe import Plane
 
 MM = 1e-3
@@ -53,7 +51,7 @@ def solid_modes(
     except Exception as error:
         raise SolverError(f"netgen could not mesh the part: {error}") from None
     mesh.RefineHP(1)
-    coarse, fine = (_modes(ng, mesh, order, material, n, points) for order in ORDERS)
+    coarse, fine = (_modes(mesh, order, material, n, points) for order in ORDERS)
     limit, uncertain = fine[0].copy(), np.abs(coarse[0] - fine[0]) / CONVERGENCE
     limit -= uncertain
     return SolidModes(limit, uncertain / limit, fine[1], mesh.ne, fine[2])
@@ -89,41 +87,9 @@ def _inner_corners(segments: tuple[Segment, ...]) -> list[tuple[float, float]]:
 
 
 def _modes(
-    ng: Any, mesh: Any, order: int, material: tuple[float, float, float], n: int, points: Array
+    mesh: Any, order: int, material: tuple[float, float, float], n: int, points: Array
 ) -> tuple[Array, Array, int]:
-    E, nu, rho = material
-    mesh.Curve(order)
-    space = ng.VectorH1(mesh, order=order, dirichlet="held")
-    free = np.flatnonzero(np.array(space.FreeDofs()))
-    u, v = space.TnT()
-    mu, lame = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
-    strain, other = ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v))
-    forms = (2 * mu * ng.InnerProduct(strain, other) + lame * ng.div(u) * ng.div(v), MM**2 * rho * u * v)
-    K, M = (_sparse(ng.BilinearForm(form * ng.dx), free, space.ndof) for form in forms)
-    factor = factorise_large(K)
-    d = factor.scale
-    solve = spla.LinearOperator(
-        K.shape, matvec=lambda b: d * factor.solve_scaled(np.ascontiguousarray(d * np.ravel(b))).ravel(), dtype=float
-    )
-    values, vectors = spla.eigsh(K, n, M=M, sigma=0.0, OPinv=solve, v0=np.cos(np.arange(len(free))), tol=1e-7)
-    order_of = np.argsort(values)
-    shapes = np.full((len(points), 6, n), np.nan)
-    at = mesh(*(np.ascontiguousarray(c) for c in points.T / MM))
-    inside = at["nr"] >= 0
-    field = ng.GridFunction(space)
-    for k, j in enumerate(order_of):
-        field.vec[:] = 0.0
-        field.vec.FV().NumPy()[free] = vectors[:, j]
-        shapes[inside, :3, k] = field(at[inside])
-        G = np.asarray(ng.Grad(field)(at[inside])).reshape(-1, 3, 3) / MM
-        shapes[inside, 3:, k] = (
-            np.stack([G[:, 2, 1] - G[:, 1, 2], G[:, 0, 2] - G[:, 2, 0], G[:, 1, 0] - G[:, 0, 1]], axis=-1) / 2
-        )
-    return np.sqrt(values[order_of]) / (2 * np.pi), shapes, len(free)
-
-
-def _sparse(form: Any, free: Index, n: int) -> sp.csr_matrix:
-    form.Assemble()
-    row, column, value = form.mat.COO()
-    full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
-    return full[free][:, free]
+    metal = SolidMaterial("", *material)
+    elements = CurvedElements(mesh, order, dict.fromkeys(mesh.GetMaterials(), metal), held="held")
+    values, vectors = lowest_of_solid(elements.K, elements.M, n)
+    return np.sqrt(values) / (2 * np.pi), elements.motions_at(points, vectors), elements.dofs

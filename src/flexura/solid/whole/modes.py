@@ -116,7 +116,7 @@ class WholePart:
         elements = Elements(self.part, self.mesh, order, self._say, dict.fromkeys(stiffer, factor))
         lumped = Lumped(self.model, self.part, elements)
         self._say("factorising")
-        values, vectors = _lowest(lumped.K, lumped.M, n, lumped.is_free)
+        values, vectors = lowest_of_solid(lumped.K, lumped.M, n, lumped.is_free)
         return WholeModes(
             np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi),
             self._at_nodes(elements, vectors[: elements.dofs]),
@@ -154,7 +154,7 @@ class WholePart:
         return motions
 
 
-def _lowest(K: sp.csr_matrix, M: sp.csr_matrix, n: int, is_free: bool) -> tuple[Array, Array]:
+def lowest_of_solid(K: sp.csr_matrix, M: sp.csr_matrix, n: int, is_free: bool = False) -> tuple[Array, Array]:
     """The `n` lowest eigenpairs; a free part is shifted below zero."""
     shift = 0.0
     if is_free:
