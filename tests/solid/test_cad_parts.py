@@ -61,6 +61,20 @@ def test_a_bar_vibrates_as_a_beam_does(held_bar):
     assert relative(hz[:2], first) == pytest.approx([-0.002, -0.005], abs=2e-3)
 
 
+def test_modes_beyond_what_a_part_was_reduced_for_are_warned_of(drawn, held_bar):
+    """Errors above are those against a part that is reduced for three times the frequency."""
+    few = fx.modes(held_bar, n=24)
+    (warning,) = [own for own in few.warnings if "has all of its own modes" in str(own)]
+    material = "E: 71.7 GPa, nu: 0, rho: 2810 kg/m^3"
+    finer = fx.with_solid_parts(
+        fx.part_model(drawn, material=material, hold="base", interface="tip", up_to=3 * warning.limit)
+    )
+    many = fx.modes(finer, n=24)
+    off = few.frequency_hz / many.frequency_hz - 1
+    assert (np.abs(off[few.frequency_hz < warning.limit]) < 3e-4).all() and off.max() > 1e-3
+    assert not any("has all of its own modes" in str(own) for own in many.warnings)
+
+
 @pytest.mark.parametrize(("part", "known", "most"), [(notch_guide, NOTCHES, 4e-3), (leaf_guide, LEAVES, 4e-3)])
 def test_guides_in_one_piece(tmp_path, part, known, most):
     file = part(tmp_path / "stage.step")
@@ -174,6 +188,11 @@ def test_a_drawing_with_a_thickness_is_the_same_part(drawn, tmp_path):
         fx.faces(file)
     with pytest.raises(OptionError, match="a thickness belongs to a drawing"):
         fx.faces(drawn, thickness=4e-3)
+
+
+def test_a_part_that_is_held_alone_vibrates(drawn):
+    (mode,) = fx.modes(fx.part_model(drawn, material=METAL, hold="base"), n=1).modes
+    assert mode.motion.summary.startswith("bar vibrates")
 
 
 def test_faces_are_chosen_in_words(drawn):

@@ -3,6 +3,7 @@ from flexura.analysis.strain.diaphragms import plate_warnings as plate_warnings
 from flexura.analysis.strain.energy import KINDS as KINDS
 from flexura.analysis.strain.energy import LIMIT as LIMIT
 from flexura.analysis.strain.energy import PartMesh as PartMesh
+from flexura.analysis.strain.energy import cut_off as cut_off
 from flexura.analysis.strain.energy import element_strains as element_strains
 from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.energy import frequency_errors as frequency_errors

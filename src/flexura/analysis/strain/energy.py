@@ -15,6 +15,7 @@ from flexura.beam import block_rotation, rigid_arm
 from flexura.errors import Diagnostic
 from flexura.mechanism import TOP, Superelement
 from flexura.structure import FullOrderModel, Part, PartMatrices, Posed
+from flexura.tables import in_hz
 
 KINDS = ("stretch", "twist", "bending", "thickness bending", "width bending", "spring")
 """Kinds of deformation: thickness bending is about local y, width bending about local z, and bending that of round
@@ -137,6 +138,10 @@ def _quadratic(matrix: Array, nodes: Sequence[int], u: Array) -> Array:
 LIMIT = 0.02
 """Relative error of a frequency or deflection by its meshes above which a result says so."""
 
+REACH = 0.7
+"""Frequency up to which a part from CAD is right to 3e-4, measured, over that below which none of its modes with the
+interfaces held is left out."""
+
 RIGID_EIGENVALUE = 1e-10
 """Eigenvalues of a stiffness scaled to a unit diagonal below which a motion counts as rigid."""
 
@@ -229,9 +234,23 @@ def mesh_warning(place: str, what: str, error: float, part: str) -> Diagnostic |
         return None
     text = (
         f"{what} may be off by {100 * error:.2g} %, more than {100 * LIMIT:g} %, for the mesh of {part};"
-        " a smaller mesh_size makes it less"
+        " a smaller mesh_size, or mesh_tolerance of a part from CAD, makes it less"
     )
     return Diagnostic("mesh", place, error, LIMIT, "1", text)
+
+
+def cut_off(model: FullOrderModel, frequency_hz: Array) -> Iterator[Diagnostic]:
+    """Warnings of parts from CAD in which frequencies (n,), Hz, lie beyond those that they were reduced for."""
+    for name, prototype in model.plan.layout.prototypes.items():
+        for key, part in prototype.superelements.items():
+            complete = None if part.mesh is None else part.mesh.complete_hz
+            beyond = [] if complete is None else np.flatnonzero(frequency_hz > REACH * complete).tolist()
+            if complete is not None and beyond:
+                place = key if name == TOP else f"{name}.{key}"
+                limit = in_hz(REACH * complete, 3)
+                text = f"modes from {beyond[0] + 1} on lie beyond {limit}, up to which {place} has all of its own modes"
+                value = float(frequency_hz[beyond[0]])
+                yield Diagnostic("mesh", place, value, REACH * complete, "Hz", f"{text}: its up_to makes that more")
 
 
 def _worst_direction(part: Superelement, E: Array) -> float:

@@ -151,7 +151,7 @@ def _loose(model: FullOrderModel, number: int, u: Array) -> str:
     prefix = "".join(f"{step}." for step in path)
     moved = u[offset : offset + part.n_positioned]
     shift, turn = np.linalg.norm(moved[:, :3], axis=1), np.linalg.norm(moved[:, 3:], axis=1)
-    if not len(moved):
+    if not moved.any():
         return f"{'.'.join(path) or 'mechanism'} vibrates"
     size = float(np.ptp(model.positions, axis=0).max())
     if shift.max() < MOVES * 1e-2 * size * turn.max():
