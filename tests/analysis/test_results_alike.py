@@ -67,6 +67,7 @@ UNITLESS = {
     ),
     *(
         "resonance",
+        "face",
         "order",
         "mode",
         "copies",

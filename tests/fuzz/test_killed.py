@@ -34,6 +34,10 @@ COMMANDS = {
     " --damping 0.01 --out OUT/a.csv --plot OUT",
     "verify": f"verify {GUIDE} -n 1 --size 2 --out OUT/a.step --plot OUT",
     "virtual-test": "virtual-test tests/fuzz/hit.yaml --out OUT/a.uff --plot OUT",
+    "faces": "faces tests/fuzz/bar.step --out OUT/a.csv --plot OUT",
+    "model": "model tests/fuzz/bar.step --material Al-7075-T6 --hold base -n 1 --mesh-tolerance 0.1 --out OUT/a.yaml",
+    "understand": "understand tests/fuzz/guide.svg --thickness 12mm --material Al-7075-T6 --hold x=0mm --without-solid"
+    " --out OUT/a.yaml",
     "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
     "published": "published src/flexura/gallery/parallelogram.yaml --out OUT/a.csv",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -94,6 +95,10 @@ def calibration() -> fx.Calibration:
     return fx.calibrate(guide(), data=hz, free=["thickness", "length"])
 
 
+DRAWN = Path(__file__).parents[1] / "fuzz"
+"""Where a part and a drawing are."""
+
+
 def drift() -> fx.models.Drift:
     found = statics()
     turning = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
@@ -133,6 +138,13 @@ def stored_matrices() -> fx.solid.StoredMatrices:
     return fx.solid.StoredMatrices(K, K, one, np.array([0], dtype=np.intp), one, np.zeros((1, 3)))
 
 
+def understanding() -> fx.Understanding:
+    options = {"thickness": 12e-3, "material": "Al-7075-T6", "hold": "x = 0 mm", "with_solid": False}
+    found = fx.understand(DRAWN / "guide.svg", **options)
+    mode = fx.types.ComparedMode(290.7, 2e-3, 288.6, 0.999, -7e-3, (-0.02, 0.02), True)
+    return replace(found, modes=(mode,), cells=8000, dofs=130000)
+
+
 MAKERS: dict[str, Callable[[], Result]] = {
     "Calibration": calibration,
     "Certificate": lambda: fx.models.certify(fx.reduce(guide()), n=2),
@@ -142,6 +154,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "ComplexModes": lambda: system().modal(3).complex_modes,
     "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), platform=NODE).spectrum,
     "Correlation": lambda: fx.correlate(stage(), test=virtual_test().measurement),
+    "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,
     "FrequencyResponse": frequency_response,
     "FullOrderModel": lambda: fx.assemble(guide()),
@@ -184,6 +197,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "System": system,
     "TimeResponse": time_response,
     "Tolerance": lambda: fx.tolerance(guide(), vary={"thickness": "± 1 %"}, ask="f1, mass", samples=24, workers=1),
+    "Understanding": understanding,
     "Verification": lambda: fx.verify(guide(), n=1, size=2.0),
     "WholeVerification": lambda: fx.types.WholeVerification(
         *("a guide", {"thickness": 5e-4}),

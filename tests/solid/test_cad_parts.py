@@ -172,7 +172,7 @@ def test_a_drawing_with_a_thickness_is_the_same_part(drawn, tmp_path):
     assert sorted(face.name for face in flat.faces) == sorted(face.name for face in solid.faces)
     assert flat.box == pytest.approx(solid.box, abs=1e-8)
     larger = fx.faces(file, thickness=4e-3, offset=0.5e-3)
-    assert np.ptp(larger.box, axis=0)[0] == pytest.approx([61e-3, 7e-3, 4e-3], abs=1e-8)
+    assert np.ptp(larger.box, axis=0) == pytest.approx([61e-3, 7e-3, 4e-3], abs=1e-8)
     hz = [
         [mode.frequency_hz for mode in fx.modes(part, n=2).modes]
         for part in (

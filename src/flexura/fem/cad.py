@@ -35,7 +35,7 @@ ALONG = 1e-3
 COARSE = 8.0
 """Size of a part over that of the triangles by which its faces are shown."""
 
-SMALLEST, LARGEST = 1e-4, 10.0
+SMALLEST, LARGEST = 1e-4, 30.0
 """Sizes of parts, m, beyond which the unit of a file is doubted."""
 
 OVERLAPPING = 1e-6
@@ -246,7 +246,7 @@ def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0
     box = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     size = float(np.linalg.norm(box[1] - box[0]))
     if not SMALLEST < size < LARGEST:
-        rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 10 m"
+        rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 30 m"
         raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
     shape = _glued(occ, solids, names, str(path)) if len(solids) > 1 else solids[0]
     outer, order = _faces(occ, shape, names, size, str(path))

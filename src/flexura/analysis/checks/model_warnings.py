@@ -123,6 +123,8 @@ def assumed(full: FullOrderModel, rigid: int) -> tuple[list[Diagnostic], list[Di
     except SolverError as error:
         return [_of_whole("proof", f"how far the part may be from the model is not known: {error}")], minor
     for effect in errors.effects:
+        if effect.kind == "mesh":  # `coarse_meshes` says it
+            continue
         change = np.nan_to_num(np.maximum(np.abs(effect.low), np.abs(effect.high)))
         moved = [k for k in np.argsort(-change, kind="stable")[:MOST_MODES] if change[k] >= WORTH_A_WARNING]
         texts = [
