@@ -144,6 +144,17 @@ def test_arcs_that_are_short_lines_are_notches_all_the_same() -> None:
     np.testing.assert_allclose(hz(result.mechanism, 6), WHOLE["A"], rtol=0.015)
 
 
+@pytest.mark.parametrize("size", [1e-11, 1e-9, 1e-8])
+def test_nodes_that_are_off_by_nothing_change_nothing(size: float) -> None:
+    """Arms that are thinner than the hinges that end in them: whether lines run along or beside them was round-off."""
+    options = {"thickness": 10e-3, "material": AL, "hold": "y = 0 mm", "with_solid": False}
+    mechanism = fx.understand(outline_from(bridge(1.0)), **options).mechanism
+    random = np.random.default_rng(1)
+    nodes = {key: tuple(np.array(at) + size * random.uniform(-1, 1, 3)) for key, at in mechanism.nodes.items()}
+    moved = mechanism.replaced({"nodes": {key: tuple(map(float, at)) for key, at in nodes.items()}})
+    np.testing.assert_allclose(hz(moved, 8), hz(mechanism, 8), rtol=3e-3)
+
+
 @pytest.mark.parametrize(
     ("radius", "whole"),
     [

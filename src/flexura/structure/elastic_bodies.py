@@ -209,9 +209,13 @@ class ElasticBody(Lumped):
             np.where(is_member, size[..., pulls.member, pulls.end], 2 * bare) if is_member.any() else 2 * bare
             for size, bare in zip(ends, pulls.bare.T, strict=True)
         )
-        inner = at + np.where(is_member[:, None], t[..., None] * pulls.axes[..., 0], 0.0)
+        # from a thickness within, or halfway through: beside the block, lines nearly along it would end at once
+        deep = _exits(at, pulls.axes[..., 0], half, self.body.is_round)
+        start = _lesser(t, np.where(plain(deep) > 0, deep / 2, t))
+        inner = at + np.where(is_member[:, None], start[..., None] * pulls.axes[..., 0], 0.0)
         sides = [_exits(inner, sign * pulls.axes[..., k], half, self.body.is_round) for k in (2, 1) for sign in (1, -1)]
-        behind = _exits(inner, pulls.axes[..., 0], half, self.body.is_round) + t
+        behind = _exits(inner, pulls.axes[..., 0], half, self.body.is_round)
+        behind = behind + np.where(is_member, start, t)
         up, down, left, right = (
             _lesser(side, reached) for side, reached in zip(sides, self._reach(b, t, behind), strict=True)
         )

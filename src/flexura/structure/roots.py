@@ -46,6 +46,9 @@ FACING = 0.3
 LEAST_RADIUS = 1e-30
 """What keeps the axis of a cylinder from having a direction away from it."""
 
+NEARLY_ALONG = 0.1
+"""Sine of the angle between a line and a face up to which it may run along that."""
+
 PARALLEL = 1e-9
 """Cosine below which a direction is along a face."""
 
@@ -502,7 +505,10 @@ def _exit(place: Array, towards: Array, half: Array, is_round: Bools, t: Array) 
         off = np.where(plain(at) > 0, at, -at) - room
         is_off = plain(off) > 0
         beyond = np.where(is_off, t * (t - 2 * off) / np.where(is_off, off, 1.0), np.inf)
-        ahead, steep = sense * at, size > PARALLEL
+        ahead = sense * at
+        # a line beside a face that it would meet a thickness further on, or never, runs along it
+        is_along = is_off & (size < NEARLY_ALONG) & (plain(off) > size * plain(t))
+        steep = (size > PARALLEL) & ~is_along
         size = np.where(steep, sense * slope, 1.0)
         for k, distance in enumerate((room - ahead, room + ahead)):
             away = np.where(steep, distance / size, beyond)
