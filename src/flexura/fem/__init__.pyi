@@ -9,7 +9,6 @@ from flexura.fem.components import turned as turned
 from flexura.fem.curved import CurvedElements as CurvedElements
 from flexura.fem.curved import fit_forms as fit_forms
 from flexura.fem.curved import refuse_memory as refuse_memory
-from flexura.fem.drawn_parts import surface_of as surface_of
 from flexura.fem.geometry import MILLIMETRE as MILLIMETRE
 from flexura.fem.geometry import BodySolid as BodySolid
 from flexura.fem.geometry import MemberSolid as MemberSolid
@@ -37,3 +36,4 @@ from flexura.fem.reduced import reduced_piece as reduced_piece
 from flexura.fem.solid_mesh import SolidMesh as SolidMesh
 from flexura.fem.solid_mesh import SurfaceShape as SurfaceShape
 from flexura.fem.solid_mesh import rigid_motions as rigid_motions
+from flexura.fem.solid_mesh import surface_of as surface_of

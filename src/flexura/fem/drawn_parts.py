@@ -11,7 +11,7 @@ from flexura.expressions import Expression
 from flexura.fem.cad import Drawing, faces
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, joint_of, reduced_part
-from flexura.fem.solid_mesh import Surface
+from flexura.fem.solid_mesh import SURFACES, Surface
 from flexura.mechanism import (
     Interface,
     Matrix,
@@ -20,26 +20,17 @@ from flexura.mechanism import (
     SolidPart,
     Substructure,
     Superelement,
+    copies,
     matching,
     scalars,
     with_parts_placed,
 )
-from flexura.records import Kept
 
 SOLID = "solid"
 """Name of the superelement in the substructure that stands for a part."""
 
 STIFFEST = 0.499
 """Poisson's ratios beyond this one lock the cells."""
-
-SURFACES = Kept(most=64)
-"""Surfaces of what was reduced last, by its stiffness, for pictures: a description has none."""
-
-
-def surface_of(part: Superelement) -> Surface | None:
-    """The surface of a superelement that was reduced here from a sheet or a part, m, in the frame of its substructure,
-    and how it moves with its coordinates; None where that is not known."""
-    return SURFACES.once(part.stiffness, lambda: None)
 
 
 def with_parts_reduced(model: Mechanism, announce: Callable[[str], None]) -> Mechanism:
@@ -62,21 +53,17 @@ def with_parts_reduced(model: Mechanism, announce: Callable[[str], None]) -> Mec
 
 def _with_follow(model: Mechanism, key: str, part: SolidPart) -> SolidPart:
     """A part each interface of which says how it follows: rigidly where the ground clamps it in all copies."""
-    copies = [key] if not part.pattern else [f"{key}{k + 1}" for k in range(_copies(part))]
+    placed = [copy for copy, _ in copies(key, part)]
     held = [text for text, support in model.ground.items() if all(support.held)]
 
     def is_clamped(name: str) -> bool:
-        return all(any(matching(text, [f"{copy}.{name}"]) for text in held) for copy in copies)
+        return all(any(matching(text, [f"{copy}.{name}"]) for text in held) for copy in placed)
 
     changed = {
         name: own.replaced({"follow": own.follow or ("rigid" if is_clamped(name) else "averaged")})
         for name, own in part.interfaces.items()
     }
     return part.replaced({"interfaces": changed})
-
-
-def _copies(part: SolidPart) -> int:
-    return int(np.prod([2 if pattern.type == "mirror" else pattern.count for pattern in part.pattern]))
 
 
 def _made(

@@ -22,12 +22,13 @@ from flexura.errors import ModelError, OptionError, Problem, SolverError
 from flexura.expressions import Expression
 from flexura.fem.bodies import held_parameters, with_meshed_bodies
 from flexura.fem.components import Component, own_components, turned
-from flexura.fem.drawn_parts import SURFACES, with_parts_reduced
+from flexura.fem.drawn_parts import with_parts_reduced
 from flexura.fem.figures import sheet_of
 from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
+from flexura.fem.solid_mesh import SURFACES
 from flexura.mechanism import (
     TOP,
     Box,

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.fem.geometry import SolidMaterial
+from flexura.mechanism import Superelement
+from flexura.records import Kept
 
 CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""
@@ -182,6 +184,16 @@ class Surface:
     points: Array
     facets: Index
     rows: NDArray[np.floating[Any]]
+
+
+SURFACES = Kept(most=64)
+"""Surfaces of what was reduced last, by its stiffness, for pictures: a description has none."""
+
+
+def surface_of(part: Superelement) -> Surface | None:
+    """The surface of a superelement that was reduced here from a sheet or a part, m, in the frame of its substructure,
+    and how it moves with its coordinates; None where that is not known."""
+    return SURFACES.once(part.stiffness, lambda: None)
 
 
 @dataclass(frozen=True)

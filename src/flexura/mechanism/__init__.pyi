@@ -112,6 +112,7 @@ from flexura.mechanism.placement import Affine as Affine
 from flexura.mechanism.placement import Move as Move
 from flexura.mechanism.placement import Reflect as Reflect
 from flexura.mechanism.placement import Turn as Turn
+from flexura.mechanism.placement import copies as copies
 from flexura.mechanism.placement import reflect as reflect
 from flexura.mechanism.placement import rotation_matrix as rotation_matrix
 from flexura.mechanism.placement import turn as turn

@@ -17,6 +17,7 @@ from flexura.mechanism.base import Direction, Vector
 from flexura.mechanism.description import Instance
 from flexura.mechanism.patterns import CircularPattern, LinearPattern, MirrorPattern, Pattern
 from flexura.mechanism.quantity import Scalar
+from flexura.mechanism.solid_part import SolidPart
 
 
 class Turn(NamedTuple):
@@ -43,8 +44,8 @@ class Reflect(NamedTuple):
 Step = Turn | Move | Reflect
 
 
-def copies(name: str, instance: Instance) -> list[tuple[str, tuple[Step, ...]]]:
-    """Expand the patterns of an instance: the name and the placing steps of every copy, in order."""
+def copies(name: str, instance: Instance | SolidPart) -> list[tuple[str, tuple[Step, ...]]]:
+    """Expand the patterns of an instance or a part: the name and the placing steps of every copy, in order."""
     zero: Vector = (0.0, 0.0, 0.0)
     turned: tuple[Step, ...] = tuple(Turn(r.axis, r.angle, zero) for r in instance.rotate)
     placed: list[tuple[Step, ...]] = [(*turned, Move(instance.at))]

@@ -145,16 +145,14 @@ class _Uses:
 
 
 def check_parts(mechanism: Mechanism, ignored: Collection[str]) -> list[Problem]:
-    """Parts whose names are taken, or whose materials there are not."""
+    """Parts whose names instances have, or whose materials there are not."""
     found = []
     known = [*mechanism.materials, *CATALOGUE]
     for name, holder in (("", mechanism), *mechanism.substructures.items()):
         for key, part in holder.parts.items():
             path = (*prefix(name), "parts", key)
-            for kind in ("nodes", "bodies", "instances"):
-                if key in getattr(holder, kind):
-                    rule = f"the name {key} is taken: it is in {kind} as well"
-                    found.append(Problem(path, "", rule, "choose another name"))
+            if key in holder.instances:  # what else has the name is found where instances are
+                found.append(Problem(path, "", f"the name {key} is taken by an instance", "choose another name"))
             materials = [(("material",), part.material)]
             materials += [(("solids", solid), material) for solid, material in part.solids.items()]
             for place, material in materials:
