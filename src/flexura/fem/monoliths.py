@@ -7,7 +7,6 @@ Bampton 1968). A lower order on the same mesh tells how far off the stiffness ma
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,7 +30,7 @@ from flexura.fem.reduced import balanced
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 2
+REVISION = 3
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -73,6 +72,9 @@ TRUNCATION = 1e-4
 DEPENDENT = 1e-8
 """Part of a shape that others lack, squared, below which it is made of them."""
 
+INNER = "inner"
+"""Name of faces between two solids."""
+
 IN_MEMORY = Kept(most=16)
 
 
@@ -88,27 +90,19 @@ class Joint(NamedTuple):
 class ReducedPart:
     """K, M and E (n, n), SI, over six displacements of each interface, then amplitudes of modes with these held.
 
-    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. `Q`
-    (n, n) is the flexibility that is left out: modes below a frequency are at most as much lower as the mass rho Q more
-    makes them, rho = w^2 / (1 - w^2 / w_c^2), with w_c = 2 pi `complete_hz` below which no mode is left out. `fixed_hz`
-    (k,) are the frequencies of the modes; `points`, `facets` and `rows` the surface and how it moves. `error` is the
-    largest relative error of frequencies for the mesh, as estimated; `mass`, kg, of the solids.
+    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. Below
+    `complete_hz` no mode with the interfaces held is left out. `points`, `facets` and `rows` are the surface and how it
+    moves, `dofs` those of the mesh.
     """
 
     K: Array
     M: Array
     E: Array
-    Q: Array
-    fixed_hz: Array
     complete_hz: float
     points: Array
     facets: Index
     rows: NDArray[np.floating[Any]]
-    error: float
-    mass: float
-    cells: int
     dofs: int
-    seconds: float
 
 
 def reduced_part(
@@ -129,13 +123,11 @@ def reduced_part(
     parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
 
     def compute() -> Arrays:
-        began = time.perf_counter()
-        arrays = _reduced(drawing, materials, joints, tolerance, up_to_hz, announce)
-        return {**arrays, "seconds": np.array(time.perf_counter() - began)}
+        return _reduced(drawing, materials, joints, tolerance, up_to_hz, announce)
 
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
-    singles = {name: arrays[name].item() for name in ("complete_hz", "error", "mass", "cells", "dofs", "seconds")}
-    names = ("K", "M", "E", "Q", "fixed_hz", "points", "facets", "rows")
+    names = ("K", "M", "E", "points", "facets", "rows")
+    singles = {name: arrays[name].item() for name in ("complete_hz", "dofs")}
     return ReducedPart(**{name: arrays[name] for name in names}, **singles)
 
 
@@ -159,9 +151,8 @@ def _reduced(
     mesher = _Mesher(drawing, joints)
     wanted, places = GAINED * tolerance, [np.array(joint.place) for joint in joints]
     for _ in range(1 + MORE):
-        mesh, coarse = mesher.refined(materials, wanted, announce)
-        low = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce), joints)
-        elements = CurvedElements(mesh, ORDER, materials, announce)
+        low, coarse = mesher.refined(materials, wanted, announce)
+        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce)
         announce("reducing")
         high = _Reduction(elements, joints)
         worst = _mesh_errors(low, high, high.fewest)[1] / 2
@@ -171,23 +162,17 @@ def _reduced(
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
     announce("modes with the interfaces held")
     count, complete = high.choose(up_to_hz)
-    off, worst = _mesh_errors(low, high, count)
-    worst /= 2
+    off, _ = _mesh_errors(low, high, count)
     K, M, basis = high.matrices(count)
     points, facets, rows = _surface(elements, basis)
     return {
         "K": balanced(K, np.array(places)),
         "M": M,
         "E": off,
-        "Q": high.left_out(count),
-        "fixed_hz": np.sqrt(high._inner(count)[0]) / (2 * np.pi),
         "complete_hz": np.array(complete),
         "points": points,
         "facets": facets,
         "rows": rows,
-        "error": np.array(worst),
-        "mass": np.array(elements.mass),
-        "cells": np.array(mesh.ne),
         "dofs": np.array(elements.dofs),
     }
 
@@ -200,8 +185,8 @@ class _Mesher:
         self._meshing = need("netgen.meshing", "solid")
         self._drawing, self._joints = drawing, joints
         faces = faces_of(drawing.shape)
-        for face in faces:
-            face.name = "free"
+        for place, face in enumerate(faces):
+            face.name = "free" if place in drawing.order else INNER
         for k, joint in enumerate(joints):
             for place in joint.faces:
                 faces[place].name = f"joint{k}"
@@ -225,20 +210,22 @@ class _Mesher:
             text = " ".join(str(error).split())[:200]
             raise SolverError(f"{self._drawing.path}: netgen could not mesh the part: {text}") from None
 
-    def refined(self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]) -> Any:
-        """A mesh on which frequencies of elements of the lower order are off by what is wanted, relative, about."""
+    def refined(
+        self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
+    ) -> tuple[_Reduction, float]:
+        """The part with elements of the lower order on a mesh on which frequencies are off by what is wanted, relative,
+        about, and by how much they are."""
         for step in range(ROUNDS):
             announce(f"mesh {step + 1}")
             mesh = self.mesh()
-            elements = CurvedElements(mesh, ORDER - 1, materials, announce)
-            shapes = _Reduction(elements, self._joints).shapes()
-            energies = elements.unsmooth_energies(shapes)
+            reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce), self._joints)
+            energies = reduction.unsmooth
             worst = float(energies.sum(axis=0).max()) / 2
             self._resize(mesh, energies.sum(axis=1), AIM * float(energies.sum()) * wanted / worst)
             announce(f"off by {100 * worst:.2g} %, {100 * wanted:.2g} % wanted")
             if worst <= CLOSE_ENOUGH * wanted:
                 break
-        return mesh, worst
+        return reduction, worst
 
     def _resize(self, mesh: Any, energies: Array, total: float) -> None:
         """Sizes of the next mesh, on which each cell has the same energy, of some total."""
@@ -462,6 +449,11 @@ class _Reduction:
         lower = _pencil(K, M + limit / (1 - limit / reach) * Q)
         return float((1 - lower[asked] / values[asked]).max(initial=0.0)) / 2
 
+    @cached_property
+    def unsmooth(self) -> Array:
+        """Energies (cells, k) of stresses that are not smooth, in the shapes by which a mesh is judged."""
+        return self.elements.unsmooth_energies(self.shapes())
+
     def shapes(self) -> Array:
         """Elastic shapes (n, k) of unit energy by which a mesh is judged: of the part with its rigid joints clamped,
         the lowest, and for motions of joints against each other."""
@@ -504,8 +496,7 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     left where each order takes three quarters of the error. The first is too large at edges where stresses are
     infinite, the second elsewhere.
     """
-    shapes = high.shapes()
-    estimated = high.elements.unsmooth_energies(shapes).sum(axis=0)
+    estimated = high.unsmooth.sum(axis=0)
     (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
     c = high._c
     size = np.tile(high._unit, c // 6)
@@ -532,8 +523,7 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
 def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, NDArray[np.floating[Any]]]:
     """Vertices on the outside (p, 3), m, facets (t, 4) and rows (3 p, n) of their displacements."""
     ng, mesh = need("ngsolve", "solid"), elements.mesh
-    inner = {name for name in mesh.GetBoundaries() if name == "inner"}
-    triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat not in inner])
+    triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat != INNER])
     used, facets = np.unique(triangles, return_inverse=True)
     points = np.array([v.point for v in mesh.vertices])[used] * MILLIMETRE
     n = elements.space.ndof // 3
