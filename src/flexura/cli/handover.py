@@ -116,7 +116,7 @@ def export_command(
 
         thing = assemble(mechanism, parameters)
     else:
-        thing = _low_order(mechanism, parameters, keep, n, limit)
+        thing = low_order(mechanism, parameters, keep, n, limit)
     warnings = getattr(thing, "warnings", ())
     if strict and warnings:
         raise LimitError(warnings)
@@ -131,7 +131,7 @@ def export_command(
             typer.echo(line)
 
 
-def _low_order(
+def low_order(
     mechanism: Any, parameters: dict[str, float], keep: int | None, n: int | None, up_to: float | None
 ) -> Any:
     """The low-order model in the coordinates of its substructures."""

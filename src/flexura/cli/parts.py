@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from flexura.cli.amounts import length_of, quantity_of
+from flexura.cli.handover import low_order
 from flexura.cli.options import Answer, command, say
 from flexura.errors import OptionError
 
 if TYPE_CHECKING:
+    from flexura.analysis import Modes
     from flexura.mechanism import Mechanism
 
 Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP), or drawing of a planar one (DXF, SVG).")]
@@ -105,7 +107,7 @@ def model_command(
     result = modes(mechanism, n=n, tolerance=tolerance, up_to=limit)
 
     def write() -> list[Path]:
-        return [path for target in targets for path in _written(target, described, mechanism, n, limit)]
+        return [path for target in targets for path in _written(target, described, result, n, limit)]
 
     return Answer(result, write=write)
 
@@ -118,10 +120,11 @@ def _refuse_unknown(targets: list[Path]) -> None:
             format_of(path)
 
 
-def _written(path: Path, described: Mechanism, mechanism: Mechanism, n: int, up_to: float | None) -> list[Path]:
+def _written(path: Path, described: Mechanism, result: Modes, n: int, up_to: float | None) -> list[Path]:
     """What one target gets."""
     from flexura.io import export, format_of, formats
 
+    mechanism = result.model.plan.mechanism
     if path.suffix.lower() in (".yaml", ".yml"):
         from flexura.modelfile import save
 
@@ -134,6 +137,7 @@ def _written(path: Path, described: Mechanism, mechanism: Mechanism, n: int, up_
     thing: Any
     takes = formats()[format_of(path)].takes
     if "state space" in takes:
+        from flexura.mechanism import DOF_NAMES
         from flexura.systems import state_space, system
 
         (key,) = described.parts
@@ -141,15 +145,9 @@ def _written(path: Path, described: Mechanism, mechanism: Mechanism, n: int, up_
         nodes = [f"{key}.{name}" for name in described.parts[key].interfaces if f"{key}.{name}" not in held]
         if not nodes:
             raise OptionError(f"{path}: a state space needs an --interface that is not held, for forces and motions")
-        channels = [f"{node}.{axis}" for node in nodes for axis in ("tx", "ty", "tz", "rx", "ry", "rz")]
+        channels = [f"{node}.{axis}" for node in nodes for axis in DOF_NAMES]
         full = system(mechanism, inputs=channels, outputs=channels, order="full")
         thing = state_space(full, n=n if up_to is None else None, up_to=up_to)
-    elif "low-order model" in takes:
-        from flexura.reduction import reduce
-
-        thing = reduce(mechanism)
     else:
-        from flexura.analysis import modes
-
-        thing = modes(mechanism, n=n, up_to=up_to)
+        thing = low_order(mechanism, {}, None, n, up_to) if "low-order model" in takes else result
     return [Path(written) for written in export(thing, path)]
