@@ -190,6 +190,13 @@ def test_a_drawing_with_a_thickness_is_the_same_part(drawn, tmp_path):
         fx.faces(drawn, thickness=4e-3)
 
 
+def test_a_part_that_bends_far_says_that_it_is_linear_inside(held_bar):
+    """A cantilever pushed by 0.06 of its length turns by 0.09 rad at its tip, by 0.12 its length by 0.18."""
+    for far, is_warned in ((3.6e-3, False), (7.2e-3, True)):
+        said = [str(w) for w in fx.stroke(held_bar, move={"bar.tip.z": far}, steps=2).warnings]
+        assert any("within itself" in text and "describe it by flexures" in text for text in said) is is_warned
+
+
 def test_a_part_that_is_held_alone_vibrates(drawn):
     (mode,) = fx.modes(fx.part_model(drawn, material=METAL, hold="base"), n=1).modes
     assert mode.motion.summary.startswith("bar vibrates")

@@ -90,7 +90,7 @@ BEND_LIMIT = 0.5
 the theory page."""
 
 LINEAR_ROTATION = 0.1
-"""Largest rotation, rad, of a superelement within itself: that of linear analysis."""
+"""Largest rotation, rad, of a superelement within itself, or of a beam in its place: that of linear analysis."""
 
 
 def stiffness_errors(model: MovingModel, frames: Frames, motions: Array, energies: Array) -> dict[str, Array]:
@@ -119,11 +119,27 @@ def _bends(group: Group) -> TypeGuard[PoseElements]:
 def _angles(group: PoseElements, frames: Frames) -> Array:
     """The largest angle (e,), rad, between two sections of elements: that between the ends, and that between the middle
     and an end, where curvature varies linearly and s = L^3 c/12 (theory eq. G9)."""
-    d = group.deformation(frames)
-    ends = np.linalg.norm(d[:, 3:], axis=1)
-    length = np.linalg.norm(group.rest[:, :3], axis=1)
-    across = np.linalg.norm(d[:, 1:3], axis=1) / length
-    return np.maximum(ends, ends / 2 + 1.5 * across)
+    d, length = group.deformation(frames), np.linalg.norm(group.rest[:, :3], axis=1)
+    return _largest_angle(d[:, 3:], np.linalg.norm(d[:, 1:3], axis=1) / length)
+
+
+def _largest_angle(turn: Array, chord: Array) -> Array:
+    """The largest angle (e,), rad, inside of a beam whose one end turns by `turn` (e, 3) against the other, and shifts
+    across by `chord` (e,), over its length."""
+    ends = np.linalg.norm(turn, axis=1)
+    return np.maximum(ends, ends / 2 + 1.5 * chord)
+
+
+def _angles_within(group: Superelements, frames: Frames) -> Array:
+    """What that is (k,) of beams from the first node of a superelement to its others."""
+    d = group.deformation(frames)[0, : 6 * (group.count - 1)].reshape(-1, 6)
+    apart = group.rest[0, :, :3]
+    length = np.linalg.norm(apart, axis=1)
+    is_apart = length > 0
+    unit = apart / np.where(is_apart, length, 1.0)[:, None]
+    across = d[:, :3] - np.einsum("ki,ki->k", d[:, :3], unit)[:, None] * unit
+    chord = np.where(is_apart, np.linalg.norm(across, axis=1) / np.where(is_apart, length, 1.0), 0.0)
+    return _largest_angle(d[:, 3:], chord)
 
 
 SHEET_STIFFER = 0.02
@@ -169,12 +185,11 @@ def _bent(model: MovingModel, frames: Frames) -> Iterator[Diagnostic]:
                 yield Diagnostic("displacement", names[0], deflection, THICKNESSES, "1", text)
         elif isinstance(group, Superelements):
             yield from _bent_sheet(model, frames, group, names[0])
-            turns = np.linalg.norm(group.deformation(frames).reshape(-1, 6)[: group.count - 1, 3:], axis=1)
-            angle = float(turns.max(initial=0.0))
+            angle = float(_angles_within(group, frames).max(initial=0.0))
             if angle > LINEAR_ROTATION:
                 text = (
                     f"superelement {names[0]}: it turns by {angle:.3g} rad within itself, more than {LINEAR_ROTATION}"
-                    " rad; it is linear inside"
+                    " rad; it is linear inside: describe it by flexures (`flexura understand` finds them in a drawing)"
                 )
                 yield Diagnostic("rotation", names[0], angle, LINEAR_ROTATION, "rad", text)
         elif _bends(group):
