@@ -88,7 +88,8 @@ class Drawing(Tabular):
     """What a STEP file draws: `faces` on the outside, `solids` by name, in order, and the `shape` of OpenCASCADE.
 
     Solids that touch are glued. `size`, m, is the diagonal of the box around it; `digest` that of the file; `notes` say
-    what was mended. `order` holds the places of `faces` among all those of the shape.
+    what was mended. `order` holds the places of `faces` among all those of the shape; `outline` and `thickness`,
+    m, are those of a planar part.
     """
 
     path: str
@@ -99,6 +100,8 @@ class Drawing(Tabular):
     digest: str
     order: tuple[int, ...] = field(repr=False)
     notes: tuple[str, ...] = ()
+    outline: Outline | None = field(default=None, repr=False)
+    thickness: float | None = None
 
     def presentation(self) -> Iterator[Item]:
         """Solids, and a row for every face with the text that chooses it."""
@@ -234,6 +237,7 @@ def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0
     content = read_bytes(Path(path), "solid_bytes")
     occ = need("netgen.occ", "solid")
     notes: list[str] = []
+    outline: Outline | None = None
     if thickness is not None:
         outline = read_dxf(path) if Path(path).suffix.lower() == ".dxf" else read_svg(path)
         outline = outline.offset(offset) if offset else outline
@@ -250,7 +254,8 @@ def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0
         raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
     shape = _glued(occ, solids, names, str(path)) if len(solids) > 1 else solids[0]
     outer, order = _faces(occ, shape, names, size, str(path))
-    return Drawing(str(path), shape, names, outer, box, hashlib.sha256(content).hexdigest(), order, tuple(notes))
+    digest = hashlib.sha256(content).hexdigest()
+    return Drawing(str(path), shape, names, outer, box, digest, order, tuple(notes), outline, thickness)
 
 
 def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]) -> list[Any]:

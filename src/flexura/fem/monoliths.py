@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +28,11 @@ from flexura.fem.cad import Drawing, PartFace, faces_of
 from flexura.fem.curved import CurvedElements, fit_forms
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.reduced import balanced
+from flexura.fem.varying import Family, Span, family
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 3
+REVISION = 4
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -92,7 +94,7 @@ class ReducedPart:
 
     `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. Below
     `complete_hz` no mode with the interfaces held is left out. `points`, `facets` and `rows` are the surface and how it
-    moves, `dofs` those of the mesh.
+    moves, `dofs` those of the mesh. `family` is how K and M vary with sizes, where these do.
     """
 
     K: Array
@@ -103,6 +105,7 @@ class ReducedPart:
     facets: Index
     rows: NDArray[np.floating[Any]]
     dofs: int
+    family: Family | None = None
 
 
 def reduced_part(
@@ -112,23 +115,32 @@ def reduced_part(
     tolerance: float,
     up_to_hz: float | None = None,
     announce: Callable[[str], None] = lambda _: None,
+    spans: Mapping[str, Span] = MappingProxyType({}),
 ) -> ReducedPart:
     """A part reduced to its joints, from the cache where the same one was before.
 
     `materials` by solid; `tolerance` is what the mesh may make frequencies wrong by, relative. Modes with the joints
     held are kept until those of the part, its rigid joints clamped, up to a frequency (else the six lowest) are
-    right to 1e-4. Raises OptionError where the mesh would not fit into memory and SolverError where netgen fails.
+    right to 1e-4. `spans` are those of the thickness and the offset of a drawing, as far as these vary. Raises
+    OptionError where the mesh would not fit into memory, ModelError where outline or mesh cannot follow the sizes, and
+    SolverError where netgen fails.
     """
     of_solids = [(name, materials[name].E, materials[name].nu, materials[name].rho) for name in drawing.solids]
     parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
+    if spans:
+        parts = (*parts, [(name, *span) for name, span in spans.items()])
 
     def compute() -> Arrays:
-        return _reduced(drawing, materials, joints, tolerance, up_to_hz, announce)
+        return _reduced(drawing, materials, joints, tolerance, up_to_hz, announce, spans)
 
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
     names = ("K", "M", "E", "points", "facets", "rows")
     singles = {name: arrays[name].item() for name in ("complete_hz", "dofs")}
-    return ReducedPart(**{name: arrays[name] for name in names}, **singles)
+    varied = None
+    if spans:
+        stacks = (arrays["reach"], arrays["powers"], arrays["Ks"], arrays["Ms"])
+        varied = Family(*stacks, *(float(arrays[name].item()) for name in ("error", "rougher", "lower")))
+    return ReducedPart(**{name: arrays[name] for name in names}, **singles, family=varied)
 
 
 def joint_of(faces: Sequence[PartFace], drawing: Drawing, is_rigid: bool, place: Array | None = None) -> Joint:
@@ -147,17 +159,22 @@ def _reduced(
     tolerance: float,
     up_to_hz: float | None,
     announce: Callable[[str], None],
+    spans: Mapping[str, Span],
 ) -> Arrays:
+    def reduced(elements: CurvedElements) -> _Reduction:
+        return _Reduction(elements, joints)
+
     mesher = _Mesher(drawing, joints)
     wanted, places = GAINED * tolerance, [np.array(joint.place) for joint in joints]
-    for _ in range(1 + MORE):
+    attempt = 0
+    while True:
         low, coarse = mesher.refined(materials, wanted, announce)
         elements = CurvedElements(low.elements.mesh, ORDER, materials, announce)
         announce("reducing")
-        high = _Reduction(elements, joints)
+        high = reduced(elements)
         worst = _mesh_errors(low, high, high.fewest)[1] / 2
         announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
-        if worst <= tolerance:
+        if worst <= tolerance or (attempt := attempt + 1) > MORE:
             break
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
     announce("modes with the interfaces held")
@@ -165,7 +182,16 @@ def _reduced(
     off, _ = _mesh_errors(low, high, count)
     K, M, basis = high.matrices(count)
     points, facets, rows = _surface(elements, basis)
+    varied: Arrays = {}
+    if spans:
+        found = family(drawing, high, high.modes(count), spans, np.array(places), reduced, announce)
+        Ks = np.stack([balanced(own, np.array(places)) for own in found.K])
+        K, M = Ks[0], found.M[0]
+        off, complete = found.rougher * off + found.error * K, complete * found.lower
+        varied = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M}
+        varied |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
     return {
+        **varied,
         "K": balanced(K, np.array(places)),
         "M": M,
         "E": off,
@@ -186,10 +212,7 @@ class _Mesher:
         self._drawing, self._joints = drawing, joints
         faces = faces_of(drawing.shape)
         for place, face in enumerate(faces):
-            face.name = "free" if place in drawing.order else INNER
-        for k, joint in enumerate(joints):
-            for place in joint.faces:
-                faces[place].name = f"joint{k}"
+            face.name = _name(place) if place in drawing.order else INNER
         for solid, name in zip(drawing.shape.solids, drawing.solids, strict=True):
             solid.name = name
         self._geometry = need("netgen.occ", "solid").OCCGeometry(drawing.shape)
@@ -220,7 +243,7 @@ class _Mesher:
             mesh = self.mesh()
             reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce), self._joints)
             energies = reduction.unsmooth
-            worst = float(energies.sum(axis=0).max()) / 2
+            worst = reduction.roughness / 2
             self._resize(mesh, energies.sum(axis=1), AIM * float(energies.sum()) * wanted / worst)
             announce(f"off by {100 * worst:.2g} %, {100 * wanted:.2g} % wanted")
             if worst <= CLOSE_ENOUGH * wanted:
@@ -253,7 +276,7 @@ class _Reduction:
         for k, joint in enumerate(joints):
             place = np.array(joint.place)
             columns = np.arange(6 * k, 6 * k + 6)
-            region = mesh.Boundaries(f"joint{k}")
+            region = mesh.Boundaries("|".join(map(_name, joint.faces)))
             motions = elements.rigid_motions @ rigid_arm(-place)
             if joint.is_rigid:
                 rows = np.flatnonzero(np.array(space.GetDofs(region)))
@@ -286,6 +309,8 @@ class _Reduction:
         self.psi: Array = self._constraint_modes()
         self._values, self._vectors = np.empty(0), np.empty((n, 0))
         self._known = (-1, np.empty(0), np.empty((n, 0)))
+        self.joined: Array = np.empty((0, 0))
+        """What makes the shapes with the joints held of modes and of what inertia forces make, once they are known."""
 
     def _pinned(self, points: Array) -> Index:
         """Six of the DOFs of three vertices that hold the part like three, two and one supports."""
@@ -359,6 +384,11 @@ class _Reduction:
         self._vectors = np.zeros((self.elements.space.ndof, count))
         self._vectors[self._free] = vectors[:, order]
 
+    def modes(self, count: int) -> tuple[Array, Array]:
+        """Squared angular frequencies (m,) and shapes (n, m) of the lowest modes with the joints held."""
+        self._modes(count)
+        return self._values[:count], self._vectors[:, :count]
+
     @property
     def fixed_hz(self) -> Array:
         """Frequencies of the modes with the joints held that are known."""
@@ -371,12 +401,14 @@ class _Reduction:
         if self._known[0] == count:
             return self._known[1:]
         self._modes(count)
-        modes = self._vectors[:, :count]
-        M = self.elements.M
-        more = self._static[1] - modes @ (modes.T @ (M @ self._static[1]))
-        more = _independent(more, M)
+        modes, M = self._vectors[:, :count], self.elements.M
+        shares = modes.T @ (M @ self._static)
+        more = self._static - modes @ shares
+        T = _independent(more, M)
+        more = more @ T
         values, turn = la.eigh(more.T @ (self.elements.K @ more))
         self._known = (count, np.append(self._values[:count], values), np.hstack([modes, more @ turn]))
+        self.joined = np.block([[np.eye(count), -shares @ T @ turn], [np.zeros((len(T), count)), T @ turn]])
         return self._known[1:]
 
     def matrices(self, count: int) -> tuple[Array, Array, Array]:
@@ -389,13 +421,16 @@ class _Reduction:
         K[self._c :, self._c :] = np.diag(values)
         return (K + K.T) / 2, (M + M.T) / 2, basis
 
+    def held_solve(self, forces: Array) -> Array:
+        """Displacements (n, k) under forces (n, k) with the joints held."""
+        out = np.zeros(forces.shape)
+        out[self._free] = self._solve(forces[self._free])
+        return out
+
     @cached_property
-    def _static(self) -> tuple[Array, Array]:
-        """Inertia forces (f, c) of motions of the joints, and displacements (n, c) that they make with these held."""
-        loads = (self.elements.M @ self.psi)[self._free]
-        out = np.zeros(self.psi.shape)
-        out[self._free] = self._solve(loads)
-        return loads, out
+    def _static(self) -> Array:
+        """Displacements (n, c) that inertia forces of motions of the joints make with these held."""
+        return self.held_solve(self.elements.M @ self.psi)
 
     def left_out(self, count: int) -> Array:
         """Q (c + j,): what all shapes beyond those that are kept give to inertia forces of these."""
@@ -454,6 +489,11 @@ class _Reduction:
         """Energies (cells, k) of stresses that are not smooth, in the shapes by which a mesh is judged."""
         return self.elements.unsmooth_energies(self.shapes())
 
+    @property
+    def roughness(self) -> float:
+        """The largest of these energies of a shape."""
+        return float(self.unsmooth.sum(axis=0).max())
+
     def shapes(self) -> Array:
         """Elastic shapes (n, k) of unit energy by which a mesh is judged: of the part with its rigid joints clamped,
         the lowest, and for motions of joints against each other."""
@@ -472,14 +512,22 @@ class _Reduction:
 
 
 def _independent(vectors: Array, M: Any) -> Array:
-    """M-orthonormal vectors (n, j) that span others (n, k), without what is made of the rest."""
+    """T (k, j) that makes of vectors (n, k) M-orthonormal ones, without what is made of the rest."""
+    T = np.eye(vectors.shape[1])
     for _ in range(2):  # the second time for round-off
-        size = np.einsum("ij,ij->j", vectors, M @ vectors)
-        vectors = vectors[:, size > 0] / np.sqrt(size[size > 0])
-        values, turn = la.eigh(vectors.T @ (M @ vectors))
+        gram = T.T @ (vectors.T @ (M @ (vectors @ T)))
+        size = np.sqrt(gram.diagonal())
+        is_there = size > 0
+        T = T[:, is_there] / size[is_there]
+        values, turn = la.eigh(gram[np.ix_(is_there, is_there)] / np.outer(size, size)[np.ix_(is_there, is_there)])
         kept = values > DEPENDENT * values[-1]
-        vectors = vectors @ (turn[:, kept] / np.sqrt(values[kept]))
-    return vectors
+        T = T @ (turn[:, kept] / np.sqrt(values[kept]))
+    return T
+
+
+def _name(place: int) -> str:
+    """What a face is called in a mesh."""
+    return f"face{place}"
 
 
 def _pencil(K: Array, M: Array) -> Array:
@@ -496,7 +544,6 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     left where each order takes three quarters of the error. The first is too large at edges where stresses are
     infinite, the second elsewhere.
     """
-    estimated = high.unsmooth.sum(axis=0)
     (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
     c = high._c
     size = np.tile(high._unit, c // 6)
@@ -516,7 +563,7 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     largest = max(
         float(np.abs(off).max()) if elastic.any() and c > 6 else 0.0, float((E[at, at] / K[at, at])[:MODES].max())
     )
-    share = min(SHARE, float(estimated.max()) / largest) if largest > 0 else SHARE
+    share = min(SHARE, high.roughness / largest) if largest > 0 else SHARE
     return share * E, share * largest
 
 

@@ -51,7 +51,7 @@ def lines_of(model: FullOrderModel) -> Lines:
         part_lines += [(key, "spring", _star(s.nodes[0], s.nodes[1:])) for key, s in part.springs.items()]
         part_lines += [
             (s, "superelement", _star(n[0], [k for k in n[1:] if k < part.n_positioned]))
-            for s, (n, _, _) in part.superelements.items()
+            for s, n in ((s, own.nodes) for s, own in part.superelements.items())
         ]
         for path, offset in zip(placed.paths, placed.offset, strict=True):
             placed_lines += [

@@ -25,6 +25,7 @@ from flexura.mechanism.body import Rotation as Rotation
 from flexura.mechanism.body import Sheet as Sheet
 from flexura.mechanism.body import Spring as Spring
 from flexura.mechanism.body import Superelement as Superelement
+from flexura.mechanism.body import Variation as Variation
 from flexura.mechanism.channels import Accelerometer as Accelerometer
 from flexura.mechanism.channels import Actuator as Actuator
 from flexura.mechanism.channels import BaseMotion as BaseMotion

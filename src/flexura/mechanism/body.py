@@ -10,15 +10,18 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
+from flexura.errors import OptionError
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import (
     Angle,
+    Density,
     Inertia,
     Length,
     NonNegativeMass,
     NonNegativeNumber,
     PositiveLength,
     PositiveMass,
+    PositivePressure,
     RotationalDamping,
     RotationalStiffness,
     StiffnessRR,
@@ -151,10 +154,15 @@ def _crossed_sides(corners: NDArray[np.float64]) -> tuple[int, int] | None:
 Piece = Annotated[BoxPiece | CylinderPiece | PlatePiece | PrismPiece, Field(discriminator="shape")]
 
 
-def _not_written(value: Any) -> Any:
-    if isinstance(value, dict | list | tuple | str | float | int):
-        raise refuse("unknown key", "allowed: add, cut, material, shape")
-    return value
+def _not_written(allowed: str) -> BeforeValidator:
+    """Refuses what files have in a place that only programs fill; `allowed` are the keys beside it."""
+
+    def check(value: Any) -> Any:
+        if isinstance(value, dict | list | tuple | str | float | int):
+            raise refuse("unknown key", f"allowed: {allowed}")
+        return value
+
+    return BeforeValidator(check)
 
 
 class Composite(Part):
@@ -166,7 +174,7 @@ class Composite(Part):
     """What it is made up of; pieces touch or overlap."""
     cut: tuple[Piece, ...] = ()
     """What is taken out of that."""
-    meshed: SkipJsonSchema[Annotated[Any, BeforeValidator(_not_written)]] = Field(
+    meshed: SkipJsonSchema[Annotated[Any, _not_written("add, cut, material, shape")]] = Field(
         default=None, exclude=True, repr=False
     )
     """Its solid once it is meshed (`with_solid_parts`), which no file has."""
@@ -380,6 +388,40 @@ class Sheet(Part):
     """c, of displacements of one node with the others held."""
 
 
+class Variation(Part):
+    """How a part from CAD varies with its sizes and its material, which no file has.
+
+    With x the `sizes` less `centre`, over `reach`, K is the sum of all x^`powers`[k] `stiffness`[k], and as Young's
+    modulus over that of `nominal`; M is so with `mass` and the density. Nodes are at `places`, m, from which rigid arms
+    lead to where they have gone. `names` says what the sizes are, each from `least` to `most`.
+    """
+
+    names: tuple[str, ...] = ()
+    sizes: tuple[Length, ...] = ()
+    centre: tuple[float, ...] = ()
+    reach: tuple[float, ...] = ()
+    least: tuple[float, ...] = ()
+    most: tuple[float, ...] = ()
+    powers: tuple[tuple[int, ...], ...]
+    stiffness: tuple[SquareMatrix, ...]
+    mass: tuple[SquareMatrix, ...]
+    material: tuple[PositivePressure, Density]
+    nominal: tuple[float, float]
+    places: tuple[tuple[float, float, float], ...]
+
+    def refuse_beyond(self, sizes: NDArray[np.float64]) -> None:
+        """Raise OptionError for sizes (..., k), m, beyond those that the part was reduced for."""
+        for k, name in enumerate(self.names):
+            own, room = sizes[..., k], 1e-9 * self.reach[k]
+            wrong = own[(own < self.least[k] - room) | (own > self.most[k] + room)]
+            if wrong.size:
+                least, most = (f"{1e3 * x:.6g} mm" for x in (self.least[k], self.most[k]))
+                raise OptionError(
+                    f"{name} = {1e3 * float(wrong.flat[0]):.6g} mm: the part was meshed for {least} to {most};"
+                    " minimum and maximum of its parameters say how far"
+                )
+
+
 class Superelement(Part):
     """Stiffness and mass matrices of an elastic part over named nodes, from another program or a reduced mechanism.
 
@@ -400,6 +442,10 @@ class Superelement(Part):
     """The mesh that it was reduced from, where that is known."""
     sheet: Sheet | None = None
     """The sheet that it is, if it is one."""
+    variation: SkipJsonSchema[
+        Annotated[Variation | None, _not_written("amplitudes, loss_factor, mass, nodes, stiffness, stiffness_error")]
+    ] = Field(default=None, exclude=True, repr=False)
+    """How it varies, which no file has."""
 
     @model_validator(mode="after")
     def _sizes(self) -> Self:

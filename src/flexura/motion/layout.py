@@ -280,7 +280,10 @@ class _Copy:
     def superelements(self) -> Iterator[Named]:
         """Superelements and bodies that bend, between nodes, and those of one node that has stiffness to the ground."""
         bodies = self.part.bent_bodies(self.matrices.discrete_elements)
-        described = [(key, nodes, K, M) for key, (nodes, K, M) in self.part.superelements.items()]
+        values, x = self.design.values, self.local.positions
+        described = [
+            (key, own.nodes, *own.matrices(values, x[own.nodes])) for key, own in self.part.superelements.items()
+        ]
         for key, nodes, *matrices in (*described, *((own.name, own.body.nodes, own.K, own.M) for own in bodies)):
             at = np.array(nodes)
             positioned = at < self.part.n_positioned

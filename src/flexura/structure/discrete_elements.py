@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 
 from flexura.arrays import Array, Index
 from flexura.beam import (
@@ -19,13 +20,14 @@ from flexura.beam import (
     member_frame,
     rigid_arm,
 )
-from flexura.duals import zeros
+from flexura.duals import moves, plain, zeros
 from flexura.mechanism import (
     Actuator,
     Box,
     Composite,
     Cylinder,
     Dashpot,
+    Matrix,
     Mechanism,
     MotionSensor,
     PiezoStack,
@@ -37,6 +39,7 @@ from flexura.mechanism import (
     Spring,
     StrainActuator,
     Substructure,
+    Superelement,
     rotation_matrix,
 )
 from flexura.structure.composites import MeshedSolid
@@ -306,16 +309,56 @@ class SpringElement(Lumped):
 
 
 class SuperelementMatrices(Lumped):
-    """K and M of a superelement, those of its amplitudes behind those of its nodes."""
+    """K and M of a superelement, those of its amplitudes, six to a node, behind those of its `nodes`."""
 
-    def __init__(self, K: Array, M: Array, loss: int | None) -> None:
-        self.K, self.M = K, M
-        self.loss: int | None = loss
+    def __init__(self, table: ValueTable, described: Superelement, nodes: list[int]) -> None:
+        self.nodes = nodes
+        self.amplitudes: int = described.amplitudes
+        self.loss = None if described.loss_factor is None else table.add(described.loss_factor)
+        self._variation = variation = described.variation
+        spare = np.eye(-described.amplitudes % 6)
+
+        def filled(given: Sequence[Matrix], by: Array) -> Array:
+            return np.stack([la.block_diag(own.array, by) for own in given])
+
+        terms = (variation.stiffness, variation.mass) if variation else ([described.stiffness], [described.mass])
+        self._K, self._M = filled(terms[0], spare), filled(terms[1], 0 * spare)
+        if variation is not None:
+            self._sizes, self._material = table.entries(variation.sizes), table.entries(variation.material)
+            self._places = np.array(variation.places)
 
     def matrices(self, values: Array, positions: Array) -> tuple[Array, Array]:
-        """As they are described."""
-        del values, positions
-        return self.K, self.M
+        """As they are described; of a part that varies, polynomials, over nodes that may have left their places.
+
+        Raises OptionError for sizes beyond those that the part was reduced for.
+        """
+        variation = self._variation
+        if variation is None:
+            return self._K[0], self._M[0]
+        sizes, (E, rho) = values[..., self._sizes], np.moveaxis(values[..., self._material], -1, 0)
+        variation.refuse_beyond(plain(sizes))
+        x = (sizes - variation.centre) / variation.reach
+        shares = [np.prod(x**powers, axis=-1) for powers in np.array(variation.powers)]
+        K = _combined([own * E / variation.nominal[0] for own in shares], self._K)
+        M = _combined([own * rho / variation.nominal[1] for own in shares], self._M)
+        count = len(self._places)
+        away = self._places - positions[..., :count, :]
+        if not moves(away) and not away.any():
+            return K, M
+        T = zeros((*away.shape[:-2], K.shape[-1], K.shape[-1]), away)
+        T[..., range(6 * count, K.shape[-1]), range(6 * count, K.shape[-1])] = 1.0
+        for k, arm in enumerate(np.moveaxis(rigid_arm(away), -3, 0)):
+            T[..., 6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = arm
+        Tt = np.swapaxes(T, -1, -2)
+        return Tt @ K @ T, Tt @ M @ T
+
+
+def _combined(shares: Sequence[Array], matrices: Array) -> Array:
+    """The sum of matrices (k, n, n) times their shares (...)."""
+    total = shares[0][..., None, None] * matrices[0]
+    for share, own in zip(shares[1:], matrices[1:], strict=True):
+        total = total + share[..., None, None] * own
+    return total
 
 
 class PiezoElement(Lumped):

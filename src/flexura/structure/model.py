@@ -117,7 +117,7 @@ class FullOrderModel(OfDesign, Result):
         for prototype, copies in topology.copies.items():
             if tuple(path) in copies.paths and key in copies.part.superelements:
                 copy = copies.paths.index(tuple(path))
-                nodes, K, _ = copies.part.superelements[key]
+                nodes = copies.part.superelements[key].nodes
                 u = self.node_displacements(vectors)[copies.offset[copy] + np.array(nodes)]
                 Q = self.geometry.Q[copies.number[copy]].T
                 positioned = len(nodes) - sum(n >= copies.part.n_positioned for n in nodes)
@@ -126,7 +126,7 @@ class FullOrderModel(OfDesign, Result):
                 amplitudes = (
                     len(self.plan.layout.prototypes[prototype].superelements[key].stiffness.array) - 6 * positioned
                 )
-                return u.reshape(len(K), -1)[: 6 * positioned + amplitudes]
+                return u.reshape(6 * len(nodes), -1)[: 6 * positioned + amplitudes]
         raise OptionError(f"there is no superelement {name!r}; it is written NAME or INSTANCE.NAME")
 
 
@@ -379,7 +379,7 @@ class _PartState:
 
     def refuse_superelements(self) -> None:
         """Raise OptionError where forces go through a superelement."""
-        for key, (nodes, *_) in self.part.superelements.items():
+        for key, nodes in ((key, own.nodes) for key, own in self.part.superelements.items()):
             if sum(node < self.part.n_positioned for node in nodes) > 1:
                 name = self.copies.names(key)[0]
                 raise OptionError(

@@ -15,13 +15,12 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, member_frame, rigid_arm
 from flexura.duals import with_slopes_of, zeros
-from flexura.mechanism import TOP, Flexure, Layout, Link, Substructure, matching
+from flexura.mechanism import TOP, Flexure, Layout, Link, matching
 from flexura.records import Latest
 from flexura.structure.diaphragms import DiaphragmElement
 from flexura.structure.discrete_elements import (
@@ -178,8 +177,8 @@ class Part:
         self.bodies: dict[str, tuple[int, BodyElement]] = {
             key: (nodes.get(key), BodyElement(table, body, mechanism)) for key, body in prototype.bodies.items()
         }
-        self.superelements: dict[str, tuple[list[int], Array, Array]] = {
-            key: ([nodes.get(n) for n in part.nodes], part.stiffness.array, part.mass.array)
+        self.superelements: dict[str, SuperelementMatrices] = {
+            key: SuperelementMatrices(table, part, [nodes.get(n) for n in part.nodes])
             for key, part in prototype.superelements.items()
         }
         self.dashpots: dict[str, SpringElement] = {
@@ -220,7 +219,7 @@ class Part:
         """Nodes (m, n + 1) of the strips whose elements share their warping, once the plan has settled them."""
         self.n_positioned: int = len(nodes.names)
         self._add_amplitudes(nodes)
-        self.discrete: list[tuple[str, list[int], Lumped]] = self._discrete(prototype, table)
+        self.discrete: list[tuple[str, list[int], Lumped]] = self._discrete()
         """What is no member: names, nodes and what has the matrices."""
         self.node_names: list[str] = nodes.names
         self.node_number: dict[str, int] = nodes.number
@@ -258,11 +257,8 @@ class Part:
         these."""
         self.amplitude_names: dict[int, list[str]] = {}
         self.amplitude_at: list[int] = []
-        for key, (connected, K, M) in self.superelements.items():
-            count = len(K) - 6 * len(connected)
-            extra = self._amplitude_nodes(nodes, key, count, connected[0])
-            spare = np.eye(-count % 6)
-            self.superelements[key] = ([*connected, *extra], la.block_diag(K, spare), la.block_diag(M, 0 * spare))
+        for key, own in self.superelements.items():
+            own.nodes += self._amplitude_nodes(nodes, key, own.amplitudes, own.nodes[0])
         for key, body in self.elastic.items():
             body.nodes += self._amplitude_nodes(nodes, key, AMPLITUDES, body.nodes[0])
         self.unused: NDArray[np.bool_] = np.zeros((len(nodes.names), 6), dtype=bool)
@@ -327,19 +323,14 @@ class Part:
         """First element of every member, and the number of all elements (m + 1,)."""
         return self.table.first
 
-    def _discrete(self, prototype: Substructure, table: ValueTable) -> list[tuple[str, list[int], Lumped]]:
-        loss = {
-            key: None if part.loss_factor is None else table.add(part.loss_factor)
-            for key, part in prototype.superelements.items()
-        }
-        superelements = self.superelements.items()
+    def _discrete(self) -> list[tuple[str, list[int], Lumped]]:
         return [
             *((key, diaphragm.nodes, diaphragm) for key, diaphragm in self.diaphragms.items()),
             *((key, [node], body) for key, (node, body) in self.bodies.items() if key not in self.elastic),
             *((key, body.nodes, body) for key, body in self.elastic.items()),
             *((key, [node], point) for key, (node, point) in self.points.items()),
             *((key, spring.nodes, spring) for key, spring in self.springs.items()),
-            *((key, nodes, SuperelementMatrices(K, M, loss[key])) for key, (nodes, K, M) in superelements),
+            *((key, own.nodes, own) for key, own in self.superelements.items()),
             *((key, piezo.nodes, piezo) for key, piezo in self.channels.piezos.items()),
             *((key, [node], mass) for key, node, mass in self.channels.masses),
         ]

@@ -147,7 +147,7 @@ class Roots:
         stiff: set[int] = set()
         for name, copies in topology.copies.items():
             part, first = self._parts[name], self.first[name]
-            inner = {node for nodes, _, _ in part.superelements.values() for node in nodes}
+            inner = {node for own in part.superelements.values() for node in own.nodes}
             for instance, offset in zip(copies.number, copies.offset, strict=True):
                 stiff |= {int(topology.root[offset + node]) for node in inner}
                 for m, ends in enumerate(part.ends.tolist()):

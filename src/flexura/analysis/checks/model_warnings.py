@@ -214,7 +214,7 @@ def nodes_outside(full: FullOrderModel, reported: Collection[int]) -> list[Diagn
 def _joined_at_one_place(part: Part) -> Iterator[list[int]]:
     """Pairs of nodes of diaphragms and superelements."""
     yield from (ring.nodes for ring in part.diaphragms.values())
-    for nodes, *_ in part.superelements.values():
+    for nodes in (own.nodes for own in part.superelements.values()):
         yield from (list(pair) for pair in combinations([n for n in nodes if n < part.n_positioned], 2))
 
 

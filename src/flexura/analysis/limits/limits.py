@@ -175,7 +175,7 @@ def _superelement_ends(model: FullOrderModel, name: str) -> Iterator[tuple[str, 
     """By placed superelement of a prototype, its first node and each other one."""
     part, placed = model.plan.parts[name], model.plan.topology.copies[name]
     for offset, path in zip(placed.offset, placed.paths, strict=True):
-        for key, (nodes, _, _) in part.superelements.items():
+        for key, nodes in ((key, own.nodes) for key, own in part.superelements.items()):
             first, *others = (offset + node for node in nodes if node < part.n_positioned)
             yield from ((".".join((*path, key)), first, other) for other in others)
 

@@ -197,8 +197,9 @@ def _described(part: Part, values: Array, geometry: PartGeometry) -> Array:
         D = rigid_arm(geometry.positions[node])
         total += D.T @ M @ D
     rigid = _rigid_motions(part, geometry).reshape(-1, 6, 6)
-    for nodes, _, M in part.superelements.values():
-        R = rigid[nodes].reshape(-1, 6)
+    for own in part.superelements.values():
+        _, M = own.matrices(values, geometry.positions[own.nodes])
+        R = rigid[own.nodes].reshape(-1, 6)
         total += R.T @ M @ R
     return total
 

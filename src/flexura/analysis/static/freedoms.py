@@ -177,7 +177,7 @@ def _holders(model: FullOrderModel, number: int) -> tuple[Array, Array]:
         discrete_elements += [(diaphragm.nodes, 0.0) for diaphragm in part.diaphragms.values()]
         discrete_elements += [(stack.nodes, 1 / 3) for stack in part.channels.piezos.values()]
         discrete_elements += [
-            ([n for n in nodes if n < part.n_positioned], 1.0) for nodes, _, _ in part.superelements.values()
+            ([n for n in own.nodes if n < part.n_positioned], 1.0) for own in part.superelements.values()
         ]
         for instance, offset in zip(placed.number, placed.offset, strict=True):
             m = np.flatnonzero(on_platform[offset + part.ends].sum(axis=1) == 1)

@@ -55,7 +55,7 @@ def bent_plates(model: FullOrderModel, displacements: Array) -> Iterator[BentPla
                 called = "diaphragm", ".".join((*path, key)), ".".join(filter(None, (name, key)))
                 yield BentPlate(*called, lever * motion[2:5] / plate.thickness, float(c), plate, motion)
             for key, sheet in sheets.items():
-                first, *others = (node for node in part.superelements[key][0] if node < part.n_positioned)
+                first, *others = (node for node in part.superelements[key].nodes if node < part.n_positioned)
                 called = "sheet", ".".join((*path, key)), ".".join(filter(None, (name, key)))
                 for node in others:
                     apart = u[node, :3] - (rigid_arm(x[node] - x[first]) @ u[first])[:3]

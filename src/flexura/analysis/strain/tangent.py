@@ -119,7 +119,7 @@ def _refuse_springs_on_arms(model: FullOrderModel) -> None:
         part = model.plan.parts[name]
         ends = [n for spring in part.springs.values() for n in spring.nodes]
         ends += [n for diaphragm in part.diaphragms.values() for n in diaphragm.nodes]
-        ends += [n for nodes, *_ in part.superelements.values() for n in nodes]
+        ends += [n for own in part.superelements.values() for n in own.nodes]
         ends += [n for piezo in part.channels.piezos.values() for n in piezo.nodes]
         number = np.array(placed.offset, dtype=np.intp)[:, None] + np.array(sorted(set(ends)), dtype=np.intp)
         if (topology.is_rigid[number] & (topology.root[number] != number)).any():

@@ -99,7 +99,7 @@ class Facts:
             case Kind.DASHPOT:
                 return _coupling("dashpot", evaluated(described.dashpots[key], self.values))
             case Kind.SUPERELEMENT:
-                nodes = [part.node_names[k] for k in part.superelements[key][0] if k < part.n_positioned]
+                nodes = [part.node_names[k] for k in part.superelements[key].nodes if k < part.n_positioned]
                 return [("kind", "superelement, linear inside"), ("nodes", _listed(nodes))]
             case Kind.SENSOR:
                 return self._sensor(described.sensors[key])

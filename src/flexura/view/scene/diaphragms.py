@@ -37,7 +37,7 @@ def add_surfaces(collector: Collector, model: FullOrderModel) -> None:
     """Add the superelements whose surface is known, sheets and parts, as they are bent by their own coordinates."""
     for name, part in model.plan.parts.items():
         placed, described = model.plan.topology.copies[name], model.plan.layout.prototypes[name].superelements
-        for key, (nodes, _, _) in part.superelements.items():
+        for key, nodes in ((key, own.nodes) for key, own in part.superelements.items()):
             surface = surface_of(described[key])
             if surface is None:
                 continue

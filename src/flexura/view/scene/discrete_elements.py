@@ -160,7 +160,7 @@ class _Copy:
             at = None if element.at is None else self.Q @ _vector(element.at) + self.origin
             add_coupling = self._add_grounded if len(nodes) == 1 else self._add_between
             add_coupling(_Coupling(kind, self.prefix + key, element, nodes, at))
-        for key, (nodes, _, _) in self.part.superelements.items():
+        for key, nodes in ((key, own.nodes) for key, own in self.part.superelements.items()):
             if surface_of(superelements[key]) is None:
                 self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
 
