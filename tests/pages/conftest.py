@@ -30,7 +30,7 @@ IN_EVERY_RUN = {
     *("test_it_is_accessible_in_both_colours", "test_a_phone_needs_no_sideways_scroll", "test_no_other_script_runs"),
     *("test_frequencies_are_those_of_modes_and_proven", "test_keys_move_a_slider_and_the_frequencies_follow"),
     *("test_requests_and_errors_are_seen", "test_a_browser_reads_what_was_written"),
-    *("test_a_saved_page_opens_without_a_network",),
+    *("test_a_saved_page_opens_without_a_network", "test_a_click_on_a_face_copies_what_chooses_it"),
 }
 """Tests in a browser that are no slow ones."""
 

@@ -364,7 +364,7 @@ def test_the_shell_lists_and_draws_faces(drawn, tmp_path):
     done = flexura("faces", drawn, "--plot", tmp_path, "--out", tmp_path / "faces.csv")
     assert "plane -x" in done.stdout and (tmp_path / "faces.png").stat().st_size > 10_000
     data = json.loads(flexura("faces", drawn, "--json").stdout)
-    assert data["faces"][0]["text"].startswith("face: ")
+    assert data["faces"][0]["text"] == "{face: base}"
 
 
 def test_cylinders_are_known_by_their_radius():

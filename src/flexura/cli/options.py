@@ -15,7 +15,7 @@ import typer
 from rich.console import RenderableType
 
 from flexura.cli.amounts import add_once, named, prescribed_of
-from flexura.cli.terminal import TABLES, heading, print_all, print_end, write_table
+from flexura.cli.terminal import PAGES, TABLES, heading, print_all, print_end, write_table
 from flexura.deadline import announced, stage
 from flexura.errors import OptionError
 from flexura.tables import Item
@@ -135,14 +135,14 @@ class Answer(NamedTuple):
 
 
 def command(
-    *options: str, out: str = "", plot: str = "", reads: bool = True
+    *options: str, out: str = "", page: bool = False, plot: str = "", reads: bool = True
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Make a command of a function that works out an `Answer`.
 
     The command takes FILE and --set and hands the function the mechanism and the parameters, unless it `reads` none;
     it has the function's own options, those of `options`, --out for the table of the result where `out` says what is in
-    it, --plot with a help of its own where `plot` is one, and --json. It writes the table and the pictures, and prints
-    the answer.
+    it, or for what `show` makes of it where there is a `page`, --plot with a help of its own where `plot` is one, and
+    --json. It writes the table and the pictures, and prints the answer.
     """
     table = Annotated[Path | None, typer.Option(metavar="FILE", help=out)]
     folder = Annotated[Path | None, typer.Option("--plot", metavar="DIR", help=plot)]
@@ -166,8 +166,10 @@ def command(
             own_options = {p.name: given.pop(p.name) for p in own}
             path, folder = given.get("out"), given.get("plot")
             pictured = of_pictures(folder, **{name: given.get(name) for name in _OF_PICTURES})
-            if path is not None and path.suffix.lower() not in TABLES:
-                raise OptionError(f"{path} is no name of a table: it must be named {' or '.join(TABLES)}")
+            names = (*TABLES, *PAGES) if page else TABLES
+            if path is not None and path.suffix.lower() not in names:
+                what = "page or a table" if page else "table"
+                raise OptionError(f"{path} is no name of a {what}: it must be named {' or '.join(names)}")
             source = read(given["file"], given["set"], given.get("at")) if reads else ()
             answer = function(*source, **own_options)
             if given.get("strict"):
@@ -209,7 +211,11 @@ def _pictures(answer: Answer, folder: Path, options: dict[str, Any]) -> list[Pat
 
 
 def _table(result: Any, path: Path) -> Path:
-    """Write the table of a result, that of a study block by block."""
+    """Write the table of a result, that of a study block by block, or its page."""
+    if path.suffix.lower() in PAGES:
+        from flexura.pages.viewer import show
+
+        return show(result).save(path)
     if not hasattr(result, "blocks"):
         return write_table([result.to_columns()], path)
     from flexura.study.engine import arrow_table

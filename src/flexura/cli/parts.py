@@ -25,7 +25,8 @@ Thickness = Annotated[
 @command(
     "dpi",
     plot="Write a picture of the faces with their numbers here.",
-    out="Write the table of faces here.",
+    out="Write the faces here: a table, or a page (.html) where a click on a face copies what chooses it.",
+    page=True,
     reads=False,
 )
 def faces_command(

@@ -35,6 +35,7 @@ MOST_BLOCKS = 4
 _STYLES = {"": "", "good": "green", "bad": "red"}
 
 TABLES = (".csv", ".parquet")
+PAGES = (".html",)
 """Suffixes of tables."""
 
 

@@ -6,6 +6,8 @@ Lengths are in metres in whatever unit the file is; meshes and shapes of netgen 
 from __future__ import annotations
 
 import hashlib
+import json
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,7 +26,7 @@ from flexura.files import read_bytes
 from flexura.mechanism import Interface
 from flexura.outlines import Outline, Segment, read_dxf, read_svg
 from flexura.results import Tabular
-from flexura.tables import Facts, Item, Table, in_mm, quantity
+from flexura.tables import Facts, Item, Table, in_mm, number, quantity
 
 ROUGH = 1e-5
 """Distance of points from a plane or a cylinder, over the size of the part, up to which they lie on it."""
@@ -42,6 +44,9 @@ OVERLAPPING = 1e-6
 """Common volume of two solids over that of the smaller one, above which they overlap."""
 
 MOST_LISTED = 12
+
+PLAIN = re.compile(r"[^\W\d][\w .-]*(?<! )")
+"""Names that YAML takes for text without quotation marks."""
 
 NO_LAYERS = ("", "0")
 """Layers of drawings that name nothing."""
@@ -77,10 +82,27 @@ class PartFace:
 
     @property
     def text(self) -> str:
-        """What chooses this face in a file."""
-        if self.name:
-            return f"face: {self.name}"
-        return f"face: {self.number}"
+        """What chooses it in a file, by name or number."""
+        is_plain = PLAIN.fullmatch(self.name) and self.name not in ("true", "false", "null")
+        name = self.name if is_plain else json.dumps(self.name, ensure_ascii=False)
+        return f"{{face: {name if self.name else self.number}}}"
+
+    @property
+    def choices(self) -> dict[str, Interface]:
+        """What chooses it in a file, and what that says: by name or number, then by its plane, or its radius, which
+        may choose others with it."""
+        found: dict[str, dict[str, Any]] = {self.text: {"face": self.name or self.number}}
+        if self.radius:
+            radius = float(f"{self.radius:.6g}")
+            found[f"{{radius: {quantity(radius, 'm', 6)}}}"] = {"radius": radius}
+        elif self.direction is not None:
+            normal = np.round(self.direction, 6).tolist()
+            if along := _axis(self.direction):
+                at = round(float(self.centre["xyz".index(along[1])]), 12)
+                found[f"{{{along[1]}: {quantity(at, 'm', 9)}, normal: {along}}}"] = {along[1]: at, "normal": normal}
+            else:
+                found[f"{{normal: [{', '.join(number(x, 6) for x in normal)}]}}"] = {"normal": normal}
+        return {text: Interface(**given) for text, given in found.items()}
 
 
 @dataclass(frozen=True, repr=False)
@@ -190,10 +212,10 @@ class Drawing(Tabular):
     def _in_plane(self, found: list[PartFace], axis: int, at: float) -> list[PartFace]:
         """Those faces that lie in a plane square to an axis."""
         near = ROUGH * self.size
-        flat = [face for face in self.faces if np.ptp(face.triangles[..., axis]) <= near]
+        fits = [float(np.abs(face.triangles[..., axis] - at).max()) <= near for face in found]
+        flat = [] if any(fits) else [face for face in self.faces if np.ptp(face.triangles[..., axis]) <= near]
         planes = sorted({round(float(face.centre[axis]), 9) for face in flat}, key=lambda x: abs(x - at))
         nearest = ", ".join(quantity(x, "m", 6) for x in planes[:3])
-        fits = [float(np.abs(face.triangles[..., axis] - at).max()) <= near for face in found]
         wanted = f"lies in the plane {'xyz'[axis]} = {quantity(at, 'm', 6)}"
         return _kept(found, fits, wanted, f"nearest planes: {'xyz'[axis]} = {nearest}" if planes else "")
 
@@ -208,10 +230,10 @@ class Drawing(Tabular):
                 raise OptionError(f"no face is called {wanted!r}; {hint}")
             return found
         numbers = [wanted] if isinstance(wanted, int) else list(wanted)
-        for number in numbers:
-            if not 1 <= number <= len(self.faces):
-                raise OptionError(f"there is no face {number}; faces have the numbers 1 to {len(self.faces)}")
-        return [self.faces[number - 1] for number in numbers]
+        for own in numbers:
+            if not 1 <= own <= len(self.faces):
+                raise OptionError(f"there is no face {own}; faces have the numbers 1 to {len(self.faces)}")
+        return [self.faces[own - 1] for own in numbers]
 
 
 def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") -> list[PartFace]:

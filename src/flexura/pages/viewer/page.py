@@ -12,7 +12,10 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from flexura.arguments import verb
+from flexura.errors import OptionError
+from flexura.fem import Drawing
 from flexura.files import write_file
+from flexura.pages.viewer.faces import scene_of_faces
 from flexura.pages.viewer.scene import Fact, Scene, ShownMotion, to_json
 from flexura.pages.viewer.scenes import Shown, scene_of
 
@@ -122,11 +125,12 @@ class View:
 
 
 @verb
-def show(shown: Shown, results: Shown | Sequence[Shown] = ()) -> View:
-    """A mechanism and results of it in three dimensions, moving, with every number at hand.
+def show(shown: Shown | Drawing, results: Shown | Sequence[Shown] = ()) -> View:
+    """A mechanism and results of it in three dimensions, moving, with every number at hand; or the faces of a part.
 
     shown: a mechanism, a plan or a full-order model, or a result that holds its model, as in
-    `fx.show(fx.modes(mechanism))`; results: one or several of one design of it: modes, statics, a stroke, preload,
+    `fx.show(fx.modes(mechanism))`, or what `fx.faces` has read, alone: a click on a face copies what chooses it in a
+    file; results: one or several of one design of it: modes, statics, a stroke, preload,
     kinetostatics, drift, a check, a correlation, a placement of sensors, a verification. What it returns shows
     itself at the end of a cell in Jupyter, VS Code and marimo, without a network, and is saved as one HTML file by
     `save`. Of mechanisms that are too large parts are left out, which the page says.
@@ -134,6 +138,10 @@ def show(shown: Shown, results: Shown | Sequence[Shown] = ()) -> View:
     Raises OptionError for what cannot be shown, results without a mechanism, and results of several designs; ModelError
     as `assemble`.
     """
+    if isinstance(shown, Drawing):
+        if results:
+            raise OptionError("the faces of a part have no results: show them alone, as in show(faces(path))")
+        return View(scene_of_faces(shown))
     more = results if isinstance(results, list | tuple) else (cast(Shown, results),)
     return View(scene_of(shown, *more, picture=True))
 

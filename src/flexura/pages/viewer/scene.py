@@ -148,14 +148,16 @@ class ShownKind:
 @dataclass(frozen=True)
 class ShownPart:
     """A named part of one kind, by its key, with what there is to know of it, and which triangles, lines and dots are
-    its: the first, and how many."""
+    its: the first, and how many. `choices` choose it in a file, as text, with what else they choose; a click copies the
+    first."""
 
     name: str
     kind: str
     facts: tuple[Fact, ...]
     triangles: Range
-    lines: Range
-    dots: Range
+    lines: Range = (0, 0)
+    dots: Range = (0, 0)
+    choices: tuple[Fact, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, Statics, Stroke
 from flexura.errors import OptionError
@@ -175,7 +176,7 @@ def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Draw
         motions=tuple(found.motions),
         sequences=tuple(found.sequences),
         marks=tuple(found.marks),
-        picture=_picture(model) if picture else None,
+        picture=picture_of(draw_mechanism(model, dpi=PICTURE_DPI)) if picture else None,
         notes=tuple(dict.fromkeys((*parts.notes, *found.notes))),
     )
     return scene, drawing
@@ -291,8 +292,8 @@ def _hides(parts: Solids) -> bool:
     return visible_flexures(replace(parts, face_kinds=kinds), customary_camera(*parts.bounds())) < HIDDEN
 
 
-def _picture(model: FullOrderModel) -> str:
-    """A picture of the mechanism as data URI."""
+def picture_of(figure: Figure) -> str:
+    """A picture as data URI."""
     buffer = io.BytesIO()
-    draw_mechanism(model, dpi=PICTURE_DPI).savefig(buffer, format="png")
+    figure.savefig(buffer, format="png")
     return f"data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}"

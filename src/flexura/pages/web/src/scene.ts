@@ -29,6 +29,7 @@ export interface Part {
   triangles?: Range;
   lines?: Range;
   dots?: Range;
+  choices?: Fact[]; // texts that choose it in a file, and what else each chooses
 }
 
 /** Units in which a quantity is written, the largest first: the name of each, its size in SI, and from which value on. */

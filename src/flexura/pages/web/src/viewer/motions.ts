@@ -15,6 +15,7 @@ export class MotionList {
     const now = JSON.stringify(list);
     if (now !== this.listed) this.rebuild(list);
     this.listed = now;
+    this.element.hidden = list.length === 0;
     const shown = this.commands.state.shown ?? "";
     for (const input of this.inputs) input.checked = input.value === shown;
     this.tell();

@@ -1,5 +1,6 @@
 import { h, icon, placeText, unique } from "./dom";
 import { MotionList, factList } from "./motions";
+import type { Part } from "../scene";
 import { type Commands, KINDS, motionsOf } from "./state";
 import { VIEWS } from "./views";
 
@@ -49,7 +50,7 @@ export class Panel {
     for (const box of this.element.querySelectorAll<HTMLInputElement>("input[data-state]")) box.checked = Boolean(state[box.dataset.state as "ghost"]);
     this.parts.value = String(state.selected);
     const part = scene.parts[state.selected];
-    this.part.replaceChildren(part ? factList([...part.facts, ...this.values(state.selected)]) : "");
+    this.part.replaceChildren(...(part ? [...this.choices(part), factList([...part.facts, ...this.values(state.selected)])] : []));
     this.section.update();
   }
 
@@ -68,6 +69,13 @@ export class Panel {
       toggle("ghost", "undeformed outline"),
       toggle("marks", "warning marks"),
       toggle("parallel", "parallel projection"),
+    );
+  }
+
+  /** Texts that choose a part in a file, each to be copied. */
+  private choices(part: Part): HTMLElement[] {
+    return (part.choices ?? []).map(([text, told]) =>
+      h("button", { type: "button", class: "fx-button fx-text fx-choice", title: "copy", click: () => this.commands.copy(text) }, h("code", {}, text), h("span", {}, told)),
     );
   }
 

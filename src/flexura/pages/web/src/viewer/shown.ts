@@ -48,7 +48,7 @@ export class Shown {
 
   get heading(): { title: string; subtitle: string } {
     const own = sequenceOf(this.model.scene, this.state.shown) ?? this.model.motions.get(this.state.shown ?? "");
-    return { title: own?.title ?? "undeformed", subtitle: own && "subtitle" in own ? own.subtitle : "" };
+    return { title: own?.title ?? (this.model.scene.motions.length ? "undeformed" : ""), subtitle: own && "subtitle" in own ? own.subtitle : "" };
   }
 
   get scale(): string {

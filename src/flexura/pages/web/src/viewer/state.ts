@@ -25,6 +25,7 @@ export interface Commands {
   readonly pose: number; // of those of a sequence, the nearest to what is shown
   show(id: string | null): void;
   set(change: Partial<State>): void;
+  copy(text: string): void;
   toggleKind(key: string): void;
   cut(axis: 0 | 1 | 2 | null): void;
   look(view: string): void;

@@ -1,5 +1,5 @@
 import type { DataTexture } from "three";
-import type { Fact, SceneData } from "../scene";
+import type { Fact, Part, SceneData } from "../scene";
 import type { Move, Options, Viewer } from "./api";
 import { h } from "./dom";
 import { Drawing } from "./drawing";
@@ -51,6 +51,7 @@ export class LiveViewer implements Viewer, Keyed {
   private pointed = 0; // ms, when it was looked up what is there; 0: not since it moved
   private loading = 0;
   private wasPlaying = false;
+  private copied = ""; // last text on the clipboard
   private decorated = 0; // pose that axes and arrows are of
 
   /** Throws where there is no WebGL 2. */
@@ -153,6 +154,18 @@ export class LiveViewer implements Viewer, Keyed {
     if (change.selected !== undefined) void this.tellSelected();
     if (change.colour !== undefined || change.marks !== undefined) void this.load().then(() => this.say(this.shown.sentence));
     else this.changed();
+  }
+
+  /** Put a text on the clipboard; where the browser forbids that it stands in the panel to be copied by hand. */
+  copy(text: string): void {
+    const told = (done: boolean) => {
+      this.copied = done ? text : "";
+      this.pointed = 0;
+      this.changed();
+      this.say(done ? `copied ${text}` : `the clipboard is not to be had: ${text}`);
+    };
+    const written = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
+    written.then(() => told(true), () => told(false));
   }
 
   toggleKind(key: string): void {
@@ -355,9 +368,18 @@ export class LiveViewer implements Viewer, Keyed {
       if (press(this, event)) event.preventDefault();
     });
     listenToPointer(stage.canvas, (at) => this.pointAt(at), (at) => {
-      this.set({ selected: this.drawing.picker.at(at.x, at.y) });
+      const selected = this.drawing.picker.at(at.x, at.y);
+      this.set({ selected });
+      const text = this.scene.parts[selected]?.choices?.[0]?.[0];
+      if (text !== undefined) this.copy(text);
       this.pointAt(at);
     });
+  }
+
+  /** What a click on a part copies, or has copied. */
+  private choice(part: Part): Fact[] {
+    const text = part.choices?.[0]?.[0];
+    return text === undefined ? [] : [[text === this.copied ? "copied" : "click to copy", text]];
   }
 
   private pointAt(at: { x: number; y: number } | null): void {
@@ -379,7 +401,7 @@ export class LiveViewer implements Viewer, Keyed {
     void this.shown.values(number).then((values) => {
       const kind = this.model.kinds.get(part.kind)?.label ?? part.kind;
       const facts = part.facts.filter(([name]) => name !== "kind").slice(0, 7);
-      this.tip.show(part.name, part.facts.find(([name]) => name === "kind")?.[1] ?? kind, [...facts, ...values], at.x, at.y, this.picture.clientWidth, this.picture.clientHeight);
+      this.tip.show(part.name, part.facts.find(([name]) => name === "kind")?.[1] ?? kind, [...this.choice(part), ...facts, ...values], at.x, at.y, this.picture.clientWidth, this.picture.clientHeight);
     });
   }
 }
