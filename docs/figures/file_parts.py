@@ -496,6 +496,57 @@ parts:
     return sheet
 
 
+def outlines() -> Sheet:
+    """The outline of a planar part with its corners, arcs, named faces and a hole."""
+    fragment = """\
+parts:
+  arm:
+    outline:
+      - {to: [0, 0], name: base}
+      - [40 mm, 0]
+      - to: [40 mm, 16 mm]
+        radius: 8 mm
+        name: tip
+      - [26 mm, 16 mm]
+      - to: [14 mm, 16 mm]
+        through: [20 mm, 10 mm]
+      - [0, 16 mm]
+    holes:
+      - centre: [40 mm, 8 mm]
+        diameter: 8 mm
+        name: bore"""
+    sheet = Sheet(
+        "The outline of a part: corners, arcs, names of faces, a hole", fragment, 330
+    )
+    x, y, mm = sheet.left + 90, 210.0, 8.0
+
+    def at(u: float, v: float) -> str:
+        return f"{x + mm * u:g} {y - mm * v:g}"
+
+    far, near, bore = 8 * mm, 6 * mm, 4 * mm
+    sides = f"M{at(0, 0)}L{at(40, 0)}A{far:g} {far:g} 0 0 0 {at(40, 16)}L{at(26, 16)}A{near:g} {near:g} 0 0 1 "
+    sides += f"{at(14, 16)}L{at(0, 16)}z"
+    hole = f"M{at(44, 8)}a{bore:g} {bore:g} 0 1 0 {-2 * bore:g} 0a{bore:g} {bore:g} 0 1 0 {2 * bore:g} 0z"
+    sheet.add(f'<path d="{sides}{hole}" fill="#d9dee6" fill-rule="evenodd" stroke="{INK}"/>')
+    named = f"M{at(0, 16)}L{at(0, 0)}M{at(40, 0)}A{far:g} {far:g} 0 0 0 {at(40, 16)}{hole}"
+    sheet.add(f'<path d="{named}" fill="none" stroke="#cc3385" stroke-width="3"/>')
+    for corner in ((0, 0), (40, 0), (40, 16), (26, 16), (14, 16), (0, 16), (20, 10)):
+        u, v = at(*corner).split()
+        sheet.add(f'<circle cx="{u}" cy="{v}" r="3.5" fill="#fff" stroke="{INK}"/>')
+    for place, text, anchor, key in (
+        ((-1.2, 7.4), "base", "end", True),
+        ((49.2, 7.4), "tip", "start", True),
+        ((40, 7.4), "bore", "middle", True),
+        ((20, 7.4), "through", "middle", False),
+        ((0, -3), "0, 0", "middle", False),
+        ((40, -3), "40, 0", "middle", False),
+        ((40, 17.6), "40, 16", "middle", False),
+    ):
+        u, v = map(float, at(*place).split())
+        sheet.text(u, v, text, anchor=anchor, key=key)
+    return sheet
+
+
 PICTURES: tuple[Callable[[], Sheet], ...] = (
     sections,
     nodes,
@@ -509,5 +560,6 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
     bodies,
     superelements,
     parts,
+    outlines,
     actuators,
 )

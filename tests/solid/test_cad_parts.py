@@ -182,7 +182,7 @@ def test_a_drawing_with_a_thickness_is_the_same_part(drawn, tmp_path):
     ]
     assert hz[0] == pytest.approx(hz[1], rel=1e-3)
     part = {"drawing": str(file), "material": METAL, "interfaces": {"base": {"face": "base"}}}
-    with pytest.raises(ModelError, match="a drawing has a thickness"):
+    with pytest.raises(ModelError, match="a drawing or an outline has a thickness"):
         fx.loads(json.dumps({"parts": {"bar": part}, "ground": {"bar.base": "clamped"}}))
     with pytest.raises(OptionError, match="a drawing needs a thickness"):
         fx.faces(file)

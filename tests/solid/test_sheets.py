@@ -126,7 +126,7 @@ def flat(outline, pads, nodes=((0, 0, 0), (0, 0, 0)), **more):
 
 
 def arc(through, to):
-    return fx.describe.Arc(through=through, to=to)
+    return fx.describe.Side(through=through, to=to)
 
 
 def test_a_quarter_circle_is_the_curved_beam():

@@ -116,6 +116,42 @@ def test_webs_of_notches_become_thicker(tmp_path):
     assert found[0] > 1.05 * frequencies(model)[0]
 
 
+def bored(length, bore, parameters):
+    """A strip with a hole, written as lines, of which length and bore vary."""
+    x = [f"{length}/2", "1 mm"]
+    part = {
+        "outline": [["0 mm", "0 mm"], [length, "0 mm"], {"to": [length, "2 mm"], "name": "end"}, ["0 mm", "2 mm"]],
+        "holes": [{"centre": x, "diameter": bore}],
+        "thickness": "6 mm",
+        "material": "metal",
+        "mesh_tolerance": 0.01,
+        "interfaces": {"base": {"x": "0 mm"}, "tip": {"face": "end"}},
+    }
+    return fx.loads(
+        json.dumps(
+            {
+                "materials": {"metal": {"E": "70 GPa", "nu": 0, "rho": "2700 kg/m^3"}},
+                "parameters": parameters,
+                "parts": {"strip": part},
+                "ground": {"strip.base": "clamped"},
+            }
+        )
+    )
+
+
+def test_all_sizes_of_an_outline_may_vary():
+    length = {"value": "30 mm", "minimum": "28 mm", "maximum": "33 mm"}
+    bore = {"value": "1.2 mm", "minimum": "1.1 mm", "maximum": "1.3 mm"}
+    model = fx.with_solid_parts(bored("length", "bore", {"length": length, "bore": bore}))
+    at = {"length": 32e-3, "bore": 1.15e-3}
+    assert frequencies(model, 5, **at) == pytest.approx(frequencies(bored("32 mm", "1.15 mm", {})), rel=0.01)
+    full = fx.assemble(model, at)
+    tip = full.positions[full.plan.topology.node_names.index("strip.tip")]
+    assert tip == pytest.approx([32e-3, 1e-3, 3e-3], abs=1e-9)
+    mass = 2700 * 6e-3 * (32e-3 * 2e-3 - np.pi / 4 * 1.15e-3**2)
+    assert fx.check(model, at).mass.mass == pytest.approx(mass, rel=1e-6)
+
+
 def test_sizes_without_bounds_and_beyond_them_are_refused(strip, varied, tmp_path):
     with pytest.raises(OptionError, match="kerf"):
         frequencies(varied, kerf=0.2e-3)

@@ -3,7 +3,6 @@ from flexura.expressions import parameter as parameter
 from flexura.mechanism import CATALOGUE as CATALOGUE
 from flexura.mechanism import DOF_NAMES as DOF_NAMES
 from flexura.mechanism import Accelerometer as Accelerometer
-from flexura.mechanism import Arc as Arc
 from flexura.mechanism import BaseMotion as BaseMotion
 from flexura.mechanism import BaseRotation as BaseRotation
 from flexura.mechanism import Box as Box
@@ -50,6 +49,7 @@ from flexura.mechanism import Motion as Motion
 from flexura.mechanism import MotionSensor as MotionSensor
 from flexura.mechanism import Moved as Moved
 from flexura.mechanism import Notch as Notch
+from flexura.mechanism import Opening as Opening
 from flexura.mechanism import OptimumStudy as OptimumStudy
 from flexura.mechanism import Pad as Pad
 from flexura.mechanism import ParabolicContour as ParabolicContour
@@ -70,6 +70,7 @@ from flexura.mechanism import Rotation as Rotation
 from flexura.mechanism import RoundNotch as RoundNotch
 from flexura.mechanism import SectionConstants as SectionConstants
 from flexura.mechanism import Sheet as Sheet
+from flexura.mechanism import Side as Side
 from flexura.mechanism import Slit as Slit
 from flexura.mechanism import SolidPart as SolidPart
 from flexura.mechanism import Spokes as Spokes

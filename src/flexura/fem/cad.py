@@ -9,7 +9,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from scipy.optimize import least_squares
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, did_you_mean, need
+from flexura.fem.cache import content_key
 from flexura.fem.geometry import MILLIMETRE
 from flexura.files import read_bytes
 from flexura.mechanism import Interface
@@ -256,17 +257,34 @@ def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0
     if is_planar != (thickness is not None):
         rule = "a drawing needs a thickness" if is_planar else "a thickness belongs to a drawing, .dxf or .svg"
         raise OptionError(f"{path}: {rule}")
+    if thickness is not None:
+        return planar(drawn_outline(path), thickness, offset, str(path))
     content = read_bytes(Path(path), "solid_bytes")
     occ = need("netgen.occ", "solid")
     notes: list[str] = []
-    outline: Outline | None = None
-    if thickness is not None:
-        outline = read_dxf(path) if Path(path).suffix.lower() == ".dxf" else read_svg(path)
-        outline = outline.offset(offset) if offset else outline
-        solids, notes = [extruded(outline, thickness)], list(outline.notes)
-        content += f"{thickness!r} {offset!r}".encode()
-    else:
-        solids = _solids_of_step(occ, path, content, notes)
+    solids = _solids_of_step(occ, path, content, notes)
+    return _drawing(solids, str(path), hashlib.sha256(content).hexdigest(), tuple(notes))
+
+
+def drawn_outline(path: str | Path) -> Outline:
+    """The outline in a DXF or SVG drawing. Raises ModelError where it encloses nothing, and OptionError."""
+    return read_dxf(path) if Path(path).suffix.lower() == ".dxf" else read_svg(path)
+
+
+def planar(outline: Outline, thickness: float, offset: float, path: str) -> Drawing:
+    """The solid and the faces of a planar part, as `faces` has them, of an outline that is to be larger by `offset`, m.
+
+    Raises ModelError where the offset is too large.
+    """
+    outline = (outline.offset(offset) if offset else outline).rounded()
+    digest = content_key((outline.loops, thickness))
+    drawing = _drawing([extruded(outline, thickness)], path, digest, outline.notes)
+    return replace(drawing, outline=outline, thickness=thickness)
+
+
+def _drawing(solids: list[Any], path: str, digest: str, notes: tuple[str, ...]) -> Drawing:
+    """What solids in mm make together. Raises OptionError for sizes that no part has."""
+    occ = need("netgen.occ", "solid")
     names = _names(solids)
     boxes = np.array([[[p.x, p.y, p.z] for p in solid.bounding_box] for solid in solids]) * MILLIMETRE
     box = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
@@ -274,10 +292,9 @@ def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0
     if not SMALLEST < size < LARGEST:
         rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 30 m"
         raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
-    shape = _glued(occ, solids, names, str(path)) if len(solids) > 1 else solids[0]
-    outer, order = _faces(occ, shape, names, size, str(path))
-    digest = hashlib.sha256(content).hexdigest()
-    return Drawing(str(path), shape, names, outer, box, digest, order, tuple(notes), outline, thickness)
+    shape = _glued(occ, solids, names, path) if len(solids) > 1 else solids[0]
+    outer, order = _faces(occ, shape, names, size, path)
+    return Drawing(path, shape, names, outer, box, digest, order, notes)
 
 
 def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]) -> list[Any]:
@@ -320,7 +337,7 @@ def extruded(outline: Outline, thickness: float) -> Any:
         face = face - hole
     (solid,) = face.Extrude(occ.gp_Vec(0.0, 0.0, thickness / MILLIMETRE)).solids
     named = [own for own in outline.segments if own.layer not in NO_LAYERS]
-    middles = np.array([own.at(np.linspace(0.0, 1.0, 201)).mean(axis=0) for own in named]).reshape(-1, 2)
+    middles = np.array([own.at((np.arange(200) + 0.5) / 200).mean(axis=0) for own in named]).reshape(-1, 2)
     for side in solid.faces:
         at = np.array([side.center.x, side.center.y]) * MILLIMETRE
         away = np.linalg.norm(middles - at, axis=1)

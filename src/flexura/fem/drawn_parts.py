@@ -9,40 +9,50 @@ from typing import Any
 
 import numpy as np
 
+from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Path, Problem
-from flexura.expressions import Expression
-from flexura.fem.cad import Drawing, faces
+from flexura.expressions import Expression, parameter
+from flexura.fem.cad import Drawing, drawn_outline, faces, planar
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, ReducedPart, joint_of, reduced_part
 from flexura.fem.solid_mesh import SURFACES, Surface
-from flexura.fem.varying import Family, Span
+from flexura.fem.varying import Family, Span, Varied
 from flexura.mechanism import (
+    Corners,
     Interface,
-    Material,
     Matrix,
     Mechanism,
     Meshed,
+    Opening,
     Scalar,
     SolidPart,
     Substructure,
     Superelement,
     Variation,
     copies,
+    edges_of,
     evaluated,
     matching,
     parameter_values,
     scalars,
     with_parts_placed,
 )
+from flexura.outlines import Loop, Outline, Segment, bulge_through
 
 SOLID = "solid"
 """Name of the superelement in the substructure that stands for a part."""
 
-SIZES = ("thickness", "offset")
+SHAPE = ("thickness", "offset", "outline", "holes")
 """What of a planar part may vary."""
 
+MOST_SIZES = 3
+"""Parameters with which the shape of a part may vary."""
+
 STEPS = 5
-"""Values of each parameter at which a size is looked at."""
+"""Values of each parameter at which what follows from it is looked at."""
+
+NOWHERE = 1e-12
+"""Distance, m, that is none."""
 
 STIFFEST = 0.499
 """Poisson's ratios beyond this one lock the cells."""
@@ -85,28 +95,39 @@ def _made(
     model: Mechanism, part: SolidPart, path: Path, drawings: dict[str, Drawing], announce: Callable[[str], None]
 ) -> Substructure:
     """The substructure that stands for a part."""
-    key = "step" if part.step else "drawing"
-    values: Any = parameter_values(model)
-    own: Any = evaluated(part, values)
-    thickness, offset = own.thickness, own.offset
-    sizes = {name: size for name in SIZES if isinstance(size := getattr(part, name), Expression)}
-    spans = {name: _span(model, (*path, name), size) for name, size in sizes.items()}
-    known = f"{part.file} {thickness} {offset}"
-    if known not in drawings:
-        announce("reading")
-        try:
-            drawings[known] = faces(part.file, thickness=thickness, offset=offset)
-        except OptionError as error:
-            rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
-            raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
-    drawing = drawings[known]
-    materials = _materials(model, part, path, drawing, values)
+    key = "step" if part.step else "drawing" if part.drawing else "outline"
+    known: Any = parameter_values(model)
+    own: Any = evaluated(part, known)
+    spans = _spans(model, part, path, known)
+    read = f"{part.file} {own.thickness} {own.offset}"
+    try:
+        if part.outline is not None:
+            drawing = planar(_outline(own.outline, own.holes), own.thickness, own.offset, str(path[-1]))
+        elif read in drawings:
+            drawing = drawings[read]
+        else:
+            announce("reading")
+            drawing = drawings[read] = faces(part.file, thickness=own.thickness, offset=own.offset)
+    except OptionError as error:
+        rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
+        raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
+    except ModelError as error:
+        raise _placed(error, path, key) from None
+    materials = _materials(model, part, path, drawing, known)
     joints = _joints(part, path, drawing)
     loss = model.material(part.material).loss_factor
+    base = drawn_outline(part.file) if part.drawing and spans else None
+
+    def shape(at: Mapping[str, float]) -> tuple[Outline, float]:
+        now: Any = evaluated(part, {**known, **at})
+        outline = base or _outline(now.outline, now.holes)
+        return outline.offset(now.offset) if now.offset else outline, now.thickness
+
+    varied = Varied(spans, shape, [str(x) for x in _shaping(part)]) if spans else None
     try:
-        reduced = reduced_part(drawing, materials, joints, part.mesh_tolerance, own.up_to, announce, spans)
+        reduced = reduced_part(drawing, materials, joints, part.mesh_tolerance, own.up_to, announce, varied)
     except ModelError as error:  # of the outlines that it becomes
-        raise ModelError(replace(problem, path=(*path, "offset")) for problem in error.problems) from None
+        raise _placed(error, path, "offset" if part.drawing else key) from None
     names = tuple(part.interfaces)
     element = Superelement(
         nodes=names,
@@ -116,15 +137,14 @@ def _made(
         loss_factor=loss if part.loss_factor is None else part.loss_factor,
         stiffness_error=Matrix(reduced.E),
         mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
-    ).replaced({"variation": _variation(model.material(part.material), materials, sizes, spans, joints, reduced)})
+    ).replaced({"variation": _variation(model, part, materials, spans, joints, reduced)})
     surface = Surface(reduced.points, reduced.facets, reduced.rows)
     SURFACES.once(element.stiffness, lambda: surface, lambda found: found is not None)
     nodes: dict[str, tuple[Scalar, Scalar, Scalar]] = {
         name: joint.place for name, joint in zip(names, joints, strict=True)
     }
-    for name, (x, y, z) in nodes.items() if "thickness" in sizes else ():
-        if part.interfaces[name].at is None and z:
-            nodes[name] = (x, y, sizes["thickness"] * (z / thickness))
+    if reduced.family is not None:
+        nodes |= _moving(part, names, spans, reduced.family)
     return Substructure(
         nodes=nodes,
         superelements={SOLID: element},
@@ -132,41 +152,116 @@ def _made(
     )
 
 
-def _span(model: Mechanism, path: Path, size: Expression) -> Span:
-    """What a size is, and becomes between the bounds of the parameters that it depends on. Raises ModelError where one
-    of these has no bounds."""
-    roots, parameters = set(size.names), model.parameters
-    while derived := {name for name in roots if isinstance(parameters[name].value, Expression)}:
-        roots = (roots - derived) | {name for key in derived for name in parameters[key].value.names}  # type: ignore[union-attr]
-    values: Any = parameter_values(model)
-    grids = []
-    for name in sorted(roots):
-        bounds: Any = evaluated(parameters[name], values)
-        if bounds.minimum is None or bounds.maximum is None:
-            rule = f"the part is meshed for all that it becomes, and parameter {name} has no minimum and maximum"
-            raise ModelError([Problem(path, str(size), rule, "say from what to what it goes, or write a number")])
-        grids.append(np.linspace(bounds.minimum, bounds.maximum, STEPS))
-    points = np.array(list(product(*grids))).T
-    every = size.evaluate(parameter_values(model, dict(zip(sorted(roots), points, strict=True))))
-    return Span(float(size.evaluate(values)), float(np.min(every)), float(np.max(every)))
+def _outline(corners: Corners, holes: tuple[Any, ...]) -> Outline:
+    """The outline that a file describes, in numbers. Raises ModelError, at a place below `outline` or `holes`."""
+    loops = [_loop(corners, ("outline",))]
+    for k, hole in enumerate(holes):
+        if isinstance(hole, Opening):
+            loops.append(_loop(hole.outline, ("holes", k, "outline")))
+            continue
+        (x, y), radius = hole.centre, hole.diameter / 2
+        ends = (x - radius, y), (x + radius, y)
+        loops.append(Loop(tuple(Segment(a, b, 1.0, hole.name or "") for a, b in (ends, ends[::-1]))))
+    return Outline(tuple(loops))
+
+
+def _loop(corners: Corners, path: Path) -> Loop:
+    try:
+        edges = edges_of(corners)
+    except ModelError as error:
+        raise ModelError([replace(own, path=(*path, *own.path)) for own in error.problems]) from None
+    segments = []
+    for k, (start, through, end, name) in enumerate(edges):
+        if start == end or through in (start, end):
+            rule = "a side has a length: its ends are at one place"
+            raise ModelError([Problem((*path, (k + 1) % len(edges)), "", rule)])
+        bulge = 0.0 if through is None else bulge_through(*(np.array(at) for at in (start, through, end)))
+        segments.append(Segment(start, end, bulge, name))
+    return Loop(tuple(segments))
+
+
+def _placed(error: ModelError, path: Path, key: str) -> ModelError:
+    """The error with the place of the part before that in its outline, or of a key where that is in a drawing."""
+    found = [(own, own.path if key == "outline" else (key,)) for own in error.problems]
+    return ModelError([replace(own, path=(*path, *place)) for own, place in found])
+
+
+def _shaping(part: SolidPart) -> list[Expression]:
+    """What the shape of a planar part varies with."""
+    return [value for place, _, value in scalars(part) if place[0] in SHAPE and isinstance(value, Expression)]
+
+
+def _spans(model: Mechanism, part: SolidPart, path: Path, known: Mapping[str, Any]) -> dict[str, Span]:
+    """What the parameters that shape a part are, and become. Raises ModelError for too many, and without bounds."""
+    names = sorted({name for value in _shaping(part) for name in value.names})
+    if len(names) > MOST_SIZES:
+        rule = f"its shape varies with {len(names)} parameters, and {MOST_SIZES} are the most"
+        raise ModelError([Problem(path, ", ".join(names), rule, "write numbers in place of some")])
+    parameters, spans = model.parameters, {}
+    for name in names:
+        roots = {name}
+        while derived := {own for own in roots if isinstance(parameters[own].value, Expression)}:
+            roots = (roots - derived) | {own for key in derived for own in parameters[key].value.names}  # type: ignore[union-attr]
+        grids = []
+        for root in sorted(roots):
+            bounds: Any = evaluated(parameters[root], known)
+            if bounds.minimum is None or bounds.maximum is None:
+                rule = f"the part is meshed for all that it becomes, and parameter {root} has no minimum and maximum"
+                raise ModelError([Problem(path, name, rule, "say from what to what it goes, or write a number")])
+            grids.append(np.linspace(bounds.minimum, bounds.maximum, STEPS))
+        points = np.array(list(product(*grids))).T
+        every = parameter_values(model, dict(zip(sorted(roots), points, strict=True)))[name]
+        if np.ptp(every) > 0:
+            spans[name] = Span(float(known[name]), float(np.min(every)), float(np.max(every)))
+    return spans
+
+
+def _moving(
+    part: SolidPart, names: Sequence[str], spans: Mapping[str, Span], family: Family
+) -> dict[str, tuple[Scalar, Scalar, Scalar]]:
+    """Where the middles of faces go, as expressions, where nothing says that their nodes are elsewhere."""
+    spread = zip(spans.items(), family.reach.tolist(), strict=True)
+    x = [(parameter(name) - span.nominal) / reach for (name, span), reach in spread]
+    middles = np.moveaxis(family.middles, 0, -1)
+    return {
+        name: tuple(_polynomial(x, family.powers, along) for along in middle)  # type: ignore[misc]
+        for name, middle in zip(names, middles, strict=True)
+        if part.interfaces[name].at is None
+    }
+
+
+def _polynomial(x: Sequence[Expression], powers: Index, shares: Array) -> Scalar:
+    """The sum of powers of numbers times their shares, without what is nothing."""
+    total: Any = float(shares[0])
+    for own, share in zip(powers[1:].tolist(), shares[1:].tolist(), strict=True):
+        if abs(share) > NOWHERE:
+            term: Any = share
+            for one, power in zip(x, own, strict=True):
+                term = term * one**power if power else term
+            total = total + term
+    return total
 
 
 def _variation(
-    metal: Material,
+    model: Mechanism,
+    part: SolidPart,
     materials: Mapping[str, SolidMaterial],
-    sizes: Mapping[str, Expression],
     spans: Mapping[str, Span],
     joints: Sequence[Joint],
     reduced: ReducedPart,
 ) -> Variation | None:
     """How the matrices of a part vary; None where they do not."""
-    if not sizes and not isinstance(metal.E, Expression) and not isinstance(metal.rho, Expression):
+    of, metal = next(iter(materials.values())), model.material(part.material)
+    is_one = len({own.name for own in materials.values()}) == 1
+    material = (metal.E, metal.rho) if is_one else (of.E, of.rho)
+    if not spans and not any(isinstance(own, Expression) for own in material):
         return None
-    of, alone = next(iter(materials.values())), (np.empty(0), np.empty((1, 0), dtype=np.intp))
-    family = reduced.family or Family(*alone, reduced.K[None], reduced.M[None])
+    alone = np.empty(0), np.empty((1, 0), dtype=np.intp)
+    family = reduced.family or Family(*alone, reduced.K[None], reduced.M[None], np.empty((1, len(joints), 3)))
     return Variation(
-        names=tuple(sizes),
-        sizes=tuple(sizes.values()),
+        names=tuple(spans),
+        sizes=tuple(map(parameter, spans)),
+        units=tuple(model.parameters[name].unit for name in spans),
         centre=tuple(span.nominal for span in spans.values()),
         reach=tuple(family.reach.tolist()),
         least=tuple(span.least for span in spans.values()),
@@ -174,7 +269,7 @@ def _variation(
         powers=tuple(map(tuple, family.powers.tolist())),
         stiffness=tuple(map(Matrix, family.K)),
         mass=tuple(map(Matrix, family.M)),
-        material=(metal.E, metal.rho) if len({own.name for own in materials.values()}) == 1 else (of.E, of.rho),
+        material=material,
         nominal=(of.E, of.rho),
         places=tuple(joint.place for joint in joints),
     )

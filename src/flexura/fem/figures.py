@@ -16,7 +16,7 @@ from flexura.arrays import Array
 from flexura.beam import block_rotation, member_frame, rigid_arm
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.solid_mesh import Surface
-from flexura.mechanism import Arc, Diaphragm, FlatSpring, Material
+from flexura.mechanism import Diaphragm, FlatSpring, Material, edges_of
 from flexura.structure import least_aligned
 
 
@@ -128,13 +128,7 @@ def ring(diaphragm: Diaphragm) -> Figure:
 
 def outlined(spring: FlatSpring) -> Figure:
     """The figure of a flat spring of numbers: held along its pads."""
-    corners = [_point(own.to if isinstance(own, Arc) else own) for own in spring.outline]
-    edges = []
-    for k, corner in enumerate(corners):
-        there = (k + 1) % len(corners)
-        led = spring.outline[there]
-        through = [_point(led.through)] if isinstance(led, Arc) else []
-        edges.append(Curve((corner, *through, corners[there])))
+    edges = [Curve(tuple(at for at in own[:3] if at is not None)) for own in edges_of(spring.outline)]
     holes = tuple(circle(_number(hole.diameter) / 2, _point(hole.centre)) for hole in spring.holes)
     pads = [[edges[k - 1] for k in pad.edges] + [holes[k - 1][0] for k in pad.holes] for pad in spring.pads.values()]
     return Figure(tuple(edges), holes, (), (), tuple(tuple(pad) for pad in pads))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +27,7 @@ from flexura.fem.cad import Drawing, PartFace, faces_of
 from flexura.fem.curved import CurvedElements, fit_forms
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.reduced import balanced
-from flexura.fem.varying import Family, Span, family
+from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
@@ -115,32 +114,33 @@ def reduced_part(
     tolerance: float,
     up_to_hz: float | None = None,
     announce: Callable[[str], None] = lambda _: None,
-    spans: Mapping[str, Span] = MappingProxyType({}),
+    varied: Varied | None = None,
 ) -> ReducedPart:
     """A part reduced to its joints, from the cache where the same one was before.
 
     `materials` by solid; `tolerance` is what the mesh may make frequencies wrong by, relative. Modes with the joints
     held are kept until those of the part, its rigid joints clamped, up to a frequency (else the six lowest) are
-    right to 1e-4. `spans` are those of the thickness and the offset of a drawing, as far as these vary. Raises
+    right to 1e-4. `varied` says with what the shape of a planar part varies. Raises
     OptionError where the mesh would not fit into memory, ModelError where outline or mesh cannot follow the sizes, and
     SolverError where netgen fails.
     """
     of_solids = [(name, materials[name].E, materials[name].nu, materials[name].rho) for name in drawing.solids]
     parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
-    if spans:
-        parts = (*parts, [(name, *span) for name, span in spans.items()])
+    if varied is not None:
+        parts = (*parts, [(name, *span) for name, span in varied.spans.items()], varied.texts)
 
     def compute() -> Arrays:
-        return _reduced(drawing, materials, joints, tolerance, up_to_hz, announce, spans)
+        return _reduced(drawing, materials, joints, tolerance, up_to_hz, announce, varied)
 
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
     names = ("K", "M", "E", "points", "facets", "rows")
     singles = {name: arrays[name].item() for name in ("complete_hz", "dofs")}
-    varied = None
-    if spans:
-        stacks = (arrays["reach"], arrays["powers"], arrays["Ks"], arrays["Ms"])
-        varied = Family(*stacks, *(float(arrays[name].item()) for name in ("error", "rougher", "lower")))
-    return ReducedPart(**{name: arrays[name] for name in names}, **singles, family=varied)
+    family = None
+    if varied is not None:
+        error, rougher, lower = (float(arrays[name].item()) for name in ("error", "rougher", "lower"))
+        reach, powers, K, M, middles = (arrays[name] for name in ("reach", "powers", "Ks", "Ms", "middles"))
+        family = Family(reach, powers, K, M, middles, error, rougher, lower)
+    return ReducedPart(**{name: arrays[name] for name in names}, **singles, family=family)
 
 
 def joint_of(faces: Sequence[PartFace], drawing: Drawing, is_rigid: bool, place: Array | None = None) -> Joint:
@@ -159,7 +159,7 @@ def _reduced(
     tolerance: float,
     up_to_hz: float | None,
     announce: Callable[[str], None],
-    spans: Mapping[str, Span],
+    varied: Varied | None,
 ) -> Arrays:
     def reduced(elements: CurvedElements) -> _Reduction:
         return _Reduction(elements, joints)
@@ -182,16 +182,17 @@ def _reduced(
     off, _ = _mesh_errors(low, high, count)
     K, M, basis = high.matrices(count)
     points, facets, rows = _surface(elements, basis)
-    varied: Arrays = {}
-    if spans:
-        found = family(drawing, high, high.modes(count), spans, np.array(places), reduced, announce)
+    more: Arrays = {}
+    if varied is not None:
+        regions = ["|".join(map(_name, joint.faces)) for joint in joints]
+        found = family_of(drawing, high, high.modes(count), varied, np.array(places), regions, reduced, announce)
         Ks = np.stack([balanced(own, np.array(places)) for own in found.K])
         K, M = Ks[0], found.M[0]
         off, complete = found.rougher * off + found.error * K, complete * found.lower
-        varied = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M}
-        varied |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
+        more = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M, "middles": found.middles}
+        more |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
     return {
-        **varied,
+        **more,
         "K": balanced(K, np.array(places)),
         "M": M,
         "E": off,

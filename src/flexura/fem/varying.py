@@ -46,24 +46,35 @@ PLACES = 401
 
 
 class Span(NamedTuple):
-    """A size, m, where a part is meshed, and the least and most that it becomes."""
+    """A parameter where a part is meshed, and the least and most that it becomes, SI."""
 
     nominal: float
     least: float
     most: float
 
 
-class Family(NamedTuple):
-    """Polynomials in x, the sizes less the nominal ones over `reach` (k,), m: K is the sum of x^powers[j] K[j].
+class Varied(NamedTuple):
+    """With what a planar part varies: spans of parameters, its outline and thickness, m, for values of these, and texts
+    that tell it from others."""
 
-    `powers` are (j, k), `K` and `M` (j, n, n), SI, `error` how far they are off in energy, relative, about. `rougher`
-    is by how much the error for the mesh grows, and `lower` how much lower modes with the interfaces held become.
+    spans: Mapping[str, Span]
+    shape: Callable[[Mapping[str, float]], tuple[Outline, float]]
+    texts: Sequence[str]
+
+
+class Family(NamedTuple):
+    """Polynomials in x, parameters less the nominal ones over `reach` (k,): K is the sum of x^powers[j] K[j].
+
+    `powers` are (j, k), `K` and `M` (j, n, n), SI, `middles` (j, c, 3), m, those of the faces of the joints. `error` is
+    how far K is off in energy, relative, about, `rougher` by how much the error for the mesh grows, and `lower` how
+    much lower modes with the interfaces held become.
     """
 
     reach: Array
     powers: Index
     K: NDArray[np.floating[Any]]
     M: NDArray[np.floating[Any]]
+    middles: NDArray[np.floating[Any]]
     error: float = 0.0
     rougher: float = 1.0
     lower: float = 1.0
@@ -97,21 +108,23 @@ class Reduction(Protocol):
         ...
 
 
-def family(
+def family_of(
     drawing: Drawing,
     nominal: Reduction,
     modes: tuple[Array, Array],
-    spans: Mapping[str, Span],
+    varied: Varied,
     places: Array,
+    regions: Sequence[str],
     reduce: Callable[[CurvedElements], Reduction],
     announce: Callable[[str], None],
 ) -> Family:
-    """How a reduced part varies over the spans of its thickness and offset.
+    """How a reduced part varies.
 
     `modes` are squared angular frequencies (m,) and shapes (n, m) of the nominal part with its joints, at `places`
-    (c, 3), held. Raises ModelError where the outline or the mesh cannot follow.
+    (c, 3) and on faces of the mesh called `regions`, held. Raises ModelError where the outline or the mesh
+    cannot follow.
     """
-    motion = _Motion(nominal.elements, drawing)
+    motion, spans = _Motion(nominal.elements, drawing), varied.spans
     sizes = np.array([span.nominal for span in spans.values()])
     reach = np.array([max(span.most - span.nominal, span.nominal - span.least) for span in spans.values()])
     ends = [((s.least - s.nominal) / r, (s.most - s.nominal) / r) for s, r in zip(spans.values(), reach, strict=True)]
@@ -120,13 +133,16 @@ def family(
     rough = nominal.roughness
     rougher, lower = 1.0, 1.0
 
+    middles: list[Array] = []
+
     def sample(powers: Sequence[int]) -> tuple[Array, Array]:
         nonlocal rougher, lower
         x = np.array([at[power] for at, power in zip(chosen, powers, strict=True)])
         now = dict(zip(spans, (sizes + reach * x).tolist(), strict=True))
-        announce("meshed for " + ", ".join(f"{name} {1e3 * size:.5g} mm" for name, size in now.items()))
+        announce("meshed for " + ", ".join(f"{name} = {size:.5g}" for name, size in now.items()))
         checkpoint()
-        with motion.at(now.get("thickness"), now.get("offset"), spans):
+        with motion.to(*varied.shape(now)):
+            middles.append(motion.middles(regions))
             elements = CurvedElements(nominal.elements.mesh, nominal.elements.order, nominal.elements.materials)
             reduced = reduce(elements)
             K, M = shapes.matrices(reduced)
@@ -142,10 +158,10 @@ def family(
     for degree in range(1, MOST_DEGREE + 1):
         added = [each for each in product(range(degree + 1), repeat=len(spans)) if sum(each) == degree]
         new = [sample(each) for each in added]
-        at = np.array([[own[p] for own, p in zip(chosen, each, strict=True)] for each in added])
-        guesses = [_valued(x, powers, found, place) for place in at]
+        where = np.array([[own[p] for own, p in zip(chosen, each, strict=True)] for each in added])
+        guesses = [_valued(x, powers, found, place) for place in where]
         off = max(_apart(*pair, places) for pair in zip(guesses, new, strict=True))
-        powers, found, x = [*powers, *added], [*found, *new], np.vstack([x, at])
+        powers, found, x = [*powers, *added], [*found, *new], np.vstack([x, where])
         error = off * min(1.0, off / last) if np.isfinite(off) else off
         if degree > 1:
             announce(f"polynomials of degree {degree} in {' and '.join(spans)} are off by {100 * error / 2:.2g} %")
@@ -156,13 +172,13 @@ def family(
         if error > FARTHEST:
             raise _refused(f"no polynomial of degree {MOST_DEGREE} follows the part over all its sizes")
     vandermonde = _powers(x, powers)
-    K, M = (np.linalg.solve(vandermonde, np.array(own).reshape(len(x), -1)) for own in zip(*found, strict=True))
-    n = len(found[0][0])
-    return Family(reach, np.array(powers), K.reshape(-1, n, n), M.reshape(-1, n, n), error, rougher, lower)
+    stacks = [np.array(own) for own in (*zip(*found, strict=True), middles)]
+    K, M, at = (np.linalg.solve(vandermonde, own.reshape(len(x), -1)).reshape(own.shape) for own in stacks)
+    return Family(reach, np.array(powers), K, M, at, error, rougher, lower)
 
 
 def _refused(rule: str) -> ModelError:
-    return ModelError([Problem(("offset",), "", rule, "bring minimum and maximum of its parameters nearer together")])
+    return ModelError([Problem(("outline",), "", rule, "bring minimum and maximum of its parameters nearer together")])
 
 
 class _Shapes:
@@ -207,6 +223,7 @@ class _Motion:
         self._mesh, self._drawing, self._order = elements.mesh, drawing, elements.order
         assert drawing.outline is not None and drawing.thickness is not None
         self._outline: Outline = drawing.outline
+        self._thickness: float = drawing.thickness
         self._segments = _sides(drawing)
         self._sides = "|".join(f"face{place}" for place in self._segments)
         self._space = ng.H1(self._mesh, order=self._order, dirichlet=self._sides)
@@ -215,18 +232,15 @@ class _Motion:
         self._inverse = self._laplace.mat.Inverse(self._space.FreeDofs(), inverse="sparsecholesky")
 
     @contextmanager
-    def at(self, thickness: float | None, offset: float | None, spans: Mapping[str, Span]) -> Iterator[None]:
-        """While the mesh is that of the part with this thickness and offset, m. Raises ModelError where it folds."""
+    def to(self, outline: Outline, thickness: float) -> Iterator[None]:
+        """While the mesh is that of a part of this outline and thickness, m. Raises ModelError where it folds."""
         ng, mesh = self._ng, self._mesh
         field = ng.GridFunction(ng.VectorH1(mesh, order=self._order))
-        if offset is not None:
-            moved = self._outline.offset(offset - spans["offset"].nominal)
-            own, other = self._outline.segments, moved.segments
-            ways = {f"face{place}": _way(ng, own[k], other[k]) for place, k in self._segments.items()}
-            for axis in range(2):
-                field.components[axis].vec.data = self._harmonic({name: way[axis] for name, way in ways.items()}).vec
-        if thickness is not None:
-            field.components[2].Set((thickness / spans["thickness"].nominal - 1) * ng.z)
+        own, other = self._outline.segments, _followed(self._outline, outline)
+        ways = {f"face{place}": _way(ng, own[k], other[k]) for place, k in self._segments.items()}
+        for axis in range(2):
+            field.components[axis].vec.data = self._harmonic({name: way[axis] for name, way in ways.items()}).vec
+        field.components[2].Set((thickness / self._thickness - 1) * ng.z)
         room = np.array(ng.Integrate(ng.Det(ng.Id(3) + ng.Grad(field)), mesh, element_wise=True))
         before = np.array(ng.Integrate(ng.CoefficientFunction(1.0), mesh, element_wise=True))
         if (room < FOLDED * before).any():
@@ -236,6 +250,15 @@ class _Motion:
             yield
         finally:
             mesh.UnsetDeformation()
+
+    def middles(self, regions: Sequence[str]) -> Array:
+        """Middles (c, 3), m, of faces of the mesh as it is now."""
+        ng, mesh, found = self._ng, self._mesh, []
+        for region in regions:
+            on = mesh.Boundaries(region)
+            area = ng.Integrate(ng.CoefficientFunction(1.0), mesh, definedon=on)
+            found.append([ng.Integrate(own, mesh, definedon=on) / area for own in (ng.x, ng.y, ng.z)])
+        return np.array(found) * MILLIMETRE
 
     def _harmonic(self, ways: Mapping[str, Any]) -> Any:
         """The harmonic function with values on the sides."""
@@ -257,6 +280,22 @@ def _sides(drawing: Drawing) -> dict[int, int]:
         at = np.array([face.center.x, face.center.y, face.center.z]) * MILLIMETRE
         if abs(at[2] / drawing.thickness - 0.5) < 1e-6:
             found[place] = int(np.linalg.norm(middles - at[:2], axis=1).argmin())
+    return found
+
+
+def _followed(outline: Outline, moved: Outline) -> list[Segment]:
+    """The segments of a moved outline in the order of those that they come from. Raises ModelError for others."""
+    found, left = [], list(moved.loops)
+    for loop in outline.loops:
+        starts = np.array([own.start for own in loop.segments])
+        alike = [other for other in left if len(other.segments) == len(starts)]
+        if not alike:
+            raise _refused("the outline has other sides where its parameters have other values")
+        best = min(alike, key=lambda other: float(np.abs([own.start for own in other.segments] - starts).max()))
+        left.remove(best)
+        found += best.segments
+    if any(own.is_line != other.is_line for own, other in zip(outline.segments, found, strict=True)):
+        raise _refused("a line of the outline becomes an arc where its parameters have other values")
     return found
 
 

@@ -78,9 +78,7 @@ from flexura.mechanism.evaluation import parameter_dimensions as parameter_dimen
 from flexura.mechanism.evaluation import parameter_order as parameter_order
 from flexura.mechanism.evaluation import parameter_values as parameter_values
 from flexura.mechanism.evaluation import scalars as scalars
-from flexura.mechanism.flat_spring import Arc as Arc
 from flexura.mechanism.flat_spring import FlatSpring as FlatSpring
-from flexura.mechanism.flat_spring import Hole as Hole
 from flexura.mechanism.flat_spring import Pad as Pad
 from flexura.mechanism.instances import origin_of as origin_of
 from flexura.mechanism.instances import with_own_copies as with_own_copies
@@ -117,6 +115,12 @@ from flexura.mechanism.placement import copies as copies
 from flexura.mechanism.placement import reflect as reflect
 from flexura.mechanism.placement import rotation_matrix as rotation_matrix
 from flexura.mechanism.placement import turn as turn
+from flexura.mechanism.planar import AnyHole as AnyHole
+from flexura.mechanism.planar import Corners as Corners
+from flexura.mechanism.planar import Hole as Hole
+from flexura.mechanism.planar import Opening as Opening
+from flexura.mechanism.planar import Side as Side
+from flexura.mechanism.planar import edges_of as edges_of
 from flexura.mechanism.quantity import CONTEXT_KEY as CONTEXT_KEY
 from flexura.mechanism.quantity import Quantity as Quantity
 from flexura.mechanism.quantity import Scalar as Scalar

@@ -14,6 +14,7 @@ from flexura.errors import OptionError
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import (
     Angle,
+    AnyQuantity,
     Density,
     Inertia,
     Length,
@@ -393,11 +394,12 @@ class Variation(Part):
 
     With x the `sizes` less `centre`, over `reach`, K is the sum of all x^`powers`[k] `stiffness`[k], and as Young's
     modulus over that of `nominal`; M is so with `mass` and the density. Nodes are at `places`, m, from which rigid arms
-    lead to where they have gone. `names` says what the sizes are, each from `least` to `most`.
+    lead to where they have gone. `names` and `units` say what the sizes are, each from `least` to `most`, SI.
     """
 
     names: tuple[str, ...] = ()
-    sizes: tuple[Length, ...] = ()
+    sizes: tuple[AnyQuantity, ...] = ()
+    units: tuple[str, ...] = ()
     centre: tuple[float, ...] = ()
     reach: tuple[float, ...] = ()
     least: tuple[float, ...] = ()
@@ -410,16 +412,13 @@ class Variation(Part):
     places: tuple[tuple[float, float, float], ...]
 
     def refuse_beyond(self, sizes: NDArray[np.float64]) -> None:
-        """Raise OptionError for sizes (..., k), m, beyond those that the part was reduced for."""
-        for k, name in enumerate(self.names):
+        """Raise OptionError for sizes (..., k) beyond those that the part was reduced for."""
+        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
             own, room = sizes[..., k], 1e-9 * self.reach[k]
             wrong = own[(own < self.least[k] - room) | (own > self.most[k] + room)]
             if wrong.size:
-                least, most = (f"{1e3 * x:.6g} mm" for x in (self.least[k], self.most[k]))
-                raise OptionError(
-                    f"{name} = {1e3 * float(wrong.flat[0]):.6g} mm: the part was meshed for {least} to {most};"
-                    " minimum and maximum of its parameters say how far"
-                )
+                text = f"{name} = {float(wrong.flat[0]):g} {unit}: the part was meshed for {self.least[k]:g} to"
+                raise OptionError(f"{text} {self.most[k]:g}; minimum and maximum of its parameters say how far")
 
 
 class Superelement(Part):

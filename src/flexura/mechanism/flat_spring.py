@@ -8,25 +8,10 @@ from pydantic import Field, model_validator
 
 from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.member import MeshSize
-from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveLength
+from flexura.mechanism.planar import Corners, Hole, Side
+from flexura.mechanism.quantity import NonNegativeNumber, PositiveLength
 
-PlanePoint = tuple[Length, Length]
-"""A place in the plane of a sheet."""
 Number = Annotated[int, Field(ge=1, le=10_000, strict=True)]
-
-
-class Arc(Part):
-    """A corner that an arc leads to, through another point."""
-
-    through: PlanePoint
-    to: PlanePoint
-
-
-class Hole(Part):
-    """A round hole."""
-
-    centre: PlanePoint
-    diameter: PositiveLength
 
 
 class Pad(Part):
@@ -59,14 +44,20 @@ class FlatSpring(Part):
     """First axis of the plane; the second one is right-handed about the normal."""
     origin: Vector = ORIGIN
     """Where the axes of the plane begin, m."""
-    outline: tuple[PlanePoint | Arc, ...] = Field(min_length=2)
-    """Corners in order, joined by lines, or by the arcs that lead to them."""
+    outline: Corners
+    """In its plane."""
     holes: tuple[Hole, ...] = ()
     thickness: PositiveLength
     mesh_size: MeshSize | None = None
     """Length of the cells relative to the mesher's own choice; None takes the substructure's."""
     loss_factor: NonNegativeNumber | None = None
     """Structural loss factor; None takes the material's."""
+
+    @model_validator(mode="after")
+    def _no_names(self) -> Self:
+        if any(isinstance(own, Side | Hole) and own.name for own in (*self.outline, *self.holes)):
+            raise refuse("edges and holes of a flat spring have numbers: names are those of faces of parts")
+        return self
 
     @property
     def nodes(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from flexura.mechanism.base import ORIGIN, Direction, Name, Text, Vector, refuse
 from flexura.mechanism.base import Part as Described
 from flexura.mechanism.patterns import Patterns, Turns
+from flexura.mechanism.planar import AnyHole, Corners
 from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveFrequency, PositiveLength
 
 FaceNumber = Annotated[int, Field(ge=1, strict=True)]
@@ -50,7 +51,8 @@ class Interface(Described):
 
 
 class SolidPart(Described):
-    """One solid, or several that touch, from a STEP file, or a drawing with a thickness; a node for each interface.
+    """One solid, or several that touch, from a STEP file, or a drawing or an outline with a thickness; a node for each
+    interface.
 
     It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
     It is linear inside, and reduced to its interfaces and its lowest modes with these held.
@@ -60,6 +62,10 @@ class SolidPart(Described):
     """A STEP file."""
     drawing: Text | None = None
     """In place of it a DXF or SVG drawing of the outline of a planar part, whose layers name faces."""
+    outline: Corners | None = None
+    """In place of both the outline of a planar part, whose sides name faces."""
+    holes: tuple[AnyHole, ...] = ()
+    """In that outline."""
     thickness: PositiveLength | None = None
     """Of a planar part, from z = 0 up."""
     offset: Length = 0.0
@@ -80,15 +86,17 @@ class SolidPart(Described):
 
     @property
     def file(self) -> str:
-        """The file that it is drawn in."""
+        """The file that it is drawn in; empty of one with an outline."""
         return self.step or self.drawing or ""
 
     @model_validator(mode="after")
     def _one_file(self) -> Self:
-        if (self.step is None) == (self.drawing is None):
-            raise refuse("both, or neither, is given: a part has either a step or a drawing")
-        if (self.drawing is None) != (self.thickness is None):
-            raise refuse("a drawing has a thickness, and a STEP file none")
+        if sum(own is not None for own in (self.step, self.drawing, self.outline)) != 1:
+            raise refuse("a part has one of these: a step, a drawing, or an outline")
+        if (self.step is None) != (self.thickness is not None):
+            raise refuse("a drawing or an outline has a thickness, and a STEP file none")
         if self.step is not None and self.offset != 0.0:
-            raise refuse("the outline of a drawing has an offset, a STEP file none")
+            raise refuse("an outline has an offset, a STEP file none")
+        if self.outline is None and self.holes:
+            raise refuse("holes are those of an outline that is written here")
         return self

@@ -21,6 +21,9 @@ Point = tuple[float, float]
 LARGEST, SMALLEST = 3.0, 2e-4
 """Sizes, m, of parts beyond which units are likely wrong."""
 
+DIGITS = 12
+"""Decimals of coordinates, m, and bulges, to which outlines are alike."""
+
 CHORD = 1e-5
 """Distance of chords from arcs, over the size of the outline, where loops are held against each other."""
 
@@ -228,12 +231,27 @@ class Outline(Record):
         where they do when they are extended. Raises ModelError where a segment would vanish or loops would meet."""
         return Outline(tuple(_offset(loop, by) for loop in self.loops), self.notes)
 
+    def rounded(self) -> Outline:
+        """The same to a picometre: however it was drawn, it is meshed alike, as round-off makes other meshes."""
+
+        def own(x: float) -> float:
+            return round(x, DIGITS) + 0.0
+
+        def near(segment: Segment) -> Segment:
+            (x, y), (u, v) = segment.start, segment.end
+            return Segment((own(x), own(y)), (own(u), own(v)), own(segment.bulge), segment.layer)
+
+        return Outline(tuple(Loop(tuple(map(near, loop.segments))) for loop in self.loops), self.notes)
+
     def _check(self) -> None:
         size = self.size
         if not SMALLEST <= size <= LARGEST:
             rule = f"a part is from {quantity(SMALLEST, 'm')} to {quantity(LARGEST, 'm')} long"
             raise refused(quantity(size, "m"), rule, "are units of the drawing right? name them, e.g. units='mm'")
         shapely = need("shapely", "solid")
+        for loop in self.loops:
+            if len(loop.points(CHORD * size)) < 3:
+                raise refused(_place(loop.segments[0].start), "a loop encloses an area")
         rings = [shapely.LinearRing(points) for points in self.points(CHORD * size)]
         for loop, ring in zip(self.loops, rings, strict=True):
             if not ring.is_simple or abs(loop.area) <= CHORD * size * loop.length:

@@ -7,13 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import Path
+from flexura.errors import ModelError, Path
 from flexura.mechanism.checks.survey import Survey, prefix, shown
 from flexura.mechanism.description import Substructure, sheets, solid_members
 from flexura.mechanism.diaphragm import Slit
-from flexura.mechanism.flat_spring import Arc, FlatSpring
+from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.layout import TOP, Point
 from flexura.mechanism.member import CORRECTIONS, Flexure, Link, possible_corrections
+from flexura.mechanism.planar import edges_of
 from flexura.mechanism.quantity import Scalar
 from flexura.mechanism.section import (
     Circle,
@@ -87,16 +88,19 @@ def check_flat_springs(survey: Survey) -> None:
 
 def _outline(survey: Survey, path: Path, spring: FlatSpring) -> None:
     """Report an outline that crosses itself, by its edges, and holes that are not inside it."""
-    corners = [_complex(own.to if isinstance(own, Arc) else own) for own in spring.outline]
+    try:
+        edges = edges_of(spring.outline)
+    except ModelError as error:
+        for own in error.problems:
+            survey.report((*path, "outline", *own.path), own.value, own.rule, own.hint)
+        return
     runs: list[NDArray[np.complex128]] = []
-    for k, a in enumerate(corners):
-        there = (k + 1) % len(corners)
-        led, b = spring.outline[there], corners[there]
-        through = _complex(led.through) if isinstance(led, Arc) else None
+    for k, (a, through, b, _) in enumerate(edges):
         if a == b or through in (a, b):
+            there = (k + 1) % len(edges)
             survey.report((*path, "outline", there), "", f"edge {k + 1} has no length: its ends are at one place")
             return
-        runs.append(edge_points(a, b, through))
+        runs.append(edge_points(complex(*a), complex(*b), None if through is None else complex(*through)))
     crossing = _crossing(runs)
     if crossing is not None:
         one, other, at = crossing
