@@ -515,9 +515,7 @@ parts:
       - centre: [40 mm, 8 mm]
         diameter: 8 mm
         name: bore"""
-    sheet = Sheet(
-        "The outline of a part: corners, arcs, names of faces, a hole", fragment, 330
-    )
+    sheet = Sheet("The outline of a part: corners, arcs, names of faces, a hole", fragment, 330)
     x, y, mm = sheet.left + 90, 210.0, 8.0
 
     def at(u: float, v: float) -> str:
