@@ -210,7 +210,7 @@ def _pose(title: str, fragment: str, move: dict[str, tuple[float, float]]) -> tu
     mechanism(GUIDE, fragment)
     found = fx.stroke(mechanism(GUIDE), move=move, steps=3, n=1)
     parts = solids(found.model, look=LOOK)
-    moved = [moved_solids(found.model, frames, {}, look=LOOK) for frames in found.frames]
+    moved = [moved_solids(found.model, frames, look=LOOK) for frames in found.frames]
     first, *_, last = (own.points + own.motions for own in moved)
     area = Area(sheet.left + 120, 44, WIDTH - 130, 196)
     drawn = Scene(sheet, area, (12, -70), 1e3 * np.concatenate([first, last]))

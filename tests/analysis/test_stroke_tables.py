@@ -135,7 +135,7 @@ def test_a_mode_that_leaves_the_lowest_ones_is_not_joined_to_the_one_that_comes(
     shapes, mass = np.eye(4), np.eye(4)
     steps = [(shapes[:, [0, 1, 2]], (1.0, 2.0, 3.0)), (shapes[:, [0, 1, 3]], (1.0, 2.0, 3.1))]
     found = [PathState(None, pose, np.array(values), own, mass) for own, values in (*steps, steps[0])]
-    nothing = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
+    nothing = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)), np.empty((0, 0, 3)))
     assert [own.tracked for own in stroke_poses(found, nothing)] == [(0, 1, 2), (0, 1, -1, 2), (0, 1, 2, -1)]
 
 

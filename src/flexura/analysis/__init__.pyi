@@ -48,11 +48,16 @@ from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.internal_forces import end_forces as end_forces
 from flexura.analysis.strain.internal_forces import internal_force_rows as internal_force_rows
 from flexura.analysis.strain.motion import motions as motions
+from flexura.analysis.strain.part_stress import PartStress as PartStress
+from flexura.analysis.strain.part_stress import deformations as deformations
+from flexura.analysis.strain.part_stress import moved_deformations as moved_deformations
+from flexura.analysis.strain.part_stress import part_yield_stresses as part_yield_stresses
 from flexura.analysis.strain.stress import LargestStresses as LargestStresses
 from flexura.analysis.strain.stress import MemberStress as MemberStress
 from flexura.analysis.strain.stress import Rounding as Rounding
 from flexura.analysis.strain.stress import Stresses as Stresses
 from flexura.analysis.strain.stress import StressProfile as StressProfile
+from flexura.analysis.strain.stress import StressProfiles as StressProfiles
 from flexura.analysis.strain.stress import largest_stresses as largest_stresses
 from flexura.analysis.strain.stress import member_stresses as member_stresses
 from flexura.analysis.strain.stress import ratios_to_yield as ratios_to_yield

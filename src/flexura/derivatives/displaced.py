@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis import LargestStresses, driven_displacement, largest_stresses
+from flexura.analysis import LargestStresses, driven_displacement, largest_stresses, moved_deformations
 from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.derivatives.states import Repeated, State, repeated_groups, rounding_to
@@ -119,7 +119,8 @@ class DisplacedState(State):
         model, design = self.best.equations.model, self.design
         forces = end_forces(model, [self.best.state])
         missing = rounding_to(design.parameters, self.missing, model.dof, share) if share else None
-        return largest_stresses(design, forces.__getitem__, 1, rounding=missing)
+        deformed = moved_deformations(design, model, [self.best.state])
+        return largest_stresses(design, forces.__getitem__, deformed, 1, rounding=missing)
 
     @property
     def is_stable(self) -> bool:

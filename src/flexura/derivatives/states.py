@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.analysis import LargestStresses, Rounding, largest_stresses, preload
+from flexura.analysis import LargestStresses, Rounding, deformations, largest_stresses, preload
 from flexura.analysis import end_forces as linear_end_forces
 from flexura.arrays import Array, Index
 from flexura.derivatives.eigenpairs import clusters
@@ -349,7 +349,7 @@ class LinearState(State):
         def forces(name: str) -> tuple[Array, Array]:
             return linear_end_forces(self.model, name, self._loaded, weight)
 
-        return largest_stresses(self.model, forces, 1, rounding=missing)
+        return largest_stresses(self.model, forces, deformations(self.model, self._loaded), 1, rounding=missing)
 
     @cached_property
     def _load(self) -> Any:

@@ -36,4 +36,8 @@ from flexura.fem.reduced import reduced_piece as reduced_piece
 from flexura.fem.solid_mesh import SolidMesh as SolidMesh
 from flexura.fem.solid_mesh import SurfaceShape as SurfaceShape
 from flexura.fem.solid_mesh import rigid_motions as rigid_motions
-from flexura.fem.solid_mesh import surface_of as surface_of
+from flexura.fem.surfaces import EDGES as EDGES
+from flexura.fem.surfaces import SurfaceStress as SurfaceStress
+from flexura.fem.surfaces import largest_principal as largest_principal
+from flexura.fem.surfaces import surface_of as surface_of
+from flexura.fem.surfaces import von_mises as von_mises

@@ -127,6 +127,11 @@ class CurvedElements:
             motions[inside, 3:, k] = curl / 2
         return motions
 
+    def stress(self, strain: Any) -> Any:
+        """The field of stresses of a field of strains."""
+        mu, lame, _ = self._constants
+        return 2 * mu * strain + lame * self._ng.Trace(strain) * self._ng.Id(3)
+
     def unsmooth_energies(self, vectors: Array) -> Array:
         """Energies (cells, k), J, of what stresses of vectors (n, k) differ by from continuous ones of a lower order.
 
@@ -138,8 +143,7 @@ class CurvedElements:
         found = np.empty((self.mesh.ne, vectors.shape[1]))
         with ng.TaskManager():
             for k, vector in enumerate(vectors.T):
-                strain = ng.Sym(ng.Grad(self.field(vector)))
-                stress = 2 * mu * strain + lame * ng.Trace(strain) * ng.Id(3)
+                stress = self.stress(ng.Sym(ng.Grad(self.field(vector))))
                 smooth.Set(stress)
                 off = smooth - stress
                 mean = lame / (2 * mu * (2 * mu + 3 * lame))

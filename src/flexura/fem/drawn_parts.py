@@ -15,7 +15,7 @@ from flexura.expressions import Expression, parameter
 from flexura.fem.cad import Drawing, drawn_outline, faces, planar
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, ReducedPart, joint_of, reduced_part
-from flexura.fem.solid_mesh import SURFACES, Surface
+from flexura.fem.surfaces import Surface
 from flexura.fem.varying import Family, Span, Varied
 from flexura.mechanism import (
     Corners,
@@ -128,18 +128,18 @@ def _made(
         reduced = reduced_part(drawing, materials, joints, part.mesh_tolerance, own.up_to, announce, varied)
     except ModelError as error:  # of the outlines that it becomes
         raise _placed(error, path, "offset" if part.drawing else key) from None
+    strength = (model.material(metal.name).yield_stress for metal in materials.values())
+    stress = replace(reduced.stress, yield_stress=tuple(own if isinstance(own, float) else np.nan for own in strength))
     names = tuple(part.interfaces)
     element = Superelement(
         nodes=names,
         amplitudes=len(reduced.K) - 6 * len(names),
-        stiffness=Matrix(reduced.K),
+        stiffness=Matrix(reduced.K, Surface(reduced.points, reduced.facets, reduced.rows, stress)),
         mass=Matrix(reduced.M),
         loss_factor=loss if part.loss_factor is None else part.loss_factor,
         stiffness_error=Matrix(reduced.E),
         mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
     ).replaced({"variation": _variation(model, part, materials, spans, joints, reduced)})
-    surface = Surface(reduced.points, reduced.facets, reduced.rows)
-    SURFACES.once(element.stiffness, lambda: surface, lambda found: found is not None)
     nodes: dict[str, tuple[Scalar, Scalar, Scalar]] = {
         name: joint.place for name, joint in zip(names, joints, strict=True)
     }
@@ -296,6 +296,9 @@ def _materials(
         if isinstance(described.E, Expression) and own.nu is None:
             rule = "where E varies, nu is given, not G"
             raise ModelError([Problem((*path, "material"), name, rule, "write nu in place of G")])
+        if isinstance(described.yield_stress, Expression):
+            rule = "the margin of a part is that of one material, whose values are numbers"
+            raise ModelError([Problem((*path, "material"), name, rule, "write yield_stress as a number")])
         if nu > STIFFEST:
             rule = f"nu = {nu:g} is too near 0.5 for a solid; at most {STIFFEST}"
             raise ModelError([Problem((*path, "material"), name, rule)])

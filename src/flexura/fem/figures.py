@@ -15,7 +15,7 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam import block_rotation, member_frame, rigid_arm
 from flexura.fem.geometry import SolidMaterial
-from flexura.fem.solid_mesh import Surface
+from flexura.fem.surfaces import Surface
 from flexura.mechanism import Diaphragm, FlatSpring, Material, edges_of
 from flexura.structure import least_aligned
 

@@ -26,7 +26,9 @@ from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.cad import Drawing, PartFace, faces_of
 from flexura.fem.curved import CurvedElements, fit_forms
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
+from flexura.fem.part_stress import surface_stress
 from flexura.fem.reduced import balanced
+from flexura.fem.surfaces import STORED, SurfaceStress
 from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import factorise_large
 from flexura.records import Kept
@@ -93,7 +95,8 @@ class ReducedPart:
 
     `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. Below
     `complete_hz` no mode with the interfaces held is left out. `points`, `facets` and `rows` are the surface and how it
-    moves, `dofs` those of the mesh. `family` is how K and M vary with sizes, where these do.
+    moves, `stress` what is stressed there, `dofs` those of the mesh. `family` is how K and M vary, where
+    they do.
     """
 
     K: Array
@@ -103,6 +106,7 @@ class ReducedPart:
     points: Array
     facets: Index
     rows: NDArray[np.floating[Any]]
+    stress: SurfaceStress
     dofs: int
     family: Family | None = None
 
@@ -124,7 +128,8 @@ def reduced_part(
     OptionError where the mesh would not fit into memory, ModelError where outline or mesh cannot follow the sizes, and
     SolverError where netgen fails.
     """
-    of_solids = [(name, materials[name].E, materials[name].nu, materials[name].rho) for name in drawing.solids]
+    materials = {name: materials[name] for name in drawing.solids}
+    of_solids = [(name, metal.E, metal.nu, metal.rho) for name, metal in materials.items()]
     parts = (REVISION, drawing.digest, of_solids, [tuple(joint) for joint in joints], tolerance, up_to_hz or 0.0)
     if varied is not None:
         parts = (*parts, [(name, *span) for name, span in varied.spans.items()], varied.texts)
@@ -140,7 +145,8 @@ def reduced_part(
         error, rougher, lower = (float(arrays[name].item()) for name in ("error", "rougher", "lower"))
         reach, powers, K, M, middles = (arrays[name] for name in ("reach", "powers", "Ks", "Ms", "middles"))
         family = Family(reach, powers, K, M, middles, error, rougher, lower)
-    return ReducedPart(**{name: arrays[name] for name in names}, **singles, family=family)
+    stress = SurfaceStress(*(arrays[f"stress_{name}"] for name in STORED), names=drawing.solids)
+    return ReducedPart(**{name: arrays[name] for name in names}, stress=stress, **singles, family=family)
 
 
 def joint_of(faces: Sequence[PartFace], drawing: Drawing, is_rigid: bool, place: Array | None = None) -> Joint:
@@ -191,6 +197,10 @@ def _reduced(
         off, complete = found.rougher * off + found.error * K, complete * found.lower
         more = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M, "middles": found.middles}
         more |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
+    met, rigid = (
+        [_name(place) for joint in joints if joint.is_rigid or not only for place in joint.faces]
+        for only in (False, True)
+    )
     return {
         **more,
         "K": balanced(K, np.array(places)),
@@ -201,6 +211,7 @@ def _reduced(
         "facets": facets,
         "rows": rows,
         "dofs": np.array(elements.dofs),
+        **surface_stress(elements, basis, K, met, rigid, INNER),
     }
 
 

@@ -28,7 +28,6 @@ from flexura.fem.geometry import MemberSolid
 from flexura.fem.meshing import SIZES
 from flexura.fem.reduced import Announce, Piece, ReducedPiece, reduced_piece
 from flexura.fem.sheets import CutApartError, ReducedSheet, reduced_sheet
-from flexura.fem.solid_mesh import SURFACES
 from flexura.mechanism import (
     TOP,
     Box,
@@ -381,12 +380,10 @@ def _sheet(
     E = (1 if other.dofs < unit.dofs else longer) / (longer - 1) * _difference(origin, unit, other)
     T = la.block_diag(*placed.to_pads, np.eye(count))
     K, M, E = (T.T @ A @ T for A in (unit.K, unit.M, E))
-    stiffness = Matrix((K + K.T) / 2)
-    SURFACES.once(stiffness, lambda: placed.surface(unit.surface, T), lambda found: found is not None)
     return Superelement(
         nodes=described.nodes,
         amplitudes=count,
-        stiffness=stiffness,
+        stiffness=Matrix((K + K.T) / 2, placed.surface(unit.surface, T)),
         mass=Matrix((M + M.T) / 2),
         loss_factor=metal.loss_factor if own.loss_factor is None else own.loss_factor,
         stiffness_error=Matrix((E + E.T) / 2),

@@ -20,7 +20,8 @@ from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.geometry import ENDS, MemberSolid
 from flexura.fem.matrices import Face, elastic_matrices, face_ties, mesh_mass
 from flexura.fem.meshing import group_mesh
-from flexura.fem.solid_mesh import SolidMesh, Surface, dofs_of, outer_sides, rigid_motions
+from flexura.fem.solid_mesh import SolidMesh, dofs_of, outer_sides, rigid_motions
+from flexura.fem.surfaces import Surface
 from flexura.linalg import Eigenpairs, Progress, ShiftInvert, factorise_large, turned
 from flexura.mechanism import Faces
 from flexura.records import Kept

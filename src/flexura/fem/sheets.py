@@ -22,7 +22,8 @@ from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.matrices import elastic_matrices
 from flexura.fem.meshing import LEAST_JACOBIAN, VOLUME_ERROR, jacobians
 from flexura.fem.reduced import IN_MEMORY, MOST_MODES, Announce, CondensedSolid, balanced, constraint_modes
-from flexura.fem.solid_mesh import SolidMesh, Surface, dofs_of, outer_sides, quadrature, rigid_motions, shape_of
+from flexura.fem.solid_mesh import SolidMesh, dofs_of, outer_sides, quadrature, rigid_motions, shape_of
+from flexura.fem.surfaces import Surface
 from flexura.fem.sweep import Swept, sweep_quadrilaterals
 from flexura.linalg import factorise_large
 

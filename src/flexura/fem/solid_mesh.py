@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.fem.geometry import SolidMaterial
-from flexura.mechanism import Superelement
-from flexura.records import Kept
 
 CELLS = {"tetra10": 10, "hexahedron20": 20, "hexahedron27": 27}
 """Kinds of cells with their number of points, ordered as in VTK and meshio."""
@@ -172,28 +170,6 @@ def face_rule(kind: str, number: int) -> tuple[Array, Array, Array]:
     else:
         tangents = np.stack([at[1] - at[0], at[3] - at[0]])
     return at[0] + np.column_stack([S, T]) @ tangents, tangents, W
-
-
-@dataclass(frozen=True)
-class Surface:
-    """Corner points (s, 3), m, of the cells' outer sides, and facets (f, 4) of these; a triangle has one point twice.
-
-    `rows` (3 s, c) are the displacements of the points, x y z in turn, from the coordinates of a component.
-    """
-
-    points: Array
-    facets: Index
-    rows: NDArray[np.floating[Any]]
-
-
-SURFACES = Kept(most=64)
-"""Surfaces of what was reduced last, by its stiffness, for pictures: a description has none."""
-
-
-def surface_of(part: Superelement) -> Surface | None:
-    """The surface of a superelement that was reduced here from a sheet or a part, m, in the frame of its substructure,
-    and how it moves with its coordinates; None where that is not known."""
-    return SURFACES.once(part.stiffness, lambda: None)
 
 
 @dataclass(frozen=True)

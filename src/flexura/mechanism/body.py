@@ -312,11 +312,13 @@ LARGEST_ENTRY = 1e150
 
 
 class Matrix:
-    """An immutable real matrix that compares by value."""
+    """An immutable real matrix that compares by value; `surface` is that of what it is the stiffness of, where that is
+    known."""
 
-    def __init__(self, values: Any) -> None:
+    def __init__(self, values: Any, surface: Any = None) -> None:
         self.array: NDArray[np.float64] = np.array(values, dtype=float)
         self.array.flags.writeable = False
+        self.surface: Any = surface
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Matrix) and np.array_equal(self.array, other.array)

@@ -5,6 +5,7 @@ from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.layout import MIRRORED as MIRRORED
 from flexura.motion.limits import beyond as beyond
 from flexura.motion.limits import stiffness_errors as stiffness_errors
 from flexura.motion.limits import why_it_ends as why_it_ends
@@ -27,6 +28,7 @@ from flexura.motion.pose import end_force_changes as end_force_changes
 from flexura.motion.pose import end_forces as end_forces
 from flexura.motion.pose import lowest_of_any as lowest_of_any
 from flexura.motion.pose import material_at as material_at
+from flexura.motion.pose import part_motions as part_motions
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import at_pose as at_pose
 from flexura.motion.posed import commanded as commanded

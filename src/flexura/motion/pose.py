@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -283,6 +283,32 @@ def end_force_changes(model: MovingModel, state: Equilibrium, moved: Array) -> d
         per_fall = elements.mass.reshape(-1, 2, 6, 2, 6)[..., :3].sum(axis=3)
         changes = changes - per_fall @ (back @ skew(gravity) @ turning)
     return _by_prototype(model, -changes[:, 0], changes[:, 1])
+
+
+def part_motions(model: MovingModel, states: Sequence[Equilibrium], names: Collection[str]) -> dict[str, Array]:
+    """By superelement of some names, displacements and rotations of its nodes as seen from the first, and amplitudes,
+    (d, k) in k states, in right-handed axes."""
+    return {
+        name: np.stack([group.motions(state.frames, model.rest)[0] for state in states], axis=-1)
+        for name, group in _superelements(model, names)
+    }
+
+
+def part_motion_changes(
+    model: MovingModel, state: Equilibrium, moved: Array, names: Collection[str]
+) -> dict[str, Array]:
+    """What small displacements (n + 1, 6, k) of the frames from a state change of `part_motions`."""
+    return {
+        name: group.motion_changes(state.frames, model.rest, moved[group.node].reshape(1, -1, moved.shape[-1]))[0]
+        for name, group in _superelements(model, names)
+    }
+
+
+def _superelements(model: MovingModel, names: Collection[str]) -> Iterator[tuple[str, Superelements]]:
+    """Those of some names."""
+    for group, (name, *_) in zip(model.elements, model.names, strict=True):
+        if name in names and isinstance(group, Superelements):
+            yield name, group
 
 
 def with_members(model: MovingModel) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -19,7 +19,15 @@ from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
 from flexura.motion.path import Path, Point, Stopped
-from flexura.motion.pose import Ends, Pose, end_force_changes, end_forces, with_members
+from flexura.motion.pose import (
+    Ends,
+    Pose,
+    end_force_changes,
+    end_forces,
+    part_motion_changes,
+    part_motions,
+    with_members,
+)
 from flexura.records import Latest, Record
 from flexura.structure import Design, InputPort, OfDesign, Ports, Scatter
 
@@ -150,6 +158,16 @@ class PosedDesign(Record):
         G26)."""
         padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
         return end_force_changes(self.model, self.pose.state, padded[self.model.dof])
+
+    def part_motions(self, names: Collection[str]) -> dict[str, Array]:
+        """How superelements of some names are deformed at the pose, (d, 1) each, in right-handed axes: displacements
+        and rotations of their nodes as seen from the first, and amplitudes."""
+        return part_motions(self.model, [self.pose.state], names)
+
+    def part_motion_changes(self, vectors: Array, names: Collection[str]) -> dict[str, Array]:
+        """What small displacements from the pose, DOF vectors (n, k), change of `part_motions`, (d, k)."""
+        padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
+        return part_motion_changes(self.model, self.pose.state, padded[self.model.dof], names)
 
     def works(self, displacements: Array) -> Iterator[tuple[tuple[str, ...], Array | None, Array]]:
         """For each kind of elements: names (e,), of beams the strain energy (e, 6, k) by the components u, s2, s3, phi,

@@ -154,6 +154,21 @@ class Superelements:
         """Changes (e, d) of the logarithms of the relative poses, and amplitudes."""
         return self._deformation(frames, _seen_from_first(self._ends(frames)))
 
+    def motions(self, frames: Frames, rest: Frames) -> Array:
+        """Displacements and rotations (e, d) of the other frames as seen from the first, which the same deformation has
+        where it is small, and amplitudes."""
+        return self._small(self.deformation(frames)[..., None], rest)[..., 0]
+
+    def motion_changes(self, frames: Frames, rest: Frames, u: Array) -> Array:
+        """What small displacements u (e, 6k, m) of the frames from a state change of `motions` (e, d, m)."""
+        return self._small(self.rows(frames) @ u, rest)
+
+    def _small(self, d: Array, rest: Frames) -> Array:
+        """Small motions (e, d, m) with changes d of the logarithms from rest."""
+        inner, after = 6 * (self.count - 1), _seen_from_first(self._ends(rest)).after
+        moved = np.linalg.inv(after) @ d[:, :inner].reshape(*after.shape[:-1], d.shape[-1])
+        return np.concatenate([moved.reshape(len(d), inner, -1), d[:, inner:]], axis=1)
+
     def _deformation(self, frames: Frames, log: Logarithm) -> Array:
         e = len(self.node)
         amplitudes = frames.z[self.node[:, self.count :]].reshape(e, -1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
@@ -65,6 +65,15 @@ class Posed(Protocol):
 
     def end_force_changes(self, vectors: Array) -> dict[str, tuple[Array, Array]]:
         """What small displacements from there, DOF vectors (n, k), change of `end_forces`, (i, e, 6, k)."""
+        ...
+
+    def part_motions(self, names: Collection[str]) -> dict[str, Array]:
+        """How superelements of some names are deformed there, (d, 1) each, in right-handed axes: displacements and
+        rotations of their nodes as seen from the first, and amplitudes."""
+        ...
+
+    def part_motion_changes(self, vectors: Array, names: Collection[str]) -> dict[str, Array]:
+        """What small displacements from there, DOF vectors (n, k), change of `part_motions`, (d, k)."""
         ...
 
     def works(self, displacements: Array) -> Iterator[tuple[tuple[str, ...], Array | None, Array]]:

@@ -6,6 +6,7 @@ from flexura.analysis import Freedom as Freedom
 from flexura.analysis import LeftOut as LeftOut
 from flexura.analysis import MemberStress as MemberStress
 from flexura.analysis import Mode as Mode
+from flexura.analysis import PartStress as PartStress
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import StrokePose as StrokePose

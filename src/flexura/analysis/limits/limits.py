@@ -9,7 +9,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.strain import YieldRatios, bent_plates, element_motions, end_forces, ratios_to_yield, yield_ratios
+from flexura.analysis.strain import (
+    YieldRatios,
+    bent_plates,
+    deformations,
+    element_motions,
+    end_forces,
+    largest_in_parts,
+    ratios_to_yield,
+    yield_ratios,
+)
 from flexura.arrays import Array
 from flexura.beam import rigid_arm
 from flexura.errors import Diagnostic
@@ -281,10 +290,10 @@ def _finite(yields: YieldRatios) -> Array:
 
 
 def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) -> Array:
-    """Bounds (m,) on the stress over yield of members in all states u (n, k).
+    """Bounds (m,) on the stress over yield of members and parts in all states u (n, k), NaN where yield is not known.
 
     Stress is a norm of internal forces, at most the sum of what each of them gives alone at its largest, and
-    of what shear that changes along an element adds to its moments.
+    of what shear that changes along an element adds to its moments; of parts it is one of their coordinates.
     """
     g = None if gravity is None else np.asarray(gravity, dtype=float)
 
@@ -294,7 +303,9 @@ def _together(model: FullOrderModel, u: Array, gravity: Sequence[float] | None) 
         changed = np.abs(end - start).max(axis=-1, keepdims=True) * UNIT_FORCES[6:].T / 2
         return np.concatenate([most, -changed], axis=-1), np.concatenate([most, changed], axis=-1)
 
-    return _finite(ratios_to_yield(model, forces, len(UNIT_FORCES))).sum(axis=1)
+    of_members = _finite(ratios_to_yield(model, forces, {}, len(UNIT_FORCES))).sum(axis=1)
+    alone = {name: np.diag(np.abs(d).max(axis=1)) for name, d in deformations(model, u).items()}
+    return np.append(of_members, [sizes.sum() / limit for _, sizes, _, limit in largest_in_parts(model, alone)])
 
 
 def merged(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:

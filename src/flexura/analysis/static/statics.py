@@ -25,8 +25,10 @@ from flexura.analysis.limits import (
 from flexura.analysis.model_error import Interval, ModelError, errors_of, interval_text
 from flexura.analysis.strain import (
     KINDS,
+    PartStress,
     Stresses,
-    StressProfile,
+    StressProfiles,
+    deformations,
     end_forces,
     energies,
     finite_numbers,
@@ -92,11 +94,11 @@ class Statics(Tabular):
         return np.asarray(rows @ self.displacement_vector)
 
     def stresses(self) -> Stresses:
-        """The largest stress in every link and flexure."""
+        """The largest stress in every link, flexure and part."""
         return member_stresses(self.model, self.displacement_vector, gravity=self._weight)
 
-    def stress_profiles(self) -> dict[str, tuple[StressProfile, ...]]:
-        """Stresses along the members of every prototype."""
+    def stress_profiles(self) -> StressProfiles:
+        """Stresses along the members of every prototype, and over parts."""
         states = self.displacement_vector[:, None]
         weight = None if self._weight is None else np.array(self._weight)
 
@@ -104,7 +106,7 @@ class Statics(Tabular):
             return end_forces(self.model, name, states, weight)
 
         names = [name for name in self.model.matrices if self.model.plan.parts[name].members]
-        return {name: tuple(stress_profiles(self.model, name, forces)) for name in names}
+        return stress_profiles(self.model, names, forces, deformations(self.model, states))
 
     @property
     def _weight(self) -> tuple[float, float, float] | None:
@@ -131,7 +133,7 @@ class Statics(Tabular):
     @property
     def notes(self) -> tuple[str, ...]:
         """About which state it is linear, and what could not be looked at."""
-        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model))
+        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model), *self.stresses().notes)
 
     @cached_property
     def model_errors(self) -> ModelError:
@@ -165,10 +167,14 @@ class Statics(Tabular):
     def stress_error(self) -> Interval | None:
         """Where the part's stresses lie, relative to those given; None where there is no evidence. They change by no
         more than the stiffness of what is bent, and factors of notches (Neuber 1958) are off by 5 % at most. A sharp
-        corner where a member ends has no finite stress, which is not in it."""
-        interval = self.model_errors.intervals[0]
-        most = None if interval is None else max(map(abs, interval)) + NOTCH_FACTOR_ERROR
-        return None if most is None else (-most, most)
+        corner where a member ends has no finite stress, which is not in it. In parts they are off for the mesh."""
+        interval, stresses = self.model_errors.intervals[0], self.stresses().members
+        most = [own.error for own in stresses if isinstance(own, PartStress) and own.error is not None]
+        if interval is not None:
+            most.append(max(map(abs, interval)) + NOTCH_FACTOR_ERROR)
+        elif len(most) < len(stresses):
+            return None
+        return (-max(most), max(most)) if most else None
 
     @cached_property
     def _buckling(self) -> tuple[tuple[Diagnostic, ...], tuple[str, ...]]:
@@ -198,6 +204,7 @@ class Statics(Tabular):
             "actuators": self.actuators,
             "stress": [
                 {"member": m.name, "von_mises_Pa": m.von_mises, "factor_to_yield": m.factor_to_yield}
+                | (m.of_surface() if isinstance(m, PartStress) else {})
                 for m in stresses.members
             ],
             "factor_to_yield": stresses.factor_to_yield,

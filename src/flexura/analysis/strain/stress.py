@@ -1,8 +1,8 @@
-"""Stresses of links and flexures from displacements of the full-order model."""
+"""Stresses of links, flexures and parts from displacements of the full-order model."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
@@ -18,6 +18,14 @@ from flexura.analysis.strain.internal_forces import (
     finite_numbers,
     internal_force_rows,
     unknown_member,
+)
+from flexura.analysis.strain.part_stress import (
+    Deformations,
+    PartStress,
+    deformations,
+    largest_in_parts,
+    part_stresses,
+    surface_stresses,
 )
 from flexura.arguments import verb
 from flexura.arrays import Array
@@ -75,19 +83,24 @@ class MemberStress(Record):
             return None
         return self.yield_stress / self.von_mises if self.von_mises else np.inf
 
+    @property
+    def at(self) -> str:
+        """Where the largest stress is, in words."""
+        return f"{self.position:.2f} of its length"
+
 
 @dataclass(frozen=True, repr=False)
 class Stresses(Tabular):
-    """Stresses of all placed links and flexures, the largest first, those of sections by constants last."""
+    """Stresses of all placed links, flexures and parts from CAD, the largest first, those that are not known last."""
 
-    members: tuple[MemberStress, ...]
+    members: tuple[MemberStress | PartStress, ...]
 
     @cached_property
-    def _by_name(self) -> dict[str, MemberStress]:
+    def _by_name(self) -> dict[str, MemberStress | PartStress]:
         return {member.name: member for member in self.members}
 
-    def __getitem__(self, name: str) -> MemberStress:
-        """The stress of a placed member, e.g. `branch1.hinge`. Raises OptionError for unknown names."""
+    def __getitem__(self, name: str) -> MemberStress | PartStress:
+        """The stress of a placed member or part, e.g. `branch1.hinge`. Raises OptionError for unknown names."""
         if name not in self._by_name:
             raise OptionError(unknown_member(name, list(self._by_name)))
         return self._by_name[name]
@@ -97,6 +110,11 @@ class Stresses(Tabular):
         """The least factor of all members that have one."""
         factors = [f for member in self.members if (f := member.factor_to_yield) is not None]
         return min(factors, default=None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Where stresses of parts are infinite."""
+        return tuple(f"{m.name}: {m.edge}" for m in self.members if isinstance(m, PartStress) and m.edge)
 
     def _title(self) -> str:
         factor = self.factor_to_yield
@@ -108,32 +126,43 @@ class Stresses(Tabular):
     def most_loaded(self, most: int = ROWS) -> Table:
         """A row for each of the members with the largest stress, the first to yield first."""
 
-        def margin(member: MemberStress) -> float:
+        def margin(member: MemberStress | PartStress) -> float:
             return np.inf if member.factor_to_yield is None else member.factor_to_yield
 
         rows = sorted(self.members, key=margin)[:most]
         columns = {
             "member": [m.name for m in rows],
             "von Mises [Pa]": [m.von_mises for m in rows],
-            "without notch factor [Pa]": [m.nominal for m in rows],
+            "without notch factor [Pa]": [m.nominal if isinstance(m, MemberStress) else None for m in rows],
             "yield stress [Pa]": [m.yield_stress for m in rows],
             "factor to yield": [m.factor_to_yield for m in rows],
-            "at": [f"{m.position:.2f} of its length" for m in rows],
+            "at": [m.at for m in rows],
         }
         return Table(columns, "members", count=len(self.members))
 
     def _columns(self) -> dict[str, Any]:
-        """The largest stress in every member, with its forces there in the member's axes."""
+        """The largest stress in every member, with its forces there in the member's axes, and in every part."""
         rows = self.members
-        return {
+        of_members = [m if isinstance(m, MemberStress) else None for m in rows]
+        columns = {
             "member": [m.name for m in rows],
             "von mises [Pa]": [m.von_mises for m in rows],
-            "nominal [Pa]": [m.nominal for m in rows],
+            "nominal [Pa]": [m and m.nominal for m in of_members],
             "yield stress [Pa]": [m.yield_stress for m in rows],
             "factor to yield": [m.factor_to_yield for m in rows],
-            "position": [m.position for m in rows],
-            **{f"{name} [N]": [m.force[k] for m in rows] for k, name in enumerate(("N", "Vy", "Vz"))},
-            **{f"{name} [N m]": [m.moment[k] for m in rows] for k, name in enumerate(("T", "My", "Mz"))},
+            "position": [m and m.position for m in of_members],
+            **{f"{name} [N]": [m and m.force[k] for m in of_members] for k, name in enumerate(("N", "Vy", "Vz"))},
+            **{f"{name} [N m]": [m and m.moment[k] for m in of_members] for k, name in enumerate(("T", "My", "Mz"))},
+        }
+        parts = [m if isinstance(m, PartStress) else None for m in rows]
+        if not any(parts):
+            return columns
+        return {
+            **columns,
+            **{f"{axis} [m]": [m and m.place and m.place[k] for m in parts] for k, axis in enumerate("xyz")},
+            "principal [Pa]": [m and m.principal for m in parts],
+            "mesh error": [m and m.error for m in parts],
+            "infinite": [m.edge if m else "" for m in parts],
         }
 
 
@@ -149,7 +178,7 @@ class _Worst(NamedTuple):
 
 @verb
 def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[float] | None = None) -> Stresses:
-    """The largest stress in every placed link and flexure (theory eqs. S1-S12).
+    """The largest stress in every placed link, flexure and part from CAD (theory eqs. S1-S12).
 
     u: displacements (n,) of the model's DOFs, or (n, k) for k states, of which the worst counts; m and rad. gravity:
     (3,) m/s^2, when members bend under their own weight. Internal forces are those of the beams, so that they hold
@@ -160,12 +189,13 @@ def member_stresses(model: FullOrderModel, u: ArrayLike, *, gravity: Sequence[fl
     """
     states = _states(model, u)
     g = None if gravity is None else finite_numbers("gravity", gravity, 3)
-    return worst_stresses(model, lambda name: end_forces(model, name, states, g))
+    return worst_stresses(model, lambda name: end_forces(model, name, states, g), deformations(model, states))
 
 
-def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
-    """The largest stress in every placed link and flexure under internal forces of some states."""
-    members: list[MemberStress] = []
+def worst_stresses(model: FullOrderModel, forces: EndForces, deformed: Deformations) -> Stresses:
+    """The largest stress in every placed link and flexure under internal forces of some states, and in every part as
+    `deformed` there."""
+    members: list[MemberStress | PartStress] = [*part_stresses(model, deformed)]
     for name in model.matrices:
         part = model.plan.parts[name]
         if part.members:
@@ -173,10 +203,16 @@ def worst_stresses(model: FullOrderModel, forces: EndForces) -> Stresses:
             for group, n, _ in part.table.groups:
                 members += _reported(model, part, group, _worst_of(model, part, group, n, ends))
     least = ROUND_OFF * max((m.von_mises for m in members if m.von_mises and isfinite(m.von_mises)), default=0.0)
-    none = {"von_mises": 0.0, "nominal": 0.0}
-    members = [m if m.von_mises is None or m.von_mises > least else replace(m, **none) for m in members]
+    members = [m if m.von_mises is None or m.von_mises > least else _unstressed(m) for m in members]
     order = ranked([-1.0 if m.von_mises is None else m.von_mises for m in members])
     return Stresses(tuple(members[i] for i in order))
+
+
+def _unstressed(own: MemberStress | PartStress) -> MemberStress | PartStress:
+    """Without what is round-off."""
+    if isinstance(own, MemberStress):
+        return replace(own, von_mises=0.0, nominal=0.0)
+    return replace(own, von_mises=0.0, principal=0.0, edge="")
 
 
 def _reported(model: FullOrderModel, part: Part, group: SectionGroup, worst: _Worst) -> Iterator[MemberStress]:
@@ -231,7 +267,24 @@ class StressProfile(NamedTuple):
     von_mises: Array
 
 
-def stress_profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iterator[StressProfile]:
+class StressProfiles(NamedTuple):
+    """Stresses along members, by prototype, and von Mises stresses (q, k), Pa, over the surfaces of parts, by the names
+    of their superelements as placed."""
+
+    members: Mapping[str, Sequence[StressProfile]]
+    surfaces: Mapping[str, Array]
+
+
+def stress_profiles(
+    model: FullOrderModel, names: Iterable[str], forces: EndForces, deformed: Deformations
+) -> StressProfiles:
+    """Stresses along the members of some prototypes, and over all parts as `deformed`."""
+    return StressProfiles(
+        {name: tuple(_profiles(model, name, forces)) for name in names}, surface_stresses(model, deformed)
+    )
+
+
+def _profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iterator[StressProfile]:
     """Stresses along the members of a prototype, group by group; none of sections given by constants."""
     part = model.plan.parts[name]
     for group, n, _ in part.table.groups:
@@ -241,48 +294,56 @@ def stress_profiles(model: FullOrderModel, name: str, forces: EndForces) -> Iter
 
 
 class YieldRatios(NamedTuple):
-    """Of the placed members (m,) whose yield stress is known: `names`, and in each of k states the largest von Mises
-    stress with notch factors over it, `ratio` (m, k), and where along the member that is, `position` (m, k)."""
+    """Of the placed members and parts (m,) whose yield stress is known: `names`, and in each of k states the largest
+    von Mises stress with notch factors over it, `ratio` (m, k), where along the member that is, `position` (m, k), NaN
+    for parts, and where in space in a part, `place` (m, k, 3), m, NaN for members."""
 
     names: tuple[str, ...]
     ratio: Array
     position: Array
+    place: Array
 
 
 def yield_ratios(model: FullOrderModel, u: Array, gravity: Sequence[float] | None = None) -> YieldRatios:
     """How near the members come to yield in each of the states u (n, k), as in `member_stresses`."""
     g = None if gravity is None else finite_numbers("gravity", gravity, 3)
-    return ratios_to_yield(model, lambda name: end_forces(model, name, u, g), u.shape[1])
+    return ratios_to_yield(model, lambda name: end_forces(model, name, u, g), deformations(model, u), u.shape[1])
 
 
-def ratios_to_yield(model: FullOrderModel, forces: EndForces, count: int) -> YieldRatios:
-    """How near the members come to yield under internal forces of `count` states."""
-    names, stress, position, limit = largest_stresses(model, forces, count, yielding=True)
-    return YieldRatios(names, stress / limit[:, None], position)
+def ratios_to_yield(model: FullOrderModel, forces: EndForces, deformed: Deformations, count: int) -> YieldRatios:
+    """How near the members come to yield under internal forces of `count` states, and parts as `deformed` there."""
+    names, stress, position, place, limit = largest_stresses(model, forces, deformed, count, yielding=True)
+    return YieldRatios(names, stress / limit[:, None], position, place)
 
 
 class LargestStresses(NamedTuple):
-    """Of placed members (m,): `names`, and in each of k states the largest von Mises stress with notch factors, Pa,
-    `von_mises` (m, k), and where along the member that is, `position` (m, k); yield stresses (m,), NaN without one."""
+    """Of placed members and parts (m,): `names`, and in each of k states the largest von Mises stress with notch
+    factors, Pa, `von_mises` (m, k), where along the member that is, `position` (m, k), NaN for parts, and where in
+    space in a part, `place` (m, k, 3), m, NaN for members; yield stresses (m,), NaN without one."""
 
     names: tuple[str, ...]
     von_mises: Array
     position: Array
+    place: Array
     yield_stress: Array
 
 
 def largest_stresses(
     model: Model,
     forces: EndForces,
+    deformed: Deformations,
     count: int,
     *,
     yielding: bool = False,
     rounding: Rounding | None = None,
 ) -> LargestStresses:
     """The largest stresses under internal forces of `count` states, of all members whose section is known, or of those
-    whose yield stress is known too. With slopes where the forces and the design have them, rounded by `rounding`."""
+    whose yield stress is known too, and of parts as `deformed` there. With slopes where the forces and the design have
+    them, rounded by `rounding`."""
     names: list[str] = []
-    columns: list[tuple[Array, ...]] = [(np.empty((0, count)), np.empty((0, count)), np.empty(0))]
+    columns: list[tuple[Array, ...]] = [
+        (np.empty((0, count)), np.empty((0, count)), np.empty((0, count, 3)), np.empty(0))
+    ]
     for name in model.matrices:
         part = model.plan.parts[name]
         limit = part.table.yield_stress(model.values) if part.members else np.empty(0)
@@ -297,8 +358,13 @@ def largest_stresses(
             has = np.flatnonzero(wanted[group.index])
             largest = _largest(model, part, group, n, ends, rounding)
             of_states = (values[:, has].reshape(-1, count) for values in largest)
-            columns.append((*of_states, np.tile(limit[group.index[has]], len(paths))))
+            limits = np.tile(limit[group.index[has]], len(paths))
+            columns.append((*of_states, np.full((len(limits), count, 3), np.nan), limits))
             names += [".".join((*path, keys[k])) for path in paths for k in group.index[has]]
+    for name, sizes, place, limit in largest_in_parts(model, deformed):
+        if not (yielding and np.isnan(limit)):
+            columns.append((sizes[None], np.full((1, count), np.nan), place[None], np.array([limit])))
+            names.append(name)
     return LargestStresses(tuple(names), *(np.concatenate(column) for column in zip(*columns, strict=True)))
 
 

@@ -55,8 +55,8 @@ class StrokePose(Record):
     superelement of its own. `mesh_error` estimates, for members to which it is owed, by how much `support_stiffness`
     and the squares of frequencies are too large where that is worst, all members together, for want of finer elements,
     beyond what elements lack at rest; errors below 1e-4 are left out. `stress_margin` is the least yield stress over
-    largest von Mises stress with notch factors, in `stress_member` at the fraction `stress_position` of its length;
-    None where no yield stress is known.
+    largest von Mises stress with notch factors, in `stress_member` at the fraction `stress_position` of its length, or
+    in a part at `stress_place` (x, y, z), m, before anything moves; None where no yield stress is known.
 
     `buckling_factor` on all loads and forces of the drives is that at which the state would buckle with the drives
     held, linear from the pose; None where nothing buckles.
@@ -89,6 +89,7 @@ class StrokePose(Record):
     stress_margin: float | None
     stress_member: str | None
     stress_position: float | None
+    stress_place: tuple[float, ...] | None
     buckling_factor: float | None
     compliance: dict[str, Array]
     compliance_held: dict[str, Array]
@@ -179,6 +180,7 @@ def path_state(
         stress_margin=None,
         stress_member=None,
         stress_position=None,
+        stress_place=None,
         buckling_factor=buckling_factor(pose),
         compliance=compliance,
         compliance_held=compliance_held,
@@ -205,10 +207,14 @@ def stroke_poses(states: Sequence[PathState], yields: YieldRatios) -> Iterator[S
         stressed = replace(pose, tracked=tuple(number.tolist()))
         if yields.names:
             worst = int(leading(yields.ratio[:, k]))
-            ratio, position = float(yields.ratio[worst, k]), float(yields.position[worst, k])
-            margin = 1 / ratio if ratio else np.inf
-            member = yields.names[worst]
-            stressed = replace(stressed, stress_margin=margin, stress_member=member, stress_position=position)
+            ratio, position, place = (float(yields.ratio[worst, k]), yields.position[worst, k], yields.place[worst, k])
+            stressed = replace(
+                stressed,
+                stress_margin=1 / ratio if ratio else np.inf,
+                stress_member=yields.names[worst],
+                stress_position=None if np.isnan(position) else float(position),
+                stress_place=None if np.isnan(place).any() else tuple(place.tolist()),
+            )
         yield stressed
 
 

@@ -14,10 +14,12 @@ from numpy.typing import ArrayLike
 from flexura.analysis.limits import coarse_mesh, solids_that_meet
 from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors, interval_text
 from flexura.analysis.strain import (
+    Deformations,
     EndForces,
     Stresses,
-    StressProfile,
+    StressProfiles,
     YieldRatios,
+    moved_deformations,
     ratios_to_yield,
     stress_profiles,
     worst_stresses,
@@ -56,7 +58,7 @@ LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
 
 FLUTTER = "follower loads: stability and frequencies are of the symmetric part of the stiffness, flutter is not seen"
 
-NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)))
+NO_YIELD = YieldRatios((), np.empty((0, 0)), np.empty((0, 0)), np.empty((0, 0, 3)))
 
 OF_LOW_ORDER = (
     "intervals of frequencies are about the low order, which has no buckling factors; weight acts where substructures"
@@ -86,8 +88,9 @@ class Stroke(Tabular):
 
     `yield_ratios` has stress over yield stress by member and pose. `end_forces` are the internal forces (i, e, 6,
     poses) at the first and the second end of the elements of all copies of prototypes, N and N m, in the axes of the
-    members. `frames` are those of all nodes at each pose, `units` those of all that is prescribed, by name.
-    `low_order` is what represents the full order, where that was requested, `spectra` what `model_errors` need.
+    members, `deformed` (d, poses) how parts are deformed, by name. `frames` are those of all nodes at each pose,
+    `units` those of all that is prescribed, by name. `low_order` is what represents the full order, where that was
+    requested, `spectra` what `model_errors` need.
     """
 
     _shown = ("name", "poses")
@@ -99,6 +102,7 @@ class Stroke(Tabular):
     doubts: tuple[Diagnostic, ...]
     yield_ratios: YieldRatios
     end_forces: dict[str, tuple[Array, Array]]
+    deformed: Deformations
     frames: tuple[Frames, ...]
     units: dict[str, str]
     low_order: LowOrderMotion | None = None
@@ -173,7 +177,8 @@ class Stroke(Tabular):
     def notes(self) -> tuple[str, ...]:
         """What is left out, and what stands for the full order."""
         notes = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
-        return (*notes, FLUTTER) if self.has_follower_loads else notes
+        notes = (*notes, FLUTTER) if self.has_follower_loads else notes
+        return (*notes, *self.stresses().notes) if self.poses else notes
 
     def _coarse_meshes(self) -> Iterator[Diagnostic]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
@@ -215,17 +220,20 @@ class Stroke(Tabular):
         return (travel / np.maximum(travel.max(axis=0, initial=0.0), 1e-300)).sum(axis=-1)
 
     def stresses(self, pose: int | None = None) -> Stresses:
-        """The largest stress in every link and flexure at a pose, by its number, or over all poses, of which `state`
-        then is the number. Raises OptionError where there is no such pose."""
+        """The largest stress in every link, flexure and part at a pose, by its number, or over all poses, of which
+        `state` then is the number. Raises OptionError where there is no such pose."""
         if pose is None and self.poses:
-            return worst_stresses(self.model, self.end_forces.__getitem__)
-        return worst_stresses(self.model, self._forces(pose))
+            return worst_stresses(self.model, self.end_forces.__getitem__, self.deformed)
+        return worst_stresses(self.model, self._forces(pose), self._deformed(pose))
 
-    def stress_profiles(self, pose: int) -> dict[str, tuple[StressProfile, ...]]:
-        """Stresses along the members of every prototype at a pose, by its number. Raises OptionError where there is no
-        such pose."""
-        forces = self._forces(pose)
-        return {name: tuple(stress_profiles(self.model, name, forces)) for name in self.end_forces}
+    def stress_profiles(self, pose: int) -> StressProfiles:
+        """Stresses along the members of every prototype, and over parts, at a pose, by its number. Raises OptionError
+        where there is no such pose."""
+        return stress_profiles(self.model, self.end_forces, self._forces(pose), self._deformed(pose))
+
+    def _deformed(self, pose: int | None) -> Deformations:
+        """How parts are deformed at a pose."""
+        return {name: d[:, pose : pose + 1] for name, d in self.deformed.items()} if pose is not None else {}
 
     def _forces(self, pose: int | None) -> EndForces:
         """Internal forces at a pose."""
@@ -401,8 +409,8 @@ def stroke(
     else:
         path, states, low = _at_low_order(equations, points, requested, run)
         spectra = ()
-    forces = end_forces(moving, states)
-    yields = ratios_to_yield(full, forces.__getitem__, len(states)) if states else NO_YIELD
+    forces, deformed = end_forces(moving, states), moved_deformations(full, moving, states)
+    yields = ratios_to_yield(full, forces.__getitem__, deformed, len(states)) if states else NO_YIELD
     frames = tuple(state.frames for state in states)
     return Stroke(
         model=full,
@@ -412,6 +420,7 @@ def stroke(
         doubts=(*beyond(moving, frames), *points.overdriven),
         yield_ratios=yields,
         end_forces=forces,
+        deformed=deformed,
         frames=frames,
         units=points.units,
         low_order=low,

@@ -358,6 +358,7 @@ def _stresses(model: FullOrderModel, load: Load) -> dict[str, Any]:
     ]
     unknown = len(stresses.members) - len(known)
     notes = [f"{unknown} members without a yield stress or with a section by constants"] if unknown else []
+    notes += stresses.notes
     when = words[0] if len(words) == 1 else "each actuator at its limit, one at a time"
     return {"rows": rows, "when": when, "notes": notes, "warnings": foremost(said, 1)}
 

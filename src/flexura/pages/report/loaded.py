@@ -12,7 +12,7 @@ from math import inf, isfinite
 
 import numpy as np
 
-from flexura.analysis import MemberStress, Statics, member_stresses, preload, statics
+from flexura.analysis import MemberStress, PartStress, Statics, member_stresses, preload, statics
 from flexura.linalg import ranked
 from flexura.mechanism import DOF_NAMES, UNITS
 from flexura.pages.report.document import Block, Content, Evidence, Fact, Paragraph, Table, warned
@@ -32,7 +32,7 @@ class Corner:
     """Commands by actuator, SI, and the members that they stress most among all corners, the nearest to yield first."""
 
     commands: dict[str, float]
-    members: tuple[MemberStress, ...]
+    members: tuple[MemberStress | PartStress, ...]
 
 
 def limited(subject: Subject) -> dict[str, tuple[float, float]]:
@@ -61,21 +61,21 @@ def worst_corners(subject: Subject) -> list[Corner]:
     ]
     searched = len(limits) <= MOST_SEARCHED
     corners = product(*limits.values()) if searched else iter([tuple(top for _, top in limits.values())])
-    worst: dict[str, tuple[tuple[float, ...], MemberStress]] = {}
+    worst: dict[str, tuple[tuple[float, ...], MemberStress | PartStress]] = {}
     for block in _blocks(corners):
         moved = sum((np.outer(u, c) for u, c in zip(units, np.transpose(block), strict=True)), 0.0)
         found = member_stresses(rest.model, rest.displacement_vector[:, None] + moved, gravity=gravity)
         for own in found.members:
             if own.name not in worst or (own.von_mises or 0) > (worst[own.name][1].von_mises or 0):
                 worst[own.name] = (block[own.state], own)
-    by_corner: dict[tuple[float, ...], list[MemberStress]] = {}
+    by_corner: dict[tuple[float, ...], list[MemberStress | PartStress]] = {}
     for commands, own in sorted(worst.values(), key=lambda found: _margin(found[1])):
         if own.von_mises:
             by_corner.setdefault(commands, []).append(own)
     return [Corner(dict(zip(limits, own, strict=True)), tuple(members)) for own, members in by_corner.items()]
 
 
-def _margin(own: MemberStress) -> tuple[float, float]:
+def _margin(own: MemberStress | PartStress) -> tuple[float, float]:
     """What orders members: the factor to yield, then the stress where that is not known."""
     return inf if own.factor_to_yield is None else own.factor_to_yield, -(own.von_mises or 0.0)
 
@@ -163,7 +163,7 @@ def _searched(subject: Subject, state: str) -> str:
 
 
 def _stressed(
-    subject: Subject, corner: Corner, members: Sequence[MemberStress], state: str, notes: Sequence[str]
+    subject: Subject, corner: Corner, members: Sequence[MemberStress | PartStress], state: str, notes: Sequence[str]
 ) -> Table:
     """Members that one corner of the limits stresses most."""
     given = told(corner.commands, subject)
@@ -176,7 +176,7 @@ def _stressed(
         "member": [m.name for m in members],
         "von Mises [Pa]": [m.von_mises for m in members],
         "factor to yield": ["" if m.factor_to_yield is None else number(m.factor_to_yield, 4) for m in members],
-        "at": [f"{m.position:.2f} of its length" for m in members],
+        "at": [m.at for m in members],
     }
     lines = [("state", state), ("stress", "von Mises, with notch factors"), *(("note", note) for note in notes)]
     units = {own.channel.name: own.channel.unit for own in subject.inputs}

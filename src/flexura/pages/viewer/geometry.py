@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flexura.analysis import Stresses, element_strains, energies
+from flexura.analysis import PartStress, Stresses, element_strains, energies
 from flexura.arrays import Array, Index
 from flexura.pages.viewer.scene import Buffer, ByPart, Colouring
 from flexura.structure import FullOrderModel
@@ -140,6 +140,7 @@ DISPLACEMENT = Colouring("displacement", "displacement", "m", None, None)
 BODIES = {Kind.BODY, Kind.FLAGGED_BODY, Kind.CLAMP}
 STRAINED = {Kind.FLEXURE, Kind.LINK, Kind.SPRING, Kind.SUPERELEMENT, Kind.PIEZO, *BODIES}
 MEMBERS = {Kind.FLEXURE, Kind.LINK}
+STRESSED = {*MEMBERS, Kind.SUPERELEMENT}
 HEAVY = {Kind.BODY, Kind.EQUIVALENT_BODY, Kind.MASS, Kind.SENSOR}
 
 LEAST = 5e-4
@@ -210,14 +211,15 @@ def stress_colouring(values: Array, largest: float | None = None) -> Colouring |
 
 
 def stress_by_part(drawing: Drawing, stresses: Stresses) -> tuple[ByPart, ...]:
-    """Largest stress of each member, and how far it is from yield."""
-    most = {own.name: quantity(own.von_mises, "Pa", 4) for own in stresses.members if own.von_mises is not None}
-    margin = {
-        own.name: f"at {number(own.factor_to_yield, 4)} times this"
-        for own in stresses.members
-        if own.factor_to_yield is not None and np.isfinite(own.factor_to_yield)
-    }
-    return by_part(drawing, "largest stress", MEMBERS, most), by_part(drawing, "yields", MEMBERS, margin)
+    """Largest stress of each member and part, and how far it is from yield."""
+    most, margin = dict[str, str](), dict[str, str]()
+    for own in reversed(stresses.members):  # of several solids of a part the most stressed one comes last
+        name = own.superelement if isinstance(own, PartStress) else own.name
+        if own.von_mises is not None:
+            most[name] = quantity(own.von_mises, "Pa", 4)
+        if own.factor_to_yield is not None and np.isfinite(own.factor_to_yield):
+            margin[name] = f"at {number(own.factor_to_yield, 4)} times this"
+    return by_part(drawing, "largest stress", STRESSED, most), by_part(drawing, "yields", STRESSED, margin)
 
 
 def by_part(drawing: Drawing, label: str, kinds: set[Kind], told: Mapping[str, str]) -> ByPart:

@@ -12,6 +12,7 @@ from flexura.arguments import verb
 from flexura.arrays import Bools, Index
 from flexura.derivatives import free_names
 from flexura.errors import OptionError
+from flexura.fem import surface_of
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
@@ -73,7 +74,8 @@ class Questions(Record):
             ".".join((*path, key))
             for name, prototype in self.plan.layout.prototypes.items()
             for path in self.plan.topology.copies[name].paths
-            for key in prototype.superelements
+            for key, described in prototype.superelements.items()
+            if (surface := surface_of(described)) is None or surface.stress is None
         ]
         of_all = [
             own.text
@@ -82,9 +84,7 @@ class Questions(Record):
         ]
         if superelements and of_all:
             parts = ", ".join(superelements)
-            notes.append(
-                f"{', '.join(of_all)}: of members alone; of stress in {parts}, superelements, nothing is known"
-            )
+            notes.append(f"{', '.join(of_all)}: not of {parts}, superelements, of whose stress nothing is known")
         return tuple(notes)
 
     def values(self, parameters: Mapping[str, ArrayLike]) -> Answers:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from flexura.analysis import part_yield_stresses
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
 from flexura.expressions import LENGTH, NUMBER
@@ -194,8 +195,8 @@ class Reader:
 
     @cached_property
     def yield_stresses(self) -> dict[str, float]:
-        """Yield stress, Pa, of all members as placed, NaN where it is not known."""
-        stresses, values = dict[str, float](), self.plan.values()
+        """Yield stress, Pa, of all members and parts as placed, NaN where it is not known."""
+        stresses, values = part_yield_stresses(self.plan), self.plan.values()
         for name, part in self.plan.parts.items():
             limits = part.table.yield_stress(values) if part.members else ()
             for path in self.plan.topology.copies[name].paths:

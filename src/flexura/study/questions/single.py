@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from flexura.analysis import driven_displacement, frequency_response, ratios_to_yield
+from flexura.analysis import driven_displacement, frequency_response, moved_deformations, ratios_to_yield
 from flexura.arrays import Array
 from flexura.derivatives import DisplacementPath, SlopedResponse
 from flexura.duals import Dual, slope_of
@@ -87,8 +87,9 @@ class _Displacement:
 
     def stress_ratio(self, state: Equilibrium) -> float:
         """Largest stress over yield stress."""
-        forces = end_forces(self.equations.model, [state])
-        return float(ratios_to_yield(self.full, forces.__getitem__, 1).ratio.max())
+        model = self.equations.model
+        forces, deformed = end_forces(model, [state]), moved_deformations(self.full, model, [state])
+        return float(ratios_to_yield(self.full, forces.__getitem__, deformed, 1).ratio.max())
 
     def to_yield(self, side: float, most: float) -> float:
         """The displacement, to one side, at which something yields first; infinite beyond `most`, m or rad."""

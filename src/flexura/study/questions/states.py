@@ -141,9 +141,12 @@ class ReferenceState(LinearState):
     def stresses(self) -> LargestStresses:
         """The largest stresses under the loads and gravity, or at the pose, that are described."""
         known = [member for member in self._statics.stresses().members if member.von_mises is not None]
-        sizes, positions = np.array([(member.von_mises, member.position) for member in known]).reshape(-1, 2).T
-        limit = np.array([member.yield_stress for member in known], dtype=float)
-        return LargestStresses(tuple(member.name for member in known), sizes[:, None], positions[:, None], limit)
+        sizes, limit = (
+            np.array([getattr(own, name) for own in known], dtype=float) for name in ("von_mises", "yield_stress")
+        )
+        position = np.array([[getattr(own, "position", np.nan)] for own in known]).reshape(-1, 1)
+        place = np.array([[getattr(own, "place", (np.nan,) * 3)] for own in known]).reshape(-1, 1, 3)
+        return LargestStresses(tuple(member.name for member in known), sizes[:, None], position, place, limit)
 
     @property
     def stress_error(self) -> tuple[float, float] | None:

@@ -60,7 +60,7 @@ def add_surfaces(collector: Collector, model: FullOrderModel) -> None:
                 moved = first.carried(points - x[0]) + (surface.rows @ q).reshape(-1, 3) @ Q.T
                 facets = surface.facets[:, ::-1] if sign < 0 else surface.facets
                 label = ".".join((*placed.paths[copy], key))
-                collector.mesh(Mesh(points, facets), moved, Kind.SUPERELEMENT, label)
+                collector.surface(Mesh(points, facets), moved, label)
 
 
 def _ring(

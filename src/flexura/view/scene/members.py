@@ -3,14 +3,14 @@ axes between nodes that have moved and turned as far as they like."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis import StressProfile
+from flexura.analysis import StressProfile, StressProfiles
 from flexura.beam import SectionProperties, shape_functions
 from flexura.structure import FullOrderModel, Part, PartGeometry, SectionGroup
 from flexura.view.scene.meshes import Array, Index, loft_faces, polygon, square
@@ -317,15 +317,18 @@ def _rings(group: SectionGroup, section: SectionProperties, L: Array, fractions:
     return _Rings(station, across, loft_faces(S + 2, len(outline)))
 
 
-def stresses_along(parts: Solids, profiles: Mapping[str, Sequence[StressProfile]]) -> Array:
-    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, by `profiles` of all
-    prototypes, of the first state; NaN where they are not known."""
+def stresses_along(parts: Solids, profiles: StressProfiles) -> Array:
+    """Stresses (v,), Pa, at the points of members, the largest from there halfway to the next, and of parts, by
+    `profiles` of the first state; NaN where they are not known."""
     values = np.full(len(parts.points), np.nan)
     for grid in parts.grids:
-        for profile in profiles.get(grid.prototype, ()):
+        for profile in profiles.members.get(grid.prototype, ()):
             if set(grid.members) <= set(profile.members):
                 stresses = _stresses(grid, profile)
                 values[grid.first : grid.first + stresses.size] = stresses.ravel()
+    for name, first, count in parts.surfaces:
+        if name in profiles.surfaces:
+            values[first : first + count] = profiles.surfaces[name][:count, 0]
     return values
 
 

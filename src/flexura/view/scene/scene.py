@@ -78,7 +78,8 @@ class Solids:
     points: (v, 3), m, undeformed, global frame; motions: (v, 3), what the displacements given move them by;
     faces: (f, 4), lines: (l, 2) and dots: (d,) index the points. The kinds go with them, and the parts, which index
     `names`, such as `arm[1].leaf`. rotation: largest rotation of any node in the displacements given. values: (v,),
-    what colours the points, NaN where nothing does. grids: which points are of which members. notes: what is left out.
+    what colours the points, NaN where nothing does. grids: which points are of which members; surfaces: the name, the
+    first point and the number of points of each surface of a superelement. notes: what is left out.
     """
 
     points: Array
@@ -96,6 +97,7 @@ class Solids:
     rotation: float
     values: Array
     grids: tuple[Grid, ...] = ()
+    surfaces: tuple[tuple[str, int, int], ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -188,6 +190,7 @@ class Collector:
     _dots: list[_Cells] = field(default_factory=lambda: [_cells()])
     _names: dict[str, int] = field(default_factory=dict)
     _grids: list[Grid] = field(default_factory=list)
+    _surfaces: list[tuple[str, int, int]] = field(default_factory=list)
     _count: int = 0
     _low: Array = field(default_factory=lambda: np.full(3, np.inf))
     _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
@@ -195,6 +198,11 @@ class Collector:
     def mesh(self, mesh: Mesh, motions: Array, kind: Kind, name: str) -> None:
         """Add a mesh whose points move by `motions` (v, 3)."""
         self._add(self._faces, (mesh.points, motions), mesh.faces, kind, self._number(name))
+
+    def surface(self, mesh: Mesh, motions: Array, name: str) -> None:
+        """Add the surface of a superelement."""
+        self._surfaces.append((name, self._count, len(mesh.points)))
+        self.mesh(mesh, motions, Kind.SUPERELEMENT, name)
 
     def path(self, points: Array, motions: Array, kind: Kind, name: str) -> None:
         """Add a line through points (p, 3)."""
@@ -274,6 +282,7 @@ class Collector:
             rotation,
             np.full(self._count, np.nan),
             tuple(self._grids),
+            tuple(self._surfaces),
             tuple(self.notes),
         )
 

@@ -6,14 +6,14 @@ asked for, actuators and sensors; piezo stacks are solids.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis import StressProfile
+from flexura.analysis import StressProfiles
 from flexura.errors import OptionError
 from flexura.fem import SurfaceShape
 from flexura.mechanism import (
@@ -39,6 +39,8 @@ SMALL = 1e-5
 """Displacements over the size of a mechanism that are small."""
 
 PICTURE = Look()
+
+NO_STRESS = StressProfiles({}, {})
 
 MOST_NODES = 160
 """More nodes than this are not marked; they would hide the mechanism."""
@@ -72,13 +74,13 @@ def solids(
 def moved_solids(
     model: FullOrderModel,
     frames: Frames,
-    profiles: Mapping[str, Sequence[StressProfile]],
+    profiles: StressProfiles = NO_STRESS,
     flagged: Collection[str] = frozenset(),
     look: Look = PICTURE,
 ) -> Solids:
     """The solids of a mechanism whose nodes have moved and turned as far as their frames have.
 
-    `motions` lead from rest to there; `values` are stresses, Pa, by `profiles` of all prototypes, of the first state.
+    `motions` lead from rest to there; `values` are stresses, Pa, by `profiles` of the first state.
     Raises OptionError when the model holds a stack of designs.
     """
     _node_motions(model, None)
@@ -88,14 +90,16 @@ def moved_solids(
 
 def _moving_on(model: FullOrderModel, frames: Frames, u: Array, flagged: Collection[str], look: Look) -> Solids:
     """The solids where frames have moved, with small motions from there: the derivative by displacements u (n, 6)."""
-    here = moved_solids(model, frames, {}, flagged, look)
+    here = moved_solids(model, frames, flagged=flagged, look=look)
     points = here.points + here.motions
     largest = float(np.abs(u * [1, 1, 1, *[here.size()] * 3]).max(initial=0.0))
     motions = np.zeros(points.shape)
     if largest:
         step = SMALL * here.size() / largest
         moved = np.concatenate([u, np.zeros((1, 6))])
-        ahead, behind = (moved_solids(model, frames.moved(sign * step * moved), {}, flagged, look) for sign in (1, -1))
+        ahead, behind = (
+            moved_solids(model, frames.moved(sign * step * moved), flagged=flagged, look=look) for sign in (1, -1)
+        )
         motions = (ahead.motions - behind.motions) / (2 * step)
     return replace(here, points=points, motions=motions)
 
