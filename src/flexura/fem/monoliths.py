@@ -197,10 +197,8 @@ def _reduced(
         off, complete = found.rougher * off + found.error * K, complete * found.lower
         more = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M, "middles": found.middles}
         more |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
-    met, rigid = (
-        [_name(place) for joint in joints if joint.is_rigid or not only for place in joint.faces]
-        for only in (False, True)
-    )
+    met = [_name(place) for joint in joints for place in joint.faces]
+    rigid = [_name(place) for joint in joints if joint.is_rigid for place in joint.faces]
     return {
         **more,
         "K": balanced(K, np.array(places)),

@@ -27,6 +27,9 @@ amplitudes, (d, k) in k states."""
 BLOCK = 4_000_000
 """Stresses that are held at a time."""
 
+TELLING = 0.5
+"""Stress that a mesh shows near an edge where it is infinite, over the largest elsewhere, from which that is told."""
+
 REMEDIES = ("", "a fillet gives a number", "what really holds it decides", "what joins them decides")
 """What makes the stress at an edge of each kind finite."""
 
@@ -38,8 +41,8 @@ class PartStress(Record):
     `von_mises` is the largest von Mises stress away from edges with infinite stress, Pa, None where nothing else is
     there, and `error` how far off it may be for the mesh, relative. `place` (x, y, z), m, is where that is before
     anything moves, `principal` the principal stress of the largest size there, tension positive, Pa, and `state` the
-    column of the displacements. `edge` says where the stress is infinite, in words, if it is larger there than anywhere
-    else. `yield_stress` is that of the material, Pa, or None, and `superelement` what the part is in the model.
+    column of the displacements. `edge` says where the stress is infinite, in words, if it is not low around there.
+    `yield_stress` is that of the material, Pa, or None, and `superelement` what the part is in the model.
     """
 
     name: str
@@ -181,7 +184,8 @@ def part_stresses(model: Model, d: Deformations) -> Iterator[PartStress]:
             size, at, edge_size, edge_at = (values[k] for values in whole)
             state, edge_state = int(leading(size)), int(leading(edge_size))
             point, worst = int(at[state]), float(size[state])
-            there = _edge_text(part, int(edge_at[edge_state])) if edge_size[edge_state] > max(worst, 0.0) else ""
+            is_high = edge_size[edge_state] > max(TELLING * worst, 0.0)
+            there = _edge_text(part, int(edge_at[edge_state])) if is_high else ""
             known = worst >= 0
             error = stress.error_at(point, own[:, state]) / worst if worst > 0 else 0.0
             yield PartStress(
