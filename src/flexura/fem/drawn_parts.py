@@ -131,15 +131,18 @@ def _made(
     strength = (model.material(metal.name).yield_stress for metal in materials.values())
     stress = replace(reduced.stress, yield_stress=tuple(own if isinstance(own, float) else np.nan for own in strength))
     names = tuple(part.interfaces)
+    variation = _variation(model, part, materials, spans, joints, reduced)
+    # stresses are those of one shape and one material
+    surface = Surface(reduced.points, reduced.facets, reduced.rows, stress if variation is None else None)
     element = Superelement(
         nodes=names,
         amplitudes=len(reduced.K) - 6 * len(names),
-        stiffness=Matrix(reduced.K, Surface(reduced.points, reduced.facets, reduced.rows, stress)),
+        stiffness=Matrix(reduced.K, surface),
         mass=Matrix(reduced.M),
         loss_factor=loss if part.loss_factor is None else part.loss_factor,
         stiffness_error=Matrix(reduced.E),
         mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
-    ).replaced({"variation": _variation(model, part, materials, spans, joints, reduced)})
+    ).replaced({"variation": variation})
     nodes: dict[str, tuple[Scalar, Scalar, Scalar]] = {
         name: joint.place for name, joint in zip(names, joints, strict=True)
     }

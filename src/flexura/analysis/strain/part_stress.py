@@ -112,7 +112,7 @@ def stressed_parts(model: Model) -> Iterator[PlacedPart]:
     geometry, placed = model.geometry, model.plan.topology.copies
     for name, key, stress in _known(model.plan):
         part = model.plan.parts[name]
-        nodes = [node for node in part.superelements[key][0] if node < part.n_positioned]
+        nodes = [node for node in part.superelements[key].nodes if node < part.n_positioned]
         x = plain(geometry.parts[name].positions)[nodes]
         for path, copy in zip(placed[name].paths, placed[name].number, strict=True):
             Q, t = plain(geometry.Q[copy]), plain(geometry.t[copy])
