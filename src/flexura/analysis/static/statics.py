@@ -29,11 +29,13 @@ from flexura.analysis.strain import (
     Stresses,
     StressProfiles,
     deformations,
+    edge_notes,
     end_forces,
     energies,
     finite_numbers,
     member_stresses,
     motion_meshes,
+    part_stresses,
     stress_profiles,
 )
 from flexura.arguments import verb
@@ -133,7 +135,9 @@ class Statics(Tabular):
     @property
     def notes(self) -> tuple[str, ...]:
         """About which state it is linear, and what could not be looked at."""
-        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model), *self.stresses().notes)
+        deformed = deformations(self.model, self.displacement_vector[:, None])
+        edges = edge_notes(part_stresses(self.model, deformed))
+        return (*state_of(self.model.design), *self._buckling[1], *not_looked_at(self.model), *edges)
 
     @cached_property
     def model_errors(self) -> ModelError:

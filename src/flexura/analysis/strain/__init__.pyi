@@ -20,8 +20,10 @@ from flexura.analysis.strain.motion import motions as motions
 from flexura.analysis.strain.part_stress import Deformations as Deformations
 from flexura.analysis.strain.part_stress import PartStress as PartStress
 from flexura.analysis.strain.part_stress import deformations as deformations
+from flexura.analysis.strain.part_stress import edge_notes as edge_notes
 from flexura.analysis.strain.part_stress import largest_in_parts as largest_in_parts
 from flexura.analysis.strain.part_stress import moved_deformations as moved_deformations
+from flexura.analysis.strain.part_stress import part_stresses as part_stresses
 from flexura.analysis.strain.part_stress import part_yield_stresses as part_yield_stresses
 from flexura.analysis.strain.part_stress import surface_stresses as surface_stresses
 from flexura.analysis.strain.stress import EndForces as EndForces

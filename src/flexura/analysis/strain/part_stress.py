@@ -177,7 +177,7 @@ def _seen_from_first(part: PlacedPart, q: Array) -> Array:
 
 def part_stresses(model: Model, d: Deformations) -> Iterator[PartStress]:
     """The largest stress in every solid of all parts as they are deformed."""
-    for part in stressed_parts(model):
+    for part in stressed_parts(model) if d else ():
         own, stress = d[part.name], part.stress
         whole = _whole(stress, own)
         for k, name, limit in part.solids:
@@ -199,6 +199,11 @@ def part_stresses(model: Model, d: Deformations) -> Iterator[PartStress]:
                 state=state if known else edge_state,
                 yield_stress=None if np.isnan(limit) else limit,
             )
+
+
+def edge_notes(rows: Iterable[Any]) -> tuple[str, ...]:
+    """Where stresses of parts are infinite."""
+    return tuple(f"{own.name}: {own.edge}" for own in rows if isinstance(own, PartStress) and own.edge)
 
 
 def largest_in_parts(model: Model, d: Deformations) -> Iterator[tuple[str, Any, Array, float]]:

@@ -23,6 +23,7 @@ from flexura.analysis.strain.part_stress import (
     Deformations,
     PartStress,
     deformations,
+    edge_notes,
     largest_in_parts,
     part_stresses,
     surface_stresses,
@@ -114,7 +115,7 @@ class Stresses(Tabular):
     @property
     def notes(self) -> tuple[str, ...]:
         """Where stresses of parts are infinite."""
-        return tuple(f"{m.name}: {m.edge}" for m in self.members if isinstance(m, PartStress) and m.edge)
+        return edge_notes(self.members)
 
     def _title(self) -> str:
         factor = self.factor_to_yield

@@ -19,7 +19,9 @@ from flexura.analysis.strain import (
     Stresses,
     StressProfiles,
     YieldRatios,
+    edge_notes,
     moved_deformations,
+    part_stresses,
     ratios_to_yield,
     stress_profiles,
     worst_stresses,
@@ -178,7 +180,7 @@ class Stroke(Tabular):
         """What is left out, and what stands for the full order."""
         notes = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
         notes = (*notes, FLUTTER) if self.has_follower_loads else notes
-        return (*notes, *self.stresses().notes) if self.poses else notes
+        return (*notes, *edge_notes(part_stresses(self.model, self.deformed)))
 
     def _coarse_meshes(self) -> Iterator[Diagnostic]:
         """A warning for every member and superelement that makes stiffnesses wrong, with the worst pose."""
