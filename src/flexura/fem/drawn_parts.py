@@ -1,4 +1,4 @@
-"""Parts from CAD in a mechanism: each becomes a substructure of its interfaces and one superelement."""
+"""Parts from CAD or of meshes in a mechanism: each becomes a substructure of its interfaces and one superelement."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.expressions import Expression
-from flexura.fem.cad import Drawing, faces
+from flexura.fem.cad import Drawing, faces, is_called
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, joint_of, reduced_part
 from flexura.fem.solid_mesh import SURFACES, Surface
@@ -70,16 +70,16 @@ def _made(
     model: Mechanism, part: SolidPart, path: Path, drawings: dict[str, Drawing], announce: Callable[[str], None]
 ) -> Substructure:
     """The substructure that stands for a part."""
-    key = "step" if part.step else "drawing"
+    key = "step" if part.step else "drawing" if part.drawing else "mesh"
     if any(isinstance(value, Expression) for value in (part.thickness, part.offset)):
         rule = "a part is meshed once, for one thickness and offset"
         raise ModelError([Problem((*path, "thickness"), "", rule, "write numbers in place of parameters")])
     thickness, offset = _number(part.thickness), _number(part.offset) or 0.0
-    known = f"{part.file} {thickness} {offset}"
+    known = f"{part.file} {thickness} {offset} {part.unit}"
     if known not in drawings:
         announce("reading")
         try:
-            drawings[known] = faces(part.file, thickness=thickness, offset=offset)
+            drawings[known] = faces(part.file, thickness=thickness, offset=offset, unit=part.unit)
         except OptionError as error:
             rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
             raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
@@ -113,12 +113,19 @@ def _number(value: object) -> float | None:
 
 def _materials(model: Mechanism, part: SolidPart, path: Path, drawing: Drawing) -> dict[str, SolidMaterial]:
     """Materials by solid."""
-    if unknown := [name for name in part.solids if name not in drawing.solids]:
-        hint = f"solids: {', '.join(drawing.solids[:12])}"
-        raise ModelError([Problem((*path, "solids", unknown[0]), "", "the file has no such solid", hint)])
+    chosen: dict[str, str] = {}
+    for wanted, name in part.solids.items():
+        here = [solid for solid in drawing.solids if is_called(solid, wanted)]
+        if not here:
+            hint = f"solids: {', '.join(drawing.solids[:12])}"
+            raise ModelError([Problem((*path, "solids", wanted), "", "the file has no such solid", hint)])
+        for solid in here:
+            if chosen.setdefault(solid, name) != name:
+                rule = f"some of its cells have the material {chosen[solid]} already"
+                raise ModelError([Problem((*path, "solids", wanted), name, rule)])
     found = {}
     for solid in drawing.solids:
-        name = part.solids.get(solid, part.material)
+        name = chosen.get(solid, part.material)
         material = model.material(name)
         E, nu, rho = material.E, material.nu, material.rho
         if isinstance(E, float) and isinstance(material.G, float):

@@ -1,4 +1,4 @@
-"""Parts from CAD reduced to their interfaces: meshes that are refined until they are fine enough, and what is left out.
+"""Parts reduced to their interfaces: meshes refined until they are fine enough, or given, and what is left out.
 
 Curved tetrahedra (`curved`). Sizes of cells follow the energies of stresses that are not smooth (Zienkiewicz and Zhu
 1987); what is reduced are shapes of least energy for motions of interfaces, and modes with these held (Craig and
@@ -24,8 +24,9 @@ from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError, need
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.cad import Drawing, PartFace, faces_of
-from flexura.fem.curved import CurvedElements, fit_forms
+from flexura.fem.curved import CurvedElements, dofs_of_order, fit_forms, refuse_memory
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
+from flexura.fem.given_meshes import GivenMesh
 from flexura.fem.reduced import balanced
 from flexura.linalg import factorise_large
 from flexura.records import Kept
@@ -148,7 +149,8 @@ def _reduced(
     up_to_hz: float | None,
     announce: Callable[[str], None],
 ) -> Arrays:
-    mesher = _Mesher(drawing, joints)
+    is_given = isinstance(drawing.shape, GivenMesh)
+    mesher = _Given(drawing, joints) if is_given else _Mesher(drawing, joints)
     wanted, places = GAINED * tolerance, [np.array(joint.place) for joint in joints]
     for _ in range(1 + MORE):
         low, coarse = mesher.refined(materials, wanted, announce)
@@ -157,7 +159,7 @@ def _reduced(
         high = _Reduction(elements, joints)
         worst = _mesh_errors(low, high, high.fewest)[1] / 2
         announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
-        if worst <= tolerance:
+        if worst <= tolerance or is_given:
             break
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
     announce("modes with the interfaces held")
@@ -235,6 +237,24 @@ class _Mesher:
         sizes = (6 * np.sqrt(2) * volumes) ** (1 / 3)
         change = (total / len(sizes) / np.maximum(energies, np.finfo(float).tiny)) ** (1 / (2 * (ORDER - 1)))
         self._at, self._sizes = corners.mean(axis=1), sizes * np.clip(change, *CHANGES)
+
+
+class _Given:
+    """The mesh of others, which stays as it is."""
+
+    def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
+        names = ["free"] * len(drawing.faces)
+        for k, joint in enumerate(joints):
+            for place in joint.faces:
+                names[place] = f"joint{k}"
+        self._mesh, self._joints = drawing.shape.mesh(names), joints
+
+    def refined(
+        self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
+    ) -> tuple[_Reduction, float]:
+        """The part with elements of the lower order, and the error that is wanted."""
+        refuse_memory(dofs_of_order(self._mesh, ORDER), ORDER)
+        return _Reduction(CurvedElements(self._mesh, ORDER - 1, materials, announce), self._joints), wanted
 
 
 class _Reduction:
@@ -523,9 +543,9 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
 def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, NDArray[np.floating[Any]]]:
     """Vertices on the outside (p, 3), m, facets (t, 4) and rows (3 p, n) of their displacements."""
     ng, mesh = need("ngsolve", "solid"), elements.mesh
-    triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat != INNER])
-    used, facets = np.unique(triangles, return_inverse=True)
+    sides = [[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat != INNER]
+    used, facets = np.unique([(*side, side[-1])[:4] for side in sides], return_inverse=True)
     points = np.array([v.point for v in mesh.vertices])[used] * MILLIMETRE
     n = elements.space.ndof // 3
     rows = np.stack([basis[used + n * axis] for axis in range(3)], axis=1).reshape(-1, basis.shape[1])
-    return points, facets.reshape(-1, 3)[:, [0, 1, 2, 2]], rows.astype(np.float32)
+    return points, facets.reshape(-1, 4), rows.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Parts that are drawn elsewhere: solids in files of CAD, and the faces at which others meet them."""
+"""Parts that are made elsewhere: solids in files of CAD or meshes, and the faces at which others meet them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveFreque
 
 FaceNumber = Annotated[int, Field(ge=1, strict=True)]
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
+MESH_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 25.4e-3}
+"""Units of length of meshes, m."""
+
 CHOICES = ("face", "colour", "x", "y", "z", "normal", "radius", "near")
 
 
@@ -23,7 +26,7 @@ class Interface(Described):
     """
 
     face: FaceNumber | tuple[FaceNumber, ...] | Text | None = None
-    """Name or number, or a list of numbers, as `flexura faces` shows them."""
+    """Name, that of a set of a mesh too, or number, or a list of numbers, as `flexura faces` shows them."""
     colour: Colour | None = None
     """Colour in the file, such as `#ff0000`."""
     x: Length | None = None
@@ -50,7 +53,8 @@ class Interface(Described):
 
 
 class SolidPart(Described):
-    """One solid, or several that touch, from a STEP file, or a drawing with a thickness; a node for each interface.
+    """One solid, or several that touch, from a STEP file, a drawing with a thickness, or a mesh; a node for each
+    interface.
 
     It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
     It is linear inside, and reduced to its interfaces and its lowest modes with these held.
@@ -60,6 +64,11 @@ class SolidPart(Described):
     """A STEP file."""
     drawing: Text | None = None
     """In place of it a DXF or SVG drawing of the outline of a planar part, whose layers name faces."""
+    mesh: Text | None = None
+    """Or a solid mesh, taken as it is: Abaqus and CalculiX .inp, Nastran .bdf, .nas or .dat, or what meshio reads, as
+    .med and .vtu."""
+    unit: Literal["um", "mm", "cm", "m", "in"] | None = None
+    """Of the coordinates of a mesh, which its file does not say."""
     thickness: PositiveLength | None = None
     """Of a planar part, from z = 0 up."""
     offset: Length = 0.0
@@ -69,7 +78,7 @@ class SolidPart(Described):
     rotate: Turns = ()
     pattern: Patterns = ()
     solids: dict[str, str] = {}
-    """Materials of solids that have another one, by their names in the file."""
+    """Materials of solids that have another one, by their names in the file, of a mesh by those of sets of cells."""
     interfaces: dict[Name, Interface] = Field(min_length=1)
     up_to: PositiveFrequency | None = None
     """Frequency up to which the modes of the mechanism are to be right."""
@@ -80,15 +89,18 @@ class SolidPart(Described):
 
     @property
     def file(self) -> str:
-        """The file that it is drawn in."""
-        return self.step or self.drawing or ""
+        """The file that it is made in."""
+        return self.step or self.drawing or self.mesh or ""
 
     @model_validator(mode="after")
     def _one_file(self) -> Self:
-        if (self.step is None) == (self.drawing is None):
-            raise refuse("both, or neither, is given: a part has either a step or a drawing")
+        if sum(file is not None for file in (self.step, self.drawing, self.mesh)) != 1:
+            raise refuse("a part has one file: a step, a drawing or a mesh")
+        if (self.mesh is None) != (self.unit is None):
+            rule = "a mesh has a unit of length, which its file does not say, and nothing else has one"
+            raise refuse(rule, "unit: mm, as most have, or um, cm, m, in")
         if (self.drawing is None) != (self.thickness is None):
-            raise refuse("a drawing has a thickness, and a STEP file none")
-        if self.step is not None and self.offset != 0.0:
-            raise refuse("the outline of a drawing has an offset, a STEP file none")
+            raise refuse("a drawing has a thickness, and nothing else has one")
+        if self.drawing is None and self.offset != 0.0:
+            raise refuse("the outline of a drawing has an offset, and nothing else has one")
         return self
