@@ -221,13 +221,18 @@ def test_solids_of_a_mesh_have_materials_by_their_sets(tmp_path):
 
 
 def test_a_mesh_that_is_too_coarse_says_so_and_is_taken(tmp_path):
-    """One layer of linear wedges bends too little: the margin and a warning say by how much."""
+    """Six tetrahedra bend too little: the margin and a warning say by how much."""
     made = grid("tetra", (20.0, 3.0, 2.0), (1, 1, 1), quadratic=False)
     file = deck(tmp_path / "bar.inp", made)
     result = fx.modes(fx.part_model(file, unit="mm", material=METAL, hold="plane x = 0 mm", mesh_tolerance=1e-4), n=2)
     for mode, (low, _) in zip(result.modes, result.model_error, strict=True):
         assert mode.mesh_error > 1e-4 and low < -1e-4
-    assert [w for w in result.warnings if "for the mesh of bar" in str(w)]
+    (warning,) = (own for own in result.warnings if "and 0.01 % was asked" in str(own))
+    assert warning.limit == 1e-4 < warning.value < 0.1
+    exact = fx.modes(fx.part_model(deck(tmp_path / "fine.inp", bar(counts=(16, 3, 2))), unit="mm", material=METAL,
+                                   hold="plane x = 0 mm"), n=2)  # fmt: skip
+    for mode, fine in zip(result.modes, exact.modes, strict=True):
+        assert 0 < mode.frequency_hz / fine.frequency_hz - 1 < 1.1 * warning.value
 
 
 def wrong(path, **changes):

@@ -96,7 +96,13 @@ def _made(
         mass=Matrix(reduced.M),
         loss_factor=loss if part.loss_factor is None else part.loss_factor,
         stiffness_error=Matrix(reduced.E),
-        mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
+        mesh=Meshed(
+            size=1.0,
+            dofs=reduced.dofs,
+            complete_hz=reduced.complete_hz,
+            error=reduced.mesh_error,
+            tolerance=part.mesh_tolerance,
+        ),
     )
     surface = Surface(reduced.points, reduced.facets, reduced.rows)
     SURFACES.once(element.stiffness, lambda: surface, lambda found: found is not None)

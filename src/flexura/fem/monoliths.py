@@ -31,7 +31,7 @@ from flexura.fem.reduced import balanced
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 3
+REVISION = 4
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -91,15 +91,17 @@ class Joint(NamedTuple):
 class ReducedPart:
     """K, M and E (n, n), SI, over six displacements of each interface, then amplitudes of modes with these held.
 
-    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. Below
-    `complete_hz` no mode with the interfaces held is left out. `points`, `facets` and `rows` are the surface and how it
-    moves, `dofs` those of the mesh.
+    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v;
+    `mesh_error` what that makes of the frequencies of the part, relative. Below `complete_hz` no mode with the
+    interfaces held is left out. `points`, `facets` and `rows` are the surface and how it moves, `dofs` those of the
+    mesh.
     """
 
     K: Array
     M: Array
     E: Array
     complete_hz: float
+    mesh_error: float
     points: Array
     facets: Index
     rows: NDArray[np.floating[Any]]
@@ -128,7 +130,7 @@ def reduced_part(
 
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
     names = ("K", "M", "E", "points", "facets", "rows")
-    singles = {name: arrays[name].item() for name in ("complete_hz", "dofs")}
+    singles = {name: arrays[name].item() for name in ("complete_hz", "mesh_error", "dofs")}
     return ReducedPart(**{name: arrays[name] for name in names}, **singles)
 
 
@@ -172,6 +174,7 @@ def _reduced(
         "M": M,
         "E": off,
         "complete_hz": np.array(complete),
+        "mesh_error": np.array(worst),
         "points": points,
         "facets": facets,
         "rows": rows,
