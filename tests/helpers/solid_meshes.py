@@ -61,11 +61,11 @@ def grid(
     return Made(place(np.vstack([X, X[ends].mean(axis=1)])), cells)
 
 
-def by_netgen(shape: Any, size: float) -> Made:
+def by_netgen(shape: Any, size: float, curvature: float = 3.0) -> Made:
     """Quadratic tetrahedra of a shape of OpenCASCADE, with points in the middle of curved edges on its faces."""
-    from netgen.occ import OCCGeometry
+    from netgen import occ
 
-    mesh = OCCGeometry(shape).GenerateMesh(maxh=size)
+    mesh = occ.OCCGeometry(shape).GenerateMesh(maxh=size, curvaturesafety=curvature)
     mesh.SecondOrder()
     nodes = mesh.Elements3D().NumPy()["nodes"][:, :10].astype(int) - 1
     return Made(np.array([list(p) for p in mesh.Points()]), nodes[:, NETGEN_TETRA10])
@@ -93,6 +93,21 @@ def deck(
             lines += [f"*{word}, {word}={name}", *(f"{n}," for n in (own + 1).tolist())]
     path.write_text("\n".join([*lines, more, ""]))
     return path
+
+
+def calculated(E: float, nu: float, rho: float) -> str:
+    """What follows in a deck, mm, for six frequencies with the points of LEFT held; SI."""
+    lines = ["*MATERIAL,NAME=METAL", "*ELASTIC", f"{E / 1e6!r},{nu!r}", "*DENSITY", f"{rho * 1e-12!r}"]
+    lines += [
+        "*SOLID SECTION,ELSET=ALL,MATERIAL=METAL",
+        "*BOUNDARY",
+        "LEFT,1,3",
+        "*STEP",
+        "*FREQUENCY",
+        "6",
+        "*END STEP",
+    ]
+    return "\n".join(lines)
 
 
 NASTRAN = {

@@ -18,7 +18,7 @@ from flexura.fem.given_meshes import given_mesh
 from flexura.solid.interchange.calculix import run_calculix
 from helpers.calculix import read_frequencies
 from helpers.shell import flexura
-from helpers.solid_meshes import Made, bulk, by_netgen, deck, grid
+from helpers.solid_meshes import Made, bulk, by_netgen, calculated, deck, grid
 
 ng = pytest.importorskip("ngsolve")
 meshio = pytest.importorskip("meshio")
@@ -85,24 +85,10 @@ def notch():
     return shape, by_netgen(shape, 2.0)
 
 
-CALCULATED = f"""*MATERIAL,NAME=METAL
-*ELASTIC
-{E / 1e6},{NU}
-*DENSITY
-{RHO * 1e-12}
-*SOLID SECTION,ELSET=ALL,MATERIAL=METAL
-*BOUNDARY
-LEFT,1,3
-*STEP
-*FREQUENCY
-6
-*END STEP"""
-
-
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
 def test_calculix_has_the_same_frequencies_on_the_same_mesh(notch, tmp_path):
     made = notch[1]
-    file = deck(tmp_path / "notch.inp", made, {"LEFT": made.on(0, 0.0)}, more=CALCULATED)
+    file = deck(tmp_path / "notch.inp", made, {"LEFT": made.on(0, 0.0)}, more=calculated(E, NU, RHO))
     run_calculix(file)
     known = read_frequencies(tmp_path / "notch.dat")[:6]
     given = given_mesh(file, 1e-3)
