@@ -367,6 +367,24 @@ def test_the_shell_lists_faces_and_makes_a_model_of_a_mesh(tmp_path):
     assert fx.modes(fx.load(out), n=2).frequency_hz[0] == pytest.approx(data["modes"][0]["frequency_hz"], rel=1e-9)
 
 
+def test_nafems_fv32_tapered_membrane(tmp_path):
+    """NAFEMS Selected Benchmarks for Natural Frequency Analysis (1987), FV32: 10 m long, 5 m high where it is held,
+    1 m at the other end, 0.05 m thick; plane stress, so that of a solid the modes within the plane count."""
+
+    def tapered(x):
+        return np.column_stack([x[:, 0], (x[:, 1] - 2.5) * (1 - 0.08 * x[:, 0]), x[:, 2]])
+
+    made = grid("hexahedron", (10.0, 5.0, 0.05), (8, 4, 1), tapered, quadratic=False)
+    file = deck(tmp_path / "taper.inp", made, {"ROOT": made.on(0, 0.0), "TIP": made.on(0, 10.0)})
+    metal = "E: 200 GPa, nu: 0.3, rho: 8000 kg/m^3"
+    described = fx.part_model(file, unit="m", material=metal, hold="ROOT", interface="TIP", up_to=400.0)
+    result = fx.modes(described, n=90)
+    u = np.abs(result.shapes[result.model.plan.topology.node_names.index("taper.TIP")])
+    is_flat = u[[0, 1, 5]].max(axis=0) > 1e3 * u[2:5].max(axis=0)
+    known = np.array([44.623, 130.03, 162.70, 246.05, 379.90, 391.44])
+    assert result.frequency_hz[is_flat][: len(known)] == pytest.approx(known, rel=5e-3)
+
+
 def test_faces_part_where_the_outer_side_bends(tmp_path):
     """Two sides at 45 degrees: with straight edges they are two faces, with curved ones one."""
     for quadratic, count in ((False, 8), (True, 6)):
