@@ -18,6 +18,9 @@ from flexura.sizes import within
 SOLID = re.compile(r"D?C3D(\d+)[A-Z]*")
 """Types of solid elements, with their number of points."""
 
+LARGEST_NUMBER = 1e15
+"""Numbers of nodes are smaller."""
+
 NESTED = 10
 """Deepest inclusion of decks in decks."""
 
@@ -95,6 +98,8 @@ def deck_nodes(cards: list[Card]) -> tuple[Index, Array]:
     if not nodes:
         raise ValueError("it has no *NODE with nodes")
     table = np.concatenate([np.array(card.numbers(), dtype=float).reshape(-1, 4) for card in nodes])
+    if not (np.abs(table[:, 0]) < LARGEST_NUMBER).all():
+        raise ValueError("a *NODE has a number that is none")
     labels = table[:, 0].astype(np.intp)
     labels, last = np.unique(labels[::-1], return_index=True)
     return labels, table[::-1][last, 1:]

@@ -35,6 +35,9 @@ FLAT = 1e-9
 FOLDED = 1e-9
 """Part of a cell where it is inside out, from which it is folded."""
 
+FARTHEST = 1e6
+"""Coordinates of points, m, at most."""
+
 MOST_LISTED = 3
 
 MIDDLE = -8.0
@@ -168,8 +171,8 @@ def _checked(file: MeshFile, unit: float) -> GivenMesh:
     used = np.unique(np.concatenate([block.points.ravel() for block in file.blocks]))
     if used[0] < 0 or used[-1] >= len(points):
         raise ValueError(f"a cell has the point {used[-1] + 1}, of {len(points)}")
-    if not np.isfinite(points[used]).all():
-        raise ValueError("a point of a cell is not finite")
+    if not (np.abs(points[used]) < FARTHEST).all():
+        raise ValueError(f"a point of a cell is farther away than {FARTHEST:g} m, or nowhere")
     notes = [f"{count} {kind} are no solids and are left out" for kind, count in file.others.items()]
     if loose := len(points) - len(used):
         notes.append(f"{loose} points belong to no cell and are left out")
@@ -397,7 +400,8 @@ def _smooth(outer: Index, number: Index, points: Array, middles: Array, kind: In
             turned, mid = np.roll(x, -k, axis=1), np.roll(m, -k, axis=1)
             across = np.einsum("i,sij->sj", corners, turned) + np.einsum("i,sij->sj", between, mid)
             normal = np.cross(turned[:, 1] - turned[:, 0], across)
-            normals[own, k] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+            length = np.linalg.norm(normal, axis=1, keepdims=True)
+            normals[own, k] = normal / np.where(length > 0, length, 1.0)
         if count == 3:
             normals[own, 3] = normals[own, 2]
     flat, of = number.ravel(), np.repeat(np.arange(len(outer)), 4)

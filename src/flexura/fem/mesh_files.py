@@ -96,7 +96,7 @@ def read_mesh(path: Path) -> MeshFile:
         if kind in DECKS:
             return _of_deck(deck_cards(path))
         return _of_bulk(path) if kind in BULK else _of_meshio(path)
-    except (ValueError, IndexError, KeyError) as error:
+    except (ValueError, IndexError, KeyError, OverflowError) as error:
         text = f"{error.args[0]} is missing" if isinstance(error, KeyError) and error.args else str(error)
         raise OptionError(f"{path}: the mesh cannot be read: {' '.join(text.split())[:200]}") from None
 
