@@ -289,11 +289,14 @@ def _size(path: str | Path, box: Array, hint: str) -> float:
 
 def _of_mesh(path: str | Path, unit: str | None, thickness: float | None) -> Drawing:
     """A mesh of others with its faces."""
+    if Path(path).suffix.lower() in (".step", ".stp", ".dxf", ".svg"):
+        raise OptionError(f"{path}: a unit belongs to a mesh")
     if thickness is not None:
         raise OptionError(f"{path}: a thickness belongs to a drawing, .dxf or .svg")
     if unit not in MESH_UNITS:
         given = "its file does not say it" if unit is None else f"{unit!r} is none"
-        raise OptionError(f"{path}: a mesh has a unit of length, {', '.join(MESH_UNITS)}: {given}; most are in mm")
+        rule = f"a mesh has a unit of length, {', '.join(MESH_UNITS)}: {given}"
+        raise OptionError(f"{path}: {rule}; most are in mm: `mesh` with `unit: mm`, or --unit mm")
     mesh = given_mesh(Path(path), MESH_UNITS[unit])
     box = np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
     size = _size(path, box, f"its unit of length is not {unit}")
