@@ -165,7 +165,8 @@ def test_sets_of_all_kinds_name_faces(tmp_path):
     more = ["*ELSET, ELSET=LAST", "4,", "*SURFACE, NAME=end, TYPE=ELEMENT", "LAST, S4", "*SURFACE, NAME=LOW", "1, S1"]
     skin = [f"{9 + k}," + ",".join(map(str, row + 1)) for k, row in enumerate(middle)]
     more += ["*ELEMENT, TYPE=S4, ELSET=SKIN", *skin]
-    more += ["*NSET, NSET=END", "1,", "*NSET, NSET=CORNER", "1,", "*NSET, NSET=BOTH", "LEFT, CORNER", "*INCLUDE, INPUT=more.inp"]
+    more += ["*NSET, NSET=END", "1,", "*NSET, NSET=CORNER", "1,", "*NSET, NSET=BOTH", "LEFT, CORNER"]
+    more.append("*INCLUDE, INPUT=more.inp")
     (tmp_path / "more.inp").write_text("*NSET, NSET=ROW, GENERATE\n1, 4, 1\n*SURFACE, NAME=NODES, TYPE=NODE\nLEFT,\n")
     drawing = fx.faces(deck(tmp_path / "bar.inp", made, {"LEFT": made.on(0, 0.0)}, more="\n".join(more)), unit="mm")
 

@@ -83,6 +83,8 @@ def _made(
         except OptionError as error:
             rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
             raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
+        for note in drawings[known].notes:
+            announce(note)
     drawing = drawings[known]
     materials = _materials(model, part, path, drawing)
     joints = _joints(part, path, drawing)
