@@ -38,7 +38,7 @@ LIMITS = {
     "drawing_bytes": SizeLimit(100_000_000, "bytes of a drawing"),
     "drawing_segments": SizeLimit(100_000, "lines and arcs of a drawing, blocks written out"),
     "arrays": SizeLimit(100_000, "arrays or datasets in one file of data"),
-    "solid_bytes": SizeLimit(100_000_000, "bytes of a file of CAD"),
+    "solid_bytes": SizeLimit(100_000_000, "bytes of a file of CAD or of a mesh"),
 }
 """The limits by name, as they are unless they are raised."""
 

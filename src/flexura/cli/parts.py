@@ -1,4 +1,4 @@
-"""The commands `faces` and `model`: parts from CAD, what faces they have, and models of them."""
+"""The commands `faces` and `model`: parts from CAD or of meshes, what faces they have, and models of them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
     from flexura.analysis import Modes
     from flexura.mechanism import Mechanism
 
-Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP), or drawing of a planar one (DXF, SVG).")]
+Step = Annotated[Path, typer.Argument(metavar="FILE", help="Part (STEP or mesh), or drawing of one (DXF, SVG).")]
 Thickness = Annotated[
     str | None, typer.Option(metavar="LENGTH", help="Thickness of the part of a drawing, e.g. '10 mm'.")
 ]
+Unit = Annotated[str | None, typer.Option(metavar="UNIT", help="Unit of length of a mesh: mm, um, cm, m or in.")]
 
 
 @command(
@@ -32,12 +33,13 @@ Thickness = Annotated[
 def faces_command(
     file: Step,
     thickness: Thickness = None,
+    unit: Unit = None,
 ) -> Answer:
-    """Faces of a part from CAD: number, name, colour, kind and place of each, and how a file chooses it."""
+    """Faces of a part from CAD or a mesh: number, name, colour, kind and place of each, and what chooses it."""
     from flexura.fem import faces
 
     limit = None if thickness is None else length_of(thickness, "--thickness")
-    return Answer(faces(file, thickness=limit), pictures="draw_faces")
+    return Answer(faces(file, thickness=limit, unit=unit), pictures="draw_faces")
 
 
 @command("strict", reads=False)
@@ -72,6 +74,7 @@ def model_command(
         str | None, typer.Option(metavar="REL", help="What the mesh may make frequencies wrong by, e.g. '0.5 %'.")
     ] = None,
     thickness: Thickness = None,
+    unit: Unit = None,
     offset: Annotated[
         str | None, typer.Option(metavar="LENGTH", help="By how much the part is larger than drawn, on all sides.")
     ] = None,
@@ -84,7 +87,7 @@ def model_command(
         ),
     ] = None,
 ) -> Answer:
-    """A part from CAD as a certified low-order model, with its modes: a mechanism file, a report, or an export."""
+    """A part from CAD or a mesh as a certified low-order model, with its modes: a mechanism file, report, or export."""
     from flexura.analysis import modes
     from flexura.cli.amounts import limit_of
     from flexura.fem import with_solid_parts
@@ -100,6 +103,7 @@ def model_command(
         up_to=limit,
         mesh_tolerance=mesh_tolerance,
         thickness=None if thickness is None else length_of(thickness, "--thickness"),
+        unit=unit,
         offset=0.0 if offset is None else quantity_of("--offset", offset, "m", "-0.05 mm"),
     )
     targets = out or []

@@ -9,6 +9,10 @@ from flexura.fem.components import turned as turned
 from flexura.fem.curved import CurvedElements as CurvedElements
 from flexura.fem.curved import fit_forms as fit_forms
 from flexura.fem.curved import refuse_memory as refuse_memory
+from flexura.fem.decks import Card as Card
+from flexura.fem.decks import deck_cards as deck_cards
+from flexura.fem.decks import deck_nodes as deck_nodes
+from flexura.fem.decks import deck_sets as deck_sets
 from flexura.fem.geometry import MILLIMETRE as MILLIMETRE
 from flexura.fem.geometry import BodySolid as BodySolid
 from flexura.fem.geometry import MemberSolid as MemberSolid

@@ -1,4 +1,4 @@
-"""Parts drawn in CAD: STEP files read by OpenCASCADE, their solids and faces, and which faces are meant.
+"""Parts from CAD or of meshes: their solids and faces, STEP files read by OpenCASCADE, and which faces are meant.
 
 Lengths are in metres in whatever unit the file is; meshes and shapes of netgen are in millimetres.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,8 +23,10 @@ from flexura.arrays import Array, Index
 from flexura.errors import OptionError, did_you_mean, need
 from flexura.fem.cache import content_key
 from flexura.fem.geometry import MILLIMETRE
+from flexura.fem.given_meshes import given_mesh
+from flexura.fem.mesh_files import BULK, DECKS
 from flexura.files import read_bytes
-from flexura.mechanism import Interface
+from flexura.mechanism import MESH_UNITS, Interface
 from flexura.outlines import Outline, Segment, read_dxf, read_svg
 from flexura.results import Tabular
 from flexura.tables import Facts, Item, Table, in_mm, number, quantity
@@ -43,6 +45,15 @@ SMALLEST, LARGEST = 1e-4, 30.0
 
 OVERLAPPING = 1e-6
 """Common volume of two solids over that of the smaller one, above which they overlap."""
+
+JOINS = " + "
+"""What stands between names of faces and solids that have several, as in sets of meshes."""
+
+MESHES = (*DECKS, *BULK, ".med", ".vtu", ".vtk", ".msh", ".mesh")
+"""Names of files that are meshes; with a unit of length others are, too."""
+
+MOST_FITTED = 500
+"""Points of a face by which a cylinder is fitted, about."""
 
 MOST_LISTED = 12
 
@@ -108,11 +119,13 @@ class PartFace:
 
 @dataclass(frozen=True, repr=False)
 class Drawing(Tabular):
-    """What a STEP file draws: `faces` on the outside, `solids` by name, in order, and the `shape` of OpenCASCADE.
+    """What a file has of a part: `faces` on the outside, `solids` by name, in order, and the `shape` of OpenCASCADE, or
+    the mesh of others.
 
     Solids that touch are glued. `size`, m, is the diagonal of the box around it; `digest` that of the file; `notes` say
-    what was mended. `order` holds the places of `faces` among all those of the shape; `outline` and `thickness`,
-    m, are those of a planar part.
+    what was mended or left out. `order` holds the places of `faces` among all those of the shape; `outline` and
+    `thickness`, m, are those of a planar part. `empty` are names of sets of a mesh that have no outer side, with what
+    they hold.
     """
 
     path: str
@@ -125,6 +138,7 @@ class Drawing(Tabular):
     notes: tuple[str, ...] = ()
     outline: Outline | None = field(default=None, repr=False)
     thickness: float | None = None
+    empty: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def presentation(self) -> Iterator[Item]:
         """Solids, and a row for every face with the text that chooses it."""
@@ -223,9 +237,11 @@ class Drawing(Tabular):
     def _named(self, wanted: int | Sequence[int] | str) -> list[PartFace]:
         """Faces by name, or by numbers."""
         if isinstance(wanted, str):
-            found = [face for face in self.faces if face.name == wanted]
+            found = [face for face in self.faces if is_called(face.name, wanted)]
+            if wanted in self.empty:
+                raise OptionError(f"the set {wanted} has no outer side of the mesh: {self.empty[wanted]}")
             if not found:
-                names = sorted({face.name for face in self.faces if face.name})
+                names = sorted({name for face in self.faces if face.name for name in face.name.split(JOINS)})
                 none = f"the file names no face: choose by number ({len(self.faces)} faces), plane, radius or point"
                 hint = did_you_mean(wanted, names, f"names: {', '.join(names[:MOST_LISTED])}") if names else none
                 raise OptionError(f"no face is called {wanted!r}; {hint}")
@@ -237,6 +253,11 @@ class Drawing(Tabular):
         return [self.faces[own - 1] for own in numbers]
 
 
+def is_called(whole: str, name: str) -> bool:
+    """Whether a face or a solid has a name, or is in a set of that name."""
+    return name == whole or name in whole.split(JOINS)
+
+
 def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") -> list[PartFace]:
     """Those faces that fit. Raises OptionError where none does."""
     kept = [face for face, fit in zip(faces, fits, strict=True) if fit]
@@ -246,14 +267,21 @@ def _kept(faces: list[PartFace], fits: list[bool], wanted: str, hint: str = "") 
 
 
 @verb
-def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0.0) -> Drawing:
+def faces(path: str | Path, *, thickness: float | None = None, offset: float = 0.0, unit: str | None = None) -> Drawing:
     """The solids and faces of a STEP file, in metres, with what chooses them; solids that touch are glued.
 
     With a `thickness`, m, those of a DXF or SVG drawing of a planar part, from z = 0 up, whose outline is `offset`, m,
-    larger than drawn on all sides; faces have the names of the layers of their lines. Raises OptionError for files that
-    cannot be read, have no solid, or solids that overlap or do not touch; ModelError for outlines that enclose nothing.
+    larger than drawn on all sides; faces have the names of the layers of their lines. With a `unit` of length, mm, um,
+    cm, m or in, those of a solid mesh: its outer side, parted where it bends by 30 degrees and by sets of points, sides
+    and flat elements, whose names faces have.
+
+    Raises OptionError for files that cannot be read, have no solid, or solids that overlap or do not touch, and for
+    cells that are wrong; ModelError for outlines that enclose nothing.
     """
-    is_planar = Path(path).suffix.lower() in (".dxf", ".svg")
+    suffix = Path(path).suffix.lower()
+    if unit is not None or suffix in MESHES:
+        return _of_mesh(path, unit, thickness)
+    is_planar = suffix in (".dxf", ".svg")
     if is_planar != (thickness is not None):
         rule = "a drawing needs a thickness" if is_planar else "a thickness belongs to a drawing, .dxf or .svg"
         raise OptionError(f"{path}: {rule}")
@@ -288,13 +316,41 @@ def _drawing(solids: list[Any], path: str, digest: str, notes: tuple[str, ...]) 
     names = _names(solids)
     boxes = np.array([[[p.x, p.y, p.z] for p in solid.bounding_box] for solid in solids]) * MILLIMETRE
     box = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-    size = float(np.linalg.norm(box[1] - box[0]))
-    if not SMALLEST < size < LARGEST:
-        rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 30 m"
-        raise OptionError(f"{path}: {rule}: the unit that the file names is not the one it was drawn in")
+    size = _size(path, box, "the unit that the file names is not the one it was drawn in")
     shape = _glued(occ, solids, names, path) if len(solids) > 1 else solids[0]
     outer, order = _faces(occ, shape, names, size, path)
     return Drawing(path, shape, names, outer, box, digest, order, notes)
+
+
+def _size(path: str | Path, box: Array, hint: str) -> float:
+    """Diagonal of a box, m. Raises OptionError where it is none of a part."""
+    size = float(np.linalg.norm(box[1] - box[0]))
+    if not SMALLEST < size < LARGEST:
+        rule = f"the part would be {quantity(size, 'm', 3)} long; parts are from 0.1 mm to 30 m"
+        raise OptionError(f"{path}: {rule}: {hint}")
+    return size
+
+
+def _of_mesh(path: str | Path, unit: str | None, thickness: float | None) -> Drawing:
+    """A mesh of others with its faces."""
+    if Path(path).suffix.lower() in (".step", ".stp", ".dxf", ".svg"):
+        raise OptionError(f"{path}: a unit belongs to a mesh")
+    if thickness is not None:
+        raise OptionError(f"{path}: a thickness belongs to a drawing, .dxf or .svg")
+    if unit not in MESH_UNITS:
+        given = "its file does not say it" if unit is None else f"{unit!r} is none"
+        rule = f"a mesh has a unit of length, {', '.join(MESH_UNITS)}: {given}"
+        raise OptionError(f"{path}: {rule}; most are in mm: `mesh` with `unit: mm`, or --unit mm")
+    mesh = given_mesh(Path(path), MESH_UNITS[unit])
+    box = np.stack([mesh.points.min(axis=0), mesh.points.max(axis=0)])
+    size = _size(path, box, f"its unit of length is not {unit}")
+    found = []
+    for place, own in enumerate(mesh.faces(), 1):
+        kind, direction, radius = _form(own.triangles, size)
+        about = own.area, own.centre, direction, radius, own.triangles
+        found.append(PartFace(place, own.name, "", own.solid, kind, *about))
+    order = tuple(range(len(found)))
+    return Drawing(str(path), mesh, mesh.solids, tuple(found), box, mesh.digest, order, mesh.notes, empty=mesh.empty)
 
 
 def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]) -> list[Any]:
@@ -444,7 +500,7 @@ def _form(triangles: Array, size: float) -> tuple[str, Array | None, float | Non
     length = float(np.linalg.norm(mean))
     if length > 0 and float(np.ptp(points @ mean)) <= ROUGH * size * length:
         return "plane", mean / length, None
-    cylinder = _cylinder(points, normals, size)
+    cylinder = _cylinder(points[:: 1 + len(points) // MOST_FITTED], normals, size)
     return ("other", None, None) if cylinder is None else ("cylinder", *cylinder)
 
 
@@ -452,7 +508,7 @@ def _cylinder(points: Array, normals: Array, size: float) -> tuple[Array, float]
     """Axis (3,) and radius of the cylinder on which points (p, 3) lie; None where they lie on none."""
     if len(points) < 6:
         return None
-    axis = la.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True))[2][2]
+    axis = la.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True), full_matrices=False)[2][2]
     middle = points.mean(axis=0)
     x = (points - middle) / size
 

@@ -64,10 +64,11 @@ class CurvedElements:
     @cached_property
     def _constants(self) -> tuple[Any, Any, Any]:
         """Shear modulus and Lame's constant, Pa, and density, kg/m^3, by solid."""
-        materials, of = self.materials, self.mesh.MaterialCF
-        mu = of({name: m.E / (2 * (1 + m.nu)) for name, m in materials.items()})
-        lame = of({name: m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for name, m in materials.items()})
-        return mu, lame, of({name: m.rho for name, m in materials.items()})
+        # not by `MaterialCF`, to which names are patterns
+        solids = [self.materials[name] for name in self.mesh.GetMaterials()]
+        mu = self._ng.CF([m.E / (2 * (1 + m.nu)) for m in solids])
+        lame = self._ng.CF([m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for m in solids])
+        return mu, lame, self._ng.CF([m.rho for m in solids])
 
     def _sparse(self, form: Any) -> sp.csr_matrix:
         with self._ng.TaskManager():
@@ -159,6 +160,11 @@ def fit_forms(v: Any, at: list[Any], weight: Any, width: float, region: Any) -> 
     return forms + [weight * (at[j] * v[k] - at[k] * v[j]) / width * region for j, k in ((1, 2), (2, 0), (0, 1))]
 
 
+def dofs_of_order(mesh: Any, order: int) -> int:
+    """DOFs that a mesh has with elements of some order."""
+    return int(need("ngsolve", "solid").VectorH1(mesh, order=order).ndof)
+
+
 def memory_of(dofs: float) -> float:
     """Bytes that matrices and factors of so many DOFs take, by experience."""
     return MEMORY * dofs ** (4 / 3)
@@ -170,5 +176,6 @@ def refuse_memory(dofs: float, order: int) -> None:
     if memory > free:
         raise OptionError(
             f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "
-            f"{free / 1e9:.2g} GB are free: a larger size makes fewer" + (", order 2 too" if order > 2 else "")
+            f"{free / 1e9:.2g} GB are free: a larger size, or a coarser mesh, makes fewer"
+            + (", order 2 too" if order > 2 else "")
         )

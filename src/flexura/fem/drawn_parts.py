@@ -1,4 +1,4 @@
-"""Parts from CAD in a mechanism: each becomes a substructure of its interfaces and one superelement."""
+"""Parts from CAD or of meshes in a mechanism: each becomes a substructure of its interfaces and one superelement."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Path, Problem
 from flexura.expressions import Expression, parameter
-from flexura.fem.cad import Drawing, drawn_outline, faces, planar
+from flexura.fem.cad import Drawing, drawn_outline, faces, is_called, planar
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.monoliths import Joint, ReducedPart, joint_of, reduced_part
 from flexura.fem.surfaces import Surface
@@ -95,11 +95,11 @@ def _made(
     model: Mechanism, part: SolidPart, path: Path, drawings: dict[str, Drawing], announce: Callable[[str], None]
 ) -> Substructure:
     """The substructure that stands for a part."""
-    key = "step" if part.step else "drawing" if part.drawing else "outline"
+    key = next(name for name in ("step", "drawing", "outline", "mesh") if getattr(part, name) is not None)
     known: Any = parameter_values(model)
     own: Any = evaluated(part, known)
     spans = _spans(model, part, path, known)
-    read = f"{part.file} {own.thickness} {own.offset}"
+    read = f"{part.file} {own.thickness} {own.offset} {part.unit}"
     try:
         if part.outline is not None:
             drawing = planar(_outline(own.outline, own.holes), own.thickness, own.offset, str(path[-1]))
@@ -107,7 +107,10 @@ def _made(
             drawing = drawings[read]
         else:
             announce("reading")
-            drawing = drawings[read] = faces(part.file, thickness=own.thickness, offset=own.offset)
+            drawing = faces(part.file, thickness=own.thickness, offset=own.offset, unit=part.unit)
+            drawings[read] = drawing
+            for note in drawing.notes:
+                announce(note)
     except OptionError as error:
         rule, _, hint = str(error).removeprefix(f"{part.file}: ").partition("\n    hint: ")
         raise ModelError([Problem((*path, key), part.file, rule, hint)]) from None
@@ -129,11 +132,12 @@ def _made(
     except ModelError as error:  # of the outlines that it becomes
         raise _placed(error, path, "offset" if part.drawing else key) from None
     strength = (model.material(metal.name).yield_stress for metal in materials.values())
-    stress = replace(reduced.stress, yield_stress=tuple(own if isinstance(own, float) else np.nan for own in strength))
+    limits = tuple(own if isinstance(own, float) else np.nan for own in strength)
     names = tuple(part.interfaces)
     variation = _variation(model, part, materials, spans, joints, reduced)
     # stresses are those of one shape and one material
-    surface = Surface(reduced.points, reduced.facets, reduced.rows, stress if variation is None else None)
+    stress = None if variation else reduced.stress and replace(reduced.stress, yield_stress=limits)
+    surface = Surface(reduced.points, reduced.facets, reduced.rows, stress)
     element = Superelement(
         nodes=names,
         amplitudes=len(reduced.K) - 6 * len(names),
@@ -141,7 +145,13 @@ def _made(
         mass=Matrix(reduced.M),
         loss_factor=loss if part.loss_factor is None else part.loss_factor,
         stiffness_error=Matrix(reduced.E),
-        mesh=Meshed(size=1.0, dofs=reduced.dofs, complete_hz=reduced.complete_hz),
+        mesh=Meshed(
+            size=1.0,
+            dofs=reduced.dofs,
+            complete_hz=reduced.complete_hz,
+            error=reduced.mesh_error,
+            tolerance=part.mesh_tolerance,
+        ),
     ).replaced({"variation": variation})
     nodes: dict[str, tuple[Scalar, Scalar, Scalar]] = {
         name: joint.place for name, joint in zip(names, joints, strict=True)
@@ -282,10 +292,17 @@ def _materials(
     model: Mechanism, part: SolidPart, path: Path, drawing: Drawing, values: Mapping[str, Any]
 ) -> dict[str, SolidMaterial]:
     """Materials by solid, at the values of the parameters."""
-    if unknown := [name for name in part.solids if name not in drawing.solids]:
-        hint = f"solids: {', '.join(drawing.solids[:12])}"
-        raise ModelError([Problem((*path, "solids", unknown[0]), "", "the file has no such solid", hint)])
-    names = {solid: part.solids.get(solid, part.material) for solid in drawing.solids}
+    chosen: dict[str, str] = {}
+    for wanted, name in part.solids.items():
+        here = [solid for solid in drawing.solids if is_called(solid, wanted)]
+        if not here:
+            hint = f"solids: {', '.join(drawing.solids[:12])}"
+            raise ModelError([Problem((*path, "solids", wanted), "", "the file has no such solid", hint)])
+        for solid in here:
+            if chosen.setdefault(solid, name) != name:
+                rule = f"some of its cells have the material {chosen[solid]} already"
+                raise ModelError([Problem((*path, "solids", wanted), name, rule)])
+    names = {solid: chosen.get(solid, part.material) for solid in drawing.solids}
     is_one = len({*names.values()}) == 1
     found = {}
     for solid, name in names.items():

@@ -1,4 +1,4 @@
-"""Parts from CAD reduced to their interfaces: meshes that are refined until they are fine enough, and what is left out.
+"""Parts reduced to their interfaces: meshes refined until they are fine enough, or given, and what is left out.
 
 Curved tetrahedra (`curved`). Sizes of cells follow the energies of stresses that are not smooth (Zienkiewicz and Zhu
 1987); what is reduced are shapes of least energy for motions of interfaces, and modes with these held (Craig and
@@ -24,8 +24,9 @@ from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError, need
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.cad import Drawing, PartFace, faces_of
-from flexura.fem.curved import CurvedElements, fit_forms
+from flexura.fem.curved import CurvedElements, dofs_of_order, fit_forms, refuse_memory
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
+from flexura.fem.given_meshes import GivenMesh
 from flexura.fem.part_stress import surface_stress
 from flexura.fem.reduced import balanced
 from flexura.fem.surfaces import STORED, SurfaceStress
@@ -33,7 +34,7 @@ from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 4
+REVISION = 5
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -67,7 +68,12 @@ MODES, MOST_MODES = 6, 96
 """Modes of a part that are to be right where no frequency is given, and most that are kept."""
 
 SHARE = 0.35
-"""Error of the order that is reduced over its difference from the lower one, at most: measured 0.08 to 0.34."""
+"""Error of the order that is reduced over its difference from the lower one, at most, where a mesh is refined: measured
+0.08 to 0.34."""
+
+UNREFINED = 0.8
+"""The same where it is not: energy errors fall as order^-2 where stresses are those at a crack, and faster elsewhere
+(Babuska, Szabo and Katz 1981), so that order 3 leaves (4/9) / (1 - 4/9) of what it gains on order 2."""
 
 TRUNCATION = 1e-4
 """Largest error of modes for what is not kept, relative."""
@@ -93,20 +99,21 @@ class Joint(NamedTuple):
 class ReducedPart:
     """K, M and E (n, n), SI, over six displacements of each interface, then amplitudes of modes with these held.
 
-    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v. Below
-    `complete_hz` no mode with the interfaces held is left out. `points`, `facets` and `rows` are the surface and how it
-    moves, `stress` what is stressed there, `dofs` those of the mesh. `family` is how K and M vary, where
-    they do.
+    `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v;
+    `mesh_error` what that makes of the frequencies of the part, relative. Below `complete_hz` no mode with the
+    interfaces held is left out. `points`, `facets` and `rows` are the surface and how it moves, `stress` what is
+    stressed there, None where sides have four corners, `dofs` those of the mesh. `family` is how K and M vary, where they do.
     """
 
     K: Array
     M: Array
     E: Array
     complete_hz: float
+    mesh_error: float
     points: Array
     facets: Index
     rows: NDArray[np.floating[Any]]
-    stress: SurfaceStress
+    stress: SurfaceStress | None
     dofs: int
     family: Family | None = None
 
@@ -139,13 +146,14 @@ def reduced_part(
 
     arrays = IN_MEMORY.once(content_key(parts), lambda: remembered("cad-part", parts, compute))
     names = ("K", "M", "E", "points", "facets", "rows")
-    singles = {name: arrays[name].item() for name in ("complete_hz", "dofs")}
+    singles = {name: arrays[name].item() for name in ("complete_hz", "mesh_error", "dofs")}
     family = None
     if varied is not None:
         error, rougher, lower = (float(arrays[name].item()) for name in ("error", "rougher", "lower"))
         reach, powers, K, M, middles = (arrays[name] for name in ("reach", "powers", "Ks", "Ms", "middles"))
         family = Family(reach, powers, K, M, middles, error, rougher, lower)
-    stress = SurfaceStress(*(arrays[f"stress_{name}"] for name in STORED), names=drawing.solids)
+    stressed = [arrays[key] for name in STORED if (key := f"stress_{name}") in arrays]
+    stress = SurfaceStress(*stressed, names=drawing.solids) if stressed else None
     return ReducedPart(**{name: arrays[name] for name in names}, stress=stress, **singles, family=family)
 
 
@@ -170,7 +178,8 @@ def _reduced(
     def reduced(elements: CurvedElements) -> _Reduction:
         return _Reduction(elements, joints)
 
-    mesher = _Mesher(drawing, joints)
+    is_given = isinstance(drawing.shape, GivenMesh)
+    mesher = _Given(drawing, joints) if is_given else _Mesher(drawing, joints)
     wanted, places = GAINED * tolerance, [np.array(joint.place) for joint in joints]
     attempt = 0
     while True:
@@ -178,14 +187,14 @@ def _reduced(
         elements = CurvedElements(low.elements.mesh, ORDER, materials, announce)
         announce("reducing")
         high = reduced(elements)
-        worst = _mesh_errors(low, high, high.fewest)[1] / 2
+        worst = _mesh_errors(low, high, high.fewest, mesher.share)[1] / 2
         announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
-        if worst <= tolerance or (attempt := attempt + 1) > MORE:
+        if worst <= tolerance or is_given or (attempt := attempt + 1) > MORE:
             break
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
     announce("modes with the interfaces held")
     count, complete = high.choose(up_to_hz)
-    off, _ = _mesh_errors(low, high, count)
+    off, _ = _mesh_errors(low, high, count, mesher.share)
     K, M, basis = high.matrices(count)
     points, facets, rows = _surface(elements, basis)
     more: Arrays = {}
@@ -199,22 +208,26 @@ def _reduced(
         more |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
     met = [_name(place) for joint in joints for place in joint.faces]
     rigid = [_name(place) for joint in joints if joint.is_rigid for place in joint.faces]
+    if (facets[:, 2] == facets[:, 3]).all():  # what stress is known on
+        more |= surface_stress(elements, basis, K, met, rigid, INNER)
     return {
         **more,
         "K": balanced(K, np.array(places)),
         "M": M,
         "E": off,
         "complete_hz": np.array(complete),
+        "mesh_error": np.array(worst),
         "points": points,
         "facets": facets,
         "rows": rows,
         "dofs": np.array(elements.dofs),
-        **surface_stress(elements, basis, K, met, rigid, INNER),
     }
 
 
 class _Mesher:
     """Meshes of a drawing whose cells become smaller where stresses are not smooth."""
+
+    share: float = SHARE
 
     def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
         self._ng = need("ngsolve", "solid")
@@ -268,6 +281,22 @@ class _Mesher:
         sizes = (6 * np.sqrt(2) * volumes) ** (1 / 3)
         change = (total / len(sizes) / np.maximum(energies, np.finfo(float).tiny)) ** (1 / (2 * (ORDER - 1)))
         self._at, self._sizes = corners.mean(axis=1), sizes * np.clip(change, *CHANGES)
+
+
+class _Given:
+    """The mesh of others, which stays as it is."""
+
+    share: float = UNREFINED
+
+    def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
+        self._mesh, self._joints = drawing.shape.mesh([_name(place) for place in drawing.order]), joints
+
+    def refined(
+        self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
+    ) -> tuple[_Reduction, float]:
+        """The part with elements of the lower order, and the error that is wanted."""
+        refuse_memory(dofs_of_order(self._mesh, ORDER), ORDER)
+        return _Reduction(CurvedElements(self._mesh, ORDER - 1, materials, announce), self._joints), wanted
 
 
 class _Reduction:
@@ -547,12 +576,11 @@ def _pencil(K: Array, M: Array) -> Array:
     return np.asarray(la.eigh(K, M, eigvals_only=True))
 
 
-def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, float]:
+def _mesh_errors(low: _Reduction, high: _Reduction, count: int, most: float) -> tuple[Array, float]:
     """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
 
-    A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than what is
-    left where each order takes three quarters of the error. The first is too large at edges where stresses are
-    infinite, the second elsewhere.
+    A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than `most`.
+    The first is too large at edges where stresses are infinite, the second elsewhere.
     """
     (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
     c = high._c
@@ -573,16 +601,16 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int) -> tuple[Array, 
     largest = max(
         float(np.abs(off).max()) if elastic.any() and c > 6 else 0.0, float((E[at, at] / K[at, at])[:MODES].max())
     )
-    share = min(SHARE, high.roughness / largest) if largest > 0 else SHARE
+    share = min(most, high.roughness / largest) if largest > 0 else most
     return share * E, share * largest
 
 
 def _surface(elements: CurvedElements, basis: Array) -> tuple[Array, Index, NDArray[np.floating[Any]]]:
     """Vertices on the outside (p, 3), m, facets (t, 4) and rows (3 p, n) of their displacements."""
     ng, mesh = need("ngsolve", "solid"), elements.mesh
-    triangles = np.array([[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat != INNER])
-    used, facets = np.unique(triangles, return_inverse=True)
+    sides = [[v.nr for v in side.vertices] for side in mesh.Elements(ng.BND) if side.mat != INNER]
+    used, facets = np.unique([(*side, side[-1])[:4] for side in sides], return_inverse=True)
     points = np.array([v.point for v in mesh.vertices])[used] * MILLIMETRE
     n = elements.space.ndof // 3
     rows = np.stack([basis[used + n * axis] for axis in range(3)], axis=1).reshape(-1, basis.shape[1])
-    return points, facets.reshape(-1, 3)[:, [0, 1, 2, 2]], rows.astype(np.float32)
+    return points, facets.reshape(-1, 4), rows.astype(np.float32)

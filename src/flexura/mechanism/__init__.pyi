@@ -143,6 +143,7 @@ from flexura.mechanism.section import TabulatedContour as TabulatedContour
 from flexura.mechanism.section import Tube as Tube
 from flexura.mechanism.section import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism.section import VShapedContour as VShapedContour
+from flexura.mechanism.solid_part import MESH_UNITS as MESH_UNITS
 from flexura.mechanism.solid_part import Interface as Interface
 from flexura.mechanism.solid_part import SolidPart as SolidPart
 from flexura.mechanism.studies import DescribedStudy as DescribedStudy

@@ -377,7 +377,11 @@ class Meshed(Part):
     dofs: Annotated[int, Field(ge=1, strict=True)]
     """DOFs of the mesh."""
     complete_hz: Annotated[float, Field(gt=0, strict=True)] | None = None
-    """Of a part from CAD: frequency below which none of its modes with the interfaces held is left out."""
+    """Of a part from CAD or a mesh: frequency below which none of its modes with the interfaces held is left out."""
+    error: Annotated[float, Field(ge=0, strict=True)] | None = None
+    """Of such a part: what the mesh may make its frequencies wrong by, relative."""
+    tolerance: Annotated[float, Field(gt=0, strict=True)] | None = None
+    """What was asked of the error."""
 
 
 class Sheet(Part):

@@ -1,4 +1,4 @@
-"""Parts that are drawn elsewhere: solids in files of CAD, and the faces at which others meet them."""
+"""Parts that are made elsewhere: solids in files of CAD or meshes, and the faces at which others meet them."""
 
 from __future__ import annotations
 
@@ -14,6 +14,9 @@ from flexura.mechanism.quantity import Length, NonNegativeNumber, PositiveFreque
 
 FaceNumber = Annotated[int, Field(ge=1, strict=True)]
 Colour = Annotated[str, Field(pattern=r"^#[0-9a-fA-F]{6}$")]
+MESH_UNITS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 25.4e-3}
+"""Units of length of meshes, m."""
+
 CHOICES = ("face", "colour", "x", "y", "z", "normal", "radius", "near")
 
 
@@ -24,7 +27,7 @@ class Interface(Described):
     """
 
     face: FaceNumber | tuple[FaceNumber, ...] | Text | None = None
-    """Name or number, or a list of numbers, as `flexura faces` shows them."""
+    """Name, that of a set of a mesh too, or number, or a list of numbers, as `flexura faces` shows them."""
     colour: Colour | None = None
     """Colour in the file, such as `#ff0000`."""
     x: Length | None = None
@@ -51,7 +54,8 @@ class Interface(Described):
 
 
 class SolidPart(Described):
-    """One solid, or several that touch, from a STEP file, or a drawing or an outline with a thickness; a node for each
+    """One solid, or several that touch, from a STEP file, a drawing or an outline with a thickness, or a mesh; a node
+    for each
     interface.
 
     It is turned by `rotate` about the origin of the file, moved to `at` and repeated by `pattern`, as instances are.
@@ -66,6 +70,11 @@ class SolidPart(Described):
     """In place of both the outline of a planar part, whose sides name faces."""
     holes: tuple[AnyHole, ...] = ()
     """In that outline."""
+    mesh: Text | None = None
+    """Or a solid mesh, taken as it is: Abaqus and CalculiX .inp, Nastran .bdf, .nas or .dat, or what meshio reads, as
+    .med and .vtu."""
+    unit: Literal["um", "mm", "cm", "m", "in"] | None = None
+    """Of the coordinates of a mesh, which its file does not say."""
     thickness: PositiveLength | None = None
     """Of a planar part, from z = 0 up."""
     offset: Length = 0.0
@@ -75,7 +84,7 @@ class SolidPart(Described):
     rotate: Turns = ()
     pattern: Patterns = ()
     solids: dict[str, str] = {}
-    """Materials of solids that have another one, by their names in the file."""
+    """Materials of solids that have another one, by their names in the file, of a mesh by those of sets of cells."""
     interfaces: dict[Name, Interface] = Field(min_length=1)
     up_to: PositiveFrequency | None = None
     """Frequency up to which the modes of the mechanism are to be right."""
@@ -86,17 +95,21 @@ class SolidPart(Described):
 
     @property
     def file(self) -> str:
-        """The file that it is drawn in; empty of one with an outline."""
-        return self.step or self.drawing or ""
+        """The file that it is made in; empty of one with an outline."""
+        return self.step or self.drawing or self.mesh or ""
 
     @model_validator(mode="after")
     def _one_file(self) -> Self:
-        if sum(own is not None for own in (self.step, self.drawing, self.outline)) != 1:
-            raise refuse("a part has one of these: a step, a drawing, or an outline")
-        if (self.step is None) != (self.thickness is not None):
-            raise refuse("a drawing or an outline has a thickness, and a STEP file none")
-        if self.step is not None and self.offset != 0.0:
-            raise refuse("an outline has an offset, a STEP file none")
+        if sum(own is not None for own in (self.step, self.drawing, self.outline, self.mesh)) != 1:
+            raise refuse("a part has one of these: a step, a drawing, an outline or a mesh")
+        if (self.mesh is None) != (self.unit is None):
+            rule = "a mesh has a unit of length, which its file does not say, and nothing else has one"
+            raise refuse(rule, "unit: mm, as most have, or um, cm, m, in")
+        is_planar = self.drawing is not None or self.outline is not None
+        if is_planar != (self.thickness is not None):
+            raise refuse("a drawing or an outline has a thickness, and nothing else has one")
+        if not is_planar and self.offset != 0.0:
+            raise refuse("an outline has an offset, and nothing else has one")
         if self.outline is None and self.holes:
             raise refuse("holes are those of an outline that is written here")
         return self

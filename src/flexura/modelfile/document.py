@@ -334,7 +334,7 @@ def files_of(file: FilePath) -> tuple[FilePath, ...]:
     return tuple(files)
 
 
-FILES_OF_PARTS = ("step", "drawing")
+FILES_OF_PARTS = ("step", "drawing", "mesh")
 """Keys of parts that name files."""
 
 

@@ -86,16 +86,18 @@ def part_model(
     mesh_tolerance: float | str | None = None,
     thickness: float | None = None,
     offset: float = 0.0,
+    unit: str | None = None,
     name: str | None = None,
 ) -> Mechanism:
-    """A part of a STEP file, or of a DXF or SVG drawing, as a mechanism, held at some faces, with a node at others.
+    """A part of a STEP file, a DXF or SVG drawing or a mesh as a mechanism, held at some faces, with a node at others.
 
     `material` is one of the catalogue, or `E: 71.7 GPa, nu: 0.33, rho: 2810 kg/m^3`. `hold` and `interface` choose
     faces in words, one or several: by name, number, plane, radius, normal, colour or nearest point, after a name of
     their own where they are to have one, as in `tip: plane x = 60 mm`. `tolerance` is that of the reduction, `up_to`
     the frequency, with a unit or in Hz, up to which modes are to be right, `mesh_tolerance` what the mesh may make
-    these wrong by, 0.005 or `0.5 %`. A drawing has a `thickness`, m, and an `offset`, m, of its outline. Nothing is
-    read of the file yet. Raises ModelError and OptionError for what cannot be.
+    these wrong by, 0.005 or `0.5 %`. A drawing has a `thickness`, m, and an `offset`, m, of its outline, a mesh a
+    `unit` of length, mm, um, cm, m or in. Nothing is read of the file yet. Raises ModelError and OptionError for what
+    cannot be.
     """
     file = Path(path)
     if not file.is_file():
@@ -114,7 +116,9 @@ def part_model(
         rule = "a part needs a face that is held, or one at which others meet it"
         raise OptionError(f"{rule}: hold='plane x = 0 mm', interface='table' (--hold, --interface)")
     part: dict[str, Any] = {"material": CATALOGUE_METAL, "interfaces": interfaces}
-    part["step" if thickness is None else "drawing"] = str(file.absolute())
+    part["mesh" if unit is not None else "step" if thickness is None else "drawing"] = str(file.absolute())
+    if unit is not None:
+        part["unit"] = unit
     if thickness is not None:
         part |= {"thickness": f"{thickness!r} m", "offset": f"{offset!r} m"}
     data: dict[str, Any] = {"name": name or file.stem, "parts": {key: part}}

@@ -14,7 +14,15 @@ from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import ModelError, model_errors_of_modes
 from flexura.analysis.natural_modes.evidence import Evidence, mass_evidence
 from flexura.analysis.natural_modes.solved import Solved, solved_full, solved_low
-from flexura.analysis.strain import LIMIT, Motion, cut_off, frequency_errors, mesh_warning, motions, plate_warnings
+from flexura.analysis.strain import (
+    LIMIT,
+    Motion,
+    frequency_errors,
+    mesh_warning,
+    motions,
+    part_warnings,
+    plate_warnings,
+)
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.deadline import stage
@@ -306,7 +314,7 @@ def _result(solved: Solved, parameters: dict[str, float]) -> Modes:
         warnings=(
             *_unproven(modes, proof, solved.tolerance),
             *mesh_warnings,
-            *cut_off(full, np.array([mode.frequency_hz for mode in modes])),
+            *part_warnings(full, np.array([mode.frequency_hz for mode in modes])),
             *plate_warnings(full, max(mode.frequency_hz for mode in modes)),
             *pose_limits(full),
         ),

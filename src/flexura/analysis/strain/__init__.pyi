@@ -3,13 +3,13 @@ from flexura.analysis.strain.diaphragms import plate_warnings as plate_warnings
 from flexura.analysis.strain.energy import KINDS as KINDS
 from flexura.analysis.strain.energy import LIMIT as LIMIT
 from flexura.analysis.strain.energy import PartMesh as PartMesh
-from flexura.analysis.strain.energy import cut_off as cut_off
 from flexura.analysis.strain.energy import element_strains as element_strains
 from flexura.analysis.strain.energy import energies as energies
 from flexura.analysis.strain.energy import frequency_errors as frequency_errors
 from flexura.analysis.strain.energy import mesh_warning as mesh_warning
 from flexura.analysis.strain.energy import motion_meshes as motion_meshes
 from flexura.analysis.strain.energy import part_meshes as part_meshes
+from flexura.analysis.strain.energy import part_warnings as part_warnings
 from flexura.analysis.strain.internal_forces import element_motions as element_motions
 from flexura.analysis.strain.internal_forces import end_forces as end_forces
 from flexura.analysis.strain.internal_forces import finite_numbers as finite_numbers

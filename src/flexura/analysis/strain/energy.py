@@ -234,19 +234,26 @@ def mesh_warning(place: str, what: str, error: float, part: str) -> Diagnostic |
         return None
     text = (
         f"{what} may be off by {100 * error:.2g} %, more than {100 * LIMIT:g} %, for the mesh of {part};"
-        " a smaller mesh_size, or mesh_tolerance of a part from CAD, makes it less"
+        " a smaller mesh_size, mesh_tolerance of a part from CAD, or a finer mesh makes it less"
     )
     return Diagnostic("mesh", place, error, LIMIT, "1", text)
 
 
-def cut_off(model: FullOrderModel, frequency_hz: Array) -> Iterator[Diagnostic]:
-    """Warnings of parts from CAD in which frequencies (n,), Hz, lie beyond those that they were reduced for."""
+def part_warnings(model: FullOrderModel, frequency_hz: Array) -> Iterator[Diagnostic]:
+    """Warnings of parts from CAD or meshes: frequencies (n,), Hz, that lie beyond those that they were reduced for, and
+    meshes that are coarser than asked."""
     for name, prototype in model.plan.layout.prototypes.items():
         for key, part in prototype.superelements.items():
-            complete = None if part.mesh is None else part.mesh.complete_hz
+            mesh, place = part.mesh, key if name == TOP else f"{name}.{key}"
+            if mesh is None:
+                continue
+            if mesh.error is not None and mesh.tolerance is not None and mesh.error > mesh.tolerance:
+                found, wanted = (f"{100 * share:.2g} %" for share in (mesh.error, mesh.tolerance))
+                text = f"frequencies of {place} may be off by {found} for its mesh, and {wanted} was asked"
+                yield Diagnostic("mesh", place, mesh.error, mesh.tolerance, "1", f"{text}: a finer mesh makes it less")
+            complete = mesh.complete_hz
             beyond = [] if complete is None else np.flatnonzero(frequency_hz > REACH * complete).tolist()
             if complete is not None and beyond:
-                place = key if name == TOP else f"{name}.{key}"
                 limit = in_hz(REACH * complete, 3)
                 text = f"modes from {beyond[0] + 1} on lie beyond {limit}, up to which {place} has all of its own modes"
                 value = float(frequency_hz[beyond[0]])

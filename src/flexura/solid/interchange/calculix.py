@@ -12,10 +12,9 @@ import io
 import shutil
 import subprocess
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,10 +23,9 @@ from numpy.typing import ArrayLike
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError, need
-from flexura.fem import SolidMaterial, SolidMesh, mesh_mass
+from flexura.fem import Card, SolidMaterial, SolidMesh, deck_cards, deck_nodes, deck_sets, mesh_mass
 from flexura.files import complete_file, read_bytes, read_text, scratch_folder
 from flexura.modelfile import unit_factors
-from flexura.sizes import within
 from flexura.solid.interchange.imported import SYMMETRIC, StoredMatrices
 
 ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
@@ -36,36 +34,12 @@ ELEMENTS = {"tetra10": "C3D10", "hexahedron20": "C3D20"}
 READ_AS = {"C3D10": "tetra10", "C3D20": "hexahedron20", "C3D20R": "hexahedron20"}
 """Elements that are read as cells."""
 
-POINTS = {"C3D10": 10, "C3D20": 20, "C3D20R": 20, "C3D15": 15}
-"""Numbers of points of elements."""
-
-NESTED = 10
-"""Deepest inclusion of decks in decks."""
-
-
 PER_LINE = 8
 """Numbers per line of a list; at most 16 are read."""
 
 INSTALL = "install CalculiX, on Debian and Ubuntu by `apt-get install calculix-ccx`"
 
 STORED = (".sti", ".mas", ".dof")
-
-
-class Card(NamedTuple):
-    """A keyword and its parameters by name, without blanks and in capitals, and the lines of data below it."""
-
-    name: str
-    options: dict[str, str]
-    lines: list[str]
-
-    @property
-    def kind(self) -> str:
-        """Type of the elements."""
-        return self.options.get("TYPE", "").upper()
-
-    def numbers(self) -> list[str]:
-        """All entries of the lines."""
-        return [text.strip() for line in self.lines for text in line.split(",") if text.strip()]
 
 
 @dataclass(frozen=True)
@@ -93,22 +67,13 @@ def read_deck(path: str | Path) -> Deck:
     """
     path = Path(path)
     try:
-        return _deck(list(_cards(path, 0)), path)
+        return _deck(deck_cards(path))
     except (ValueError, IndexError, KeyError) as error:
         raise OptionError(f"{path} is no input deck that can be read: {error}") from None
 
 
-def _deck(cards: list[Card], path: Path) -> Deck:
-    assembled = [card.name for card in cards if card.name in ("*PART", "*INSTANCE", "*ASSEMBLY")]
-    if assembled:
-        raise OptionError(f"{path} has {assembled[0]}: write a flat deck, in which every node has one number")
-    nodes = [card for card in cards if card.name == "*NODE" and card.lines]
-    if not nodes:
-        raise OptionError(f"{path} has no *NODE with nodes: it should be the deck that the matrices come from")
-    table = np.concatenate([np.array(card.numbers(), dtype=float).reshape(-1, 4) for card in nodes])
-    labels = table[:, 0].astype(np.intp)
-    labels, last = np.unique(labels[::-1], return_index=True)
-    points = table[::-1][last, 1:]
+def _deck(cards: list[Card]) -> Deck:
+    labels, points = deck_nodes(cards)
     cells, densities = _cells(cards, labels)
     mass = None
     if cells and all(card.kind in READ_AS for card in cards if card.name == "*ELEMENT"):
@@ -119,70 +84,7 @@ def _deck(cards: list[Card], path: Path) -> Deck:
             mass = mesh_mass(SolidMesh(points, cells, of_cells, materials)).mass
     bodies = [card.options for card in cards if card.name == "*RIGIDBODY" and "ROTNODE" in card.options]
     rotations = {int(body["ROTNODE"]): int(body["REFNODE"]) for body in bodies}
-    return Deck(labels, points, _sets(cards, "NSET", "*NODE"), cells, mass, rotations)
-
-
-def _cards(path: Path, depth: int) -> Iterator[Card]:
-    """Keywords with their lines; a line of keywords that ends in a comma goes on in the next."""
-    text = read_text(path, encoding="latin-1")
-    card: Card | None = None
-    head = ""
-    for line in map(str.strip, text.splitlines()):
-        if not line or line.startswith("**"):
-            continue
-        if not (line.startswith("*") or head):
-            if card is not None:
-                card.lines.append(line)
-            continue
-        head += line
-        if head.endswith(","):
-            continue
-        if card is not None:
-            yield card
-        name, *options = (part.strip() for part in head.split(","))
-        pairs = [option.partition("=")[::2] for option in options]
-        values = {key.upper().replace(" ", ""): value.strip().strip('"') for key, value in pairs}
-        card = Card(name.upper().replace(" ", ""), values, [])
-        head = ""
-        if card.name == "*INCLUDE":
-            if depth == NESTED:
-                raise OptionError(f"{path} includes decks more than {NESTED} deep")
-            yield from _cards(path.parent / card.options["INPUT"], depth + 1)
-            card = None
-    if card is not None:
-        yield card
-
-
-def _sets(cards: list[Card], option: str, members: str) -> dict[str, Index]:
-    """Sets of nodes or elements: by lists, ranges, names of sets, and as an option of the cards with their members."""
-    sets: dict[str, list[Index]] = defaultdict(list)
-    for card in cards:
-        name = card.options.get(option, "").upper()
-        if card.name == f"*{option}" and "GENERATE" in card.options:
-            for line in card.lines:
-                first, last, *step = (int(text) for text in line.split(",") if text.strip())
-                within("file_bytes", 8 * len(range(first, last + 1, *step)), f"set {name}, {line}")
-                sets[name].append(np.arange(first, last + 1, *step))
-        elif card.name == f"*{option}":
-            numbers, names = [], []
-            for text in card.numbers():
-                if text.lstrip("-").isdigit():
-                    numbers.append(int(text))
-                elif text.upper() in sets:
-                    names.append(text.upper())
-                else:
-                    raise ValueError(f"*{option} {name} takes in {text}, which is not defined before")
-            sets[name].append(np.array(numbers, dtype=np.intp))
-            sets[name] += [part for other in names for part in sets[other]]
-        elif card.name == members and name and card.lines:
-            width = 4 if members == "*NODE" else 1 + _points(card)
-            sets[name].append(np.array(card.numbers()[::width], dtype=float).astype(np.intp))
-    return {name: np.unique(np.concatenate(parts)) for name, parts in sets.items() if name and parts}
-
-
-def _points(card: Card) -> int:
-    """Number of points of the elements of a card; of those of unknown type what its first line has."""
-    return POINTS.get(card.kind) or len([text for text in card.lines[0].split(",") if text.strip()]) - 1
+    return Deck(labels, points, deck_sets(cards, "NSET"), cells, mass, rotations)
 
 
 def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str, Array]]:
@@ -194,11 +96,11 @@ def _cells(cards: list[Card], labels: Index) -> tuple[dict[str, Index], dict[str
             material = card.options["NAME"].upper()
         elif card.name == "*DENSITY":
             density[material] = float(card.numbers()[0])
-    members = _sets(cards, "ELSET", "*ELEMENT")
+    members = deck_sets(cards, "ELSET")
     tables_of: dict[str, list[Index]] = defaultdict(list)
     for card in cards:
         if card.name == "*ELEMENT" and card.kind in READ_AS and card.lines:
-            tables_of[READ_AS[card.kind]].append(np.array(card.numbers(), dtype=np.intp).reshape(-1, 1 + _points(card)))
+            tables_of[READ_AS[card.kind]].append(np.array(card.numbers(), dtype=np.intp).reshape(-1, 1 + card.points))
     cells, densities = {}, {}
     for kind, tables in tables_of.items():
         table = np.concatenate(tables)
