@@ -35,6 +35,7 @@ COMMANDS = {
     "verify": f"verify {GUIDE} -n 1 --size 2 --out OUT/a.step --plot OUT",
     "virtual-test": "virtual-test tests/fuzz/hit.yaml --out OUT/a.uff --plot OUT",
     "faces": "faces tests/fuzz/bar.step --out OUT/a.csv --plot OUT",
+    "faces page": "faces tests/fuzz/bar.step --out OUT/a.html",
     "model": "model tests/fuzz/bar.step --material Al-7075-T6 --hold base -n 1 --mesh-tolerance 0.1 --out OUT/a.yaml",
     "understand": "understand tests/fuzz/guide.svg --thickness 12mm --material Al-7075-T6 --hold x=0mm --without-solid"
     " --out OUT/a.yaml",

@@ -7,8 +7,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,11 +28,11 @@ from flexura.fem.cache import content_key
 from flexura.fem.geometry import MILLIMETRE
 from flexura.fem.given_meshes import given_mesh
 from flexura.fem.mesh_files import BULK, DECKS
-from flexura.files import read_bytes
+from flexura.files import read_bytes, scratch_folder
 from flexura.mechanism import MESH_UNITS, Interface
 from flexura.outlines import Outline, Segment, read_dxf, read_svg
 from flexura.results import Tabular
-from flexura.tables import Facts, Item, Table, in_mm, number, quantity
+from flexura.tables import Facts, Item, Table, counted, in_mm, number, quantity
 
 ROUGH = 1e-5
 """Distance of points from a plane or a cylinder, over the size of the part, up to which they lie on it."""
@@ -62,6 +65,9 @@ PLAIN = re.compile(r"[^\W\d][\w .-]*(?<! )")
 
 NO_LAYERS = ("", "0")
 """Layers of drawings that name nothing."""
+
+NO_NAMES = ("", "NONE")
+"""Names of faces and solids that are none: some programs call every face NONE."""
 
 
 @dataclass(frozen=True)
@@ -358,7 +364,12 @@ def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]
     if b"ISO-10303-21" not in content[:4096]:
         raise OptionError(f"{path}: this is no STEP file: it does not begin with ISO-10303-21")
     try:
-        geometry = occ.OCCGeometry(str(path))
+        with ExitStack() as stack:
+            readable = Path(path)
+            if readable.suffix not in (".step", ".stp"):  # others it does not take for STEP, .STEP included
+                readable = stack.enter_context(scratch_folder()) / "part.step"
+                readable.write_bytes(content)
+            geometry = occ.OCCGeometry(str(readable))
         solids = list(geometry.shape.solids)
     except Exception as error:
         raise OptionError(f"{path}: OpenCASCADE cannot read it: {' '.join(str(error).split())[:200]}") from None
@@ -366,13 +377,28 @@ def _solids_of_step(occ: Any, path: str | Path, content: bytes, notes: list[str]
         return solids
     count = len(list(geometry.shape.faces))
     if count:
-        geometry.Heal()
+        with _silent():
+            geometry.Heal()
         solids = list(geometry.shape.solids)
     if not solids:
         rule = f"it has {count} faces and no solid" if count else "it has no solid"
         raise OptionError(f"{path}: {rule}: export the part as a solid body, closed")
-    notes.append(f"{count} loose faces were sewn to {len(solids)} solids")
+    notes.append(f"{counted(count, 'loose face')} sewn to {counted(len(solids), 'solid')}")
     return solids
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Nowhere goes what a library prints on its own to stdout."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def extruded(outline: Outline, thickness: float) -> Any:
@@ -408,11 +434,17 @@ def _axis(direction: Array) -> str:
     return f"{'-+'[int(direction[k] > 0)]}{'xyz'[k]}" if abs(direction[k]) > 1 - ALONG**2 else ""
 
 
+def _name_of(shape: Any) -> str:
+    """The name of a shape in its file; empty where it has none."""
+    name = str(shape.name or "")
+    return "" if name in NO_NAMES else name
+
+
 def _names(solids: list[Any]) -> tuple[str, ...]:
     """Names of solids, made different where they are not."""
     found: list[str] = []
     for k, solid in enumerate(solids, 1):
-        name = str(solid.name or f"solid {k}")
+        name = _name_of(solid) or f"solid {k}"
         while name in found:
             name = f"{name} {k}"
         found.append(name)
@@ -483,11 +515,8 @@ def _faces(
         colour = "" if face.col is None else "#" + "".join(f"{round(255 * c):02x}" for c in list(face.col)[:3])
         centre = np.array([face.center.x, face.center.y, face.center.z]) * MILLIMETRE
         form = _form(triangles, size)
-        solid = names[of]
-        area = float(face.mass) * MILLIMETRE**2
-        found.append(
-            PartFace(len(found) + 1, str(face.name or ""), colour, solid, form[0], area, centre, *form[1:], triangles)
-        )
+        about = names[of], form[0], float(face.mass) * MILLIMETRE**2, centre, *form[1:], triangles
+        found.append(PartFace(len(found) + 1, _name_of(face), colour, *about))
         order.append(place)
     return tuple(found), tuple(order)
 
