@@ -2,8 +2,8 @@
 
 The frame with notches is that of `test_cad_parts`, solved by NGSolve directly, known to 0.2 % and from above. The free
 plate by NGSolve with curved tetrahedra of order 6 on a mesh of its own (228 087 DOFs, aluminium 6061: E 68.9 GPa, nu
-0.33, rho 2700 kg/m^3), from above, by about 0.02 %, by which order 5 is off that. Bars are beams (Timoshenko and Goodier
-1970).
+0.33, rho 2700 kg/m^3), from above, by about 0.02 %, by which order 5 is off that. Bars are beams (Timoshenko and
+Goodier 1970).
 """
 
 from pathlib import Path
