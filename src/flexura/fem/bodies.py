@@ -16,7 +16,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import FiniteSolid, Patches, Tetrahedra, along_axes, fitted_rows, rigid_arm
 from flexura.errors import ModelError, Problem
 from flexura.expressions import Expression
-from flexura.fem import occ
+from flexura.fem import drawn_by_gmsh as occ
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.matrices import elastic_matrices

@@ -16,7 +16,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.fem import occ
+from flexura.fem import drawn_by_gmsh as occ
 from flexura.fem.geometry import ENDS, MILLIMETRE, MemberShape, MemberSolid, Outline, normalised
 from flexura.fem.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
 from flexura.fem.sweep import EDGES, GROWTH, swept, swept_cells, turned

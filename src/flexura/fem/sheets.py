@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
-from flexura.fem import occ
+from flexura.fem import drawn_by_gmsh as occ
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.figures import Figure, Loop, centre_of
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 
 from flexura.arrays import Array, Index
 from flexura.errors import SolverError
-from flexura.fem import occ
+from flexura.fem import drawn_by_gmsh as occ
 from flexura.fem.geometry import MILLIMETRE, MemberSolid, Outline
 
 GROWTH = 0.4
