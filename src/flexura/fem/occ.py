@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from flexura.arguments import verb
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError, need
 from flexura.fem.geometry import MILLIMETRE, BodySolid, MemberSolid, Outline, body_solids, joints, solids
 from flexura.files import complete_file
@@ -33,6 +33,12 @@ BURIED = 0.6
 
 NOTHING = 1e-9
 """Share of the volume below which nothing is cut away."""
+
+GRADING = 0.4
+"""How fast tetrahedra grow away from fine places (netgen's own measure)."""
+
+ORDER = (0, 2, 1, 3, 5, 7, 4, 6, 9, 8)
+"""Points of a tetrahedron in netgen's order for those of VTK."""
 
 
 @contextmanager
@@ -175,6 +181,31 @@ def only_solid(shape: Any) -> Any:
     if len(found) != 1:
         raise SolverError(f"a solid became {len(found)} volumes instead of one; its contour is too sharp")
     return found[0]
+
+
+def tetrahedra(
+    occ: ModuleType, shape: Any, longest: float, around: float, fine: tuple[Array, Array] | None = None
+) -> tuple[Array, Index, Index]:
+    """Points (n, 3), m, ten-node tetrahedra (c, 10) that follow the faces, and the solid (c,) of each by its place.
+
+    Cells are at most `longest` long, m, and `around` of them make a full circle; `fine` are places (k, 3), m, at which
+    they are as short as given (k,), m. Raises SolverError where netgen makes none.
+    """
+    meshing = need("netgen.meshing", "solid")
+    parameters = meshing.MeshingParameters(
+        maxh=longest / MILLIMETRE, grading=GRADING, curvaturesafety=around / (2 * np.pi)
+    )
+    places, sizes = fine or (np.empty((0, 3)), np.empty(0))
+    for (x, y, z), h in zip((places / MILLIMETRE).tolist(), (sizes / MILLIMETRE).tolist(), strict=True):
+        parameters.RestrictH(x=x, y=y, z=z, h=h)
+    try:
+        mesh = occ.OCCGeometry(shape).GenerateMesh(parameters)
+        mesh.SecondOrder()
+    except meshing.NgException as error:
+        raise SolverError(f"netgen: {error}; change the size of the mesh, or of the parts that touch") from None
+    cells = mesh.Elements3D().NumPy()
+    ten = cells["nodes"].astype(np.intp)[:, ORDER] - 1
+    return np.array(mesh.Coordinates()) * MILLIMETRE, ten, cells["index"].astype(np.intp) - 1
 
 
 def check_volumes(members: Sequence[MemberSolid], shapes: Sequence[Any], tolerance: float) -> None:
