@@ -91,7 +91,7 @@ def between_straight_ends(contour, length, end):
 
 def check_notch(contour, length, end, rotation, stretch):
     found = WIDTH * compliance(
-        between_straight_ends(contour, length, end), "head", lambda model: solid_mesh(model, 0.4, hexahedra=False)
+        between_straight_ends(contour, length, end), "head", lambda model: solid_mesh(model, 0.6)
     )
     assert found[4, 4] - 24 * end / end**3 == pytest.approx(rotation, rel=0.01)
     assert found[0, 0] - 2 == pytest.approx(stretch, rel=0.01)

@@ -13,7 +13,7 @@ from scipy.integrate import quad
 
 import flexura as fx
 from flexura.errors import ModelError, OptionError, SolverError
-from flexura.fem import drawn_by_gmsh, meshing, occ
+from flexura.fem import meshing, occ
 from flexura.fem.geometry import SolidMaterial, body_solids, joints, normalised, solids
 from flexura.fem.matrices import elastic_matrices, face_products, mesh_mass
 from flexura.fem.meshing import estimated_points, group_mesh, jacobians
@@ -21,7 +21,6 @@ from flexura.fem.occ import write_step
 from helpers.direct_solids import lowest_modes
 from helpers.solid_wholes import solid_mesh, tied_names
 
-gmsh = pytest.importorskip("gmsh")
 OCCGeometry = pytest.importorskip("netgen.occ").OCCGeometry
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PLACES = [
@@ -369,12 +368,6 @@ BAD = {
         "hinge: its least thickness is 0.00017 of the size of its solid",
     ),
     "too many points": ("{type: leaf, width: 10 mm, thickness: 1 nm}", 6, OptionError, r"hinge: about .* more than"),
-    "too short to be filled": (
-        "{type: leaf, width: 9 mm, thickness: 9 mm}",
-        1e-3,
-        SolverError,
-        "gmsh: .*; change sizes",
-    ),
 }
 
 
@@ -483,24 +476,15 @@ def test_arguments_that_make_no_sense_are_refused(example, tmp_path, monkeypatch
     )
     with pytest.raises(OptionError, match="odd: a section given by constants has no solid"):
         solids(model(tmp_path, "a: [0, 0, 0], b: [5 mm, 0, 0]", constants))
-    monkeypatch.setitem(sys.modules, "gmsh", None)
+    monkeypatch.setitem(sys.modules, "netgen.occ", None)
     assert len(solid_mesh(parts).points) > 0
     with pytest.raises(OptionError, match=r"flexura\[solid\]"):
         tetra_mesh(parts)
 
 
-def test_an_open_session_is_left_as_it_was(example):
-    gmsh.initialize([], readConfigFiles=False, interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setNumber("Mesh.Algorithm", 5)
-        gmsh.model.add("mine")
-        solid_mesh(example("guide/guide.yaml"), 2.0)
-        assert gmsh.model.getCurrent() == "mine"
-        assert "flexura" not in gmsh.model.list()
-        assert gmsh.option.getNumber("Mesh.Algorithm") == 5
-    finally:
-        gmsh.finalize()
-    with pytest.raises(SolverError, match="gmsh"), drawn_by_gmsh.session() as session:
-        session.model.occ.getMass(3, 99)
-    assert not gmsh.isInitialized()
+def test_what_netgen_reports_is_said():
+    with (
+        occ.kernel() as kernel,
+        pytest.raises(SolverError, match="netgen: Meshing failed!; change the size of the mesh"),
+    ):
+        occ.tetrahedra(kernel, kernel.Box((0, 0, 0), (1e-5, 1, 1)), 0.5e-3, 12)

@@ -65,7 +65,7 @@ def plane_face(occ: ModuleType, runs: Sequence[Array]) -> Any:
         elif _is_arc(run):
             edges.append(occ.ArcOfCircle(points[0], points[len(run) // 2], points[-1]))
         else:
-            edges.append(occ.SplineApproximation(points, occ.ApproxParamType.IsoParametric))
+            edges.append(occ.SplineApproximation(points, occ.ApproxParamType.IsoParametric, deg_max=3))
     return occ.Face(occ.Wire(edges))
 
 
