@@ -1,7 +1,7 @@
 """Solids against elasticity computed elsewhere and against exact solutions.
 
 Notches: plane stress, nine-node quadrilaterals (scikit-fem 12.0.2, 24 elements over half the height, 170 along half the
-length) between long straight ends whose share as beams is taken off; E = b = 1. A thin sheet of tetrahedra between
+length) between long straight ends whose share as beams is taken off; E = b = 1. A thin sheet of hexahedra between
 straight ends as long as they are high is another element, mesh and program. Its cells make it too stiff, by less than
 1 %. The leaves: 27-node hexahedra in an eighth of the leaf (the same program), nu = 0.3.
 """
