@@ -41,16 +41,15 @@ demo: $(STAMP)
 	$(BIN)/flexura stroke examples/rpr/rpr.yaml --move platform.rx=-2deg:2deg --steps 9 -n 4 --plot out/rpr
 	$(BIN)/flexura virtual-test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
 
-# for solid models: CalculiX (GPL, run as a program of its own), and the libraries that gmsh (GPL, imported) is linked to;
-# chromium for tests of pages
-PACKAGES := chromium calculix-ccx libglu1-mesa libgl1 libxrender1 libxcursor1 libxfixes3 libxft2 libfontconfig1 libxinerama1
+# CalculiX (GPL, run as a program of its own) for solid models; chromium for tests of pages
+PACKAGES := chromium calculix-ccx
 packages: $(STAMP)
-	@echo "Optional: gmsh (GPL 2 or later, imported), CalculiX (GPL 2, a program of its own); see docs/releasing.md#licences-of-what-is-optional"
-	@command -v ccx >/dev/null && command -v chromium >/dev/null && $(BIN)/python -c 'import gmsh' 2>/dev/null && exit 0; \
+	@echo "Optional: CalculiX (GPL 2, a program of its own); see docs/releasing.md#licences-of-what-is-optional"
+	@command -v ccx >/dev/null && command -v chromium >/dev/null && exit 0; \
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES)) >/dev/null 2>&1 && exit 0; \
 	fi; \
-	echo "Tests of CalculiX, of solids by gmsh and of pages in a browser are skipped where these are missing. On Debian: apt-get install $(PACKAGES)"
+	echo "Tests of CalculiX and of pages in a browser are skipped where these are missing. On Debian: apt-get install $(PACKAGES)"
 
 # files of tests are shared between processes: a BLAS thread, a process and its fixtures for each; commands that tests
 # start find their code compiled

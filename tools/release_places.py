@@ -21,7 +21,7 @@ MOST = 3_000_000
 """Bytes that a wheel may have."""
 CALLER = ("PYTHONPATH", "PYTHONHOME", "PYTHONDONTWRITEBYTECODE", "VIRTUAL_ENV")
 """Variables of whoever runs the check that would lead into another environment, or slow it."""
-OPTIONAL = {"gmsh": "GPL", "MKL": "not open source"}
+OPTIONAL = {"CalculiX": "GPL", "MKL": "not open source"}
 """What is not under a permissive licence, and the word that a notice of it has."""
 
 

@@ -10,7 +10,7 @@ from flexura.fem.solid_mesh import SolidMesh, outer_sides
 from flexura.full_order import plan_of
 from flexura.mechanism import with_rigid_bodies, with_rigid_roots
 
-pytest.importorskip("gmsh")
+pytest.importorskip("netgen.occ")
 
 TABLE = "{shape: box, size: [8 mm, 30 mm, 12 mm], at: [4 mm, 15 mm, 6 mm]}"
 POCKET = "{shape: box, size: [8 mm, 14 mm, 8 mm], at: [7 mm, 15 mm, 6 mm]}"
@@ -125,9 +125,9 @@ def test_what_is_no_solid_is_named_with_its_place(text: str, found: str) -> None
         plan_of(fx.loads(text))
 
 
-def test_without_gmsh_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "gmsh", None)
-    with pytest.raises(fx.FlexuraError, match=r"needs the package gmsh: pip install 'flexura\[solid\]'"):
+def test_without_netgen_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "netgen.occ", None)
+    with pytest.raises(fx.FlexuraError, match=r"needs the package netgen.occ: pip install 'flexura\[solid\]'"):
         plan_of(fx.loads(guide(TABLE.replace("12 mm", "12.3 mm"))))
 
 

@@ -89,7 +89,7 @@ def test_the_citation_is_of_this_version():
     assert cited["keywords"] == PROJECT["keywords"]
 
 
-def test_the_image_has_what_gmsh_is_linked_to():
+def test_the_image_has_the_programs_that_solids_are_checked_with():
     """The packages of the system that `make packages` installs, but the browser of tests."""
     make = re.search(r"^PACKAGES := (.*)$", (ROOT / "Makefile").read_text(), re.MULTILINE)
     image = (ROOT / "Dockerfile").read_text()

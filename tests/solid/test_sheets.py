@@ -9,7 +9,7 @@ from flexura.beam.ring_plate import RingPlate
 from flexura.fem.figures import Curve
 from flexura.view import Kind, solids
 
-pytest.importorskip("gmsh")
+pytest.importorskip("netgen.occ")
 METAL = fx.Mechanism().material("Al-7075-T6")
 PLATE = RingPlate(30e-3, 10e-3, 0.3e-3, METAL.E, METAL.nu, METAL.rho)
 

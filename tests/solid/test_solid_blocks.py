@@ -6,8 +6,9 @@ import pytest
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.fem.geometry import solids
+from flexura.fem.mapped import KIND, section_mesh
 from flexura.fem.matrices import mesh_mass
-from flexura.fem.meshing import KIND, group_mesh, section_mesh
+from flexura.fem.meshing import group_mesh
 
 W, T, R = 10e-3, 0.5e-3, 4e-3
 ELLIPSE = fx.describe.EllipticalContour(depth=3e-3, web=T)

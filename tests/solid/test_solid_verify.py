@@ -313,7 +313,7 @@ def test_solid_members_of_a_description_are_nearest(tmp_path):
 
 
 def test_pictures_and_step_file(command, tmp_path):
-    pytest.importorskip("gmsh")
+    pytest.importorskip("netgen.occ")
     status, out, _ = command(
         "-n", 2, "--size", 2, "--json", "--plot", tmp_path / "out", "--out", tmp_path / "guide.step"
     )
@@ -382,11 +382,11 @@ def test_missing_programs_are_named(command, monkeypatch):
     assert "calculix-ccx" in err and "plain" not in err
 
 
-def test_lone_members_need_no_gmsh_and_fused_ones_name_it(command, monkeypatch):
-    monkeypatch.setitem(sys.modules, "gmsh", None)
+def test_members_along_and_across_need_no_netgen_and_others_name_it(command, monkeypatch):
+    monkeypatch.setitem(sys.modules, "netgen.occ", None)
     assert command("-n", 1, "--size", 2)[0] == 0
     monkeypatch.setenv("FLEXURA_CACHE", "off")
-    status, _, err = command("-n", 1, "--size", 2.4, file=EXAMPLES / "amplifier" / "amplifier.yaml")
+    status, _, err = command("-n", 1, "--size", 2.4, file=EXAMPLES / "tip_tilt" / "tip_tilt.yaml")
     assert status == 2
     assert "flexura[solid]" in err
 

@@ -100,7 +100,7 @@ EXTRAS = {
     "notebook": "three dimensions in notebooks",
     "pandas": "to_frame of results",
     "parquet": "tables as Parquet files",
-    "solid": "meshes of solids by gmsh, and a quicker sparse solver",
+    "solid": "meshes of solids by netgen and NGSolve, and a quicker sparse solver",
     "study": "studies kept in folders, and Pareto fronts",
 }
 """What flexura can be installed with beside what it always needs, and what each is for."""

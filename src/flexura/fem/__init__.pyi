@@ -25,6 +25,9 @@ from flexura.fem.matrices import elastic_matrices as elastic_matrices
 from flexura.fem.matrices import face_ties as face_ties
 from flexura.fem.matrices import mesh_mass as mesh_mass
 from flexura.fem.meshing import SIZES as SIZES
+from flexura.fem.occ import body_shape as body_shape
+from flexura.fem.occ import box_shape as box_shape
+from flexura.fem.occ import member_shape as member_shape
 from flexura.fem.occ import write_step as write_step
 from flexura.fem.parts import as_beams as as_beams
 from flexura.fem.parts import with_rigid_faces as with_rigid_faces

@@ -1,4 +1,4 @@
-"""Composites as solids: drawn and meshed by gmsh, and reduced to the shapes in which they bend (theory eq. O6)."""
+"""Composites as solids: drawn and meshed by netgen, and reduced to the shapes in which they bend (theory eq. O6)."""
 
 from __future__ import annotations
 
@@ -16,13 +16,11 @@ from flexura.arrays import Array, Index
 from flexura.beam import FiniteSolid, Patches, Tetrahedra, along_axes, fitted_rows, rigid_arm
 from flexura.errors import ModelError, Problem
 from flexura.expressions import Expression
-from flexura.fem import occ
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.matrices import elastic_matrices
-from flexura.fem.meshing import GMSH_ORDER
-from flexura.fem.solid_mesh import SolidMesh, outer_sides, rigid_motions
-from flexura.fem.sweep import turned
+from flexura.fem.occ import ShapeError, composite_shape, kernel, tetrahedra
+from flexura.fem.solid_mesh import TETRA_EDGES, SolidMesh, outer_sides, rigid_motions
 from flexura.linalg import factorise_large
 from flexura.mechanism import (
     TOP,
@@ -40,7 +38,7 @@ from flexura.thresholds import SAME_PLACE
 
 P = TypeVar("P", bound=Substructure)
 
-REVISION = 3
+REVISION = 4
 """Goes up whenever meshes or shapes of composites change."""
 
 CELL = 0.6
@@ -78,7 +76,7 @@ IN_MEMORY = Kept(most=16)
 class MeshedBody:
     """A composite in the axes of its body and from its centre; material: E, Pa, nu, rho, kg/m^3.
 
-    Raises ShapeError, when it is first looked at, where its pieces are no solid, OptionError without gmsh, and
+    Raises ShapeError, when it is first looked at, where its pieces are no solid, OptionError without netgen, and
     SolverError where that fails.
     """
 
@@ -153,7 +151,7 @@ class MeshedBody:
         )
         if len(on_face) < 6 or spread[1] < SAME_PLACE * spread[0]:
             face = "xyz"[held[0]] + ("-" if held[1] < 0 else "+")
-            raise occ.ShapeError(("held", "face"), face, "nothing is left of the face that is held", "hold another one")
+            raise ShapeError(("held", "face"), face, "nothing is left of the face that is held", "hold another one")
         return on_face
 
     @cached_property
@@ -229,7 +227,7 @@ def with_meshed_bodies(
                 meshed.mesh(lambda place=place: announce(f"solid of {place}: mesh"))
                 if body.held is not None:
                     meshed.held_points(("xyz".index(body.held.face[0]), 1 if body.held.face[1] == "+" else -1))
-            except occ.ShapeError as error:
+            except ShapeError as error:
                 above = ("substructures", name) if name else ()
                 inner = error.path if error.path[0] == "held" else ("solid", *error.path)
                 wrong.append(Problem((*above, "bodies", key, *inner), error.value, error.rule, error.hint))
@@ -288,36 +286,22 @@ def _independent(vectors: Array, M: Any) -> Array:
 
 def _meshed(pieces: Pieces) -> Arrays:
     """Mass properties for a density of one, and the meshes of a composite."""
-    with occ.session() as gmsh:
-        model, mesh = gmsh.model, gmsh.model.mesh
-        tag = occ.composite_volume(gmsh, pieces)
-        model.occ.synchronize()
-        V = model.occ.getMass(3, tag)
-        centre = np.array(model.occ.getCenterOfMass(3, tag)) * MILLIMETRE
-        inertia = np.reshape(model.occ.getMatrixOfInertia(3, tag), (3, 3)) * MILLIMETRE**5
-        area = sum(model.occ.getMass(dim, of) for dim, of in model.getBoundary([(3, tag)], oriented=False))
-        thickness = 2 * V / area
-        arm = rigid_arm(centre)
-        rigid = arm.T @ rigid_mass(np.array(V * MILLIMETRE**3), inertia) @ arm
-        gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
-        found = []
-        for size, around, order in ((COARSE * thickness, COARSE_AROUND, 1), (CELL * thickness, AROUND, 2)):
-            mesh.clear()
-            gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", around)
-            mesh.generate(3)
-            mesh.setOrder(order)
-            kind, count = (11, 10) if order == 2 else (4, 4)
-            found.append(occ.elements(gmsh, kind, count, {tag: 0})[:2])
-    (coarse, four), (points, ten) = found
-    ten = turned(points, ten[:, GMSH_ORDER])
+    with kernel() as occ:
+        solid = composite_shape(occ, pieces)
+        V, centre, inertia = float(solid.mass), np.array(list(solid.center)) * MILLIMETRE, solid.inertia
+        about = np.array([[inertia[i, j] for j in range(3)] for i in range(3)]) * MILLIMETRE**5
+        thickness = 2 * V * MILLIMETRE / sum(face.mass for face in solid.faces)
+        rough, four, _ = tetrahedra(occ, solid, COARSE * thickness, COARSE_AROUND)
+        points, ten, _ = tetrahedra(occ, solid, CELL * thickness, AROUND)
+    for middle, pair in zip(ten[:, 4:].T, TETRA_EDGES, strict=True):
+        points[middle] = points[ten[:, pair]].mean(axis=1)
+    arm = rigid_arm(centre)
     whole = SolidMesh(points, {"tetra10": ten}, {"tetra10": np.zeros(len(ten), dtype=np.intp)}, (NO_MATERIAL,))
     used, facets = outer_sides(whole)
     return {
-        "rigid": rigid,
-        "thickness": np.array(thickness * MILLIMETRE),
-        "coarse": coarse[four],
+        "rigid": arm.T @ rigid_mass(np.array(V * MILLIMETRE**3), about) @ arm,
+        "thickness": np.array(thickness),
+        "coarse": rough[four[:, :4]],
         "points": points,
         "tetrahedra": ten,
         "corners": points[used],

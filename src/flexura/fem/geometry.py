@@ -28,8 +28,8 @@ ENDS = ("start", "end")
 MILLIMETRE = 1e-3
 STATIONS = 33
 """Stations of an outline along every smooth piece of a curved contour."""
-MESHED, MODELLED = 70.0, 84.0
-"""Slopes of a contour, degrees, beyond which a tip is too thin to be meshed, or to be intersected with another."""
+MESHED = 70.0
+"""Slope of a contour, degrees, beyond which a tip is too thin to be meshed."""
 EDGE = 1e-8
 """Fraction of the length over which the slope of an end is taken."""
 DIGITS = 12

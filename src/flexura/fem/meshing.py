@@ -1,37 +1,26 @@
 """Meshes of members, or of fused ones as one piece.
 
-Single members are mapped meshes of 27-node hexahedra, from their true contours: a mesh of the section, of the unit
-square or disc, is carried along the member and scaled with its sizes at every station. Axes are those of the member: x
-from its first end, y along the width, z along the thickness. Fused members are swept, or filled with tetrahedra.
+Single members are mapped hexahedra (`mapped`). Fused ones of one width, along and across each other, are hexahedra on a
+grid (`sweep`); others are filled with tetrahedra by netgen.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
-from types import ModuleType
-from typing import NamedTuple
+from functools import reduce
+from operator import sub
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, SolverError
-from flexura.fem import occ
-from flexura.fem.geometry import ENDS, MILLIMETRE, MemberShape, MemberSolid, Outline, normalised
-from flexura.fem.solid_mesh import SolidMesh, quadrature, rigid_motions, shape_of
-from flexura.fem.sweep import EDGES, GROWTH, swept, swept_cells, turned
+from flexura.fem.geometry import ENDS, MILLIMETRE, MemberSolid, Outline, normalised
+from flexura.fem.mapped import layered, section_mesh, shape_cells, stations
+from flexura.fem.occ import check_volumes, kernel, member_shape, tetrahedra
+from flexura.fem.solid_mesh import TETRA_EDGES, SolidMesh, quadrature, rigid_motions, shape_of
+from flexura.fem.sweep import swept
 from flexura.tables import quantity
-
-KIND = "hexahedron27"
-CONTOUR_SAMPLES = 4000
-"""Points at which a contour is followed to place the stations of the mesh."""
-THIN_STRIP = 0.25
-"""A strip thinner than so many times its width has one cell across its thickness: 27-node cells bend as they should."""
-CELLS_PER_RADIAN = 3.0
-"""Cells along an arc for every radian that it turns."""
-UNEVEN = 0.27
-"""Least part of a cell's length on one side of its middle."""
-
 
 SIZES = (0.05, 5.0)
 """Smallest and largest relative size of cells."""
@@ -47,142 +36,19 @@ VOLUME_ERROR = 0.01
 THINNEST = 1e-3
 """Least thickness of a solid filled with tetrahedra over its size."""
 
+LONGEST = 3.0
+"""Most length of tetrahedra over the thickness: longer ones are too stiff in bending and torsion."""
+
+AROUND = 20
+"""Tetrahedra around a full circle."""
+
 RIGID_STRAIN = 1e-8
 """Most strain of cells under rigid motions."""
 
 
-def shape_cells(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
-    """Points (n, 3) and cells (c, 27) of a member of unit length; `size` scales the cells."""
-    face, quads = section_mesh(shape, size)
-    x = stations(shape, size)
-    along_y, along_z = shape.at(x)
-    n = len(face)
-    points = np.empty((len(x), n, 3))
-    points[..., 0] = x[:, None]
-    points[..., 1] = along_y[:, None] * face[:, 0]
-    points[..., 2] = along_z[:, None] * face[:, 1]
-    across, up, on = (shape_of(KIND).points.astype(int) + 1).T
-    slices = 2 * np.arange(len(x) // 2)
-    cells = quads[:, 3 * up + across] + n * (slices[:, None, None] + on)
-    return points.reshape(-1, 3), cells.reshape(-1, 27)
-
-
-def stations(shape: MemberShape, size: float = 1.0) -> Array:
-    """Fractions (2 n + 1,) of the length at which the points of n cells lie.
-
-    Cells are as long along the contour as sqrt(h L)/3, h the lesser size of the section and L the length: a notch of
-    radius R with the web t is at its thinnest over about sqrt(R t). Towards the ends they shrink to the size of the
-    end.
-    """
-    breaks, stations = shape.breaks, [np.zeros(1)]
-    turn = (1 - np.cos(np.pi * np.arange(CONTOUR_SAMPLES + 1) / CONTOUR_SAMPLES)) / 2
-    for first, last in pairwise(breaks):
-        x = first + (last - first) * turn
-        y, z = shape.at(np.clip(x, first + 1e-12, last - 1e-12))
-        h = np.minimum(y, z)
-        step = np.sqrt(np.diff(x) ** 2 + (np.diff(y) ** 2 + np.diff(z) ** 2) / 4)
-        middle, depth = (x[1:] + x[:-1]) / 2, (h[1:] + h[:-1]) / 2
-        end_y, end_z = shape.at(np.array([0.0, 1.0]))
-        end = np.minimum(end_y, end_z)
-        density = 3 / np.sqrt(depth) + 0.7 / (middle + end[0]) + 0.7 / (1 - middle + end[1])
-        turned = sum(abs(np.gradient(np.arctan2(np.diff(side) / 2, np.diff(x)))) for side in (y, z))
-        count = np.concatenate([[0.0], np.cumsum(density * step + CELLS_PER_RADIAN * turned)])
-        cells = max(1, round(count[-1] / size))
-        stations.append(np.interp(np.linspace(0, count[-1], 2 * cells + 1)[1:], count, x))
-    return _centred(shape, np.concatenate(stations))
-
-
-def _centred(shape: MemberShape, x: Array) -> Array:
-    """Stations with the middle points of cells in their middle, but for those on flanks steeper than 45 degrees.
-
-    Cells that are stretched unevenly cannot bend as well as others, and at a quarter of their length they fold.
-    """
-    x = x.copy()
-    y, z = shape.at(x)
-    rise = np.maximum(abs(y[2::2] - y[:-2:2]), abs(z[2::2] - z[:-2:2])) / 2
-    is_flat = rise < x[2::2] - x[:-2:2]
-    step = x[2::2] - x[:-2:2]
-    part = np.clip((x[1::2] - x[:-2:2]) / step, UNEVEN, 1 - UNEVEN)
-    x[1::2] = x[:-2:2] + np.where(is_flat, 0.5, part) * step
-    return x
-
-
-def section_mesh(shape: MemberShape, size: float = 1.0) -> tuple[Array, Index]:
-    """Points (n, 2) of the section in units of its sizes along y and z, and quadrilaterals (q, 9), three rows of three
-    points each along y."""
-    if shape.family == "rectangle":
-        x = stations(shape)
-        y, z = shape.at(x)
-        thin = np.argmin(np.minimum(y, z))
-        aspect = float(y[thin] / z[thin])
-        notched = (bool(np.ptp(y) > 0), bool(np.ptp(z) > 0))
-        cells = [_across(*each, size) for each in zip((aspect, 1 / aspect), notched, strict=True)]
-        return _patch(*(_towards_edges(n) for n in cells))
-    round_cells = max(1, round(1 / size))
-    return _ring(shape.bore, round_cells) if shape.bore else _disc(1 + 2 * round_cells, round_cells)
-
-
-def _across(ratio: float, notched: bool, size: float) -> int:
-    """Cells along a side of the section that is `ratio` times the other."""
-    least = 3 if notched else 1 if ratio < THIN_STRIP else 2
-    return max(1, round((least + np.log2(max(ratio, 1.0))) / size))
-
-
-def _towards_edges(cells: int) -> Array:
-    """Positions (2 cells + 1,) from -1/2 to 1/2, closer at both; every other one is in the middle of its neighbours."""
-    s = np.linspace(-1, 1, cells + 1)
-    lines = (0.5 * s + 0.5 * np.sin(np.pi * s / 2)) / 2
-    return np.interp(np.arange(2 * cells + 1) / 2, np.arange(cells + 1), lines)
-
-
-def _patch(y: Array, z: Array) -> tuple[Array, Index]:
-    """A grid of quadrilaterals on lines (2 n + 1,) and (2 m + 1,)."""
-    points = np.stack(np.meshgrid(y, z, indexing="xy"), axis=-1).reshape(-1, 2)
-    return points, _grid(len(y) // 2, len(z) // 2)
-
-
-def _grid(n: int, m: int) -> Index:
-    """Quadrilaterals (n m, 9) on a grid of (2 m + 1) rows of 2 n + 1 points."""
-    row = 2 * n + 1
-    corner = (2 * row * np.arange(m)[:, None] + 2 * np.arange(n)).reshape(-1, 1)
-    return corner + (row * np.arange(3)[:, None] + np.arange(3)).ravel()
-
-
-def _ring(bore: float, cells: int) -> tuple[Array, Index]:
-    """An annulus of outer diameter one."""
-    n = 12 * cells
-    angle = 2 * np.pi * np.linspace(0, 1, 2 * n + 1)
-    radius = np.linspace(1, bore, 2 * cells + 1)[:, None] / 2
-    return _merged(np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=-1).reshape(-1, 2), _grid(n, cells))
-
-
-def _disc(n: int, cells: int) -> tuple[Array, Index]:
-    """A disc of diameter one: a square of n x n cells with four patches of n x cells around it."""
-    s = np.linspace(-1, 1, 2 * n + 1)
-    inner = 0.25 * s
-    points, quads = _patch(inner, inner)
-    pieces, cell_list = [points], [quads]
-    side = np.column_stack([inner, np.full(len(s), inner[-1])])
-    arc = np.column_stack([np.sin(np.pi / 4 * s), np.cos(np.pi / 4 * s)]) / 2
-    out = np.linspace(0, 1, 2 * cells + 1)[:, None, None]
-    patch = (out * arc + (1 - out) * side).reshape(-1, 2)
-    for quarter in range(4):
-        angle = quarter * np.pi / 2
-        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-        cell_list.append(_grid(n, cells) + sum(map(len, pieces)))
-        pieces.append(patch @ turn)
-    return _merged(np.concatenate(pieces), np.concatenate(cell_list))
-
-
-def _merged(points: Array, quads: Index) -> tuple[Array, Index]:
-    """Points that coincide made one."""
-    _, first, number = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
-    return points[first], number.ravel()[quads]
-
-
 _KINDS = {10: "tetra10", 27: "hexahedron27"}
-GMSH_ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
-"""Points of a tetrahedron in gmsh's order for those of VTK."""
+GROWTH = 0.4
+"""How fast cells grow away from a thin member."""
 
 
 class PieceMesh(NamedTuple):
@@ -227,17 +93,7 @@ def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceM
         piece = PieceMesh(member.placed(member.length * points), cells, np.zeros(len(cells), dtype=np.intp))
         wanted = member.volume
     else:
-        with occ.session() as gmsh:
-            figure = swept(group)
-            if figure is not None:
-                piece = PieceMesh(*swept_cells(gmsh, figure, size, hexahedra))
-                area = sum(gmsh.model.occ.getMass(2, tag) for _, tag in gmsh.model.getEntities(2))
-                wanted = figure.width * area * MILLIMETRE**2
-            else:
-                piece = PieceMesh(*_filled(gmsh, group, size))
-                wanted = sum(gmsh.model.occ.getMass(3, tag) for _, tag in gmsh.model.getEntities(3)) * MILLIMETRE**3
-        if piece.cells.shape[1] == 10:
-            piece = piece._replace(points=_straightened(piece.points, piece.cells))
+        piece, wanted = (_on_grid(group, size) if hexahedra else None) or _filled(group, size)
     name = group[0].name
     least, volume = jacobians(piece.points, piece.cells)
     if least.min() <= 0 or abs(volume.sum() / wanted - 1) > VOLUME_ERROR:
@@ -253,9 +109,28 @@ def _piece(group: Sequence[MemberSolid], size: float, hexahedra: bool) -> PieceM
     return piece
 
 
-def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tuple[Array, Index, Index]:
-    """Fill members of any shape with cells of the size of their webs. Raises OptionError where these would be too many
-    orders smaller than the solid."""
+def _on_grid(group: Sequence[MemberSolid], size: float) -> tuple[PieceMesh, float] | None:
+    """Hexahedra of a plane figure and the volume that they should have, m^3; None for other shapes."""
+    figure = swept(group)
+    flat = figure.plane_mesh(size) if figure is not None else None
+    if figure is None or flat is None:
+        return None
+    plane, quads, owner = flat
+    heights = figure.heights(size)
+    levels = np.interp(np.arange(2 * len(heights) - 1) / 2, np.arange(len(heights)), heights)
+    points = figure.origin + plane @ figure.frame[:2] + levels[:, None, None] * figure.frame[2]
+    layers = len(heights) - 1
+    x = plane[quads]
+    areas = np.prod(x[:, 8] - x[:, 0], axis=1)
+    curved = [k for k, bar in enumerate(figure.bars) if not bar.is_straight]
+    volume = figure.width * float(areas[~np.isin(owner, curved)].sum()) + sum(group[k].volume for k in curved)
+    mesh = PieceMesh(points.reshape(-1, 3), layered(quads, len(plane), layers), np.tile(owner, layers))
+    return mesh, volume
+
+
+def _filled(group: Sequence[MemberSolid], size: float) -> tuple[PieceMesh, float]:
+    """Tetrahedra of the size of the webs in members of any shape, and the volume of their solid, m^3. Raises
+    OptionError where these would be too many orders smaller than the solid."""
     box = np.array([member.box for member in group])
     extent = float((box[:, 1].max(axis=0) - box[:, 0].min(axis=0)).max())
     for member in group:
@@ -263,28 +138,36 @@ def _filled(gmsh: ModuleType, group: Sequence[MemberSolid], size: float) -> tupl
             rule = f"{member.name}: its least thickness is {member.thickness / extent:.2g} of the size of its solid"
             hint = "make it thicker, or a piece by itself, which hexahedra can fill"
             raise OptionError(f"{rule}, and tetrahedra need {THINNEST:g}; {hint}")
-    model, outlines = gmsh.model, [member.outline.blunted() for member in group]
-    tags = [occ.volume(gmsh, member, outline) for member, outline in zip(group, outlines, strict=True)]
-    occ.check_volumes(gmsh, group, tags, 3e-3)
-    pieces = [[(3, tag)] for tag in tags]
-    if len(tags) > 1:
-        _, pieces = model.occ.fragment([(3, tags[0])], [(3, tag) for tag in tags[1:]])
-    model.occ.synchronize()
+    outlines = [member.outline.blunted() for member in group]
+    with kernel() as occ:
+        shapes = [member_shape(occ, member, outline) for member, outline in zip(group, outlines, strict=True)]
+        check_volumes(group, shapes, 3e-3)
+        solids: list[Any] = []
+        for k, shape in enumerate(shapes):
+            rest = reduce(sub, solids, shape)
+            solids = [piece for solid in solids for part in (solid - shape, solid * shape) for piece in part.solids]
+            for piece in rest.solids:
+                piece.mat(str(k))
+                solids.append(piece)
+        whole = occ.Glue(solids)
+        places = np.concatenate([_spread(m, o, size) for m, o in zip(group, outlines, strict=True)])
+        sizes = np.min([_cell_size(o, m.local(places), size) for m, o in zip(group, outlines, strict=True)], axis=0)
+        points, cells, solid = tetrahedra(occ, whole, float(sizes.max()), AROUND, (places, sizes))
+        owner = np.array([int(solid.name) for solid in whole.solids])[solid]
+        volume = float(whole.mass) * MILLIMETRE**3
+    return PieceMesh(_straightened(points, cells), cells, owner), volume
 
-    def wanted(_dim: int, _tag: int, x: float, y: float, z: float, _lc: float) -> float:
-        at = np.array([[x, y, z]]) * MILLIMETRE
-        sizes = (_cell_size(o, member.local(at), size)[0] for member, o in zip(group, outlines, strict=True))
-        return float(min(sizes)) / MILLIMETRE
 
-    model.mesh.setSizeCallback(wanted)
-    model.mesh.generate(3)
-    model.mesh.removeSizeCallback()
-    model.mesh.setOrder(2)
-    if (np.array(model.mesh.getElementQualities(model.mesh.getElementsByType(11)[0], "minSJ")) < LEAST_JACOBIAN).any():
-        model.mesh.optimize("HighOrder")
-    owner = occ.first_owners(pieces, 3)
-    points, cells, member = occ.elements(gmsh, 11, 10, owner)
-    return points, turned(points, cells[:, GMSH_ORDER]), member
+def _spread(member: MemberSolid, outline: Outline, size: float) -> Array:
+    """Points (n, 3) spread over a member, about as far apart as its cells are long."""
+    places, x = [], 0.0
+    while x < member.length:
+        step = float(_cell_size(outline, np.array([[x, 0.0, 0.0]]), size)[0])
+        halves = [float(half[0]) for half in outline.half(np.array([x]))]
+        y, z = (np.linspace(-half, half, int(2 * half / step) + 2) for half in halves)
+        places.append(np.stack(np.meshgrid([x], y, z), axis=-1).reshape(-1, 3))
+        x += step
+    return member.placed(np.concatenate(places))
 
 
 def _cell_size(shape: Outline, local: Array, size: float) -> Array:
@@ -299,6 +182,9 @@ def _cell_size(shape: Outline, local: Array, size: float) -> Array:
     web, L = shape.web(x), shape.length
     if shape.family == "tube":
         within = np.minimum(np.maximum(1.5 * web, 0.4 * shape.y[0]), L / 2)
+    elif shape.family == "rectangle":
+        wide = 2 * float(max(shape.y[0], shape.z[0]))
+        within = np.minimum(np.maximum(0.7 * web, min(L / 8, wide / 4, LONGEST * float(web.min()))), L / 2)
     else:
         within = np.minimum((0.4 if shape.is_round else 0.7) * web, L / (2 if shape.is_straight else 6))
     return size * within + GROWTH * away
@@ -309,9 +195,10 @@ def estimated_points(group: Sequence[MemberSolid], size: float, hexahedra: bool)
     if len(group) == 1 and hexahedra:
         shape = group[0].shape
         return float(len(stations(shape, size)) * len(section_mesh(shape, size)[0]))
-    figure = swept(group)
-    if figure is not None:
-        return figure.estimate(size, hexahedra)
+    figure = swept(group) if hexahedra else None
+    flat = figure.plane_mesh(size) if figure is not None else None
+    if figure is not None and flat is not None:
+        return float(len(flat[0]) * (2 * len(figure.heights(size)) - 1))
     points = 0.0
     for member in group:
         outline = member.outline
@@ -320,7 +207,8 @@ def estimated_points(group: Sequence[MemberSolid], size: float, hexahedra: bool)
         area = np.pi * (half_y**2 - outline.inner**2) if outline.is_round else 4 * half_y * half_z
         axis = member.placed(np.stack([x, 0 * x, 0 * x], axis=-1))
         sizes = [_cell_size(other.outline, other.local(axis), size) for other in group]
-        points += 1.7 * float(np.trapezoid(area / (0.118 * np.min(sizes, axis=0) ** 3), x))
+        cell = np.min(sizes, axis=0)
+        points += 1.7 * float(np.trapezoid(area / (0.118 * cell**2 * np.minimum(cell, outline.web(x))), x))
     return points
 
 
@@ -357,7 +245,7 @@ def _straightened(points: Array, cells: Index) -> Array:
         bad = cells[jacobians(points, cells)[0] < LEAST_JACOBIAN]
         if not len(bad):
             break
-        edges = np.unique(np.concatenate([bad[:, [4 + k, i, j]] for k, (i, j) in enumerate(EDGES)]), axis=0)
+        edges = np.unique(np.concatenate([bad[:, [4 + k, i, j]] for k, (i, j) in enumerate(TETRA_EDGES)]), axis=0)
         middle, i, j = edges.T
         points[middle] = points[middle] / 2 + (points[i] + points[j]) / 4
     return points

@@ -34,7 +34,7 @@ from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 5
+REVISION = 6
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -67,9 +67,9 @@ CLOSE_ENOUGH = 1.2
 MODES, MOST_MODES = 6, 96
 """Modes of a part that are to be right where no frequency is given, and most that are kept."""
 
-SHARE = 0.35
-"""Error of the order that is reduced over its difference from the lower one, at most, where a mesh is refined: measured
-0.08 to 0.34."""
+LEAST_SHARE, SHARE = 0.25, 0.35
+"""Error of the order that is reduced over its difference from the lower one, at least and at most, where a mesh is
+refined: measured 0.08 to 0.34."""
 
 UNREFINED = 0.8
 """The same where it is not: energy errors fall as order^-2 where stresses are those at a crack, and faster elsewhere
@@ -102,7 +102,8 @@ class ReducedPart:
     `E` is how far K may be off for the mesh: strain energy of displacements v is uncertain by half of v' E v;
     `mesh_error` what that makes of the frequencies of the part, relative. Below `complete_hz` no mode with the
     interfaces held is left out. `points`, `facets` and `rows` are the surface and how it moves, `stress` what is
-    stressed there, None where sides have four corners, `dofs` those of the mesh. `family` is how K and M vary, where they do.
+    stressed there, None where sides have four corners, `dofs` those of the mesh. `family` is how K and M vary, where
+    they do.
     """
 
     K: Array
@@ -579,8 +580,8 @@ def _pencil(K: Array, M: Array) -> Array:
 def _mesh_errors(low: _Reduction, high: _Reduction, count: int, most: float) -> tuple[Array, float]:
     """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
 
-    A share of the difference of two orders: that of the unsmooth stresses of the higher one, and no more than `most`.
-    The first is too large at edges where stresses are infinite, the second elsewhere.
+    A share of the difference of two orders: that of the unsmooth stresses of the higher one, which are too large at
+    edges where stresses are infinite, and may miss some elsewhere; no more than `most`, and no less than a quarter.
     """
     (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
     c = high._c
@@ -601,7 +602,7 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int, most: float) -> 
     largest = max(
         float(np.abs(off).max()) if elastic.any() and c > 6 else 0.0, float((E[at, at] / K[at, at])[:MODES].max())
     )
-    share = min(most, high.roughness / largest) if largest > 0 else most
+    share = min(most, max(LEAST_SHARE, high.roughness / largest)) if largest > 0 else most
     return share * E, share * largest
 
 

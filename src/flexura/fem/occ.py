@@ -1,31 +1,29 @@
-"""Members as boundary representations in gmsh's OpenCASCADE kernel, in millimetres, and STEP files of them.
+"""Members and bodies as boundary representations of OpenCASCADE by netgen, in millimetres, and STEP files of them.
 
 A STEP file has members and those rigid bodies that have a form, as named solids.
 """
 
 from __future__ import annotations
 
-import math
-import os
 import re
-import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import reduce
 from itertools import combinations, pairwise
+from operator import add
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError, Problem, SolverError, need
-from flexura.fem.geometry import MILLIMETRE, MODELLED, BodySolid, MemberSolid, Outline, body_solids, joints, solids
+from flexura.fem.geometry import MILLIMETRE, BodySolid, MemberSolid, Outline, body_solids, joints, solids
 from flexura.files import complete_file
 from flexura.structure import FullOrderModel, Pieces
 from flexura.tables import quantity
-
-Entity = tuple[int, int]
 
 OVERLAP = 1e-3
 """Share of the smaller member's volume that another may take up before they count as intersecting."""
@@ -36,145 +34,184 @@ BURIED = 0.6
 NOTHING = 1e-9
 """Share of the volume below which nothing is cut away."""
 
+GRADING = 0.4
+"""How fast tetrahedra grow away from fine places (netgen's own measure)."""
+
+ORDER = (0, 2, 1, 3, 5, 7, 4, 6, 9, 8)
+"""Points of a tetrahedron in netgen's order for those of VTK."""
+
 
 @contextmanager
-def session() -> Iterator[ModuleType]:
-    """A quiet gmsh session of its own, left as it was found.
-
-    Within an open session of the caller a model is added and removed again. Raises OptionError when gmsh is missing and
-    SolverError for whatever gmsh reports.
-    """
-    gmsh = need("gmsh", "solid")
-    is_new = not gmsh.isInitialized()
-    before = "" if is_new else gmsh.model.getCurrent()
-    kept: dict[str, float] = {}
-    if is_new:
-        gmsh.initialize([], readConfigFiles=False, run=False, interruptible=False)
+def kernel() -> Iterator[ModuleType]:
+    """OpenCASCADE by netgen. Raises OptionError where that is missing and SolverError for whatever it reports."""
+    occ = need("netgen.occ", "solid")
     try:
-        for option, value in _OPTIONS.items():
-            kept[option] = gmsh.option.getNumber(option)
-            gmsh.option.setNumber(option, value)
-        gmsh.model.add("flexura")
-        try:
-            yield gmsh
-        except Exception as error:
-            if type(error) is not Exception:  # as which gmsh raises all that it reports
-                raise
-            raise SolverError(f"gmsh: {error}; change sizes of the parts that touch, or the size of the mesh") from None
-    finally:
-        if is_new:
-            gmsh.finalize()
-        else:
-            gmsh.model.setCurrent("flexura")
-            gmsh.model.remove()
-            for option, value in kept.items():
-                gmsh.option.setNumber(option, value)
-            if before:
-                gmsh.model.setCurrent(before)
+        yield occ
+    except (RuntimeError, occ.OCCException) as error:
+        text = " ".join(str(error).split())[:200]
+        raise SolverError(f"OpenCASCADE: {text}; change sizes of the parts that touch") from None
 
 
-_OPTIONS = {
-    "General.Terminal": 0,
-    "General.NumThreads": 1,
-    "Mesh.MeshSizeFromPoints": 0,
-    "Mesh.MeshSizeExtendFromBoundary": 0,
-    "Mesh.MeshSizeFromCurvature": 0,
-    "Mesh.RandomSeed": 1,
-    "Mesh.SecondOrderLinear": 0,
-    "Mesh.TransfiniteTri": 0,
-    "Mesh.Algorithm": 6,
-    "Mesh.Algorithm3D": 1,
-    "Mesh.MeshSizeMin": 0,
-    "Mesh.MeshSizeMax": 1e22,
-    "Mesh.SubdivisionAlgorithm": 0,
-    "Mesh.HighOrderPassMax": 5,
-    "Geometry.OCCBoundsUseStl": 0,
-}
-
-
-def outline(gmsh: ModuleType, points: Sequence[Array]) -> int:
-    """A closed wire through runs of points (n, 3), mm: a line where a run has two or all are in line, else a spline.
-
-    Each run starts where the one before it ended.
-    """
-    occ = gmsh.model.occ
-    first = [occ.addPoint(*run[0]) for run in points]
-    curves = []
-    for run, a, b in zip(points, first, [*first[1:], first[0]], strict=True):
+def plane_face(occ: ModuleType, runs: Sequence[Array]) -> Any:
+    """A plane face within runs of points (n, 3), mm, that join: lines, arcs where the points lie on a circle, else
+    splines."""
+    edges = []
+    for run in runs:
+        points = [occ.gp_Pnt(*p) for p in run]
         along = run[-1] - run[0]
         off = np.linalg.norm(np.cross(run - run[0], along), axis=1).max() / (along @ along)
         if len(run) == 2 or off < 1e-9:
-            curves.append(occ.addLine(a, b))
+            edges.append(occ.Segment(points[0], points[-1]))
+        elif _is_arc(run):
+            edges.append(occ.ArcOfCircle(points[0], points[len(run) // 2], points[-1]))
         else:
-            curves.append(occ.addSpline([a, *(occ.addPoint(*p) for p in run[1:-1]), b]))
-    return occ.addCurveLoop(curves)
+            edges.append(occ.SplineApproximation(points, occ.ApproxParamType.IsoParametric, deg_max=3))
+    return occ.Face(occ.Wire(edges))
 
 
-def volume(gmsh: ModuleType, member: MemberSolid, shape: Outline) -> int:
-    """The member with `shape` as one volume."""
-    occ = gmsh.model.occ
+def _is_arc(run: Array) -> bool:
+    """Whether points (n, 3) lie on one circle."""
+    a, b = run[len(run) // 2] - run[0], run[-1] - run[0]
+    normal = np.cross(a, b)
+    centre = run[0] + np.cross(a @ a * b - b @ b * a, normal) / (2 * normal @ normal)
+    radius = np.linalg.norm(run - centre, axis=1)
+    return bool(np.ptp(radius) < 1e-9 * radius[0])
+
+
+def member_shape(occ: ModuleType, member: MemberSolid, shape: Outline | None = None) -> Any:
+    """The member, with an outline of its own or another one."""
+    shape = shape or member.outline
+    start, along, length = member.start / MILLIMETRE, member.axes[0], shape.length / MILLIMETRE
+    if shape.family in ("circle", "tube"):
+        outer, inner = (
+            occ.Cylinder(occ.gp_Pnt(*start), occ.gp_Vec(*along), radius / MILLIMETRE, length) if radius else None
+            for radius in (float(shape.y[0]), shape.inner)
+        )
+        return outer - inner if inner else outer
 
     def placed(x: Array | float, y: Array | float, z: Array | float) -> Array:
         return member.placed(np.stack(np.broadcast_arrays(x, y, z), axis=-1)) / MILLIMETRE
 
-    along = member.axes[0] / MILLIMETRE
-    if shape.family in ("circle", "tube"):
-        base = [*placed(0.0, 0.0, 0.0), *(shape.length * along)]
-        outer = occ.addCylinder(*base, float(shape.y[0]) / MILLIMETRE)
-        if shape.inner == 0:
-            return outer
-        inner = occ.addCylinder(*base, shape.inner / MILLIMETRE)
-        return occ.cut([(3, outer)], [(3, inner)])[0][0][1]
     if shape.family == "round":
-        wire = outline(gmsh, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
-        face = occ.addPlaneSurface([wire])
-        made = occ.revolve([(2, face)], *placed(0.0, 0.0, 0.0), *along, 2 * math.pi)
-        return only_volume(made)
-    y = float(shape.y.max())
-    wire = outline(gmsh, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
-    made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * y * member.axes[1] / MILLIMETRE))
-    first = only_volume(made)
-    if np.ptp(shape.y) <= 1e-9 * y:
-        return first
-    z = float(shape.z.max())
-    wire = outline(gmsh, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
-    made = occ.extrude([(2, occ.addPlaneSurface([wire]))], *(2 * z * member.axes[2] / MILLIMETRE))
-    common, _ = occ.intersect([(3, first)], [(3, only_volume(made))])
-    return only_volume(common)
+        face = plane_face(occ, [placed(run[:, 0], 0.0, run[:, 1]) for run in shape.meridian()])
+        return face.Revolve(occ.Axis(occ.gp_Pnt(*start), occ.gp_Vec(*along)), 360)
+    y, z = float(shape.y.max()), float(shape.z.max())
+    face = plane_face(occ, [placed(run[:, 0], -y, run[:, 1]) for run in shape.runs(shape.z)])
+    solid = face.Extrude(occ.gp_Vec(*(2 * y / MILLIMETRE * member.axes[1])))
+    if np.ptp(shape.y) > 1e-9 * y:
+        face = plane_face(occ, [placed(run[:, 0], run[:, 1], -z) for run in shape.runs(shape.y)])
+        solid = solid * face.Extrude(occ.gp_Vec(*(2 * z / MILLIMETRE * member.axes[2])))
+    return solid
 
 
-def first_owners(pieces: Sequence[Sequence[Entity]], dim: int) -> dict[int, int]:
-    """For every entity of a dimension, by tag, the first of some shapes that it is a fragment of."""
-    owner: dict[int, int] = {}
-    for k, fragments in enumerate(pieces):
-        for tag in (tag for own_dim, tag in fragments if own_dim == dim):
-            owner.setdefault(tag, k)
-    return owner
+def box_shape(occ: ModuleType, centre: Array, axes: Array, half: Array) -> Any:
+    """A box about a centre (3,), with half sizes (3,), mm, along right-handed axes (3, 3) as rows."""
+    corner = centre - half @ axes
+    plane = occ.WorkPlane(occ.Axes(occ.gp_Pnt(*corner), n=occ.gp_Vec(*axes[2]), h=occ.gp_Vec(*axes[0])))
+    return plane.Rectangle(float(2 * half[0]), float(2 * half[1])).Face().Extrude(float(2 * half[2]))
 
 
-def elements(gmsh: ModuleType, kind: int, count: int, owner: Mapping[int, int]) -> tuple[Array, Index, Index]:
-    """Points (n, 3), m, elements (c, count) of a kind of gmsh's of some entities by tag, and the owner (c,) of each."""
-    cells = {tag: np.reshape(gmsh.model.mesh.getElementsByType(kind, tag)[1], (-1, count)) for tag in owner}
-    used, connected = np.unique(np.concatenate(list(cells.values())).astype(np.intp), return_inverse=True)
-    numbers, flat, _ = gmsh.model.mesh.getNodes()
-    order = np.argsort(numbers)
-    points = flat.reshape(-1, 3)[order[np.searchsorted(numbers[order], used)]] * MILLIMETRE
-    owners = np.repeat(list(owner.values()), [len(of_entity) for of_entity in cells.values()])
-    return points, connected.reshape(-1, count), owners
+def body_shape(occ: ModuleType, body: BodySolid) -> Any:
+    """A body. Raises SolverError for a composite that is no solid."""
+    if body.pieces is None:
+        return _form(occ, body.centre, body.axes, body.half, body.is_round)
+    try:
+        return composite_shape(occ, body.pieces)
+    except ShapeError as error:
+        raise SolverError(f"{body.name}: {error}") from None
 
 
-def only_volume(made: Iterable[Entity]) -> int:
-    """The tag of the volume among what was made. Raises SolverError unless there is exactly one."""
-    volumes = [tag for dim, tag in made if dim == 3]
-    if len(volumes) != 1:
-        raise SolverError(f"a solid became {len(volumes)} volumes instead of one; its contour is too sharp")
-    return volumes[0]
+def _form(
+    occ: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool, outline: Array | None = None
+) -> Any:
+    """A box, a cylinder about its first axis, or a prism of corners (n, 2), of half sizes (3,), m, with right-handed
+    axes (3, 3) as rows."""
+    centre, half = centre / MILLIMETRE, half / MILLIMETRE
+    if outline is not None:
+        base = centre - half[2] * axes[2] + outline / MILLIMETRE @ axes[:2]
+        face = plane_face(occ, [np.stack(side) for side in pairwise([*base, base[0]])])
+        return face.Extrude(occ.gp_Vec(*(2 * half[2] * axes[2])))
+    if not is_round:
+        return box_shape(occ, centre, axes, half)
+    base, along = occ.gp_Pnt(*(centre - half[0] * axes[0])), occ.gp_Vec(*axes[0])
+    return occ.Cylinder(base, along, float(half[1]), 2 * float(half[0]))
 
 
-def check_volumes(gmsh: ModuleType, members: Sequence[MemberSolid], tags: Sequence[int], tolerance: float) -> None:
+class ShapeError(Exception):
+    """A composite that is no solid: where in it, what stands there, the rule and a hint."""
+
+    def __init__(self, path: tuple[str | int, ...], value: str, rule: str, hint: str) -> None:
+        super().__init__(rule)
+        self.path: tuple[str | int, ...] = path
+        self.value: str = value
+        self.rule: str = rule
+        self.hint: str = hint
+
+
+def composite_shape(occ: ModuleType, pieces: Pieces) -> Any:
+    """A composite as one solid. Raises ShapeError where it is none."""
+    columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
+    forms = enumerate(zip(*columns, strict=True))
+    made = [_form(occ, *piece, outline=pieces.outlines.get(k)) for k, piece in forms]
+    solid, loose = made[0], list(range(1, pieces.added))
+    while loose:
+        both = ((k, solid + made[k]) for k in loose)
+        k, solid = next(((k, whole) for k, whole in both if len(list(whole.solids)) == 1), (0, solid))
+        if not k:
+            hint = "let it share a face or a volume with the others"
+            rule = "the piece does not touch the first one, or along an edge alone"
+            raise ShapeError(("add", loose[0]), "", rule, hint)
+        loose.remove(k)
+    for k, away in enumerate(made[pieces.added :]):
+        before, solid = float(solid.mass), solid - away
+        place, parts = ("cut", k), len(list(solid.solids))
+        if not parts:
+            raise ShapeError(place, "", "nothing of the solid is left", "cut less, or add more")
+        if parts > 1:
+            raise ShapeError(place, "", f"it cuts the solid into {parts} parts", "let them hang together")
+        if before - solid.mass <= NOTHING * before:
+            rule = "it cuts nothing away: it lies beside what is added"
+            raise ShapeError(place, "", rule, "move it, or leave it out")
+    return only_solid(solid)
+
+
+def only_solid(shape: Any) -> Any:
+    """The solid of a shape. Raises SolverError unless there is exactly one."""
+    found = list(shape.solids)
+    if len(found) != 1:
+        raise SolverError(f"a solid became {len(found)} volumes instead of one; its contour is too sharp")
+    return found[0]
+
+
+def tetrahedra(
+    occ: ModuleType, shape: Any, longest: float, around: float, fine: tuple[Array, Array] | None = None
+) -> tuple[Array, Index, Index]:
+    """Points (n, 3), m, ten-node tetrahedra (c, 10) that follow the faces, and the solid (c,) of each by its place.
+
+    Cells are at most `longest` long, m, and `around` of them make a full circle; `fine` are places (k, 3), m, at which
+    they are as short as given (k,), m. Raises SolverError where netgen makes none.
+    """
+    meshing = need("netgen.meshing", "solid")
+    parameters = meshing.MeshingParameters(
+        maxh=longest / MILLIMETRE, grading=GRADING, curvaturesafety=around / (2 * np.pi)
+    )
+    places, sizes = fine or (np.empty((0, 3)), np.empty(0))
+    for (x, y, z), h in zip((places / MILLIMETRE).tolist(), (sizes / MILLIMETRE).tolist(), strict=True):
+        parameters.RestrictH(x=x, y=y, z=z, h=h)
+    try:
+        mesh = occ.OCCGeometry(shape).GenerateMesh(parameters)
+        mesh.SecondOrder()
+    except meshing.NgException as error:
+        raise SolverError(f"netgen: {error}; change the size of the mesh, or of the parts that touch") from None
+    cells = mesh.Elements3D().NumPy()
+    ten = cells["nodes"].astype(np.intp)[:, ORDER] - 1
+    return np.array(mesh.Coordinates()) * MILLIMETRE, ten, cells["index"].astype(np.intp) - 1
+
+
+def check_volumes(members: Sequence[MemberSolid], shapes: Sequence[Any], tolerance: float) -> None:
     """Compare volumes with the integrals of the members' areas. Raises SolverError beyond a relative tolerance."""
-    for member, tag in zip(members, tags, strict=True):
-        in_kernel = gmsh.model.occ.getMass(3, tag) * MILLIMETRE**3
+    for member, shape in zip(members, shapes, strict=True):
+        in_kernel = float(shape.mass) * MILLIMETRE**3
         if not abs(in_kernel / member.volume - 1) <= tolerance:
             rule = f"{member.name}: its solid has {quantity(in_kernel, 'm^3', 6)}"
             raise SolverError(f"{rule} where its sections give {quantity(member.volume, 'm^3', 6)}")
@@ -184,7 +221,7 @@ def check_intersections(members: Sequence[MemberSolid]) -> None:
     """Refuse members that take up the same space without meeting at a node, or most of it where they do.
 
     Members that touch, or that are carried by one body, may lie side by side. Raises ModelError naming all pairs.
-    gmsh is needed where bounding boxes overlap.
+    netgen is needed where bounding boxes overlap.
     """
     clashes: list[Problem] = []
     apart: list[tuple[MemberSolid, MemberSolid]] = []
@@ -199,27 +236,14 @@ def check_intersections(members: Sequence[MemberSolid]) -> None:
         if share > BURIED:
             clashes.append(_clash(one, other, share * small.volume))
     if apart:
-        with session() as gmsh:
-            clashes += _clashes(gmsh, apart)
+        with kernel() as occ:
+            shape_of = {m.name: member_shape(occ, m) for m in {m.name: m for p in apart for m in p}.values()}
+            for one, other in apart:
+                common = float((shape_of[one.name] * shape_of[other.name]).mass) * MILLIMETRE**3
+                if common > OVERLAP * min(one.volume, other.volume):
+                    clashes.append(_clash(one, other, common))
     if clashes:
         raise ModelError(clashes)
-
-
-def _clashes(gmsh: ModuleType, pairs: Sequence[tuple[MemberSolid, MemberSolid]]) -> list[Problem]:
-    occ = gmsh.model.occ
-    clashes: list[Problem] = []
-    tag_of = {
-        name: volume(gmsh, member, modelled(member)) for name, member in {m.name: m for p in pairs for m in p}.items()
-    }
-    for one, other in pairs:
-        shared, _ = occ.intersect(
-            [(3, tag_of[one.name])], [(3, tag_of[other.name])], removeObject=False, removeTool=False
-        )
-        common = sum(occ.getMass(3, tag) for dim, tag in shared if dim == 3) * MILLIMETRE**3
-        occ.remove(shared, recursive=True)
-        if common > OVERLAP * min(one.volume, other.volume):
-            clashes.append(_clash(one, other, common))
-    return clashes
 
 
 def _boxes_overlap(one: MemberSolid, other: MemberSolid) -> bool:
@@ -234,25 +258,6 @@ def _boxes_overlap(one: MemberSolid, other: MemberSolid) -> bool:
         if (corners.min(axis=0) >= half - margin).any() or (corners.max(axis=0) <= margin - half).any():
             return False
     return True
-
-
-def modelled(member: MemberSolid) -> Outline:
-    """The shape that the kernel can handle: that of the member, without the thinnest tips where two contours cross."""
-    return member.outline.blunted(MODELLED) if member.shape.kind[0] == "two_axis" else member.outline
-
-
-def write(gmsh: ModuleType, path: Path) -> None:
-    """Write the model to a file, without what the kernel prints on the way."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nowhere, 1)
-        gmsh.write(str(path))
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def _clash(one: MemberSolid, other: MemberSolid, common: float) -> Problem:
@@ -280,113 +285,30 @@ def write_step(model: FullOrderModel, path: str | Path, *, only: str | None = No
     bodies = body_solids(model, only)
     groups = joints(model, members).groups
     check_intersections(members)
-    with complete_file(path) as temporary:
-        with session() as gmsh:
-            tags = [volume(gmsh, member, modelled(member)) for member in members]
-            check_volumes(gmsh, members, tags, 1e-3)
-            names = {body_volume(gmsh, body): body.name for body in bodies}
-            for group in groups:
-                first, *rest = ((3, tags[k]) for k in group)
-                piece = gmsh.model.occ.fuse([first], rest)[0] if rest else [first]
-                names[only_volume(piece)] = " + ".join(members[k].name for k in group)
-            gmsh.model.occ.synchronize()
-            _remove_loose(gmsh)
-            ordered = [names[tag] for _, tag in gmsh.model.getEntities(3)]
-            write(gmsh, temporary)
-        text = temporary.read_text(encoding="ascii")
-        temporary.write_text(_named(text, ordered, model.plan.mechanism.name or "mechanism"), encoding="ascii")
+    with complete_file(path) as temporary, kernel() as occ:
+        shapes = [member_shape(occ, member) for member in members]
+        check_volumes(members, shapes, 1e-3)
+        named = {
+            " + ".join(members[k].name for k in group): reduce(add, (shapes[k] for k in group)) for group in groups
+        }
+        made = []
+        for name, shape in {**named, **{body.name: body_shape(occ, body) for body in bodies}}.items():
+            made.append(only_solid(shape))
+            made[-1].name = name
+        occ.Compound(made).WriteStep(str(temporary))
+        text = temporary.read_text(encoding="utf-8")
+        temporary.write_text(_finished(text, model.plan.mechanism.name or "mechanism"), encoding="ascii")
     return Path(path)
 
 
-def body_volume(gmsh: ModuleType, body: BodySolid) -> int:
-    """A body as one volume. Raises SolverError for a composite that is none."""
-    if body.pieces is None:
-        return _primitive(gmsh, body.centre, body.axes, body.half, body.is_round)
-    try:
-        return composite_volume(gmsh, body.pieces)
-    except ShapeError as error:
-        raise SolverError(f"{body.name}: {error}") from None
+_PRODUCT = re.compile(r"PRODUCT\('Open CASCADE[^']*',\s*'[^']*'")
 
 
-def _primitive(
-    gmsh: ModuleType, centre: Array, axes: Array, half: Array, is_round: bool, outline_of: Array | None = None
-) -> int:
-    """A box, a cylinder about its first axis, or a prism of corners (n, 2), of half sizes (3,), m, with right-handed
-    axes (3, 3) as rows."""
-    x, y, z = 2 * half[:, None] * axes / MILLIMETRE
-    corner = centre / MILLIMETRE - (x + y + z) / 2
-    if is_round:
-        return gmsh.model.occ.addCylinder(*(corner + (y + z) / 2), *x, float(half[1]) / MILLIMETRE)
-    if outline_of is not None:
-        base = (centre - half[2] * axes[2] + outline_of @ axes[:2]) / MILLIMETRE
-        sides = [np.array(side) for side in pairwise([*base, base[0]])]
-        return only_volume(gmsh.model.occ.extrude([(2, gmsh.model.occ.addPlaneSurface([outline(gmsh, sides)]))], *z))
-    corners = [corner, corner + x, corner + x + y, corner + y, corner]
-    face = gmsh.model.occ.addPlaneSurface([outline(gmsh, [np.array(side) for side in pairwise(corners)])])
-    return only_volume(gmsh.model.occ.extrude([(2, face)], *z))
-
-
-class ShapeError(Exception):
-    """A composite that is no solid: where in it, what stands there, the rule and a hint."""
-
-    def __init__(self, path: tuple[str | int, ...], value: str, rule: str, hint: str) -> None:
-        super().__init__(rule)
-        self.path: tuple[str | int, ...] = path
-        self.value: str = value
-        self.rule: str = rule
-        self.hint: str = hint
-
-
-def composite_volume(gmsh: ModuleType, pieces: Pieces) -> int:
-    """A composite as one volume, mm. Raises ShapeError where it is none."""
-    model = gmsh.model.occ
-    columns = pieces.centre, pieces.axes, pieces.half, pieces.is_round
-    forms = enumerate(zip(*columns, strict=True))
-    tags = [_primitive(gmsh, *piece, outline_of=pieces.outlines.get(k)) for k, piece in forms]
-    made = [(3, tags[0])]
-    if pieces.added > 1:
-        made, origin = model.fuse(made, [(3, tag) for tag in tags[1 : pieces.added]])
-        if len(made) > 1:
-            loose = next(k for k, of_piece in enumerate(origin) if origin[0][0] not in of_piece)
-            hint = "let it share a face or a volume with the others"
-            raise ShapeError(("add", loose), "", "the piece does not touch the first one, or along an edge alone", hint)
-    for k, tag in enumerate(tags[pieces.added :]):
-        before = model.getMass(*made[0])
-        made, _ = model.cut(made, [(3, tag)])
-        made = [entity for entity in made if entity[0] == 3]
-        place = "cut", k
-        if not made:
-            raise ShapeError(place, "", "nothing of the solid is left", "cut less, or add more")
-        if len(made) > 1:
-            raise ShapeError(place, "", f"it cuts the solid into {len(made)} parts", "let them hang together")
-        if before - model.getMass(*made[0]) <= NOTHING * before:
-            rule = "it cuts nothing away: it lies beside what is added"
-            raise ShapeError(place, "", rule, "move it, or leave it out")
-    return int(made[0][1])
-
-
-def _remove_loose(gmsh: ModuleType) -> None:
-    """Remove points and lines of construction, on which no volume stands."""
-    kept = gmsh.model.getEntities(3)
-    for dim in (2, 1, 0):
-        kept = gmsh.model.getBoundary(kept, combined=False, oriented=False)
-        gmsh.model.occ.remove(sorted(set(gmsh.model.getEntities(dim)) - set(kept)))
-    gmsh.model.occ.synchronize()
-
-
-_PRODUCT = re.compile(r"PRODUCT\('(Open CASCADE[^']*)',\s*'\1'")
-
-
-def _named(text: str, names: Sequence[str], whole: str) -> str:
-    """The file with the names of its solids, in their order, instead of those that the kernel makes up."""
-    wanted = [*([whole] if len(names) > 1 else []), *names]
-    if len(_PRODUCT.findall(text)) != len(wanted):
-        raise SolverError(f"the STEP file does not list {len(names)} solids one by one; the kernel wrote another form")
-    rest = iter(wanted)
-    return _PRODUCT.sub(lambda _: "PRODUCT('{0}','{0}'".format(_encoded(next(rest))), text)
-
-
-def _encoded(name: str) -> str:
-    """A string of ISO 10303-21: quotes and backslashes doubled, other characters than ASCII by number."""
-    plain = name.replace("\\", "\\\\").replace("'", "''")
-    return "".join(c if " " <= c <= "~" else f"\\X4\\{ord(c):08X}\\X0\\" for c in plain)
+def _finished(text: str, whole: str) -> str:
+    """The file with the name of the whole in the place of the kernel's own, and characters by number where they are not
+    ASCII, as ISO 10303-21 has it. Raises OSError where its end is missing, as on a full disk."""
+    if "END-ISO-10303-21;" not in text:
+        raise OSError("the file is not complete")
+    plain = " ".join(whole.split()).replace("\\", "\\\\").replace("'", "''")
+    named = _PRODUCT.sub(lambda _: f"PRODUCT('{plain}','{plain}'", text, count=1)
+    return "".join(c if c.isascii() else f"\\X4\\{ord(c):08X}\\X0\\" for c in named)

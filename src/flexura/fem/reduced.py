@@ -34,7 +34,7 @@ Announce = Callable[[str], None]
 
 Matrices = Callable[[SolidMesh], tuple[Any, Any]]
 
-REVISION = 5
+REVISION = 6
 """Goes up whenever meshes or matrices of pieces change, so that those in the cache are worked out anew."""
 
 LEAST_MODES = 8

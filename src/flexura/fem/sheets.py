@@ -1,54 +1,59 @@
 """Sheets: plane figures of one thickness as solids, reduced to the rigid pads along which they are held.
 
-A figure has outlines in its plane, m. It is meshed by quadrilaterals, of which the thickness makes one layer of 27-node
-hexahedra: complete quadratic ones bend as plates do.
+A figure has outlines in its plane, m, and is meshed by curved triangles by netgen. Displacements are polynomials of
+degree two through the thickness with shape functions of a high order in the plane, by NGSolve (hierarchic plates, Szabo
+and Sahrmann 1988).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from itertools import product
+from operator import add, sub
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.arrays import Array, Index
-from flexura.errors import SolverError
-from flexura.fem import occ
+from flexura.arrays import Array
+from flexura.errors import SolverError, need
 from flexura.fem.cache import Arrays, content_key, remembered
-from flexura.fem.figures import Figure, Loop, centre_of
+from flexura.fem.figures import Figure, Loop
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
-from flexura.fem.matrices import elastic_matrices
-from flexura.fem.meshing import LEAST_JACOBIAN, VOLUME_ERROR, jacobians
+from flexura.fem.occ import GRADING, kernel, plane_face
 from flexura.fem.reduced import IN_MEMORY, MOST_MODES, Announce, CondensedSolid, balanced, constraint_modes
-from flexura.fem.solid_mesh import SolidMesh, dofs_of, outer_sides, quadrature, rigid_motions, shape_of
 from flexura.fem.surfaces import Surface
-from flexura.fem.sweep import Swept, sweep_quadrilaterals
 from flexura.linalg import factorise_large
 
-CELLS_ACROSS = 5.0
-"""Cells over the mean width of a figure, twice its area over its edges."""
+ORDER = 4
+"""Of the shape functions in the plane, and of the curves that edges follow."""
 
-ROUND = 6
-"""Sides around a full circle, at least, before each is divided into two."""
+BONUS = 6
+"""Order of integration beyond that of elements with straight sides."""
 
-TRIES = ((6, 1.0), (8, 1.0), (6, 0.87), (8, 0.87), (6, 0.75))
-"""Algorithms of gmsh, with relative sizes of cells, that are tried until one folds none."""
+ACROSS = 3.0
+"""Triangles over the mean width of a figure, twice its area over its edges."""
 
-STRAIGHTENED = 4
-"""How often sides of cells that are folded are made straight."""
+ROUND = 4
+"""Sides around a full circle, at least."""
+
+LEVELS = 3
+"""Displacements through the thickness are a + b s + c s^2, s from -1 to 1."""
+
+SHOWN = 4
+"""Parts of a side of a triangle in pictures."""
 
 NEAR = 1e-6
-"""Distance over the size of the outline within which a point is on a curve."""
+"""Distance over the size of the outline within which the middle of an edge is on a curve, and points are one."""
 
-REVISION = 2
+AREA_ERROR = 1e-3
+"""Most relative difference between the area of a mesh and that of its figure."""
+
+REVISION = 3
 """Goes up whenever meshes or matrices of sheets change, so that those in the cache are worked out anew."""
-
-QUADRATIC = "hexahedron27"
-
-QUAD9 = 10
-"""Kind of gmsh's elements."""
 
 
 @dataclass(frozen=True)
@@ -70,55 +75,41 @@ class CutApartError(SolverError):
     """A piece of a sheet that nothing holds, or pads between which nothing is left."""
 
 
-def _loop(gmsh: ModuleType, loop: Loop) -> int:
-    """A closed wire, mm."""
-    add = gmsh.model.occ
+def _face(occ: ModuleType, loop: Loop) -> Any:
+    """A closed loop as a plane face, mm."""
+    runs = [np.array(curve.points) / MILLIMETRE for curve in loop]
     if loop[0].is_circle:
-        centre, through = (np.array(p) / MILLIMETRE for p in loop[0].points)
-        return add.addCurveLoop([add.addCircle(*centre, 0.0, float(np.linalg.norm(through - centre)))])
-    corners = [add.addPoint(*(np.array(curve.points[0]) / MILLIMETRE), 0.0) for curve in loop]
-    tags = []
-    for curve, a, b in zip(loop, corners, [*corners[1:], corners[0]], strict=True):
-        inner = [add.addPoint(*(np.array(p) / MILLIMETRE), 0.0) for p in curve.points[1:-1]]
-        if not inner:
-            tags.append(add.addLine(a, b))
-        elif len(inner) == 1:
-            centre = add.addPoint(*(centre_of(np.array(curve.points)) / MILLIMETRE), 0.0)
-            half = [add.addCircleArc(a, centre, inner[0]), add.addCircleArc(inner[0], centre, b)]
-            tags += half
-        else:
-            tags.append(add.addSpline([a, *inner, b]))
-    return add.addCurveLoop(tags)
+        centre, out = runs[0][0], runs[0][1] - runs[0][0]
+        turns = [centre + out @ np.array([[c, s], [-s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1), (1, 0))]
+        runs = [np.array(turns[:3]), np.array(turns[2:])]
+    return plane_face(occ, [np.column_stack([run, np.zeros(len(run))]) for run in runs])
 
 
-def surfaces(gmsh: ModuleType, figure: Figure) -> list[int]:
-    """The pieces of a figure as surfaces. Raises CutApartError where nothing is left of it."""
-    add = gmsh.model.occ
-
-    def face(loop: Loop) -> tuple[int, int]:
-        return 2, add.addPlaneSurface([_loop(gmsh, loop)])
-
-    pieces = [face(figure.outline)]
+def _shape(occ: ModuleType, figure: Figure) -> Any:
+    """The pieces of a figure as faces, mm. Raises CutApartError where nothing is left of it."""
+    shape = _face(occ, figure.outline)
     if figure.strips:
-        strips = [face(strip) for strip in figure.strips]
-        if len(strips) > 1:
-            strips, _ = add.fuse(strips[:1], strips[1:])
-        pieces, _ = add.intersect(pieces, strips)
-    away = [face(loop) for loop in (*figure.holes, *figure.cuts)]
-    if away:
-        pieces, _ = add.cut(pieces, away)
-    add.synchronize()
-    tags = [tag for dim, tag in pieces if dim == 2]
-    if not tags:
+        shape = shape * reduce(add, (_face(occ, strip) for strip in figure.strips))
+    shape = reduce(sub, (_face(occ, loop) for loop in (*figure.holes, *figure.cuts)), shape)
+    if not list(shape.faces):
         raise CutApartError("nothing is left of the sheet: its openings are larger than it is")
-    return tags
+    return shape
 
 
-def _check_pieces(gmsh: ModuleType, tags: list[int], figure: Figure, near: float) -> None:
-    """Raise CutApartError unless all pieces hang on pads, and all pads on one another by pieces."""
-    joined = [{k for k, own in enumerate(touched(gmsh, tag, figure, near)) if own} for tag in tags]
+def _name_pads(faces: Sequence[Any], figure: Figure, near: float) -> None:
+    """Give edges whose middles are on a pad, within a distance, m, its name. Raise CutApartError unless all pieces hang
+    on pads and all pads on one another by pieces."""
+    joined: list[set[int]] = []
+    for face in faces:
+        joined.append(set())
+        for edge in face.edges:
+            middle = edge.Value(sum(edge.parameter_interval) / 2)
+            at = np.array([[middle.x, middle.y]]) * MILLIMETRE
+            for k in (k for k, pad in enumerate(figure.pads) if any(float(own.distance(at)[0]) < near for own in pad)):
+                edge.name = f"pad{k}"
+                joined[-1].add(k)
     if loose := sum(not pads for pads in joined):
-        raise CutApartError(f"{loose} of {len(tags)} pieces of the sheet hang on nothing")
+        raise CutApartError(f"{loose} of {len(faces)} pieces of the sheet hang on nothing")
     group, rest = joined[0], joined[1:]
     while meeting := [pads for pads in rest if pads & group]:
         group, rest = group.union(*meeting), [pads for pads in rest if not pads & group]
@@ -126,137 +117,200 @@ def _check_pieces(gmsh: ModuleType, tags: list[int], figure: Figure, near: float
         raise CutApartError("the sheet is cut apart: nothing is left between what it is held by")
 
 
-def touched(gmsh: ModuleType, tag: int, figure: Figure, near: float) -> list[bool]:
-    """Which pads a piece of the figure reaches, by the middles of its edges, within a distance, m."""
-    middles = []
-    for _, curve in gmsh.model.getBoundary([(2, tag)], oriented=False):
-        low, high = gmsh.model.getParametrizationBounds(1, curve)
-        middles.append(gmsh.model.getValue(1, curve, [(low[0] + high[0]) / 2])[:2])
-    at = np.array(middles) * MILLIMETRE
-    return [any((curve.distance(at) < near).any() for curve in pad) for pad in figure.pads]
+class _Sheet:
+    """A meshed sheet. DOFs (9 n,) are, for x, y and z in turn, n plane ones for each power of the height.
 
-
-def _straightened(plane: Array, bad: Index) -> Array:
-    """Points, with the sides of quadrilaterals (q, 9) straight."""
-    plane, corners = plane.copy(), bad[:, :4]
-    plane[bad[:, 4:8]] = (plane[corners] + plane[np.roll(corners, -1, axis=1)]) / 2
-    plane[bad[:, 8]] = plane[corners].mean(axis=1)
-    return plane
-
-
-class _Plane(NamedTuple):
-    """Points (n, 2), m, quadrilaterals (q, 9), the points of each pad, and the area, m^2."""
-
-    points: Array
-    faces: Index
-    pads: list[Index]
-    area: float
-
-
-def _plane_mesh(figure: Figure, size: float, algorithm: int) -> _Plane:
-    """The figure meshed by one of gmsh's algorithms. Raises CutApartError, and SolverError where there is no mesh."""
-    with occ.session() as gmsh:
-        tags = surfaces(gmsh, figure)
-        extent = max(abs(x) for curve in figure.outline for point in curve.points for x in point)
-        _check_pieces(gmsh, tags, figure, NEAR * extent)
-        area = sum(gmsh.model.occ.getMass(2, tag) for tag in tags)
-        edges = {curve for tag in tags for _, curve in gmsh.model.getBoundary([(2, tag)], oriented=False)}
-        length = sum(gmsh.model.occ.getMass(1, curve) for curve in edges)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 2 * size * 2 * area / length / CELLS_ACROSS)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", ROUND)
-        gmsh.option.setNumber("Mesh.Algorithm", algorithm)
-        gmsh.option.setNumber("Mesh.SubdivisionAlgorithm", 1)  # every triangle and quadrilateral into such halves
-        for tag in tags:
-            gmsh.model.mesh.setRecombine(2, tag)
-        gmsh.model.mesh.generate(2)
-        gmsh.model.mesh.optimize("Laplace2D")
-        gmsh.model.mesh.setOrder(2)
-        points, faces, _ = occ.elements(gmsh, QUAD9, 9, dict.fromkeys(tags, 0))
-    plane = points[:, :2]
-    pads = [np.flatnonzero(np.min([curve.distance(plane) for curve in pad], axis=0) < NEAR * extent)
-            for pad in figure.pads]  # fmt: skip
-    return _Plane(plane, faces, pads, area * MILLIMETRE**2)
-
-
-def sheet_mesh(figure: Figure, thickness: float, material: SolidMaterial, size: float) -> SolidMesh:
-    """One layer of 27-node hexahedra about the plane. Raises SolverError when gmsh makes no mesh of the figure."""
-    heights = np.array([-thickness / 2, thickness / 2])
-    group = Swept((), np.zeros(3), np.eye(3), thickness)
-    for algorithm, finer in TRIES:
-        plane = _plane_mesh(figure, size * finer, algorithm)
-        flat = plane.points
-        if not len(plane.faces):
-            continue
-        for _ in range(STRAIGHTENED):
-            owner = np.zeros(len(plane.faces), dtype=np.intp)
-            points, cells, _ = sweep_quadrilaterals(flat, plane.faces, owner, group, heights)
-            least, volume = jacobians(points, cells)
-            if least.min() > LEAST_JACOBIAN:
-                break
-            flat = _straightened(flat, plane.faces[least <= LEAST_JACOBIAN])
-        if least.min() > 0 and abs(volume.sum() / (plane.area * thickness) - 1) < VOLUME_ERROR:
-            break
-    else:
-        raise SolverError("gmsh folds cells of the sheet; try another mesh_size, or corners that are less sharp")
-    levels = np.arange(3)
-    sets = {str(k): (3 * pad[:, None] + levels).ravel() for k, pad in enumerate(plane.pads)}
-    return SolidMesh(points, {QUADRATIC: cells}, {QUADRATIC: np.zeros(len(cells), dtype=np.intp)}, (material,), sets)
-
-
-def _tied(mesh: SolidMesh) -> sp.csc_matrix:
-    """What leads to all DOFs from those that are free, then six of every pad about the origin.
-
-    Points of a pad follow it as the edge of a plate does: in the plane, and along the normal those in the middle of the
-    thickness. Held in its thickness as well, the row of cells at the edge would be too stiff over all its width.
+    Raises CutApartError, and SolverError where netgen makes no mesh.
     """
-    owner = np.full(mesh.order, -1)
-    for k, points in mesh.point_sets.items():
-        middle = points[mesh.points[points, 2] == 0.0]
-        followers = np.concatenate([3 * points, 3 * points + 1, 3 * middle + 2])
-        owner[followers[owner[followers] < 0]] = int(k)
-    free, tied = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
-    rows = rigid_motions(mesh.points)[tied]
-    columns = len(free) + 6 * owner[tied][:, None] + np.arange(6)
-    entries = np.concatenate([np.ones(len(free)), rows.ravel()])
-    at = np.concatenate([free, np.repeat(tied, 6)]), np.concatenate([np.arange(len(free)), columns.ravel()])
-    return sp.csc_matrix((entries, at), shape=(mesh.order, len(free) + 6 * len(mesh.point_sets)))
+
+    def __init__(self, figure: Figure, thickness: float, material: SolidMaterial, size: float) -> None:
+        self._ng = need("ngsolve", "solid")
+        self.thickness: float = thickness
+        self.mu: float = material.E / (2 + 2 * material.nu)
+        self.lame: float = 2 * self.mu * material.nu / (1 - 2 * material.nu)
+        self._rho, self._pads = material.rho, len(figure.pads)
+        self.extent: float = max(abs(x) for curve in figure.outline for point in curve.points for x in point)
+        self.mesh: Any = self._meshed(figure, size)
+        self.space: Any = self._ng.H1(self.mesh, order=ORDER)
+        self.order: int = 3 * LEVELS * self.space.ndof
+        s, w = np.polynomial.legendre.leggauss(2 * LEVELS - 1)
+        powers = np.arange(LEVELS)
+        self.weights: Array = w * thickness / 2
+        self.P: Array = s[:, None] ** powers
+        """Powers of the height (q, 3), and their slopes."""
+        self.dP: Array = powers * s[:, None] ** np.maximum(powers - 1, 0) * 2 / thickness
+
+    def _meshed(self, figure: Figure, size: float) -> Any:
+        ng, meshing = self._ng, need("netgen.meshing", "solid")
+        with kernel() as occ:
+            shape = _shape(occ, figure)
+            faces = list(shape.faces)
+            _name_pads(faces, figure, NEAR * self.extent)
+            area = sum(float(face.mass) for face in faces)
+            length = sum(float(edge.mass) for face in faces for edge in face.edges)
+            parameters = meshing.MeshingParameters(
+                maxh=size * 2 * area / length / ACROSS, curvaturesafety=ROUND / (2 * np.pi), grading=GRADING
+            )
+            try:
+                mesh = ng.Mesh(occ.OCCGeometry(shape, dim=2).GenerateMesh(parameters))
+            except meshing.NgException as error:
+                raise SolverError(f"netgen: {error}; try another mesh_size, or corners that are less sharp") from None
+        mesh.Curve(ORDER)
+        meshed = float(ng.Integrate(1.0, mesh))
+        if abs(meshed / area - 1) > AREA_ERROR:
+            rule = f"netgen meshes {meshed:.6g} mm^2 of a sheet of {area:.6g} mm^2"
+            raise SolverError(f"{rule}; try another mesh_size, or corners that are less sharp")
+        return mesh
+
+    def _plane(self, form: Any) -> sp.csr_matrix:
+        """A matrix (n, n) of the plane DOFs."""
+        with self._ng.TaskManager():
+            matrix = self._ng.BilinearForm(form).Assemble().mat
+        row, column, value = matrix.COO()
+        return sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(self.space.ndof,) * 2)
+
+    def matrices(self) -> tuple[sp.csc_matrix, sp.csc_matrix]:
+        """K, N/m, and M, kg: sums of products of one through the thickness and one in the plane."""
+        ng = self._ng
+        u, v = self.space.TnT()
+        left, right, region = (*ng.grad(v), v), (*ng.grad(u), u), ng.dx(bonus_intorder=BONUS)
+        scale = (1.0, 1.0, MILLIMETRE)
+        through = (self.P, self.P, self.dP)
+        parts = []
+        for a, b in product(range(3), repeat=2):
+            plane = self._plane(left[a] * right[b] * region) * (scale[a] * scale[b])
+            both = sp.kron((through[a] * self.weights[:, None]).T @ through[b], plane)
+            C = np.zeros((3, 3))
+            C[a, b] += self.lame
+            C[b, a] += self.mu
+            if a == b:
+                C += self.mu * np.eye(3)
+            parts.append(sp.kron(C, both, format="csr"))
+        mass = self._plane(u * v * region) * MILLIMETRE**2
+        M = self._rho * sp.kron(np.eye(3), sp.kron((self.P * self.weights[:, None]).T @ self.P, mass))
+        return sp.csc_matrix(reduce(add, parts)), sp.csc_matrix(M)
+
+    @cached_property
+    def rigid_motions(self) -> Array:
+        """DOFs (9 n, 6) of translations and rotations about the origin of the plane."""
+        ng, n, half = self._ng, self.space.ndof, self.thickness / 2
+        field = ng.GridFunction(self.space)
+        one, x, y = np.empty((3, n))
+        for values, of in ((one, ng.CF(1.0)), (x, ng.x * MILLIMETRE), (y, ng.y * MILLIMETRE)):
+            field.Set(of)
+            values[:] = field.vec.FV().NumPy()
+        out = np.zeros((3, LEVELS, n, 6))
+        for axis in range(3):
+            out[axis, 0, :, axis] = one
+        out[1, 1, :, 3], out[2, 0, :, 3] = -half * one, y
+        out[0, 1, :, 4], out[2, 0, :, 4] = half * one, -x
+        out[0, 0, :, 5], out[1, 0, :, 5] = -y, x
+        return out.reshape(-1, 6)
+
+    def tied(self) -> sp.csc_matrix:
+        """What leads to all DOFs from those that are free, then six of every pad about the origin.
+
+        A pad moves the sheet as it does the edge of a plate: in the plane, and along the normal in the middle of the
+        thickness. Held in its thickness as well, it would be too stiff over all its width.
+        """
+        n = self.space.ndof
+        owner = np.full((3, LEVELS, n), -1)
+        for k in reversed(range(self._pads)):
+            on = np.array(self.space.GetDofs(self.mesh.Boundaries(f"pad{k}")))
+            owner[:2, :, on] = owner[2, 0, on] = k
+        owner = owner.ravel()
+        free, tied = np.flatnonzero(owner < 0), np.flatnonzero(owner >= 0)
+        columns = len(free) + 6 * owner[tied][:, None] + np.arange(6)
+        entries = np.concatenate([np.ones(len(free)), self.rigid_motions[tied].ravel()])
+        at = np.concatenate([free, np.repeat(tied, 6)]), np.concatenate([np.arange(len(free)), columns.ravel()])
+        return sp.csc_matrix((entries, at), shape=(self.order, len(free) + 6 * self._pads))
+
+    def _fields(self, vector: Array) -> list[list[Any]]:
+        """For each axis and power of the height the field of a vector of DOFs."""
+        made = []
+        for part in vector.reshape(3 * LEVELS, -1):
+            field = self._ng.GridFunction(self.space)
+            field.vec.FV().NumPy()[:] = part
+            made.append(field)
+        return [made[LEVELS * axis : LEVELS * (axis + 1)] for axis in range(3)]
+
+    def surface(self, basis: Array) -> Arrays:
+        """The outer surface as `Surface` has it, from displacements of all DOFs by coordinates of the sheet."""
+        ng, steps = self._ng, SHOWN
+        grid = [(i, j) for i in range(steps + 1) for j in range(steps + 1 - i)]
+        number = {at: k for k, at in enumerate(grid)}
+        up = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in grid if i + j < steps]
+        down = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in grid if i + j < steps - 1]
+        small = np.array([[number[at] for at in corners] for corners in up + down])
+        rule = ng.IntegrationRule([(i / steps, j / steps) for i, j in grid], [0.0] * len(grid))
+        at = self.mesh.MapToAllElements(rule, ng.VOL)
+        plane = np.asarray(ng.CF((ng.x, ng.y))(at)) * MILLIMETRE
+        rounded = (plane / (NEAR * self.extent)).round()
+        _, first, same = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+        triangles = same.ravel()[(small + len(grid) * np.arange(self.mesh.ne)[:, None, None]).reshape(-1, 3)]
+        (a, b), (c, d) = ((plane[first][triangles[:, k]] - plane[first][triangles[:, 0]]).T for k in (1, 2))
+        triangles[a * d < b * c] = triangles[a * d < b * c][:, ::-1]
+        count = len(first)
+        sides = np.concatenate([triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+        _, place, times = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
+        p, q = sides[place[times == 1]].T
+        top = triangles + count
+        facets = [top[:, [0, 1, 2, 2]], triangles[:, [2, 1, 0, 0]], np.stack([p, q, q + count, p + count], axis=-1)]
+        moved = np.empty((3, LEVELS, count, basis.shape[1]))
+        for k, vector in enumerate(basis.T):
+            for axis, fields in enumerate(self._fields(vector)):
+                for level, field in enumerate(fields):
+                    moved[axis, level, :, k] = np.asarray(field(at)).ravel()[first]
+        below, above = (np.einsum("l,alpk->pak", (-1.0) ** np.arange(LEVELS) if low else np.ones(LEVELS), moved)
+                        for low in (True, False))  # fmt: skip
+        half = np.full((count, 1), self.thickness / 2)
+        return {
+            "points": np.vstack([np.hstack([plane[first], -half]), np.hstack([plane[first], half])]),
+            "facets": np.concatenate(facets),
+            "rows": np.concatenate([below, above]).reshape(-1, basis.shape[1]).astype(np.float32),
+        }
+
+    def quadratic(self, vector: Array) -> tuple[float, Array]:
+        """Energy, J, of Green's quadratic strains in a displacement, and the forces (9 n,) of their stresses."""
+        ng = self._ng
+        points = need("ngsolve.comp", "solid").IntegrationRuleSpace(self.mesh, order=4 * (ORDER - 1))
+        region = ng.dx(intrules=points.GetIntegrationRules())
+        x, y, z = (ng.GridFunction(points) for _ in range(3))
+        v, field = self.space.TestFunction(), ng.GridFunction(self.space)
+        slopes = []
+        for part in vector.reshape(3 * LEVELS, -1):
+            field.vec.FV().NumPy()[:] = part
+            for own, of in ((x, ng.grad(field)[0]), (y, ng.grad(field)[1]), (z, MILLIMETRE * field)):
+                own.Interpolate(of)
+            slopes.append([own.vec.FV().NumPy() / MILLIMETRE for own in (x, y, z)])
+        D = np.reshape(slopes, (3, LEVELS, 3, -1))
+        through = np.stack([self.P, self.P, self.dP], axis=-1)
+        H = np.einsum("qla,ilan->qian", through, D)
+        e = np.einsum("qkin,qkjn->qijn", H, H) / 2
+        stress = 2 * self.mu * e + self.lame * np.einsum("qiin->qn", e)[:, None, None] * np.eye(3)[:, :, None]
+        x.vec.FV().NumPy()[:] = np.einsum("q,qijn,qijn->n", self.weights, e, stress) / 2
+        energy = float(ng.Integrate(x * region, self.mesh)) * MILLIMETRE**2
+        force = []
+        for loads in np.einsum("q,qla,qian->ilan", self.weights, through, stress).reshape(3 * LEVELS, 3, -1):
+            for own, load in zip((x, y, z), loads, strict=True):
+                own.vec.FV().NumPy()[:] = load
+            form = (x * ng.grad(v)[0] + y * ng.grad(v)[1]) / MILLIMETRE + z * v
+            force.append(ng.LinearForm(form * region).Assemble().vec.FV().NumPy() * MILLIMETRE**2)
+        return energy, np.concatenate(force)
 
 
-def _surface(mesh: SolidMesh, basis: Array) -> Arrays:
-    """The outer surface as `Surface` has it, from displacements of all points by coordinates of the sheet."""
-    used, facets = outer_sides(mesh)
-    return {"points": mesh.points[used], "facets": facets, "rows": basis[dofs_of(used)].astype(np.float32)}
-
-
-def _stiffening(mesh: SolidMesh, K: sp.csc_matrix, T: sp.csc_matrix, solid: CondensedSolid, thickness: float) -> float:
+def _stiffening(sheet: _Sheet, K: sp.csc_matrix, T: sp.csc_matrix, solid: CondensedSolid) -> float:
     """c of the force k s (1 + c s^2/t^2) of a pad along the normal, all others held, the largest of all pads but the
     first: the energy of Green's quadratic strains in the linear shapes, less what displacements take off (theory eq.
     Z6)."""
-    free, most = np.arange(K.shape[0] - len(solid.K) + len(solid.fixed_frequency_hz)), 0.0
+    pads = len(solid.K) - len(solid.fixed_frequency_hz)
+    free, most = np.arange(K.shape[0] - pads), 0.0
     factor = factorise_large(K[free][:, free])
-    (cells,) = mesh.cells.values()
-    (material,) = mesh.materials
-    shear, lame = (
-        material.E / (2 + 2 * material.nu),
-        material.E * material.nu / (1 + material.nu) / (1 - 2 * material.nu),
-    )
-    places, weights = quadrature(QUADRATIC, 3)
-    for pad in range(6, len(solid.K) - len(solid.fixed_frequency_hz), 6):
-        moved = T @ solid.basis[:, pad + 2]
-        u, x = moved.reshape(-1, 3)[cells], mesh.points[cells]
-        energy, force = 0.0, np.zeros((len(mesh.points), 3))
-        for dN, weight in zip(shape_of(QUADRATIC).gradients(places), weights, strict=True):
-            J = dN @ x
-            slope = np.linalg.solve(J, np.broadcast_to(dN, (len(cells), *dN.shape)))
-            H = slope @ u
-            e = H @ np.swapaxes(H, 1, 2) / 2
-            volume = weight * np.linalg.det(J)
-            stress = 2 * shear * e + lame * np.trace(e, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-            energy += float((volume * (e * stress).sum(axis=(1, 2))).sum()) / 2
-            np.add.at(force, cells, np.swapaxes(slope, 1, 2) @ stress * volume[:, None, None])
-        f = (T.T @ force.ravel())[free]
+    for pad in range(6, pads, 6):
+        energy, force = sheet.quadratic(T @ solid.basis[:, pad + 2])
+        f = (T.T @ force)[free]
         quartic = energy - float(f @ factor.solve(f)) / 2
-        most = max(most, 4 * quartic * thickness**2 / float(solid.K[pad + 2, pad + 2]))
+        most = max(most, 4 * quartic * sheet.thickness**2 / float(solid.K[pad + 2, pad + 2]))
     return most
 
 
@@ -268,10 +322,10 @@ def reduced_sheet(
 
     def compute() -> Arrays:
         announce("mesh")
-        mesh = sheet_mesh(figure, thickness, unit, size)
-        announce(f"{mesh.order} DOFs")
-        T = _tied(mesh)
-        K, M = (sp.csc_matrix(T.T @ A @ T) for A in elastic_matrices(mesh))
+        sheet = _Sheet(figure, thickness, unit, size)
+        announce(f"{sheet.order} DOFs")
+        T = sheet.tied()
+        K, M = (sp.csc_matrix(T.T @ A @ T) for A in sheet.matrices())
         pads = len(figure.pads)
         boundary = np.arange(K.shape[0] - 6 * pads, K.shape[0])
         solid = constraint_modes(K, M, boundary, min(modes, K.shape[0] - 6 * pads - 1), most=MOST_MODES)
@@ -281,10 +335,10 @@ def reduced_sheet(
             "K": balanced(solid.K, np.zeros((pads, 3))),
             "M": solid.M,
             "hz": solid.fixed_frequency_hz,
-            "dofs": np.array(mesh.order),
+            "dofs": np.array(sheet.order),
             "mass": np.array(mass[0, 0]),
-            **_surface(mesh, T @ solid.basis),
-            "stiffening": np.array(_stiffening(mesh, K, T, solid, thickness)),
+            **sheet.surface(T @ solid.basis),
+            "stiffening": np.array(_stiffening(sheet, K, T, solid)),
         }
 
     parts = (REVISION, figure, thickness, unit, size, modes)
