@@ -391,9 +391,9 @@ def test_descriptions_say_what_is_wrong_with_meshes(tmp_path):
 
     assert "a mesh has a unit of length" in said(unit=None) and "unit: mm, as most have" in said(unit=None)
     assert "'um', 'mm', 'cm', 'm' or 'in'" in said(unit="yard")
-    assert "a part has one file" in said(step="stage.step")
-    assert "a drawing has a thickness" in said(thickness="1 mm")
-    assert "the outline of a drawing has an offset" in said(offset="1 mm")
+    assert "a part has one of these" in said(step="stage.step")
+    assert "a drawing or an outline has a thickness" in said(thickness="1 mm")
+    assert "an outline has an offset" in said(offset="1 mm")
     missing = said(interfaces={"base": {"face": "LEFT"}})
     assert "no face is called 'LEFT'" in missing and "parts.bar.interfaces.base" in missing
     assert "does not exist" in said(mesh="absent.inp")
@@ -403,7 +403,7 @@ def test_the_shell_lists_faces_and_makes_a_model_of_a_mesh(tmp_path):
     made = bar("hexahedron", counts=(6, 1, 1))
     file = deck(tmp_path / "bar.inp", made, {"LEFT": made.on(0, 0.0), "TIP": made.on(0, 20.0)})
     listed = json.loads(flexura("faces", file, "--unit", "mm", "--plot", tmp_path, "--json").stdout)
-    assert {"face: LEFT", "face: TIP"} <= {face["text"] for face in listed["faces"]}
+    assert {"{face: LEFT}", "{face: TIP}"} <= {face["text"] for face in listed["faces"]}
     assert (tmp_path / "faces.png").stat().st_size > 10_000
     out = tmp_path / "bar.yaml"
     words = ("--unit", "mm", "--material", METAL, "--hold", "LEFT", "--interface", "TIP")

@@ -34,7 +34,7 @@ from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import factorise_large
 from flexura.records import Kept
 
-REVISION = 6
+REVISION = 7
 """Goes up whenever meshes or reductions of parts change."""
 
 ORDER = 3
@@ -188,14 +188,14 @@ def _reduced(
         elements = CurvedElements(low.elements.mesh, ORDER, materials, announce)
         announce("reducing")
         high = reduced(elements)
-        worst = _mesh_errors(low, high, high.fewest, mesher.share)[1] / 2
+        worst = _mesh_errors(low, high, high.fewest, mesher.shares)[1] / 2
         announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
         if worst <= tolerance or is_given or (attempt := attempt + 1) > MORE:
             break
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
     announce("modes with the interfaces held")
     count, complete = high.choose(up_to_hz)
-    off, _ = _mesh_errors(low, high, count, mesher.share)
+    off, _ = _mesh_errors(low, high, count, mesher.shares)
     K, M, basis = high.matrices(count)
     points, facets, rows = _surface(elements, basis)
     more: Arrays = {}
@@ -228,7 +228,7 @@ def _reduced(
 class _Mesher:
     """Meshes of a drawing whose cells become smaller where stresses are not smooth."""
 
-    share: float = SHARE
+    shares: tuple[float, float] = (LEAST_SHARE, SHARE)
 
     def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
         self._ng = need("ngsolve", "solid")
@@ -287,7 +287,7 @@ class _Mesher:
 class _Given:
     """The mesh of others, which stays as it is."""
 
-    share: float = UNREFINED
+    shares: tuple[float, float] = (0.0, UNREFINED)
 
     def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
         self._mesh, self._joints = drawing.shape.mesh([_name(place) for place in drawing.order]), joints
@@ -577,11 +577,11 @@ def _pencil(K: Array, M: Array) -> Array:
     return np.asarray(la.eigh(K, M, eigvals_only=True))
 
 
-def _mesh_errors(low: _Reduction, high: _Reduction, count: int, most: float) -> tuple[Array, float]:
+def _mesh_errors(low: _Reduction, high: _Reduction, count: int, shares: tuple[float, float]) -> tuple[Array, float]:
     """E (n, n), how far the stiffness may be off for the mesh, and the largest relative error of energies.
 
     A share of the difference of two orders: that of the unsmooth stresses of the higher one, which are too large at
-    edges where stresses are infinite, and may miss some elsewhere; no more than `most`, and no less than a quarter.
+    edges where stresses are infinite, and may miss some elsewhere, within the least and the most of `shares`.
     """
     (K, _, _), (other, _, _) = high.matrices(count), low.matrices(count)
     c = high._c
@@ -602,7 +602,8 @@ def _mesh_errors(low: _Reduction, high: _Reduction, count: int, most: float) -> 
     largest = max(
         float(np.abs(off).max()) if elastic.any() and c > 6 else 0.0, float((E[at, at] / K[at, at])[:MODES].max())
     )
-    share = min(most, max(LEAST_SHARE, high.roughness / largest)) if largest > 0 else most
+    least, most = shares
+    share = min(most, max(least, high.roughness / largest)) if largest > 0 else most
     return share * E, share * largest
 
 
