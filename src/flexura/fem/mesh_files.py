@@ -37,7 +37,7 @@ DECKS, BULK = (".inp",), (".bdf", ".nas", ".dat")
 SHEET = re.compile(r"(S|STRI|DS|M3D|SFM3D|R3D|CP[SE]|CAX)\d\w*")
 """Types of flat elements in decks."""
 
-DECK_SIDES = {
+DECK_SIDES: dict[str, tuple[tuple[int, ...], ...]] = {
     "tetra": ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
     "pyramid": ((0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)),
     "wedge": ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),

@@ -20,7 +20,7 @@ BEND = np.radians(30.0)
 FLAT = 1e-9
 """Volume of a cell over the cube of its longest edge from which it is one."""
 
-ACROSS = {
+ACROSS: dict[int, tuple[tuple[float, ...], tuple[float, ...]]] = {
     3: ((-0.5, -0.5, -1.0), (-2.0, 2.0, 2.0)),
     4: ((-0.5, -0.5, -0.5, -0.5), (-0.5, 1.0, 0.5, 1.0)),
 }

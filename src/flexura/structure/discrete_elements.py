@@ -314,7 +314,7 @@ class SuperelementMatrices(Lumped):
     def __init__(self, table: ValueTable, described: Superelement, nodes: list[int]) -> None:
         self.nodes = nodes
         self.amplitudes: int = described.amplitudes
-        self.loss = None if described.loss_factor is None else table.add(described.loss_factor)
+        self.loss: int | None = None if described.loss_factor is None else table.add(described.loss_factor)
         self._variation = variation = described.variation
         spare = np.eye(-described.amplitudes % 6)
 
