@@ -341,16 +341,21 @@ class SuperelementMatrices(Lumped):
         shares = [np.prod(x**powers, axis=-1) for powers in np.array(variation.powers)]
         K = _combined([own * E / variation.nominal[0] for own in shares], self._K)
         M = _combined([own * rho / variation.nominal[1] for own in shares], self._M)
+        return self.over_nodes(K, positions), self.over_nodes(M, positions)
+
+    def over_nodes(self, A: Array, positions: Array) -> Array:
+        """A matrix (..., n, n) as described over the nodes at `positions`, which rigid arms join to their places."""
+        if self._variation is None:
+            return A
         count = len(self._places)
         away = self._places - positions[..., :count, :]
         if not moves(away) and not away.any():
-            return K, M
-        T = zeros((*away.shape[:-2], K.shape[-1], K.shape[-1]), away)
-        T[..., range(6 * count, K.shape[-1]), range(6 * count, K.shape[-1])] = 1.0
+            return A
+        T = zeros((*away.shape[:-2], A.shape[-1], A.shape[-1]), away)
+        T[..., range(6 * count, A.shape[-1]), range(6 * count, A.shape[-1])] = 1.0
         for k, arm in enumerate(np.moveaxis(rigid_arm(away), -3, 0)):
             T[..., 6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = arm
-        Tt = np.swapaxes(T, -1, -2)
-        return Tt @ K @ T, Tt @ M @ T
+        return np.swapaxes(T, -1, -2) @ A @ T
 
 
 def _combined(shares: Sequence[Array], matrices: Array) -> Array:

@@ -240,7 +240,10 @@ def _of_meshes(full: FullOrderModel, states: Array) -> Iterator[Assumption]:
             for path in topology.copies[name].paths:
                 place = ".".join((*path, key))
                 q = full.superelement_coordinates(states, place)
-                E, K = (q.T @ A.array @ q for A in (part.stiffness_error, part.stiffness))
+                own, x = full.plan.parts[name].superelements[key], full.geometry.parts[name].positions
+                at = x[own.nodes]
+                K, n = own.matrices(full.values, at)[0], len(q)
+                E, K = (q.T @ A @ q for A in (own.over_nodes(part.stiffness_error.array, at), K[:n, :n]))
                 whole = K if part.mesh is not None and part.mesh.complete_hz is not None else None
                 yield Assumption("mesh", place, text, "mesh", E, (0.0, 1.0), whole=whole)
 

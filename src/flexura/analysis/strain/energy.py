@@ -199,9 +199,9 @@ def _mesh_errors(model: FullOrderModel, displacements: Array, energy: Array) -> 
         known = {key: error.array for key, error in errors.items() if error is not None}
         for path, u in placed_motions(model, displacements, name) if known else ():
             for key, matrix in known.items():
-                nodes = model.plan.parts[name].superelements[key].nodes
-                spare = 6 * len(nodes) - len(matrix)
-                uncertain[".".join((*path, key))] = _quadratic(np.pad(matrix, (0, spare)), nodes, u)
+                own, x = model.plan.parts[name].superelements[key], model.geometry.parts[name].positions
+                E = np.pad(matrix, (0, 6 * len(own.nodes) - len(matrix)))
+                uncertain[".".join((*path, key))] = _quadratic(own.over_nodes(E, x[own.nodes]), own.nodes, u)
     if not uncertain:
         return None
     each = np.array(list(uncertain.values()))
