@@ -65,6 +65,7 @@ NOT_IN_FILES = {
     "Top level": set(describe.Substructure.model_fields),
     "Actuators": {"type"},
     "Sensors": {"type"},
+    "Superelements": {"variation"},
 }
 
 

@@ -144,7 +144,7 @@ def test_an_offset_names_and_round_holes():
         ("[[0, 0], [20 mm, 0]]", "", "outline", "encloses an area"),
         ("[[0, 0], [20 mm, 0], [20 mm, 0], [0, 20 mm]]", "", "outline.2", "a side has a length"),
         ("[[0, 0], [20 mm, 0], {to: [0, 20 mm], radius: 9 mm}]", "", "outline.2.radius", "does not reach over 28.28"),
-        ("[[0, 0], [edge, 0], [20 mm, 20 mm]]", "", "outline.1.0", "meshed once"),
+        ("[[0, 0], [edge, 0], [20 mm, 20 mm]]", "", "outline.1.0", "edge has no minimum and maximum"),
         ("[[0, 0], [20 m, 0], [20 m, 20 m]]", "", "outline", "to 3 m long"),
         (SQUARE, "holes: [{centre: [30 mm, 5 mm], diameter: 1 mm}]", "outline", r"around all others \(found \(30, 5\)"),
         (SQUARE, "holes: [{centre: [20 mm, 5 mm], diameter: 1 mm}]", "outline", "do not touch or cross each other"),

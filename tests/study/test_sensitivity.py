@@ -160,7 +160,10 @@ def test_a_design_that_cannot_be_is_refused() -> None:
 
 def test_stress_inside_superelements_is_said_to_be_unknown() -> None:
     model = fx.load(GUIDE.parents[1] / "imported" / "guide.yaml")
-    asked, said = "stress at carriage.x = 1 mm", "stress in leaf1.part, leaf2.part, superelements, nothing is known"
+    asked, said = (
+        "stress at carriage.x = 1 mm",
+        "not of leaf1.part, leaf2.part, superelements, of whose stress nothing is",
+    )
     vary = {"width": (10e-3, 20e-3)}
     notes = [
         fx.sweep(model, vary={"width": [10e-3]}, ask=asked).notes,

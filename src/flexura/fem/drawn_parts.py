@@ -199,14 +199,15 @@ def _placed(error: ModelError, path: Path, key: str) -> ModelError:
     return ModelError([replace(own, path=(*path, *place)) for own, place in found])
 
 
-def _shaping(part: SolidPart) -> list[Expression]:
-    """What the shape of a planar part varies with."""
-    return [value for place, _, value in scalars(part) if place[0] in SHAPE and isinstance(value, Expression)]
+def _shaping(part: SolidPart) -> list[tuple[Path, Expression]]:
+    """What the shape of a planar part varies with, and where that stands."""
+    return [(place, own) for place, _, own in scalars(part) if place[0] in SHAPE and isinstance(own, Expression)]
 
 
 def _spans(model: Mechanism, part: SolidPart, path: Path, known: Mapping[str, Any]) -> dict[str, Span]:
     """What the parameters that shape a part are, and become. Raises ModelError for too many, and without bounds."""
-    names = sorted({name for value in _shaping(part) for name in value.names})
+    places = {name: place for place, value in reversed(_shaping(part)) for name in value.names}
+    names = sorted(places)
     if len(names) > MOST_SIZES:
         rule = f"its shape varies with {len(names)} parameters, and {MOST_SIZES} are the most"
         raise ModelError([Problem(path, ", ".join(names), rule, "write numbers in place of some")])
@@ -220,7 +221,8 @@ def _spans(model: Mechanism, part: SolidPart, path: Path, known: Mapping[str, An
             bounds: Any = evaluated(parameters[root], known)
             if bounds.minimum is None or bounds.maximum is None:
                 rule = f"the part is meshed for all that it becomes, and parameter {root} has no minimum and maximum"
-                raise ModelError([Problem(path, name, rule, "say from what to what it goes, or write a number")])
+                hint = "say from what to what it goes, or write a number"
+                raise ModelError([Problem((*path, *places[name]), name, rule, hint)])
             grids.append(np.linspace(bounds.minimum, bounds.maximum, STEPS))
         points = np.array(list(product(*grids))).T
         every = parameter_values(model, dict(zip(sorted(roots), points, strict=True)))[name]

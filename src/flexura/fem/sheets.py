@@ -52,7 +52,7 @@ NEAR = 1e-6
 AREA_ERROR = 1e-3
 """Most relative difference between the area of a mesh and that of its figure."""
 
-REVISION = 3
+REVISION = 4
 """Goes up whenever meshes or matrices of sheets change, so that those in the cache are worked out anew."""
 
 
