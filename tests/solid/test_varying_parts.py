@@ -47,7 +47,7 @@ def described(file, far, parameters=(), **sizes):
 
 
 def frequencies(model, count=5, **parameters):
-    return np.array([mode.frequency_hz for mode in fx.modes(model, n=count, parameters=parameters).modes])
+    return np.array([mode.full_frequency_hz for mode in fx.modes(model, n=count, parameters=parameters).modes])
 
 
 @pytest.fixture(scope="module")
