@@ -176,6 +176,6 @@ def refuse_memory(dofs: float, order: int) -> None:
     if memory > free:
         raise OptionError(
             f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "
-            f"{free / 1e9:.2g} GB are free: a larger size, or a coarser mesh, makes fewer"
-            + (", order 2 too" if order > 2 else "")
+            f"{free / 1e9:.2g} GB are free: a larger size, of a part mesh_tolerance, or a coarser mesh makes fewer"
+            + (", of whole solids order 2 too" if order > 2 else "")
         )
