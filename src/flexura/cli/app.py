@@ -154,12 +154,12 @@ COMMANDS = {
     "faces": _Command(
         "parts",
         "faces_command",
-        "Faces of a part from CAD: number, name, colour, kind and place of each, and how a file chooses it.",
+        "Faces of a part from CAD or a mesh: number, name, colour, kind and place of each, and what chooses it.",
     ),
     "model": _Command(
         "parts",
         "model_command",
-        "A part from CAD as a certified low-order model, with its modes: a mechanism file, a report, or an export.",
+        "A part from CAD or a mesh as a certified low-order model, with its modes: mechanism file, report, or export.",
     ),
     "schema": _Command(
         "description", "schema_command", "Print the JSON Schema of mechanism files, for completion in editors."

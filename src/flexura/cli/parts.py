@@ -87,7 +87,7 @@ def model_command(
         ),
     ] = None,
 ) -> Answer:
-    """A part from CAD or a mesh as a certified low-order model, with its modes: a mechanism file, report, or export."""
+    """A part from CAD or a mesh as a certified low-order model, with its modes: mechanism file, report, or export."""
     from flexura.analysis import modes
     from flexura.cli.amounts import limit_of
     from flexura.fem import with_solid_parts

@@ -237,7 +237,7 @@ class _Motion:
         ng, mesh = self._ng, self._mesh
         field = ng.GridFunction(ng.VectorH1(mesh, order=self._order))
         own, other = self._outline.segments, _followed(self._outline, outline)
-        ways = {f"face{place}": _way(ng, own[k], other[k]) for place, k in self._segments.items()}
+        ways = {f"face{place}": _displacement(ng, own[k], other[k]) for place, k in self._segments.items()}
         for axis in range(2):
             field.components[axis].vec.data = self._harmonic({name: way[axis] for name, way in ways.items()}).vec
         field.components[2].Set((thickness / self._thickness - 1) * ng.z)
@@ -299,7 +299,7 @@ def _followed(outline: Outline, moved: Outline) -> list[Segment]:
     return found
 
 
-def _way(ng: Any, own: Segment, other: Segment) -> list[Any]:
+def _displacement(ng: Any, own: Segment, other: Segment) -> list[Any]:
     """Two functions of x and y, mm: what leads from the points of a segment to those of another one, share by share."""
     x, y = ng.x, ng.y
 
