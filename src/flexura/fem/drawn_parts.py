@@ -126,7 +126,10 @@ def _made(
         outline = base or _outline(now.outline, now.holes)
         return outline.offset(now.offset) if now.offset else outline, now.thickness
 
-    varied = Varied(spans, shape, [str(x) for x in _shaping(part)]) if spans else None
+    shaping = _shaping(part)
+    held = sorted({name for _, own in shaping for name in own.names} - spans.keys())
+    texts = [*map(str, shaping), *(f"{name} = {known[name]!r}" for name in held)]
+    varied = Varied(spans, shape, texts) if spans else None
     try:
         reduced = reduced_part(drawing, materials, joints, part.mesh_tolerance, own.up_to, announce, varied)
     except ModelError as error:  # of the outlines that it becomes

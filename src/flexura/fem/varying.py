@@ -137,6 +137,11 @@ def family_of(
 
     def sample(powers: Sequence[int]) -> tuple[Array, Array]:
         nonlocal rougher, lower
+        if not any(powers):  # as it is meshed and reduced already
+            middles.append(motion.middles(regions))
+            K, M = shapes.matrices(nominal)
+            shapes.lowest(K, M)
+            return K, M
         x = np.array([at[power] for at, power in zip(chosen, powers, strict=True)])
         now = dict(zip(spans, (sizes + reach * x).tolist(), strict=True))
         announce("meshed for " + ", ".join(f"{name} = {size:.5g}" for name, size in now.items()))
@@ -216,11 +221,11 @@ class _Shapes:
 
 
 class _Motion:
-    """How the mesh of a planar part follows its thickness and the offset of its outline."""
+    """How the mesh of a planar part follows its thickness and its outline."""
 
     def __init__(self, elements: CurvedElements, drawing: Drawing) -> None:
         self._ng = ng = need("ngsolve", "solid")
-        self._mesh, self._drawing, self._order = elements.mesh, drawing, elements.order
+        self._mesh, self._order = elements.mesh, elements.order
         assert drawing.outline is not None and drawing.thickness is not None
         self._outline: Outline = drawing.outline
         self._thickness: float = drawing.thickness
