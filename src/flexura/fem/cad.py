@@ -483,6 +483,11 @@ def _glued(occ: Any, solids: list[Any], names: tuple[str, ...], path: str) -> An
     return shape
 
 
+def mesh_name(place: int) -> str:
+    """What the face at a place in a shape is called in its mesh."""
+    return f"face{place}"
+
+
 def faces_of(shape: Any) -> list[Any]:
     """The faces of a shape in the order of netgen's, those between two solids once."""
     return list({hash(face): face for face in shape.faces}.values())

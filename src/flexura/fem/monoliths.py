@@ -23,7 +23,7 @@ from flexura.beam import rigid_arm
 from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError, need
 from flexura.fem.cache import Arrays, content_key, remembered
-from flexura.fem.cad import Drawing, PartFace, faces_of
+from flexura.fem.cad import Drawing, PartFace, faces_of, mesh_name
 from flexura.fem.curved import CurvedElements, dofs_of_order, fit_forms, refuse_memory
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.given_meshes import GivenMesh
@@ -200,15 +200,15 @@ def _reduced(
     points, facets, rows = _surface(elements, basis)
     more: Arrays = {}
     if varied is not None:
-        regions = ["|".join(map(_name, joint.faces)) for joint in joints]
+        regions = ["|".join(map(mesh_name, joint.faces)) for joint in joints]
         found = family_of(drawing, high, high.modes(count), varied, np.array(places), regions, reduced, announce)
         Ks = np.stack([balanced(own, np.array(places)) for own in found.K])
         K, M = Ks[0], found.M[0]
         off, complete = found.rougher * off + found.error * K, complete * found.lower
         more = {"reach": found.reach, "powers": found.powers, "Ks": Ks, "Ms": found.M, "middles": found.middles}
         more |= {name: np.array(getattr(found, name)) for name in ("error", "rougher", "lower")}
-    met = [_name(place) for joint in joints for place in joint.faces]
-    rigid = [_name(place) for joint in joints if joint.is_rigid for place in joint.faces]
+    met = [mesh_name(place) for joint in joints for place in joint.faces]
+    rigid = [mesh_name(place) for joint in joints if joint.is_rigid for place in joint.faces]
     if (facets[:, 2] == facets[:, 3]).all():  # what stress is known on
         more |= surface_stress(elements, basis, K, met, rigid, INNER)
     return {
@@ -236,7 +236,7 @@ class _Mesher:
         self._drawing, self._joints = drawing, joints
         faces = faces_of(drawing.shape)
         for place, face in enumerate(faces):
-            face.name = _name(place) if place in drawing.order else INNER
+            face.name = mesh_name(place) if place in drawing.order else INNER
         for solid, name in zip(drawing.shape.solids, drawing.solids, strict=True):
             solid.name = name
         self._geometry = need("netgen.occ", "solid").OCCGeometry(drawing.shape)
@@ -290,7 +290,7 @@ class _Given:
     shares: tuple[float, float] = (0.0, UNREFINED)
 
     def __init__(self, drawing: Drawing, joints: Sequence[Joint]) -> None:
-        self._mesh, self._joints = drawing.shape.mesh([_name(place) for place in drawing.order]), joints
+        self._mesh, self._joints = drawing.shape.mesh([mesh_name(place) for place in drawing.order]), joints
 
     def refined(
         self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
@@ -316,7 +316,7 @@ class _Reduction:
         for k, joint in enumerate(joints):
             place = np.array(joint.place)
             columns = np.arange(6 * k, 6 * k + 6)
-            region = mesh.Boundaries("|".join(map(_name, joint.faces)))
+            region = mesh.Boundaries("|".join(map(mesh_name, joint.faces)))
             motions = elements.rigid_motions @ rigid_arm(-place)
             if joint.is_rigid:
                 rows = np.flatnonzero(np.array(space.GetDofs(region)))
@@ -563,11 +563,6 @@ def _independent(vectors: Array, M: Any) -> Array:
         kept = values > DEPENDENT * values[-1]
         T = T @ (turn[:, kept] / np.sqrt(values[kept]))
     return T
-
-
-def _name(place: int) -> str:
-    """What a face is called in a mesh."""
-    return f"face{place}"
 
 
 def _pencil(K: Array, M: Array) -> Array:

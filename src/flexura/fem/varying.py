@@ -21,7 +21,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.deadline import checkpoint
 from flexura.errors import ModelError, Problem, need
-from flexura.fem.cad import Drawing, faces_of
+from flexura.fem.cad import Drawing, faces_of, mesh_name
 from flexura.fem.curved import CurvedElements
 from flexura.fem.geometry import MILLIMETRE
 from flexura.outlines import Outline, Segment
@@ -230,7 +230,7 @@ class _Motion:
         self._outline: Outline = drawing.outline
         self._thickness: float = drawing.thickness
         self._segments = _sides(drawing)
-        self._sides = "|".join(f"face{place}" for place in self._segments)
+        self._sides = "|".join(map(mesh_name, self._segments))
         self._space = ng.H1(self._mesh, order=self._order, dirichlet=self._sides)
         u, v = self._space.TnT()
         self._laplace = ng.BilinearForm(ng.grad(u) * ng.grad(v) * ng.dx).Assemble()
@@ -242,7 +242,7 @@ class _Motion:
         ng, mesh = self._ng, self._mesh
         field = ng.GridFunction(ng.VectorH1(mesh, order=self._order))
         own, other = self._outline.segments, _followed(self._outline, outline)
-        ways = {f"face{place}": _displacement(ng, own[k], other[k]) for place, k in self._segments.items()}
+        ways = {mesh_name(place): _displacement(ng, own[k], other[k]) for place, k in self._segments.items()}
         for axis in range(2):
             field.components[axis].vec.data = self._harmonic({name: way[axis] for name, way in ways.items()}).vec
         field.components[2].Set((thickness / self._thickness - 1) * ng.z)
