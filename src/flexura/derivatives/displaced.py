@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,8 @@ from flexura.motion import (
     Stopped,
     buckling_factor,
     critical_state,
-    described_loads,
     end_forces,
+    loads_with,
     lowest_of_any,
     material_at,
 )
@@ -74,6 +75,16 @@ class DisplacedState(State):
     def displacement(self, node: str) -> Array:
         """Displacement (6,) of a node from the undeformed configuration, with its rotation vector."""
         return self.best.displacement(self._number(node))
+
+    def point_displacement(self, node: str, arm: Any) -> Any:
+        """Displacement (3,) of a point that moves with a node, at an `arm` (3,) from it before anything moves."""
+        root = int(self.best.equations.model.root[self._number(node)])
+        return self.displacement(node)[:3] + (self.best.state.frames.R[root] - np.eye(3)) @ arm
+
+    @cached_property
+    def undriven(self) -> DisplacedState:
+        """The state under the loads and gravity that are described alone."""
+        return displaced_state(self.design, {})
 
     def rows(self, node: str) -> Any:
         """As `State.rows`."""
@@ -194,29 +205,41 @@ class DisplacedState(State):
         return np.swapaxes(rows.slope @ x, 1, 2) @ pull
 
 
-def displaced_state(design: Design, move: Mapping[str, Any]) -> DisplacedState:
+def displaced_state(
+    design: Design,
+    move: Mapping[str, Any],
+    force: Mapping[str, float] | None = None,
+    command: Mapping[str, float] | None = None,
+) -> DisplacedState:
     """A design with displacements prescribed by name, which may have slopes as its values may, under the loads and
-    gravity that are described.
+    gravity that are described, dead forces `carriage.Fy`, N and N m, and commands of actuators by name.
 
     It is reached from the undeformed configuration by a path of equilibria (theory eqs. G1-G31). Raises OptionError for
     unknown nodes and axes and what cannot turn, and SolverError where no equilibrium leads there, or where the state
     has lost its stiffness.
     """
-    return DisplacementPath(design, list(move)).at(list(move.values()))
+    return DisplacementPath(design, list(move), force, command).at(list(move.values()))
 
 
 class DisplacementPath:
     """The equilibria of a design over displacements (d,) that are prescribed, one after another, each continued from
-    the one before."""
+    the one before, under `force` and `command` as in `displaced_state`."""
 
-    def __init__(self, design: Design, names: list[str]) -> None:
+    def __init__(
+        self,
+        design: Design,
+        names: list[str],
+        force: Mapping[str, float] | None = None,
+        command: Mapping[str, float] | None = None,
+    ) -> None:
         self.design = design
         self.names = names
         still = design.still
         model = MovingModel.of(still)
         self.equations: Equations = Equations(model, [driven_displacement(model, name) for name in names])
         self.equations.independent()
-        self.loads: Loads = described_loads(still)
+        self._on = force or {}, command or {}
+        self.loads: Loads = loads_with(model, *self._on)
         undeformed = np.zeros(len(names))
         self._path = Path(self.equations, self.equations.at_rest(), Point(undeformed, NO_LOADS))
         if self.loads.any:
@@ -248,12 +271,12 @@ class DisplacementPath:
         pose, state = at.pose, at.pose.state
         count = len(slope_of(self.design.values))
         targets = [t.slope if isinstance(t, Dual) else np.zeros(count) for t in at.move.values()]
-        loads = described_loads(self.design)
         sloped = Equations(MovingModel.of(self.design), pose.equations.drives)
+        loads = loads_with(sloped.model, *self._on)
         frames = _carried(sloped.model.rest, state.frames, count)
         tangent, missing = sloped.tangent(frames, loads, state.drive)
         missing = missing + state.drive @ tangent.rows
-        with_slopes: Any = Dual(values, np.stack(targets, axis=1))
+        with_slopes: Any = Dual(values, np.reshape(targets, (len(targets), count)).T)
         gap = with_slopes - sloped.travelled(frames)
         step, drive = pose.equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
         frames = _stepped(frames, np.stack([pose.equations.displacements(column) for column in step.T]))

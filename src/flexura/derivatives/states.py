@@ -101,6 +101,10 @@ class State(Record):
         """Displacements (6, n) of a node from the free displacements."""
         raise NotImplementedError
 
+    def displacement(self, node: str) -> Any:
+        """Displacement (6,) of a node from the undeformed configuration, with its rotation vector."""
+        raise NotImplementedError
+
     def flexibility(self, rows: Any, held: Sequence[str] = ()) -> Any:
         """Motions (k, k) along rows (k, n) over the free displacements per unit force along each, with the prescribed
         displacements of some names held, the others free under their forces."""
@@ -306,6 +310,12 @@ class LinearState(State):
     def rows(self, node: str) -> Any:
         """As `State.rows`."""
         return self._at.dense_rows(self._at.plan.topology.numbers([node]))
+
+    def displacement(self, node: str) -> Any:
+        """As `State.displacement`: linear, of loads and gravity, or at the pose that is described."""
+        if self.design.plan.is_posed:
+            return reached(self.design).pose.displacement(int(self.design.plan.topology.numbers([node])[0]))
+        return self.rows(node) @ self._loaded[:, 0]
 
     def flexibility(self, rows: Any, held: Sequence[str] = ()) -> Any:  # noqa: ARG002
         """As `State.flexibility`; nothing is prescribed (theory eq. V3)."""

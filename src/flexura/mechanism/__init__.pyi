@@ -90,6 +90,7 @@ from flexura.mechanism.layout import is_pattern as is_pattern
 from flexura.mechanism.layout import matching as matching
 from flexura.mechanism.loads import COMMANDS as COMMANDS
 from flexura.mechanism.loads import DISPLACEMENTS as DISPLACEMENTS
+from flexura.mechanism.loads import FORCES as FORCES
 from flexura.mechanism.loads import Load as Load
 from flexura.mechanism.loads import Motion as Motion
 from flexura.mechanism.loads import Moved as Moved

@@ -30,7 +30,7 @@ from flexura.mechanism.quantity import (
 )
 from flexura.mechanism.section import Section
 from flexura.mechanism.solid_part import SolidPart
-from flexura.mechanism.studies import DescribedStudy, PublishedValue
+from flexura.mechanism.studies import DescribedStudy, Label, PublishedValue, Question
 from flexura.results import Displayed
 from flexura.tables import Facts, Item, Table, quantity
 
@@ -301,6 +301,8 @@ class Mechanism(Substructure, Displayed):
     """The stroke of the mechanism."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
+    requirements: dict[Label, Question] = {}
+    """What the mechanism is asked to do, by name: relations, as `f1 >= 300 Hz` or `margin >= 2 over stroke`."""
     studies: dict[Name, DescribedStudy] = {}
     """Studies of many designs."""
     published: tuple[PublishedValue, ...] = ()

@@ -20,7 +20,7 @@ from flexura.mechanism.channels import Actuator
 from flexura.mechanism.description import Mechanism, Substructure
 from flexura.mechanism.evaluation import evaluated
 from flexura.mechanism.instances import TOP, Specialised
-from flexura.mechanism.loads import DISPLACEMENTS, Prescribed, command_of
+from flexura.mechanism.loads import DISPLACEMENTS, FORCES, Prescribed, command_of
 from flexura.mechanism.placement import Affine, Reflect, Step, Turn, copies, reflect, turn
 from flexura.mechanism.quantity import Scalar
 
@@ -183,8 +183,8 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
     """The mechanism described at a pose, about which everything linear then is.
 
     `move` prescribes displacements from rest by name, as `{"carriage.y": 5e-3}`, m, components of rotation vectors,
-    `platform.rz`, rad, and commands of actuators, `*.piezo`, in the units of their inputs (wildcards allowed). An empty
-    one leads back to rest.
+    `platform.rz`, rad, dead forces and moments, `carriage.Fy`, N and N m, and commands of actuators, `*.piezo`, in the
+    units of their inputs (wildcards allowed). An empty one leads back to rest.
 
     Raises OptionError for what is neither; nodes that are not there and what is held are named by whatever uses the
     mechanism.
@@ -203,11 +203,12 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
                     rule = "it accelerates the base, which is at rest there; leave it out"
                     raise OptionError(f"{actuator} has no place in a pose: {rule}")
                 found[actuator] = {command: float(value)}
-        elif node and axis in DISPLACEMENTS:
+        elif node and axis in (*DISPLACEMENTS, *FORCES):
             found.setdefault(node, {})[axis] = float(value)
         else:
             known = f", or one of the actuators {', '.join(actuators)}" if actuators else ""
             raise OptionError(
-                f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}{known}"
+                f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}, or a force of"
+                f" {', '.join(FORCES)}{known}"
             )
     return mechanism.replaced({"at": {name: Prescribed(**given) for name, given in found.items()}})

@@ -45,19 +45,22 @@ Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], BeforeValid
 DISPLACEMENTS = ("x", "y", "z", "rx", "ry", "rz")
 """Names of displacements along and about the global axes."""
 
+FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+"""Names of forces and moments along and about the global axes."""
+
 COMMANDS = ("expansion", "voltage", "force", "moment", "temperature")
 """Names of the commands of actuators."""
 
 
 class OneKind(Part):
-    """Either displacements of a node, or the command of an actuator."""
+    """Either what a node is moved by, or the command of an actuator."""
 
     EXAMPLE: ClassVar[str]
 
     @property
     def given(self) -> tuple[str, ...]:
         """Names of what is given."""
-        return tuple(name for name in (*DISPLACEMENTS, *COMMANDS) if getattr(self, name) is not None)
+        return tuple(name for name in (*DISPLACEMENTS, *FORCES, *COMMANDS) if getattr(self, name, None) is not None)
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
@@ -69,7 +72,7 @@ class OneKind(Part):
 
 class Prescribed(OneKind):
     """Where a node is held from rest, global axes: displacements, m, and components of its rotation vector, rad; what
-    is left out stays free.
+    is left out stays free. Dead forces, N, and moments, N m, act on it beside those of `loads`.
 
     Or the command of an actuator: the free expansion of a piezo stack, m, or its voltage, V, where it has a gain; a
     force, N; a moment, N m; the voltage of layers, V, or by how much they are warmer, K.
@@ -83,6 +86,12 @@ class Prescribed(OneKind):
     rx: Angle | None = None
     ry: Angle | None = None
     rz: Angle | None = None
+    Fx: Force | None = None
+    Fy: Force | None = None
+    Fz: Force | None = None
+    Mx: Moment | None = None
+    My: Moment | None = None
+    Mz: Moment | None = None
     expansion: Length | None = None
     voltage: Voltage | None = None
     force: Force | None = None

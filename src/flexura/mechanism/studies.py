@@ -23,6 +23,8 @@ def _one_or_more(raw: Any) -> Any:
 
 
 Question = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=2000)]
+Label = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=100)]
+"""A name of words."""
 Questions = Annotated[tuple[Question, ...], BeforeValidator(_one_or_more)]
 SomeQuestions = Annotated[tuple[Question, ...], Field(min_length=1), BeforeValidator(_one_or_more)]
 

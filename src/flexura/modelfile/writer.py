@@ -254,7 +254,7 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    *("ground", "gravity", "loads", "at", "motion", "test", "studies", "published"),
+    *("ground", "gravity", "loads", "at", "motion", "test", "requirements", "studies", "published"),
 )
 _NAMED = frozenset(_ORDER)
 

@@ -32,6 +32,7 @@ from flexura.motion.pose import part_motions as part_motions
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import at_pose as at_pose
 from flexura.motion.posed import commanded as commanded
+from flexura.motion.posed import loads_with as loads_with
 from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import reached as reached
 from flexura.motion.se3 import rotation_vector as rotation_vector

@@ -165,7 +165,7 @@ class PoseElements:
 
     def driven(self, command: float) -> PoseElements:
         """With a free expansion along the first axis, m."""
-        return replace(self, rest=self.rest + np.append(command, np.zeros(5)))
+        return replace(self, rest=self.rest + command * np.eye(6)[0])
 
     def ends(self, frames: Frames) -> Ends:
         """Where the ends are."""
@@ -450,7 +450,7 @@ class Push:
         """No energy, and the forces and tangents of what it exerts (theory eq. G21)."""
         ends = Ends.of(frames, self.node, np.tile(np.eye(3), (1, 2, 1, 1)), self.arm)
         if self.wrench is None:
-            return Response(np.zeros(1), *pulled(ends, np.array([-self.size]), np.zeros(1)))
+            return Response(np.zeros(1), *pulled(ends, -self.size * np.ones(1), np.zeros(1)))
         R = frames.R[self.node[0, 0]]
         f, m = self.size * R @ self.wrench[:3], self.size * R @ self.wrench[3:]
         force, tangent = (np.zeros(size, like=f) for size in ((2, 6), (2, 6, 2, 6)))

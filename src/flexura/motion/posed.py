@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import is_definite
-from flexura.mechanism import DISPLACEMENTS
+from flexura.mechanism import DISPLACEMENTS, FORCES
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.equilibrium import Drive, Equations
 from flexura.motion.model import NO_LOADS, Loads, MovingModel, described_loads
@@ -201,17 +201,17 @@ def at_pose(design: Design) -> Design:
     return replace(design, pose=there)
 
 
-def reached(design: Design) -> PosedDesign:
+def reached(design: Design, near: PosedDesign | None = None) -> PosedDesign:
     """A design at the pose that its description names, reached from rest by a path of equilibria under the loads and
-    gravity that are described; the last one is kept with the plan.
+    gravity that are described, or from a pose `near` with the same displacements; the last one is kept with the plan.
 
     Raises OptionError for what cannot turn, and SolverError where the path ends before, with the pose that it reached.
     """
     latest: Latest[PosedDesign] = design.plan.prepared.once("reached", Latest)
-    return latest.get(design.values.tobytes(), lambda: _reached(design))
+    return latest.get(design.values.tobytes(), lambda: _reached(design, near))
 
 
-def _reached(design: Design) -> PosedDesign:
+def _reached(design: Design, near: PosedDesign | None) -> PosedDesign:
     plan = design.plan
     moved = plan.pose.moved(design.values)
     model = MovingModel.of(design)
@@ -228,16 +228,19 @@ def _reached(design: Design) -> PosedDesign:
     equations = Equations(model, drives)
     equations.independent()
     loads, commands = _loads(model)
-    zero = np.zeros(len(drives))
-    start = equations.at_rest()
     units = ["rad" if drive.component >= 3 else "m" for drive in drives]
     moves = [f"{name} = {value:.4g} {unit}" for (name, value), unit in zip(moved.items(), units, strict=True)]
     described = ", ".join([*moves, *commands])
-    path = Path(equations, start, Point(zero, NO_LOADS))
-    state = start
-    for at in path.through([Point(zero, loads), Point(np.array(list(moved.values())), loads)]):
+    there, zero = Point(np.array(list(moved.values())), loads), np.zeros(len(drives))
+    if near is None:
+        state = equations.at_rest()
+        path, points = Path(equations, state, Point(zero, NO_LOADS)), [Point(zero, loads), there]
+    else:
+        state = near.pose.state
+        path, points = Path(equations, state, Point(equations.travelled(state.frames), state.loads)), [there]
+    for at in path.through(points):
         if isinstance(at, Stopped):
-            of = "the displacements" if at.point else "the loads and commands"
+            of = "the displacements" if at.point == len(points) - 1 and drives else "the loads and commands"
             raise SolverError(
                 f"at {described}: no equilibrium is found on the path there beyond {100 * at.share:.3g} % of {of};"
                 " flexura stroke shows how far it goes"
@@ -248,20 +251,40 @@ def _reached(design: Design) -> PosedDesign:
 
 
 def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
-    """The loads, gravity and commands that are described, and the commands in words."""
+    """The loads, gravity, forces of the pose and commands that are described, and the latter two in words."""
     design = model.design
-    plan, described = design.plan, described_loads(design)
-    commands, dead = plan.pose.commands(design.values), dict(described.dead)
-    actuators, texts = dict[str, float](), list[str]()
-    ports = Ports(Design.of(plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
-    for port, command in zip(ports, commands.values(), strict=True):
+    plan = design.plan
+    forces, commands = plan.pose.forces(design.values), plan.pose.commands(design.values)
+    ports = _inputs(design, commands)
+    units = ["N m" if name.rpartition(".")[2] in FORCES[3:] else "N" for name in forces]
+    texts = [f"{name} = {size:.4g} {unit}" for (name, size), unit in zip(forces.items(), units, strict=True)]
+    texts += [f"{p.channel.name} = {c:.4g} {p.channel.unit}" for p, c in zip(ports, commands.values(), strict=True)]
+    return loads_with(model, forces, commands), texts
+
+
+def _inputs(design: Design, commands: Mapping[str, Any]) -> Sequence[InputPort]:
+    return Ports(Design.of(design.plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
+
+
+def loads_with(model: MovingModel, force: Mapping[str, Any], command: Mapping[str, Any]) -> Loads:
+    """The loads and gravity that are described, with dead forces and moments, N and N m, `carriage.Fy`, and commands of
+    actuators by name. Raises OptionError for commands that move the base."""
+    design, described = model.design, described_loads(model.design)
+    dead, actuators = dict(described.dead), dict[str, Any]()
+    wrenches: dict[int, Any] = {}
+    for name, size in force.items():
+        node, _, axis = name.rpartition(".")
+        number = int(design.plan.topology.numbers([node])[0])
+        wrenches[number] = wrenches.get(number, 0.0) + size * np.eye(6)[FORCES.index(axis)]
+    for port, size in zip(_inputs(design, command), command.values(), strict=True):
         lever = commanded(model, port)
         if lever.node is None:
-            actuators[lever.name] = command * lever.unit
+            actuators[lever.name] = size * lever.unit
         else:
-            dead[lever.node] = dead.get(lever.node, np.zeros(6)) + command * lever.unit
-        texts.append(f"{lever.name} = {command:.4g} {port.channel.unit}")
-    return Loads(dead, {}, described.gravity, actuators), texts
+            wrenches[lever.node] = wrenches.get(lever.node, 0.0) + size * lever.unit
+    for number, wrench in wrenches.items():
+        dead[number] = dead[number] + wrench if number in dead else wrench
+    return Loads(dead, {}, described.gravity, actuators)
 
 
 def pose_of(model: OfDesign) -> PosedDesign | None:

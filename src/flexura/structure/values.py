@@ -15,7 +15,7 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.duals import moves, plain, with_slopes_of
 from flexura.expressions import Expression
-from flexura.mechanism import COMMANDS, TOP, Layout, Motion, Scalar, matching
+from flexura.mechanism import COMMANDS, FORCES, TOP, Layout, Motion, Scalar, matching
 from flexura.records import Record
 
 
@@ -152,7 +152,7 @@ class DescribedPose:
     def __init__(self, layout: Layout, table: ValueTable) -> None:
         self.any: bool = bool(layout.mechanism.at)
         """Whether there is one away from rest."""
-        self._displacements, self._commands = _prescribed(layout.mechanism.at, layout, table)
+        self._displacements, self._forces, self._commands = _prescribed(layout.mechanism.at, layout, table)
 
     def moved(self, values: Array) -> dict[str, float]:
         """Displacements, m, and components of rotation vectors, rad, by NODE.AXIS, at values (s,)."""
@@ -163,6 +163,11 @@ class DescribedPose:
         return {name: float(values[entry]) for name, entry in self._commands.items()}
 
 
+    def forces(self, values: Array) -> dict[str, float]:
+        """Dead forces, N, and moments, N m, by NODE.AXIS, at values (s,)."""
+        return {name: float(values[entry]) for name, entry in self._forces.items()}
+
+
 class DescribedMotion:
     """The key `motion` of a mechanism, laid out once."""
 
@@ -170,7 +175,7 @@ class DescribedMotion:
         self.motion: Motion | None = layout.mechanism.motion
         """What is described."""
         move = self.motion.move if self.motion is not None else {}
-        self._displacements, self._commands = _prescribed(move, layout, table)
+        self._displacements, _, self._commands = _prescribed(move, layout, table)
         self._wrenches: dict[str, dict[str, Index]] = {
             kind: {
                 node: table.entries((*load.force, *load.moment))
@@ -195,9 +200,9 @@ class DescribedMotion:
 
 def _prescribed(
     targets: Mapping[str, Any], layout: Layout, table: ValueTable
-) -> tuple[dict[str, Index], dict[str, Index]]:
-    """Entries of prescribed displacements by NODE.AXIS, and of commands of actuators by name as placed."""
-    displacements, commands = dict[str, Index](), dict[str, Index]()
+) -> tuple[dict[str, Index], dict[str, Index], dict[str, Index]]:
+    """Entries of prescribed displacements and of forces by NODE.AXIS, and of commands of actuators by name as placed."""
+    displacements, forces, commands = dict[str, Index](), dict[str, Index](), dict[str, Index]()
     actuators = layout.actuators() if targets else {}
     for name, target in targets.items():
         for key in target.given:
@@ -205,5 +210,5 @@ def _prescribed(
             if key in COMMANDS:
                 commands.update(dict.fromkeys(matching(name, actuators), entries))
             else:
-                displacements[f"{name}.{key}"] = entries
-    return displacements, commands
+                (forces if key in FORCES else displacements)[f"{name}.{key}"] = entries
+    return displacements, forces, commands

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import command_limits
-from flexura.analysis.strokes.pose import FORCE_NAMES, PathState, Requested, path_state
+from flexura.analysis.strokes.pose import PathState, Requested, path_state
 from flexura.arrays import Array
 from flexura.deadline import Listener, OutOfTime, Progress
 from flexura.errors import Diagnostic, OptionError, SolverError
-from flexura.mechanism import DOF_NAMES
+from flexura.mechanism import DOF_NAMES, FORCES
 from flexura.motion import (
     Along,
     Arc,
@@ -235,7 +235,7 @@ class _Reader:
             wrench = _Range.of(f"{label} on {node}", given, 6)
             self._add(kind, number, wrench.at_points)
             if wrench.changes:
-                self._changing(node + suffix, FORCE_NAMES, wrench, ["N"] * 3 + ["N m"] * 3)
+                self._changing(node + suffix, FORCES, wrench, ["N"] * 3 + ["N m"] * 3)
 
     def _commands(self, actuators: Mapping[str, FromTo]) -> None:
         """Commands of actuators: of stacks and what acts between two nodes, and dead loads at one node."""

@@ -15,14 +15,12 @@ from flexura.analysis.strain import ScrewAxis, YieldRatios, screw_axis
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.linalg import Matrix, counted_intervals, inverse_roots, leading, scaled
-from flexura.mechanism import DOF_NAMES, FORCE_UNITS, UNITS, is_rotation
+from flexura.mechanism import DOF_NAMES, FORCE_UNITS, FORCES, UNITS, is_rotation
 from flexura.modal import track_modes
 from flexura.motion import Equations, Equilibrium, Pose, buckling_factor
 from flexura.records import Record
 from flexura.tables import number
 from flexura.thresholds import STATIC_ROUND_OFF
-
-FORCE_NAMES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 FEW_NODES = 2
 """Nodes that tell how far a mechanism goes, where commands and loads alone move it."""
@@ -287,7 +285,7 @@ def pose_columns(poses: Sequence[StrokePose], units: Mapping[str, str], errors: 
             columns[f"axis {name} direction {axis} [1]"] = [p.screw_axis[name].direction[k] for p in poses]
             columns[f"axis {name} {axis} [m]"] = [p.screw_axis[name].point[k] for p in poses]
         columns[f"axis {name} pitch [m/rad]"] = [p.screw_axis[name].pitch for p in poses]
-    for k, name in enumerate(FORCE_NAMES):
+    for k, name in enumerate(FORCES):
         columns[f"ground {name} [{'N' if k < 3 else 'N m'}]"] = [p.ground_reaction[k] for p in poses]
     return columns | _compliance_columns(poses)
 

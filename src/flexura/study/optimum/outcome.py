@@ -12,7 +12,7 @@ from flexura.analysis import Modes, Stroke, modes, stroke
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
 from flexura.full_order import plan_of
-from flexura.mechanism import Mechanism
+from flexura.mechanism import FORCES, Mechanism
 from flexura.structure import Plan
 from flexura.study.optimum.climb import (
     FEASIBLE_VIOLATION,
@@ -36,7 +36,7 @@ from flexura.study.optimum.results import (
 )
 from flexura.study.optimum.rows import numbered
 from flexura.study.optimum.task import Task
-from flexura.study.questions import Margins, Quantity, Relation, questions
+from flexura.study.questions import Margins, Pose, Quantity, Relation, questions
 from flexura.tables import counted, quantity
 from flexura.thresholds import PROVEN, ROUND_OFF
 
@@ -338,7 +338,7 @@ class _Anew:
     mechanism: Mechanism
     quantities: Sequence[Quantity]
     warnings: list[Diagnostic] = field(default_factory=list)
-    _strokes: dict[tuple[tuple[str, float], ...], Stroke] = field(default_factory=dict)
+    _strokes: dict[Pose, Stroke] = field(default_factory=dict)
 
     @cached_property
     def plan(self) -> Plan:
@@ -352,11 +352,17 @@ class _Anew:
         self.warnings += result.warnings
         return result
 
-    def stroke(self, pose: tuple[tuple[str, float], ...]) -> Stroke:
+    def stroke(self, pose: Pose) -> Stroke:
         """A pose that quantities are asked at, reached from rest."""
         if pose not in self._strokes:
             most = max(numbered(asked) or 1 for asked in self.quantities if asked.pose == pose)
-            self._strokes[pose] = stroke(self.plan, move=dict(pose), steps=2, n=most)
+            move, command = ({own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "command"))
+            loads = dict[str, Array]()
+            for own in pose:
+                if own.kind == "force":
+                    node, _, axis = own.name.rpartition(".")
+                    loads[node] = loads.get(node, 0.0) + own.value * np.eye(6)[FORCES.index(axis)]
+            self._strokes[pose] = stroke(self.plan, move=move, loads=loads, actuators=command, steps=2, n=most)
             self.warnings += self._strokes[pose].warnings
         return self._strokes[pose]
 

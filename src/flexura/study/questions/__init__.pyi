@@ -4,10 +4,12 @@ from flexura.study.questions.formulas import Formula as Formula
 from flexura.study.questions.formulas import Relation as Relation
 from flexura.study.questions.formulas import formula as formula
 from flexura.study.questions.formulas import relation as relation
+from flexura.study.questions.grammar import Pose as Pose
 from flexura.study.questions.grammar import Quantity as Quantity
 from flexura.study.questions.margins import Margins as Margins
 from flexura.study.questions.margins import OfThePart as OfThePart
 from flexura.study.questions.questions import Questions as Questions
 from flexura.study.questions.questions import questions as questions
+from flexura.study.questions.single import worst_pose as worst_pose
 from flexura.study.questions.slopes import Slopes as Slopes
 from flexura.study.questions.slopes import by_members as by_members

@@ -25,9 +25,9 @@ from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.structure import Plan
-from flexura.study.questions.grammar import Place, Quantity, names_in, trailing_pose, unit_of
+from flexura.study.questions.grammar import WORST, Quantity, Where, Worse, names_in, trailing, unit_of, with_fractions
 from flexura.study.questions.questions import Questions
-from flexura.study.questions.reading import Reader
+from flexura.study.questions.reading import NOWHERE, Reader
 from flexura.units import format_quantity, parse_quantity
 
 _RELATION = re.compile(r"<=|>=|=<|=>|==|!=|<|>|≤|≥")
@@ -91,6 +91,16 @@ class Formula(_Evaluated):
         return self.questions.quantities
 
     @property
+    def canonical(self) -> str:
+        """Its text with names as they are shown."""
+        return _shown(self.expression.tree, self.quantities)
+
+    @property
+    def is_worst(self) -> bool:
+        """Whether it is the worst of a stroke, or of commands."""
+        return len(self.quantities) == 1 and self.quantities[0].kind == WORST
+
+    @property
     def is_constant(self) -> bool:
         """Whether it asks nothing."""
         return not self.quantities
@@ -146,6 +156,13 @@ class Relation(_Evaluated):
         """What is asked in it, each once."""
         return tuple(dict.fromkeys((*self.left.quantities, *self.right.quantities)))
 
+    @property
+    def sides(self) -> tuple[Formula, Formula, bool]:
+        """The side that is asked, the left one where both are, the other one, and whether it is to be below that."""
+        is_left = not self.left.is_constant
+        first, second = (self.left, self.right) if is_left else (self.right, self.left)
+        return first, second, (self.sense > 0) is is_left
+
     @cached_property
     def questions(self) -> Questions:
         """The questions that it is made of."""
@@ -173,8 +190,9 @@ def formula(model: Mechanism | Plan, text: str) -> Formula:
 
     Raises OptionError for text that cannot be read, names that the mechanism lacks and dimensions that clash.
     """
-    head, places = trailing_pose(text)
-    return _formula(plan_of(model), head, text.strip(), places)
+    head, where = trailing(with_fractions(text))
+    found = _formula(plan_of(model), head, text.strip(), where)
+    return _worst(found, head, where.over, "larger") if where.over else found
 
 
 @verb
@@ -183,14 +201,14 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
 
     Raises OptionError as `formula`, for no or several signs, and for sides of different dimensions.
     """
-    head, places = trailing_pose(text)
+    head, where = trailing(with_fractions(text))
     signs = _RELATION.findall(re.sub(r"(?<![<>=!])=(?![<>=])", " ", head))
     if len(signs) != 1 or signs[0] not in _SENSES:
         form = "two relations" if len(signs) > 1 else "FORMULA <= FORMULA or FORMULA >= FORMULA"
         raise OptionError(f"{text.strip()!r} is no relation: write {form}, e.g. stress(left) <= 400 MPa")
     plan = plan_of(model)
     parts = head.split(signs[0])
-    left, right = (_formula(plan, part, part.strip(), places) for part in parts)
+    left, right = (_formula(plan, part, part.strip(), where) for part in parts)
     one, other = (side.expression.dimension(_dimensions(side.quantities)) for side in (left, right))
     if one is not None and other is not None and one != other:
         raise OptionError(
@@ -199,14 +217,28 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
         )
     if left.is_constant and right.is_constant:
         raise OptionError(f"{text.strip()!r} asks nothing: both sides are numbers")
-    return Relation(text.strip(), left, right, _SENSES[signs[0]])
+    sense = _SENSES[signs[0]]
+    if where.over:
+        if not (left.is_constant or right.is_constant):
+            left = _formula(plan, f"({parts[0]}) - ({parts[1]})", f"{left.text} - {right.text}", where)
+            right = _formula(plan, f"0 * ({parts[1]})", "0", NOWHERE)
+        side: Worse = "larger" if (sense > 0) is right.is_constant else "smaller"
+        left, right = (own if own.is_constant else _worst(own, own.text, where.over, side) for own in (left, right))
+    return Relation(text.strip(), left, right, sense)
 
 
-def _formula(plan: Plan, text: str, shown: str, places: Sequence[Place]) -> Formula:
-    """The formula of a text without the pose that it ends with."""
+def _worst(of: Formula, text: str, over: str, worse: Worse) -> Formula:
+    """The worst of a formula over a stroke, or all commands."""
+    plan = of.questions.plan
+    worst = Reader(plan).worst(text, of.quantities, of.evaluate, worse, over, of.unit)
+    return Formula(worst.text, Questions(plan, (worst,)), Expression.parse(_placeholder(0)), of.dimension)
+
+
+def _formula(plan: Plan, text: str, shown: str, where: Where) -> Formula:
+    """The formula of a text without what it says at its end of where it is asked."""
     reader, quantities, written, last = Reader(plan), list[Quantity](), "", 0
     for span in names_in(text, reader.is_unit):
-        quantity = reader.quantity(span.asked, places)
+        quantity = reader.quantity(span.asked, where)
         if quantity not in quantities:
             quantities.append(quantity)
         written += f"{text[last : span.start]} {_placeholder(quantities.index(quantity))} "

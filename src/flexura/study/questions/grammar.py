@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
 
 from flexura.errors import ExpressionError, OptionError
 from flexura.expressions import CONSTANTS, FUNCTIONS, Dimension
 from flexura.expressions import dimension as dimensions
-from flexura.mechanism import suggestion
-from flexura.units import is_unit, parse_quantity, parse_unit, split_quantity
+from flexura.mechanism import DISPLACEMENTS, FORCES, suggestion
+from flexura.units import format_quantity, is_unit, parse_quantity, parse_unit, split_quantity
 
 Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter"]
 """What an argument names or is."""
 
 Poses = Literal["any", "needed", "same", "none"]
 """Whether something is asked at rest or at a pose, at a pose alone, is the same everywhere, or is asked at rest alone.
+"""
+
+Worse = Literal["larger", "smaller", "farther"]
+"""Which of two values is the worse one where nothing limits them: the larger, the smaller, or that farther from zero.
 """
 
 SIGNS: dict[Argument, str] = {
@@ -42,6 +46,7 @@ class Kind:
     arguments: tuple[Argument, ...] = ()
     optional: int = 0
     poses: Poses = "any"
+    worse: Worse = "larger"
 
     @property
     def written(self) -> str:
@@ -60,17 +65,26 @@ FREQUENCY = "f"
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind(FREQUENCY, "natural frequency of the mode in which this moves most", ("dof",)),
+        Kind(FREQUENCY, "natural frequency of the mode in which this moves most", ("dof",), worse="smaller"),
         Kind("mass", "mass of everything, or of a rigid body", ("body",), 1, "same"),
-        Kind("stiffness", "force for a unit displacement, everything else free", ("dof",)),
-        Kind("compliance", "displacement by a unit force there, or at the second place", ("dof", "dof"), 1),
-        Kind("coupling", "displacement by a unit command", ("actuator", "dof")),
-        Kind("amplification", "displacement over the elongation of the actuator that makes it", ("actuator", "dof")),
+        Kind("stiffness", "force for a unit displacement, everything else free", ("dof",), worse="smaller"),
+        Kind(
+            "compliance", "displacement by a unit force there, or at the second place", ("dof", "dof"), 1,
+            worse="farther",
+        ),
+        Kind("coupling", "displacement by a unit command", ("actuator", "dof"), worse="farther"),
+        Kind(
+            "amplification", "displacement over the elongation of the actuator that makes it", ("actuator", "dof"),
+            worse="farther",
+        ),
+        Kind("shift", "displacement from the undeformed configuration", ("dof",), worse="farther"),
+        Kind("parasitic", "size of what moves beside the driven motion: along this, or across it", ("dof",), 0, "needed"),
+        Kind("centre_shift", "how far a point on the axis of a rotation at rest goes across it", ("dof",), 0, "needed"),
         Kind("stress", "largest von Mises stress, of all members or of some", ("member",), 1),
-        Kind("margin", "least yield stress over stress, of all members or of some", ("member",), 1),
-        Kind("force", "force that holds a pose, along a displacement of it", ("dof",), 0, "needed"),
-        Kind("reach", "stroke to either side until something yields", ("dof",), 0, "none"),
-        Kind("buckling", "factor on all loads at which it buckles"),
+        Kind("margin", "least yield stress over stress, of all members or of some", ("member",), 1, worse="smaller"),
+        Kind("force", "force that holds a pose, along a displacement of it", ("dof",), 0, "needed", "farther"),
+        Kind("reach", "stroke to either side until something yields", ("dof",), 0, "none", "smaller"),
+        Kind("buckling", "factor on all loads at which it buckles", worse="smaller"),
         Kind("frf", "magnitude of the frequency response", ("output", "input", "hertz")),
         Kind("frf_peak", "its largest magnitude in a band", ("output", "input", "hertz", "hertz")),
         Kind("parameter", "value of a parameter, as by its name alone", ("parameter",), 0, "same"),
@@ -86,16 +100,52 @@ def unit_of(dimension: Dimension) -> str:
     return "Hz" if dimension == dimensions.FREQUENCY else dimension.unit().replace("**", "^") or "1"
 
 
+class Held(NamedTuple):
+    """What is prescribed at a pose: a displacement `NODE.AXIS`, m or rad, a dead force `NODE.Fx`, N or N m, or the
+    command of an actuator, in the `unit` of its input."""
+
+    name: str
+    value: float
+    unit: str
+    kind: Literal["move", "force", "command"] = "move"
+
+    def __str__(self) -> str:
+        value = format_quantity(self.value, parse_unit(self.unit)[1], angle=self.unit == "rad")
+        if self.kind != "force":
+            return f"{self.name} = {value}"
+        node, _, axis = self.name.rpartition(".")
+        return f"{value} along {node}.{DISPLACEMENTS[FORCES.index(axis)]}"
+
+
+Pose = tuple[Held, ...]
+
+
+def pose_text(pose: Pose) -> str:
+    """A pose as it is written: `at carriage.x = 2 mm`, `under 20 N along carriage.y`, or both."""
+    at, under = (", ".join(str(own) for own in pose if (own.kind == "force") is pushes) for pushes in (False, True))
+    return " ".join(text for text in (at and f"at {at}", under and f"under {under}") if text)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """What is asked: its canonical text, SI unit and dimension, the name of its kind, what its arguments stand for, and
-    the pose that it is asked at, displacements in m and rad by `NODE.AXIS`."""
+    the pose that it is asked at."""
 
     text: str
     unit: str
     kind: str
     arguments: tuple[object, ...] = ()
-    pose: tuple[tuple[str, float], ...] = ()
+    pose: Pose = ()
+
+    @property
+    def bare(self) -> str:
+        """Its text without the pose."""
+        return self.text.removesuffix(self.where)
+
+    @property
+    def where(self) -> str:
+        """The pose as it stands behind the text."""
+        return f" {pose_text(self.pose)}" if self.pose else ""
 
     @property
     def dimension(self) -> Dimension:
@@ -138,12 +188,15 @@ def unknown_name(name: str, parameters: list[str]) -> str:
 MOST_CHARACTERS = 20_000
 """Characters of what is asked at once."""
 
-STROKE = "stroke"
-"""Stands for the only displacement of the `motion` that is described."""
+STROKE, COMMANDS = "stroke", "commands"
+"""Stand for the `motion` that is described, or its only displacement, and for all ranges of actuators."""
 
-_PATH = r"[^\W\d][\w.*?\[\]]*"
+WORST = "worst"
+"""Kind of what is asked of all poses of a stroke, and the word that may stand before it."""
+
+_PATH = r"(?:[^\W\d]|\*)[\w.*?\[\]]*"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_UNIT = r"(?:\[[^\[\]]*\]|(?!at\b)[A-Za-zµμ°%]+(?![\w(]))"
+_UNIT = r"(?:\[[^\[\]]*\]|(?!(?:at|under|over|along)\b)[A-Za-zµμ°%]+(?![\w(]))"
 _TOKEN = re.compile(
     rf"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*{_UNIT}?)|(?P<name>[^\W\d]\w*)|(?P<other>\S))", re.DOTALL
 )
@@ -151,27 +204,61 @@ _FURTHER = re.compile(r"(?:\s*(?:\^|\*\*)\s*-?\d+)?\s*[*/]\s*(?P<unit>[A-Za-zµ�
 """What a unit goes on with after its first name: a power of that, and the next."""
 _ARGUMENTS = re.compile(r"\s*\(([^()]*)\)")
 _OPERATOR = re.compile(r"\s*[-+*/^<>=≤≥(\d.]")
-_AT = re.compile(r"\s*\bat\b(?=\s|\[|$)")
+_CLAUSE = re.compile(r"\s*\b(?P<word>at|under|over)\b(?=\s|\[|$)")
 _PLACE = re.compile(rf"\s*(?:(?P<name>{_PATH})\s*=|(?P<stroke>{STROKE})\b)\s*(?P<value>{_NUMBER}\s*{_UNIT}?)")
 _NEXT = re.compile(rf"\s*,(?=\s*{_PATH}\s*=(?!=))")
+_FORCE = re.compile(rf"\s*(?P<value>[+-]?[\d.][^,]*?)\s+along\s+(?P<name>{_PATH})")
+_NEXT_FORCE = re.compile(r"\s*,(?=\s*[+-]?[\d.][^,]*\s+along\s)")
+_SOURCE = re.compile(rf"\s*(?P<name>{_PATH})(?!\s*[\w(=.])")
+_RANGE = re.compile(rf"\s*(?P<name>{STROKE}|{COMMANDS})\b")
+_PER = re.compile(r"(?<=[\w\])])\s+per\s+(?=[\d.])")
 
 
 class Place(NamedTuple):
-    """A displacement of a pose: its name, `NODE.DOF` or `stroke`, and value in SI with its dimension, None where it was
-    written without a unit."""
+    """What is prescribed at a pose: its name, `NODE.DOF`, an actuator or `stroke`, and value in SI with its dimension,
+    None where it was written without a unit; a force along the displacement of that name where it `pushes`."""
 
     name: str
     value: float
     dimension: Dimension | None
+    pushes: bool = False
+
+
+class Where(NamedTuple):
+    """Where something is asked: at a pose, `over` the stroke or all commands, or under one `source` of disturbance."""
+
+    places: tuple[Place, ...] = ()
+    over: str = ""
+    source: str = ""
+
+    @property
+    def is_given(self) -> bool:
+        """Whether anything is said."""
+        return bool(self.places or self.over or self.source)
 
 
 @dataclass(frozen=True)
 class Asked:
-    """A name that is asked for, with the texts of its arguments and the places of its pose."""
+    """A name that is asked for, with the texts of its arguments and where it is asked."""
 
     name: str
     arguments: tuple[str, ...] = ()
-    at: tuple[Place, ...] = ()
+    where: Where = Where()
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The worst of what `evaluate` makes of `quantities`, given by their texts, over all poses of a stroke, or all
+    corners of commands."""
+
+    quantities: tuple[Quantity, ...]
+    worse: Worse
+    over: str
+    evaluate: Callable[[Mapping[str, Any]], Any] = field(compare=False)
+
+    def badness(self, value: float) -> float:
+        """What is larger the worse a value is."""
+        return {"larger": value, "smaller": -value, "farther": abs(value)}[self.worse]
 
 
 class Span(NamedTuple):
@@ -222,17 +309,30 @@ def names_in(text: str, is_unit: Callable[[str], bool] = lambda _: False) -> lis
     return spans
 
 
-def trailing_pose(text: str) -> tuple[str, tuple[Place, ...]]:
-    """A text without the pose that it ends with, and the places of this one; none where it has none."""
+def with_fractions(text: str) -> str:
+    """A text in which `per` stands for what it means, `20 nm per 1 K` for `20 nm / 1 K`."""
+    return _PER.sub(" / ", text)
+
+
+def trailing(text: str) -> tuple[str, Where]:
+    """A text without where it is asked, at its end, and this; nothing where it does not say."""
     _refuse_long(text)
-    for match in reversed(list(_AT.finditer(text))):
+    wrong: OptionError | None = None
+    for match in _CLAUSE.finditer(text):
         head = text[: match.start()]
-        if head.count("(") == head.count(")"):
-            places, stop = _pose_at(text, match.end())
-            if not text[stop:].strip():
-                return head, places
-            return text, ()
-    return text, ()
+        if head.count("(") != head.count(")"):
+            continue
+        try:
+            where, stop = _where_at(text, match.start())
+        except OptionError as error:
+            wrong = error
+            continue
+        if not text[stop:].strip():
+            return head, where
+        wrong = None
+    if wrong is not None:
+        raise wrong
+    return text, Where()
 
 
 def _refuse_long(text: str) -> None:
@@ -247,16 +347,60 @@ def _asked_at(text: str, position: int) -> tuple[Asked, int]:
         raise OptionError(f"a quantity is missing {_where(text, position)}; write names separated by commas")
     if match["name"] is None:
         raise OptionError(_unexpected(text, position))
+    if match["name"] == WORST and (behind := _TOKEN.match(text, match.end())) is not None and behind["name"]:
+        match = behind
     name, position = match["name"], match.end()
     arguments: tuple[str, ...] = ()
     if (inside := _ARGUMENTS.match(text, position)) is not None:
         arguments, position = tuple(_unquoted(part.strip()) for part in inside[1].split(",")), inside.end()
     elif re.match(r"\s*\(", text[position:]):
         raise OptionError(f"{name}: a ( is not closed {_where(text, position)}")
-    places: tuple[Place, ...] = ()
-    if (begun := _AT.match(text, position)) is not None:
-        places, position = _pose_at(text, begun.end())
-    return Asked(name, arguments, places), position
+    where, position = _where_at(text, position)
+    return Asked(name, arguments, where), position
+
+
+def _where_at(text: str, position: int) -> tuple[Where, int]:
+    """What a text says from a position on of where something is asked, and where that ends."""
+    places, over, source = list[Place](), "", ""
+    while (begun := _CLAUSE.match(text, position)) is not None:
+        word, start = begun["word"], begun.end()
+        if word == "at":
+            more, position = _pose_at(text, start)
+            places += more
+        elif word == "over":
+            if (found := _RANGE.match(text, start)) is None:
+                rest = text[start:].strip()[:40] or "nothing"
+                raise OptionError(f"`over` is followed by {STROKE} or {COMMANDS}, not by {rest!r}")
+            over, position = found["name"], found.end()
+        elif (force := _FORCE.match(text, start)) is not None:
+            while force is not None:
+                places.append(_place(force["name"], force["value"], pushes=True))
+                position = force.end()
+                further = _NEXT_FORCE.match(text, position)
+                force = _FORCE.match(text, further.end()) if further is not None else None
+        elif (found := _SOURCE.match(text, start)) is not None:
+            source, position = found["name"], found.end()
+        else:
+            rest = text[start:].strip()[:40] or "nothing"
+            raise OptionError(
+                f"`under` is followed by VALUE UNIT along NODE.DOF, or by a disturbance, not by {rest!r};"
+                " e.g. under 20 N along platform.x"
+            )
+    names = [(place.name, place.pushes) for place in places]
+    twice = next((name for k, (name, _) in enumerate(names) if names[k] in names[:k]), None)
+    if twice is not None:
+        raise OptionError(f"at {twice}: it is given twice in one pose")
+    if bool(places) + bool(over) + bool(source) > 1:
+        raise OptionError(f"{text.strip()!r}: one of a pose, `over` and a disturbance says where it is asked")
+    return Where(tuple(places), over, source), position
+
+
+def _place(name: str, written: str, pushes: bool = False) -> Place:
+    try:
+        value, dimension = parse_quantity(written)
+        return Place(name, value, dimension if split_quantity(written)[1] else None, pushes)
+    except ExpressionError as error:
+        raise OptionError(f"{'along' if pushes else 'at'} {name} = {written.strip()}: {error}") from None
 
 
 def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
@@ -267,18 +411,10 @@ def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
         if match is None:
             rest = text[position:].strip()[:40] or "nothing"
             raise OptionError(
-                f"a pose is expected after `at`, NODE.DOF = VALUE UNIT or stroke VALUE UNIT, not {rest!r};"
+                f"a pose is expected after `at`, NODE.DOF = VALUE UNIT, ACTUATOR = VALUE UNIT or stroke VALUE UNIT, not {rest!r};"
                 " e.g. at platform.x = 2 mm"
             )
-        name, written = match["name"] or match["stroke"], match["value"]
-        try:
-            value, dimension = parse_quantity(written)
-            dimension = dimension if split_quantity(written)[1] else None
-        except ExpressionError as error:
-            raise OptionError(f"at {name} = {written.strip()}: {error}") from None
-        if name in {place.name for place in places}:
-            raise OptionError(f"at {name}: a displacement is given twice in one pose")
-        places.append(Place(name, value, dimension))
+        places.append(_place(match["name"] or match["stroke"], match["value"]))
         position = match.end()
         if (more := _NEXT.match(text, position)) is None:
             return tuple(places), position

@@ -10,17 +10,18 @@ import numpy as np
 
 from flexura.analysis import ModelError, interval_text, model_errors_of_modes
 from flexura.arrays import Array
+from flexura.mechanism import FORCES
 from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
 from flexura.study.questions.formulas import Formula
-from flexura.study.questions.grammar import FREQUENCY, Quantity
+from flexura.study.questions.grammar import FREQUENCY, WORST, Held, Pose, Quantity, Worst
+from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import PosedState
 from flexura.tables import Item, Line
 
 Interval = tuple[float, float]
-Pose = tuple[tuple[str, float], ...]
 Worker = Callable[[OneDesign, Sequence[Quantity]], "dict[str, Moved]"]
 
 EXACT = "exact for the description"
@@ -33,6 +34,8 @@ FEWEST_MODES = 6
 
 NO_EVIDENCE = {
     "reach": "a stroke until something yields",
+    "parasitic": "a parasitic motion",
+    "centre_shift": "a centre shift",
     "force": "a force that holds a pose",
     "buckling": "a buckling factor",
     "frf": "a frequency response",
@@ -152,9 +155,32 @@ class Margins(Record):
         """What assumptions do to one of the quantities."""
         if asked.kind in ("mass", "parameter"):
             return Moved(0.0, EXACT)
+        if asked.kind == WORST:
+            return self._worst(asked)
         if asked.kind in WORKED_OUT:
             return self._groups[asked.pose, WORKED_OUT[asked.kind]][asked.text]
         return Moved(0.0, f"no evidence for {NO_EVIDENCE[asked.kind]}")
+
+    def _worst(self, asked: Quantity) -> Moved:
+        """The same of the worst of a stroke: that of what is asked at its worst pose."""
+        [of] = asked.arguments
+        assert isinstance(of, Worst)
+        try:
+            worst = OneDesign(self.plan, self.parameters, (asked,)).worst(asked)
+        except FAILURES as error:
+            return Moved(0.0, reason_of(error))
+        there = Margins(self.plan, self.parameters, worst.quantities)
+        if len(worst.quantities) == 1 and worst.value == worst.numbers[of.quantities[0].text]:
+            return there.moved(worst.quantities[0])
+        names = {own.text: template.text for own, template in zip(worst.quantities, of.quantities, strict=True)}
+        values = {text: worst.numbers[name] for text, name in names.items()}
+        ends = there.span(
+            lambda given: of.evaluate({names[text]: value for text, value in given.items()}), worst.quantities, values
+        )
+        if ends is None or not worst.value:
+            return Moved(0.0, there._why(worst.quantities) or "it is zero, or not known")
+        low, high = (end / worst.value - 1 for end in ends)
+        return Moved(1.0, "", (low + high) / 2, {"": abs(high - low) / 2})
 
     @cached_property
     def _groups(self) -> dict[tuple[Pose, Worker], dict[str, Moved]]:
@@ -219,6 +245,27 @@ def _statics(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     return moved | {quantity.text: _moved(errors, k, 1.0) for k, quantity in enumerate(asked)}
 
 
+def _shifts(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
+    """Displacements by forces and commands: linear about where these have moved it."""
+    state, pose = single.state(asked[0]), asked[0].pose
+    if not pose or any(own.kind == "move" for own in pose) or single.plan.is_loaded:
+        why = "no evidence for a displacement that is prescribed, or by loads that are described"
+        return {quantity.text: Moved(0.0, why) for quantity in asked}
+    by = [_pusher(own) for own in pose]
+    size = np.array([own.value * (state.free.input(end.known).gain if isinstance(end, Port) else 1.0)
+                     for own, end in zip(pose, by, strict=True)])  # fmt: skip
+    to = [quantity.arguments[0] for quantity in asked]
+    pairs = [(end, push) for end in to for push in by]
+    errors = state.free.model_errors(pairs, lambda moved, _: np.nan_to_num(moved).reshape(len(to), -1) @ size)  # type: ignore[arg-type]
+    return {quantity.text: _moved(errors, k, 1.0) for k, quantity in enumerate(asked)}
+
+
+def _pusher(own: Held) -> Freedom | Port:
+    """What exerts a force or a command of a pose."""
+    node, _, axis = own.name.rpartition(".")
+    return Freedom(node, FORCES.index(axis)) if own.kind == "force" else Port(own.name, own.name)
+
+
 def _stresses(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     state = single.state(asked[0])
     ends = None if isinstance(state, PosedState) else state.stress_error
@@ -241,5 +288,6 @@ WORKED_OUT: dict[str, Worker] = {
     FREQUENCY: _frequencies,
     **dict.fromkeys(STATIC, _statics),
     **dict.fromkeys(("stress", "margin"), _stresses),
+    "shift": _shifts,
 }
 """How model errors of a kind are worked out."""

@@ -64,7 +64,7 @@ class Questions(Record):
     @property
     def notes(self) -> tuple[str, ...]:
         """What answers leave out, and which names are asked for that parameters have as well."""
-        names = dict.fromkeys(own.text.partition(" at ")[0] for own in self.quantities if own.kind != "parameter")
+        names = dict.fromkeys(own.bare for own in self.quantities if own.kind != "parameter")
         notes = [
             f"{name} is the quantity of this name, not the parameter that is called so: that is parameter({name})"
             for name in names

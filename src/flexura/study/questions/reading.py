@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,28 +14,37 @@ import numpy as np
 from flexura.analysis import part_yield_stresses
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
-from flexura.expressions import LENGTH, NUMBER
-from flexura.mechanism import DOF_NAMES, is_pattern, matching, parameter_dimensions, suggestion
+from flexura.mechanism import DOF_NAMES, FORCES, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
 from flexura.study.questions.grammar import (
     FREQUENCY,
     KINDS,
     SIGNS,
     STROKE,
+    WORST,
     Argument,
     Asked,
+    Held,
     Kind,
     Place,
+    Pose,
     Quantity,
+    Where,
+    Worse,
+    Worst,
+    pose_text,
     unit_of,
     unknown_name,
 )
-from flexura.units import format_quantity, is_unit, parse_quantity, split_quantity
+from flexura.study.questions.strokes import StrokeLine
+from flexura.units import format_quantity, is_unit, parse_quantity, parse_unit, split_quantity
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 """Axes of displacements as they are shown; those of DOFs are read as well."""
 
 MOST_FREQUENCIES = 10_000
+
+NOWHERE = Where()
 
 _NUMBERED = re.compile(r"f([1-9]\d{0,8})")
 _SPELLING: dict[str, str] = dict(zip((*DOF_NAMES, *AXES), (*AXES, *AXES), strict=True))
@@ -91,15 +102,6 @@ class Port(NamedTuple):
         return self.name
 
 
-def pose_text(pose: Sequence[tuple[str, float]]) -> str:
-    """A pose as it is written."""
-    turns = [_SPELLING[name.rpartition(".")[2]][0] == "r" for name, _ in pose]
-    return ", ".join(
-        f"{name} = {format_quantity(value, NUMBER if turn else LENGTH, angle=turn)}"
-        for (name, value), turn in zip(pose, turns, strict=True)
-    )
-
-
 class Reader:
     """Reads what is asked of the mechanism of a plan. Raises OptionError for what it has not."""
 
@@ -116,8 +118,30 @@ class Reader:
         is_asked = name in KINDS or _NUMBERED.fullmatch(name) or name in self.plan.mechanism.parameters
         return not is_asked and is_unit(name)
 
-    def quantity(self, asked: Asked, places: Sequence[Place] = ()) -> Quantity:
-        """What an asked name stands for, at the pose of `places` where it has none of its own."""
+    def quantity(self, asked: Asked, elsewhere: Where = NOWHERE) -> Quantity:
+        """What an asked name stands for, `elsewhere` where it does not say itself where it is asked; at the last pose
+        of a stroke over which all of it is asked."""
+        over = asked.where.over
+        if not over:
+            return self._quantity(asked, asked.where if asked.where.is_given else elsewhere)
+        one = self._quantity(replace(asked, where=NOWHERE), asked.where)
+        return self.worst(one.bare, [one], itemgetter(one.text), KINDS[one.kind].worse, over, one.unit)
+
+    def worst(
+        self,
+        text: str,
+        quantities: Sequence[Quantity],
+        evaluate: Callable[[Mapping[str, Any]], Any],
+        worse: Worse,
+        over: str,
+        unit: str,
+    ) -> Quantity:
+        """The worst of what follows from quantities, over all poses of the stroke or of all commands."""
+        of = Worst(tuple(quantities), worse, over, evaluate)
+        return Quantity(f"{text.strip()} over {over}", unit, WORST, (of,))
+
+    def _quantity(self, asked: Asked, where: Where) -> Quantity:
+        """What an asked name stands for at one pose."""
         name, arguments, mode = asked.name, asked.arguments, None
         if (numbered := _NUMBERED.fullmatch(name)) is not None:
             mode = self.mode(asked, int(numbered[1]))
@@ -126,13 +150,13 @@ class Reader:
         kind = KINDS[FREQUENCY] if mode else KINDS.get(name)
         if kind is None:
             raise OptionError(unknown_name(name, list(self.plan.mechanism.parameters)))
-        pose = self.pose(kind, asked.at or places, bool(asked.at))
+        pose = self.pose(kind, where, asked.where.is_given)
         read = (mode,) if mode else self.arguments(kind, arguments)
         shown = ", ".join(map(str, read))
         text = f"f{mode}" if mode else f"{kind.name}({shown})" if read else kind.name
         if kind.name == "parameter" and shown not in KINDS and not _NUMBERED.fullmatch(shown):
             text = shown
-        at = f" at {pose_text(pose)}" if pose else ""
+        at = f" {pose_text(pose)}" if pose else ""
         quantity = Quantity(text + at, self.unit(kind, read), kind.name, read, pose)
         self.refuse_meaningless(quantity)
         return quantity
@@ -252,8 +276,12 @@ class Reader:
                 return unit_of_response(read[1].channel, Channel("", "rotation" if moment else "displacement"))
             case "force":
                 return "N*m" if read[0].turns else "N"
-            case "reach":
+            case "reach" | "shift" | "parasitic":
                 return "rad" if read[0].turns else "m"
+            case "centre_shift":
+                if not read[0].turns:
+                    raise OptionError(f"centre_shift({read[0]}): of a rotation, e.g. {read[0].node}.rz")
+                return "m"
             case "frf" | "frf_peak":
                 out, into = self.ports.outputs([read[0].known])[0], self.ports.inputs([read[1].known])[0]
                 return unit_of_response(out.channel, into.channel)
@@ -296,27 +324,48 @@ class Reader:
         known = [*self.plan.body_names, *(name for name, has_position in named if has_position and "[" not in name)]
         return suggestion(node, known, "nodes")
 
-    def pose(self, kind: Kind, places: Sequence[Place], is_own: bool) -> tuple[tuple[str, float], ...]:
-        """The displacements of the pose at which something is asked, m and rad."""
-        if kind.poses == "needed" and not places:
-            raise OptionError(f"{kind.name} is of a pose: {kind.written} at NODE.DOF = VALUE UNIT")
+    def pose(self, kind: Kind, where: Where, is_own: bool) -> Pose:
+        """The pose at which something is asked."""
+        if kind.poses == "needed" and not (where.places or where.over):
+            raise OptionError(f"{kind.name} is of a pose: {kind.written} at NODE.DOF = VALUE UNIT, or over stroke")
         if kind.poses == "same" and not is_own:
             return ()
-        pose: dict[str, float] = {}
-        for place in places:
-            freedom = self.freedom(self.stroke() if place.name == STROKE else place.name)
-            turns, dimension = freedom.turns, place.dimension
-            if dimension != (NUMBER if turns else LENGTH) and (place.value or dimension is not None):
-                expected = "an angle is expected, in deg or rad" if turns else "a length is expected, e.g. in mm"
-                given = "has no unit" if dimension is None else f"is in {dimension.unit() or 'rad'}"
-                raise OptionError(f"at {place.name}: {expected}; {place.value:g} {given}")
-            if freedom.name in pose:
-                raise OptionError(f"at {freedom.name}: a displacement is given twice in one pose")
-            pose[freedom.name] = place.value
-        if pose and kind.poses in ("same", "none"):
+        if where.places and kind.poses in ("same", "none"):
             why = "is the same at every pose" if kind.poses == "same" else "is not known at a pose"
-            raise OptionError(f"{kind.name} {why}; leave `at` out")
-        return tuple(pose.items())
+            raise OptionError(f"{kind.name} {why}; leave `{'under' if where.places[0].pushes else 'at'}` out")
+        if where.over:
+            return StrokeLine.of(self.plan, where.over).poses[-1] if kind.poses != "same" else ()
+        held = [own for place in where.places for own in self._held(place)]
+        names = [own.name for own in held]
+        twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
+        if twice is not None:
+            raise OptionError(f"at {twice}: it is given twice in one pose")
+        return tuple(held)
+
+    def _held(self, place: Place) -> list[Held]:
+        """What is prescribed by one place of a pose."""
+        name = self.stroke() if place.name == STROKE and not place.pushes else place.name
+        driven = [] if place.pushes else matching(name, actuator_names(self.plan))
+        if driven:
+            ports = self.ports.inputs(driven)
+            moving = next((port for port in ports if port.base is not None), None)
+            if moving is not None:
+                raise OptionError(f"at {name}: {moving.channel.name} accelerates the base, which is at rest at a pose")
+            found = [Held(port.channel.name, place.value, port.channel.unit, "command") for port in ports]
+        else:
+            freedom = self.freedom(name, "along" if place.pushes else "at")
+            if place.pushes:
+                axis, unit = FORCES[freedom.component], "N*m" if freedom.turns else "N"
+                found = [Held(f"{freedom.node}.{axis}", place.value, unit, "force")]
+            else:
+                found = [Held(freedom.name, place.value, "rad" if freedom.turns else "m")]
+        expected, dimension = parse_unit(found[0].unit)[1], place.dimension
+        if dimension != expected and (place.value or dimension is not None):
+            kind = {"m": "a length is expected, e.g. in mm", "rad": "an angle is expected, in deg or rad"}
+            given = "has no unit" if dimension is None else f"is in {dimension.unit() or 'rad'}"
+            hint = kind.get(found[0].unit, f"it is in {found[0].unit}")
+            raise OptionError(f"{'along' if place.pushes else 'at'} {place.name}: {hint}; {place.value:g} {given}")
+        return found
 
     def stroke(self) -> str:
         """Name of the only displacement of the described motion."""
@@ -331,7 +380,7 @@ class Reader:
         along what does not hold a pose."""
         text, kind = quantity.text, quantity.kind
         is_bare = not (quantity.pose or self.plan.is_loaded or self.plan.is_posed)
-        if is_bare and kind in ("stress", "margin", "buckling"):
+        if is_bare and kind in ("stress", "margin", "buckling", "shift"):
             raise OptionError(
                 f"{text}: nothing loads this mechanism; ask it at a pose, {text} at NODE.DOF = 2 mm, or"
                 " describe `loads` or `gravity`"
@@ -341,6 +390,6 @@ class Reader:
             of = named[0] if named else tuple(self.yield_stresses)
             if np.isnan([self.yield_stresses[name] for name in of]).all():
                 raise OptionError(f"{text}: no yield stress is known; give the material a `yield_stress`")
-        if kind == "force" and str(quantity.arguments[0]) not in dict(quantity.pose):
-            driven = ", ".join(name for name, _ in quantity.pose)
-            raise OptionError(f"{text}: a pose is held along its own displacements, {driven}")
+        held = [own.name for own in quantity.pose if own.kind == "move"]
+        if kind == "force" and str(quantity.arguments[0]) not in held:
+            raise OptionError(f"{text}: a pose is held along its own displacements, {', '.join(held) or 'it has none'}")

@@ -4,6 +4,7 @@ and what is read of the states that it is asked in."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
@@ -12,7 +13,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 from flexura.analysis import driven_displacement, frequency_response, moved_deformations, ratios_to_yield
 from flexura.arrays import Array
-from flexura.derivatives import DisplacementPath, SlopedResponse
+from flexura.deadline import checkpoint
+from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, SlopedResponse
 from flexura.duals import Dual, slope_of
 from flexura.errors import SolverError
 from flexura.full_order import at_rest
@@ -28,10 +30,12 @@ from flexura.motion import (
     end_forces,
 )
 from flexura.structure import Design, Plan
-from flexura.study.questions.blocks import Bounded
-from flexura.study.questions.grammar import FREQUENCY, Quantity
+from flexura.records import Latest
+from flexura.study.questions.blocks import Bounded, mass_of
+from flexura.study.questions.grammar import FREQUENCY, WORST, Pose, Quantity, Worst, pose_text
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
+from flexura.study.questions.strokes import StrokeLine
 from flexura.tables import in_hz
 from flexura.thresholds import CROSS_COMPLIANCE
 
@@ -52,6 +56,12 @@ STROKE_TOLERANCE = 1e-10
 
 EQUAL_STROKES = 1e-7
 """Relative difference of strokes to both sides, and of their slopes, that is none."""
+
+REFINEMENTS = 2
+"""Poses that are looked at beside the worst one of a stroke."""
+
+LEAST_SHARE = 1e-4
+"""Of a stroke, by which poses differ at least."""
 
 LARGEST_ROTATION = 3.1
 """Largest rotation that is looked at, rad."""
@@ -260,6 +270,33 @@ class _Peak(NamedTuple):
     modes: Any
 
 
+def parasitic(state: DisplacedState, of: Freedom) -> Any:
+    """Size of what moves beside the driven motion, from where loads and gravity alone leave it: the displacement, or
+    where this is driven what moves of the same kind across it, m or rad."""
+    moved = state.displacement(of.node)
+    if state.design.plan.is_loaded:
+        moved = moved - state.undriven.displacement(of.node)
+    if of.name not in state.move:
+        return abs(moved[of.component])
+    first = 3 * of.turns
+    across = [k for k in range(first, first + 3) if k != of.component]
+    return np.sqrt(moved[across[0]] ** 2 + moved[across[1]] ** 2)
+
+
+def centre_shift(state: DisplacedState, of: Freedom) -> Any:
+    """How far a point of the body goes across the axis about which a moment turns it at rest, m: the size of the
+    centre shift of a flexure pivot. The point is that of the axis which is nearest to the node."""
+    design = state.design
+    rest = LinearState(Design.of(design.plan.at_rest(), design.parameters))
+    turned = rest.flexibility(rest.rows(of.node))[:, of.component]
+    v, w = turned[:3], turned[3:]
+    square = w[0] ** 2 + w[1] ** 2 + w[2] ** 2
+    moved = state.point_displacement(of.node, np.cross(w, v) / square)
+    along = (moved @ w) / square
+    across = moved - along * w
+    return np.sqrt(across @ across)
+
+
 READINGS: dict[str, Callable[..., Any]] = {
     "stiffness": lambda state, of: 1 / state.held.compliance(of.name, of.name),
     "compliance": lambda state, to, by=None: state.held.compliance(to.name, (by or to).name),
@@ -267,6 +304,9 @@ READINGS: dict[str, Callable[..., Any]] = {
     "amplification": lambda state, actuator, to: state.free.amplification(actuator.known, to.name),
     "stress": lambda state, of=None: state.held.stress(of and of.members),
     "margin": lambda state, of=None: state.held.margin(of and of.members),
+    "shift": lambda state, of: state.held.displacement(of.node)[of.component],
+    "parasitic": lambda state, of: parasitic(state.held, of),
+    "centre_shift": lambda state, of: centre_shift(state.held, of),
     "force": lambda state, along: state.held.forces[along.name],
     "buckling": lambda state: state.held.buckling,
     "reach": lambda state, of: stroke_to_yield(state.design, of),
@@ -276,6 +316,92 @@ READINGS: dict[str, Callable[..., Any]] = {
 """How a quantity of one design is read of the state that it is asked in, with slopes where the design has some."""
 
 
+class WorstPose(NamedTuple):
+    """The worst `value`, SI, of `count` poses, the `pose` that has it and what is asked there, with its `numbers` by
+    the texts of `quantities` of which it follows; `doubt` is by how much, SI, a pose between might be worse."""
+
+    value: float
+    pose: Pose
+    quantities: tuple[Quantity, ...]
+    numbers: dict[str, float]
+    count: int
+    doubt: float
+
+    @property
+    def where(self) -> str:
+        """The pose in words."""
+        return pose_text(self.pose)
+
+
+class _Search:
+    """The search for the worst pose: all that are described, each reached from the one before, then between those
+    beside the worst one."""
+
+    def __init__(self, single: OneDesign, quantity: Quantity) -> None:
+        [of] = quantity.arguments
+        assert isinstance(of, Worst)
+        self.single, self.of, self.text = single, of, quantity.text
+        self.line = StrokeLine.of(single.plan, of.over, single.parameters)
+        self.found: dict[float, WorstPose] = {}
+        self.asked: dict[float, OneDesign] = {}
+
+    def run(self) -> WorstPose:
+        """The worst pose."""
+        poses = self.line.poses
+        shares = np.linspace(0.0, 1.0, len(poses)).tolist() if len(poses) > 1 else [1.0]
+        nearest = self.line.nearest
+        for numbers in (range(nearest, len(poses)), range(nearest - 1, -1, -1)):
+            near = shares[nearest] if nearest in range(len(poses)) else None
+            for k in numbers:
+                self._look(shares[k], poses[k], near)
+                near = shares[k]
+        worst = self._worst
+        if self.line.ends is None or len(poses) < 3:
+            return self.found[worst]._replace(doubt=0.0 if self.line.ends is None else 0.0, count=len(poses))
+        doubt = 0.0
+        for _ in range(REFINEMENTS):
+            doubt = self._between()
+        return self.found[self._worst]._replace(count=len(self.found), doubt=doubt)
+
+    @property
+    def _worst(self) -> float:
+        return max(self.found, key=lambda share: self.of.badness(self.found[share].value))
+
+    def _look(self, share: float, pose: Pose, near: float | None) -> None:
+        checkpoint()
+        quantities = tuple(replace(own, text=own.bare, pose=pose if own.pose else ()) for own in self.of.quantities)
+        single = OneDesign(self.single.plan, self.single.parameters, quantities)
+        if near in self.asked and self.line.ends is not None:
+            single.near = self.asked[near]
+        numbers = {
+            template.text: single.number(own) for template, own in zip(self.of.quantities, quantities, strict=True)
+        }
+        value = float(self.of.evaluate(numbers))
+        if np.isnan(value):
+            raise SolverError(f"{self.text}: it is not known {pose_text(pose)}")
+        self.found[share] = WorstPose(value, pose, quantities, numbers, 1, 0.0)
+        self.asked[share] = single
+
+    def _between(self) -> float:
+        """Look where a parabola through the worst pose and those beside it has its extremum; how far what is found there
+        is from what it says, SI. At an end of the stroke nothing is looked at, as long as it gets worse towards it."""
+        shares = sorted(self.found)
+        k = shares.index(self._worst)
+        if k in (0, len(shares) - 1):
+            return 0.0
+        at = np.array(shares[k - 1 : k + 2])
+        bad = np.array([self.of.badness(self.found[share].value) for share in at])
+        curve, slope, level = np.polyfit(at - at[1], bad, 2)
+        if not curve < 0:
+            return 0.0
+        step = float(-slope / (2 * curve))
+        share = float(at[1] + step)
+        if min(abs(at - share)) < LEAST_SHARE:
+            return 0.0
+        self._look(share, self.line.at(share), float(at[1]))
+        return abs(float(level + slope * step + curve * step**2) - self.of.badness(self.found[share].value))
+
+
 class OneDesign:
     """A design in the states that it is asked in, each worked out once."""
 
@@ -283,6 +409,8 @@ class OneDesign:
         self.plan = plan
         self.parameters = parameters
         self.quantities = quantities
+        self.near: OneDesign | None = None
+        """The same design asked at a pose that is near."""
         self._states: dict[Any, ReferenceState | PosedState] = {}
         self._frequencies: dict[Any, Bounded] = {}
 
@@ -290,13 +418,33 @@ class OneDesign:
         """The state that something is asked in."""
         pose = quantity.pose
         if pose not in self._states:
-            posed = PosedState(self.plan, self.parameters, pose) if pose else None
+            near = next((own for own in self.near._states.values() if isinstance(own, PosedState)), None) if self.near else None
+            posed = PosedState(self.plan, self.parameters, pose, near) if pose else None
             self._states[pose] = posed or ReferenceState(Design.of(self.plan, self.parameters))
         return self._states[pose]
 
+    def number(self, quantity: Quantity) -> float:
+        """A quantity, SI. Raises FlexuraError where it cannot be worked out."""
+        if quantity.kind == FREQUENCY:
+            return float(self.frequencies(quantity).hertz[self.mode(quantity)[0]])
+        if quantity.kind == "mass":
+            return float(mass_of(Design.of(self.plan.at_rest(), self.parameters), quantity))
+        if quantity.kind == "parameter":
+            return float(self.plan.parameter_values(self.parameters)[str(quantity.arguments[0])])
+        return self.read(quantity)
+
     def read(self, quantity: Quantity) -> float:
         """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
+        if quantity.kind == WORST:
+            return self.worst(quantity).value
         return float(READINGS[quantity.kind](self.state(quantity), *quantity.arguments))
+
+    def worst(self, quantity: Quantity) -> WorstPose:
+        """The worst of a quantity over the poses of a stroke or of commands. Raises SolverError where one of them is not
+        reached, or what is asked is not known there."""
+        known: Latest[WorstPose] = self.plan.prepared.once(("worst", quantity.text), Latest)
+        key = repr(sorted((name, float(value)) for name, value in self.parameters.items())).encode()
+        return known.get(key, lambda: _Search(self, quantity).run())
 
     def round_off(self, quantity: Quantity) -> float:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""
@@ -325,3 +473,9 @@ class OneDesign:
             count = max(of if isinstance(of, int) else MODES_FOLLOWED for of in asked)
             self._frequencies[pose] = self.state(quantity).frequencies(min(count, self.plan.topology.n_dof))
         return self._frequencies[pose]
+
+
+def worst_pose(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) -> WorstPose:
+    """Where what is asked over a stroke, or over commands, is worst for one design. Raises FlexuraError where it is not
+    known."""
+    return OneDesign(plan, parameters, (quantity,)).worst(quantity)

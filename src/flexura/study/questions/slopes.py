@@ -16,10 +16,11 @@ from flexura.errors import SolverError
 from flexura.records import Record
 from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
-from flexura.study.questions.grammar import FREQUENCY, Quantity
-from flexura.study.questions.reading import Members, Reader, pose_text
+from flexura.study.questions.grammar import FREQUENCY, WORST, Quantity, Worst, pose_text
+from flexura.study.questions.reading import Members, Reader
 from flexura.study.questions.single import READINGS, OneDesign
 from flexura.study.questions.states import MODES_FOLLOWED
+from flexura.study.questions.strokes import StrokeLine
 from flexura.thresholds import ROUND_OFF
 
 DIFFERENCE_STEP = 1e-3
@@ -84,7 +85,8 @@ class Exact:
         self.directional: list[Array] = []
         self._single = OneDesign(plan, self.parameters, quantities)
         if not plan.is_posed:
-            at_rest = [k for k, quantity in enumerate(quantities) if not quantity.pose]
+            self._try_worst([k for k, quantity in enumerate(quantities) if quantity.kind == WORST])
+            at_rest = [k for k, quantity in enumerate(quantities) if not (quantity.pose or quantity.kind == WORST)]
             self._try([k for k in at_rest if quantities[k].kind == FREQUENCY], self._frequencies)
             for k in at_rest:
                 if quantities[k].kind != FREQUENCY:
@@ -106,6 +108,34 @@ class Exact:
         except FAILURES as error:
             for k in places:
                 self._fail(k, error)
+
+    def _try_worst(self, places: list[int]) -> None:
+        """Slopes of what is asked at the worst pose of a stroke: there, where its poses stay as parameters move, and it
+        is at an end of the stroke or as bad to both sides (the envelope theorem)."""
+        for k in places:
+            try:
+                worst = self._single.worst(self.quantities[k])
+                [of] = self.quantities[k].arguments
+                assert isinstance(of, Worst)
+                if self._moves(of.over):
+                    continue
+                there = Exact(self.plan, self.parameters, self.names, worst.quantities)
+                if not there.is_exact.all():
+                    continue
+                numbers = {
+                    own.text: Dual(np.array(there.value[q]), there.slope[q]) for q, own in enumerate(of.quantities)
+                }
+                self._take(k, of.evaluate(numbers))
+                self.reason[k] = next(filter(None, there.reason), "")
+            except FAILURES as error:
+                self._fail(k, error)
+
+    def _moves(self, over: str) -> bool:
+        """Whether the poses of a stroke move as parameters do."""
+        here = StrokeLine.of(self.plan, over, self.parameters)
+        designs, _ = steps({**self.parameters, **{name: float(self.plan.parameter_values(self.parameters)[name]) for name in self.names}}, self.names)
+        some = [{name: float(values[row]) for name, values in designs.items()} for row in range(1, 4 * len(self.names), 4)]
+        return any(StrokeLine.of(self.plan, over, one) != here for one in some)
 
     def _fail(self, place: int, error: Exception) -> None:
         self.reason[place] = f"{self.quantities[place].text}: {reason_of(error)}"
@@ -209,9 +239,12 @@ class Exact:
     def _posed(self, places: list[int]) -> None:
         """What is asked at one pose; what cannot be answered there has the reason for it."""
         pose = self.quantities[places[0]].pose
-        state = displaced_state(self._design, dict(pose))
+        state = displaced_state(
+            self._design,
+            **{kind: {own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "force", "command")},
+        )
         if not state.is_stable:
-            raise SolverError(f"at {pose_text(pose)} it is unstable")
+            raise SolverError(f"{pose_text(pose)} it is unstable")
         numbers = dict[int, int]()
         for k in places:
             quantity = self.quantities[k]
@@ -262,9 +295,8 @@ def by_members(plan: Plan, quantity: Quantity) -> list[Quantity]:
         return []
     of, known = next(iter(quantity.arguments), None), Reader(plan).yield_stresses
     names = [name for name, limit in known.items() if kind == "stress" or not np.isnan(limit)]
-    _, at, pose = quantity.text.partition(" at ")
     return [
-        replace(quantity, text=f"{kind}({name}){at}{pose}", arguments=(Members(name, (name,)),))
+        replace(quantity, text=f"{kind}({name}){quantity.where}", arguments=(Members(name, (name,)),))
         for name in (of.members if isinstance(of, Members) else names)
     ]
 

@@ -24,13 +24,14 @@ from flexura.arrays import Array
 from flexura.derivatives import DisplacedState, LinearState, without_round_off
 from flexura.errors import SolverError
 from flexura.linalg import counted_intervals
-from flexura.mechanism import at
 from flexura.modal import REPEATED, close_groups
 from flexura.motion import reached
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.study.questions.blocks import Bounded
-from flexura.study.questions.reading import Freedom, Port, pose_text
+from flexura.study.questions.grammar import Pose, pose_text
+from flexura.study.questions.reading import Freedom, Port
+from flexura.study.questions.strokes import posed_design
 from flexura.thresholds import REPEATED_EIGENVALUES, STILL
 
 MODES_FOLLOWED = 12
@@ -177,19 +178,22 @@ class PosedState:
     """A design at a pose with large displacements: `held` by the displacements of the pose, and `free` under their
     forces."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Sequence[tuple[str, float]]) -> None:
+    def __init__(
+        self, plan: Plan, parameters: Mapping[str, float], pose: Pose, near: PosedState | None = None
+    ) -> None:
         self.text: str = pose_text(pose)
-        posed = plan.prepared.once(("posed", tuple(pose)), lambda: Plan(at(plan.mechanism, dict(pose))))
-        self.design: Design = Design.of(posed, parameters)
+        self.design: Design = posed_design(plan, parameters, pose)
+        self._near = near
 
     @cached_property
     def held(self) -> DisplacedState:
         """The state that the displacements of the pose hold. Raises SolverError where that is unstable."""
-        pose = reached(self.design).pose
+        near = self._near and reached(self._near.design)
+        pose = reached(self.design, near or None).pose
         names = [drive.name for drive in pose.equations.drives]
         state = DisplacedState(self.design, dict.fromkeys(names), pose)
         if not state.is_stable:
-            raise SolverError(f"at {self.text} it is unstable")
+            raise SolverError(f"{self.text} it is unstable")
         return state
 
     @cached_property
@@ -214,5 +218,5 @@ class PosedState:
     def _modes(self, count: int) -> Any:
         pairs = self.held.pose.modes(count)
         if len(pairs.values) and pairs.values[0] < 0:
-            raise SolverError(f"at {self.text} it is unstable under the forces that hold it")
+            raise SolverError(f"{self.text} it is unstable under the forces that hold it")
         return pairs

@@ -1,0 +1,201 @@
+"""What a mechanism is asked to do, as its description lists it: met, missed, or not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from flexura.analysis import interval_text
+from flexura.arguments import verb
+from flexura.errors import Diagnostic, OptionError
+from flexura.full_order import plan_of
+from flexura.mechanism import Mechanism
+from flexura.records import Record
+from flexura.results import Tabular
+from flexura.structure import Plan, one_design
+from flexura.study.questions import Answers, Margins, Quantity, Questions, Relation, relation, worst_pose
+from flexura.tables import Item, Table, counted, quantity
+
+Verdict = Literal["met", "missed", "not known"]
+
+
+@dataclass(frozen=True, repr=False)
+class Requirement(Record):
+    """One requirement: its `value` beside the `limit`, SI, in `unit`.
+
+    The `verdict` is `met` or `missed` where the number of the description and those of the part, as far as its model
+    error is known, all say so, and `not known` where these lie on both sides of the limit, or there is no number, for
+    the `reason`. `interval` is proven to hold the value, None where nothing is proven; the part's value lies between
+    1 + low and 1 + high of `model_error` times it, None for the `model_error_reason`. Of what is asked over a stroke
+    `where` is the worst of so many `poses`, and `doubt` by how much, SI, one between might be worse.
+    """
+
+    _shown = ("name", "text", "verdict")
+
+    name: str
+    text: str
+    verdict: Verdict
+    value: float
+    limit: float
+    unit: str
+    interval: tuple[float, float] | None
+    model_error: tuple[float, float] | None
+    model_error_reason: str
+    where: str
+    poses: int
+    doubt: float
+    reason: str
+
+    @property
+    def worst(self) -> str:
+        """Where it is worst, in words; empty where it is asked in one state."""
+        doubt = f", to within {quantity(self.doubt, self.unit, 2)}" if self.doubt else ""
+        return f"{self.where}, of {counted(self.poses, 'pose')}{doubt}" if self.where else ""
+
+
+@dataclass(frozen=True, repr=False)
+class Requirements(Tabular):
+    """What a mechanism is asked to do, each with its verdict; a warning for each that is missed or not known."""
+
+    _shown = ("name", "requirements")
+
+    name: str
+    requirements: tuple[Requirement, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """A warning for each requirement that is missed, or of which it is not known."""
+        return tuple(
+            Diagnostic("requirement", own.name, own.value, own.limit, own.unit, _sentence(own))
+            for own in self.requirements
+            if own.verdict != "met"
+        )
+
+    @property
+    def headline(self) -> str:
+        """How many are met."""
+        met = sum(own.verdict == "met" for own in self.requirements)
+        return f"{self.name}: {met} of {counted(len(self.requirements), 'requirement')} met"
+
+    def presentation(self) -> Iterator[Item]:
+        own = self.requirements
+        yield Table(
+            {
+                "requirement": [r.name for r in own],
+                "": [r.text for r in own],
+                "is": [quantity(r.value, r.unit) for r in own],
+                "limit": [quantity(r.limit, r.unit) for r in own],
+                "model error": [
+                    interval_text(r.model_error) if r.model_error else r.model_error_reason for r in own
+                ],
+                "verdict": [r.verdict for r in own],
+                "worst": [r.worst for r in own],
+            }
+        )
+
+    def _columns(self) -> dict[str, Any]:
+        """A row for each requirement."""
+        own = self.requirements
+        return {
+            "requirement": [r.name for r in own],
+            "text": [r.text for r in own],
+            "verdict": [r.verdict for r in own],
+            "value [SI]": [r.value for r in own],
+            "limit [SI]": [r.limit for r in own],
+            "unit": [r.unit for r in own],
+        }
+
+
+def _sentence(own: Requirement) -> str:
+    is_now = f"it is {quantity(own.value, own.unit)}" if np.isfinite(own.value) else own.reason
+    part = f", and the part may be {interval_text(own.model_error)} off" if own.model_error else ""
+    where = f" {own.worst}" if own.where else ""
+    return f"{own.name} is {own.verdict}: {own.text}, and {is_now}{where}{part if own.verdict == 'not known' else ''}"
+
+
+def described_relations(plan: Plan) -> dict[str, Relation]:
+    """The requirements of a description as relations, by name. Raises OptionError for what cannot be asked and for
+    requirements that contradict each other, with their names."""
+    relations = dict[str, Relation]()
+    for name, text in plan.mechanism.requirements.items():
+        try:
+            relations[name] = relation(plan, text)
+        except OptionError as error:
+            raise OptionError(f"requirements, {name!r}: {error}") from None
+    bounds: dict[tuple[str, bool], tuple[float, str]] = {}
+    for name, own in relations.items():
+        limited, other, is_below = own.sides
+        if not other.is_constant:
+            continue
+        limit = float(other.values({})[0])
+        least, most = (bounds.get((limited.canonical, below)) for below in (False, True))
+        against = least if is_below else most
+        if against is not None and (limit < against[0] if is_below else limit > against[0]):
+            raise OptionError(f"requirements, {against[1]!r} and {name!r} contradict each other: no design meets both")
+        bounds[limited.canonical, is_below] = limit, name
+    return relations
+
+
+@verb
+def requirements(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> Requirements:
+    """What the description requires of the mechanism, met, missed or not known.
+
+    What is asked in several states takes as long as the states, over a stroke as long as one stroke. Raises OptionError
+    for what cannot be asked and requirements that contradict each other, and ModelError.
+    """
+    plan = plan_of(model, parameters)
+    at, relations = one_design(parameters), described_relations(plan)
+    asked = tuple(dict.fromkeys(own for each in relations.values() for own in each.quantities))
+    answers = Questions(plan, asked).values(at) if asked else Answers.of(1, 0)
+    known = {own.text: float(answers.value[0, k]) for k, own in enumerate(asked)}
+    margins = Margins(plan, at, (), "this design", [own.sides[0] for own in relations.values()], known)
+    found = [_judged(name, own, asked, answers, known, margins, at) for name, own in relations.items()]
+    return Requirements(plan.mechanism.name, tuple(found), Questions(plan, asked).notes if asked else ())
+
+
+def _judged(
+    name: str,
+    own: Relation,
+    asked_of: Sequence[Quantity],
+    answers: Answers,
+    known: Mapping[str, float],
+    margins: Margins,
+    at: Mapping[str, float],
+) -> Requirement:
+    """A requirement with its verdict."""
+    formula, other, _ = own.sides
+    numbers = {asked.text: known[asked.text] for asked in own.quantities}
+    value, limit, margin = (float(each.evaluate(numbers)) for each in (formula, other, own))
+    low, high = margins.span(own.evaluate, own.quantities, numbers) or (margin, margin)
+    low, high, doubt, where, poses = min(low, margin), max(high, margin), 0.0, "", 0
+    if formula.is_worst and np.isfinite(value):
+        worst = worst_pose(margins.plan, at, formula.quantities[0])
+        doubt, where, poses = worst.doubt, worst.where, worst.count
+        low -= doubt / own.scale
+    verdict: Verdict = "not known"
+    if np.isfinite(margin):
+        verdict = "met" if low >= 0 else "missed" if high < 0 else "not known"
+    k = asked_of.index(formula.quantities[0]) if len(formula.quantities) == 1 else -1
+    interval = None
+    if k >= 0 and formula.canonical == formula.quantities[0].text and np.isfinite(answers.upper[0, k]):
+        interval = float(answers.lower[0, k]), float(answers.upper[0, k])
+    reasons = [text for text in str(answers.reason[0]).split("; ") if any(q.text in text for q in own.quantities)]
+    return Requirement(
+        name=name,
+        text=own.text,
+        verdict=verdict,
+        value=value,
+        limit=limit,
+        unit=formula.unit,
+        interval=interval,
+        model_error=margins.intervals[formula.text],
+        model_error_reason=margins.reasons.get(formula.text, ""),
+        where=where,
+        poses=poses,
+        doubt=doubt,
+        reason="; ".join(reasons),
+    )
