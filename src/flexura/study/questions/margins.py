@@ -170,10 +170,10 @@ class Margins(Record):
         except FAILURES as error:
             return Moved(0.0, reason_of(error))
         there = Margins(self.plan, self.parameters, worst.quantities)
-        if len(worst.quantities) == 1 and worst.value == worst.numbers[of.quantities[0].text]:
+        if len(worst.quantities) == 1 and worst.value == worst.numbers[0]:
             return there.moved(worst.quantities[0])
         names = {own.text: template.text for own, template in zip(worst.quantities, of.quantities, strict=True)}
-        values = {text: worst.numbers[name] for text, name in names.items()}
+        values = dict(zip(names, worst.numbers, strict=True))
         ends = there.span(
             lambda given: of.evaluate({names[text]: value for text, value in given.items()}), worst.quantities, values
         )

@@ -4,7 +4,6 @@ and what is read of the states that it is asked in."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
@@ -13,7 +12,6 @@ from scipy.optimize import brentq, minimize_scalar
 
 from flexura.analysis import driven_displacement, frequency_response, moved_deformations, ratios_to_yield
 from flexura.arrays import Array
-from flexura.deadline import checkpoint
 from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, SlopedResponse
 from flexura.duals import Dual, slope_of
 from flexura.errors import SolverError
@@ -30,12 +28,11 @@ from flexura.motion import (
     end_forces,
 )
 from flexura.structure import Design, Plan
-from flexura.records import Latest
 from flexura.study.questions.blocks import Bounded, mass_of
-from flexura.study.questions.grammar import FREQUENCY, WORST, Pose, Quantity, Worst, pose_text
+from flexura.study.questions.grammar import FREQUENCY, WORST, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
-from flexura.study.questions.strokes import StrokeLine
+from flexura.study.questions.worst import StrokeStates, WorstPose, worst_of
 from flexura.tables import in_hz
 from flexura.thresholds import CROSS_COMPLIANCE
 
@@ -56,12 +53,6 @@ STROKE_TOLERANCE = 1e-10
 
 EQUAL_STROKES = 1e-7
 """Relative difference of strokes to both sides, and of their slopes, that is none."""
-
-REFINEMENTS = 2
-"""Poses that are looked at beside the worst one of a stroke."""
-
-LEAST_SHARE = 1e-4
-"""Of a stroke, by which poses differ at least."""
 
 LARGEST_ROTATION = 3.1
 """Largest rotation that is looked at, rad."""
@@ -316,92 +307,6 @@ READINGS: dict[str, Callable[..., Any]] = {
 """How a quantity of one design is read of the state that it is asked in, with slopes where the design has some."""
 
 
-class WorstPose(NamedTuple):
-    """The worst `value`, SI, of `count` poses, the `pose` that has it and what is asked there, with its `numbers` by
-    the texts of `quantities` of which it follows; `doubt` is by how much, SI, a pose between might be worse."""
-
-    value: float
-    pose: Pose
-    quantities: tuple[Quantity, ...]
-    numbers: dict[str, float]
-    count: int
-    doubt: float
-
-    @property
-    def where(self) -> str:
-        """The pose in words."""
-        return pose_text(self.pose)
-
-
-class _Search:
-    """The search for the worst pose: all that are described, each reached from the one before, then between those
-    beside the worst one."""
-
-    def __init__(self, single: OneDesign, quantity: Quantity) -> None:
-        [of] = quantity.arguments
-        assert isinstance(of, Worst)
-        self.single, self.of, self.text = single, of, quantity.text
-        self.line = StrokeLine.of(single.plan, of.over, single.parameters)
-        self.found: dict[float, WorstPose] = {}
-        self.asked: dict[float, OneDesign] = {}
-
-    def run(self) -> WorstPose:
-        """The worst pose."""
-        poses = self.line.poses
-        shares = np.linspace(0.0, 1.0, len(poses)).tolist() if len(poses) > 1 else [1.0]
-        nearest = self.line.nearest
-        for numbers in (range(nearest, len(poses)), range(nearest - 1, -1, -1)):
-            near = shares[nearest] if nearest in range(len(poses)) else None
-            for k in numbers:
-                self._look(shares[k], poses[k], near)
-                near = shares[k]
-        worst = self._worst
-        if self.line.ends is None or len(poses) < 3:
-            return self.found[worst]._replace(doubt=0.0 if self.line.ends is None else 0.0, count=len(poses))
-        doubt = 0.0
-        for _ in range(REFINEMENTS):
-            doubt = self._between()
-        return self.found[self._worst]._replace(count=len(self.found), doubt=doubt)
-
-    @property
-    def _worst(self) -> float:
-        return max(self.found, key=lambda share: self.of.badness(self.found[share].value))
-
-    def _look(self, share: float, pose: Pose, near: float | None) -> None:
-        checkpoint()
-        quantities = tuple(replace(own, text=own.bare, pose=pose if own.pose else ()) for own in self.of.quantities)
-        single = OneDesign(self.single.plan, self.single.parameters, quantities)
-        if near in self.asked and self.line.ends is not None:
-            single.near = self.asked[near]
-        numbers = {
-            template.text: single.number(own) for template, own in zip(self.of.quantities, quantities, strict=True)
-        }
-        value = float(self.of.evaluate(numbers))
-        if np.isnan(value):
-            raise SolverError(f"{self.text}: it is not known {pose_text(pose)}")
-        self.found[share] = WorstPose(value, pose, quantities, numbers, 1, 0.0)
-        self.asked[share] = single
-
-    def _between(self) -> float:
-        """Look where a parabola through the worst pose and those beside it has its extremum; how far what is found there
-        is from what it says, SI. At an end of the stroke nothing is looked at, as long as it gets worse towards it."""
-        shares = sorted(self.found)
-        k = shares.index(self._worst)
-        if k in (0, len(shares) - 1):
-            return 0.0
-        at = np.array(shares[k - 1 : k + 2])
-        bad = np.array([self.of.badness(self.found[share].value) for share in at])
-        curve, slope, level = np.polyfit(at - at[1], bad, 2)
-        if not curve < 0:
-            return 0.0
-        step = float(-slope / (2 * curve))
-        share = float(at[1] + step)
-        if min(abs(at - share)) < LEAST_SHARE:
-            return 0.0
-        self._look(share, self.line.at(share), float(at[1]))
-        return abs(float(level + slope * step + curve * step**2) - self.of.badness(self.found[share].value))
-
-
 class OneDesign:
     """A design in the states that it is asked in, each worked out once."""
 
@@ -409,8 +314,6 @@ class OneDesign:
         self.plan = plan
         self.parameters = parameters
         self.quantities = quantities
-        self.near: OneDesign | None = None
-        """The same design asked at a pose that is near."""
         self._states: dict[Any, ReferenceState | PosedState] = {}
         self._frequencies: dict[Any, Bounded] = {}
 
@@ -418,8 +321,7 @@ class OneDesign:
         """The state that something is asked in."""
         pose = quantity.pose
         if pose not in self._states:
-            near = next((own for own in self.near._states.values() if isinstance(own, PosedState)), None) if self.near else None
-            posed = PosedState(self.plan, self.parameters, pose, near) if pose else None
+            posed = PosedState(self.plan, self.parameters, pose) if pose else None
             self._states[pose] = posed or ReferenceState(Design.of(self.plan, self.parameters))
         return self._states[pose]
 
@@ -439,12 +341,20 @@ class OneDesign:
             return self.worst(quantity).value
         return float(READINGS[quantity.kind](self.state(quantity), *quantity.arguments))
 
+    def at(self, state: PosedState, quantities: tuple[Quantity, ...]) -> OneDesign:
+        """The same design asked in a state that is known."""
+        there = OneDesign(self.plan, self.parameters, quantities)
+        there._states[state.pose] = state
+        return there
+
     def worst(self, quantity: Quantity) -> WorstPose:
         """The worst of a quantity over the poses of a stroke or of commands. Raises SolverError where one of them is not
         reached, or what is asked is not known there."""
-        known: Latest[WorstPose] = self.plan.prepared.once(("worst", quantity.text), Latest)
-        key = repr(sorted((name, float(value)) for name, value in self.parameters.items())).encode()
-        return known.get(key, lambda: _Search(self, quantity).run())
+        return worst_of(quantity, StrokeStates.of(self.plan, self.parameters, quantity), self._numbers)
+
+    def _numbers(self, state: PosedState, quantities: tuple[Quantity, ...]) -> list[float]:
+        there = self.at(state, quantities)
+        return [there.number(own) for own in quantities]
 
     def round_off(self, quantity: Quantity) -> float:
         """What a motion by a force elsewhere, which is what this is, is round-off below; 0 of anything else."""

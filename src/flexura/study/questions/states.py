@@ -25,7 +25,7 @@ from flexura.derivatives import DisplacedState, LinearState, without_round_off
 from flexura.errors import SolverError
 from flexura.linalg import counted_intervals
 from flexura.modal import REPEATED, close_groups
-from flexura.motion import reached
+from flexura.motion import PosedDesign, reached
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.study.questions.blocks import Bounded
@@ -181,25 +181,33 @@ class PosedState:
     def __init__(
         self, plan: Plan, parameters: Mapping[str, float], pose: Pose, near: PosedState | None = None
     ) -> None:
+        self.pose = pose
         self.text: str = pose_text(pose)
         self.design: Design = posed_design(plan, parameters, pose)
         self._near = near
+        self._pairs: dict[int, Any] = {}
+
+    @cached_property
+    def there(self) -> PosedDesign:
+        """What has moved there."""
+        return reached(self.design, self._near and self._near.there)
 
     @cached_property
     def held(self) -> DisplacedState:
         """The state that the displacements of the pose hold. Raises SolverError where that is unstable."""
-        near = self._near and reached(self._near.design)
-        pose = reached(self.design, near or None).pose
-        names = [drive.name for drive in pose.equations.drives]
-        state = DisplacedState(self.design, dict.fromkeys(names), pose)
+        names = [drive.name for drive in self.there.pose.equations.drives]
+        state = DisplacedState(self.design, dict.fromkeys(names), self.there.pose)
         if not state.is_stable:
             raise SolverError(f"{self.text} it is unstable")
         return state
 
     @cached_property
     def free(self) -> ReferenceState:
-        """What is linear about the pose with nothing held but by forces that stay as they are."""
-        return ReferenceState(self.design)
+        """What is linear about the pose with nothing held but by forces that stay as they are. Raises SolverError where
+        it is unstable under these."""
+        if not self.there.is_stable:
+            raise SolverError(f"{self.text} it is unstable under the forces that hold it")
+        return ReferenceState(replace(self.design, pose=self.there))
 
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds, nothing held but by forces that stay as they are."""
@@ -211,12 +219,13 @@ class PosedState:
     def modal_motion(self, freedom: Freedom, count: int) -> ModalMotion:
         """A displacement in so many of the lowest modes."""
         pairs = self._modes(count)
-        posed = reached(self.design)
-        model = FullOrderModel(replace(self.design, pose=posed), posed.K, posed.M)
+        model = FullOrderModel(replace(self.design, pose=self.there), self.there.K, self.there.M)
         return _modal_motion(model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
 
     def _modes(self, count: int) -> Any:
-        pairs = self.held.pose.modes(count)
+        if count not in self._pairs:
+            self._pairs[count] = self.held.pose.modes(count)
+        pairs = self._pairs[count]
         if len(pairs.values) and pairs.values[0] < 0:
             raise SolverError(f"{self.text} it is unstable under the forces that hold it")
         return pairs
