@@ -76,13 +76,13 @@ from flexura.study.optimum import Pareto as Pareto
 from flexura.study.optimum import optimize as optimize
 from flexura.study.published import Published as Published
 from flexura.study.published import published as published
-from flexura.study.requirements import Requirement as Requirement
-from flexura.study.requirements import Requirements as Requirements
-from flexura.study.requirements import requirements as requirements
 from flexura.study.questions import Questions as Questions
 from flexura.study.questions import formula as formula
 from flexura.study.questions import questions as questions
 from flexura.study.questions import relation as relation
+from flexura.study.requirements import Requirement as Requirement
+from flexura.study.requirements import Requirements as Requirements
+from flexura.study.requirements import requirements as requirements
 from flexura.study.sweeps import sweep as sweep
 from flexura.study.tolerances import Tolerance as Tolerance
 from flexura.study.tolerances import tolerance as tolerance

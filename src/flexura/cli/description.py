@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,9 +23,13 @@ def check_command(
     every: Annotated[
         bool, typer.Option("--all", help="Print what moves the six lowest frequencies by less than 1 %, too.")
     ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with 1 where a requirement is missed or not known.")
+    ] = False,
 ) -> Answer:
     """Summary of a mechanism file, and warnings: what may not be meant, and what moves a frequency by 1 % or more."""
     from flexura.analysis import check
+    from flexura.study.requirements import requirements
 
     def pictures(report: CheckReport, folder: Path) -> list[Path]:
         from flexura.full_order import assemble
@@ -38,7 +42,15 @@ def check_command(
     hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
     count = counted(len(shown), "warning") if shown else "no warnings"
     lines = [Line(f"{count}{hidden}", "bad" if shown else "good"), *(Line(f"  {warning}") for warning in shown)]
-    return Answer(report, [*report.presentation(), *lines], pictures, are_warnings_shown=True)
+    required = requirements(mechanism, parameters)
+
+    def data() -> dict[str, Any]:
+        return {**report.to_dict(), "requirements": required.to_dict()["requirements"]}
+
+    items = [*report.presentation(), *lines, *required.presentation()]
+    return Answer(
+        report, items, pictures, data=data, are_warnings_shown=True, after=required.raise_warnings if strict else None
+    )
 
 
 def schema_command() -> None:

@@ -25,6 +25,7 @@ MODELS = (".yaml", ".yml")
 Quantities = Annotated[
     list[str] | None, typer.Option("--ask", metavar="NAMES", help="Quantities, e.g. 'f1, mass'. May be repeated.")
 ]
+Required = Annotated[bool, typer.Option("--requirements/--no-requirements", help="With the requirements of the file.")]
 Folder = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Keep results here, as Parquet files; the same command goes on where it was."),
@@ -71,6 +72,7 @@ def sweep_command(
         str | None,
         typer.Option(metavar="NAME", help="A sweep of the file's `studies`, with what is given here replaced."),
     ] = None,
+    requirements: Required = True,
     folder: Folder = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -90,6 +92,7 @@ def sweep_command(
             samples=samples,
             seed=seed,
             study=study,
+            requirements=requirements,
             folder=folder,
             workers=workers,
             scheduler=scheduler,
@@ -144,6 +147,7 @@ def tolerance_command(
         str | None,
         typer.Option(metavar="A,B,C", help="Parameters of which each copy of a part has its own: all; or none."),
     ] = None,
+    requirements: Required = True,
     indices: Annotated[bool, typer.Option(help="Sobol indices, which take more designs.")] = True,
     confidence: Annotated[float, typer.Option(metavar="RATIO", help="Confidence of all intervals.")] = 0.95,
     folder: Folder = None,
@@ -164,6 +168,7 @@ def tolerance_command(
             study=study,
             samples=samples,
             seed=seed,
+            requirements=requirements,
             each=True if names is None else [name for name in names if name != "none"],
             indices=indices,
             confidence=confidence,
@@ -197,6 +202,7 @@ def optimize_command(
         list[str] | None,
         typer.Option(metavar="RELATION", help="A limit, e.g. 'stress(leaf) <= 400 MPa at stroke 2 mm'. Repeat."),
     ] = None,
+    requirements: Required = True,
     study: Annotated[
         str | None, typer.Option(metavar="NAME", help="The study of the file, for what is not given here.")
     ] = None,
@@ -232,6 +238,7 @@ def optimize_command(
             maximise=maximise or None,
             minimise=minimise or None,
             subject_to=subject_to or None,
+            requirements=requirements,
             study=study,
             starts=starts,
             points=points,

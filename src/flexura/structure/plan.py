@@ -263,7 +263,9 @@ class Plan(Record, Displayed):
 
     def at_rest(self) -> Plan:
         """The plan without the pose that is described."""
-        return self.prepared.once("at rest", lambda: Plan(self.mechanism.replaced({"at": {}}))) if self.is_posed else self
+        return (
+            self.prepared.once("at rest", lambda: Plan(self.mechanism.replaced({"at": {}}))) if self.is_posed else self
+        )
 
     def refuse_loads(self, what: str, values: Array | None = None) -> None:
         """Raise OptionError where `what` takes no account of loads, gravity and a pose that are described; loads that

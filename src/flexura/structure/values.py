@@ -162,7 +162,6 @@ class DescribedPose:
         """Commands of actuators by name as placed, in the units of their inputs, at values (s,)."""
         return {name: float(values[entry]) for name, entry in self._commands.items()}
 
-
     def forces(self, values: Array) -> dict[str, float]:
         """Dead forces, N, and moments, N m, by NODE.AXIS, at values (s,)."""
         return {name: float(values[entry]) for name, entry in self._forces.items()}

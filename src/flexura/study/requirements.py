@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -83,18 +83,15 @@ class Requirements(Tabular):
 
     def presentation(self) -> Iterator[Item]:
         own = self.requirements
+        errors = [interval_text(r.model_error) if r.model_error else r.model_error_reason for r in own]
         yield Table(
             {
-                "requirement": [r.name for r in own],
-                "": [r.text for r in own],
-                "is": [quantity(r.value, r.unit) for r in own],
-                "limit": [quantity(r.limit, r.unit) for r in own],
-                "model error": [
-                    interval_text(r.model_error) if r.model_error else r.model_error_reason for r in own
-                ],
+                "requirement": [f"{r.name}: {r.text}" for r in own],
+                "is": [f"{quantity(r.value, r.unit)} {r.worst}".strip() for r in own],
+                "model error": errors,
                 "verdict": [r.verdict for r in own],
-                "worst": [r.worst for r in own],
-            }
+            },
+            "requirements",
         )
 
     def _columns(self) -> dict[str, Any]:
@@ -138,6 +135,18 @@ def described_relations(plan: Plan) -> dict[str, Relation]:
             raise OptionError(f"requirements, {against[1]!r} and {name!r} contradict each other: no design meets both")
         bounds[limited.canonical, is_below] = limit, name
     return relations
+
+
+def others_of(described: Mapping[str, Relation], given: Sequence[Relation]) -> list[Relation]:
+    """Requirements of a description that are not among those that are given beside it."""
+    known = {own.canonical for own in given}
+    return [own for own in described.values() if own.canonical not in known]
+
+
+def with_required(asked: Questions, required: Iterable[Relation]) -> Questions:
+    """What is asked, with what requirements need beside it, each once."""
+    needed = (quantity for own in required for quantity in own.quantities)
+    return Questions(asked.plan, tuple(dict.fromkeys((*asked.quantities, *needed))))
 
 
 @verb

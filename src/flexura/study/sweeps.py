@@ -15,6 +15,7 @@ from flexura.mechanism import Mechanism, SweepStudy, parameter_values
 from flexura.structure import Plan, one_design
 from flexura.study.engine import StudyTable, run
 from flexura.study.questions import Margins, questions
+from flexura.study.requirements import described_relations, with_required
 from flexura.study.space import Sampling, Space, Variable, Varied, variables
 
 
@@ -29,6 +30,7 @@ def sweep(
     samples: int | None = None,
     seed: int | None = None,
     study: str | None = None,
+    requirements: bool = True,
     folder: str | Path | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
@@ -39,7 +41,8 @@ def sweep(
     `vary` gives ranges and values by parameter: text with units such as `thickness=0.2mm:0.6mm:50`, or in SI a
     tuple (low, high, count) or a list of values; `sampling` is `grid` (all with all), `list` (values side by side),
     `latin hypercube` or `sobol` with so many `samples` that `seed` names. `study` takes all of these from a sweep
-    that the description has under that name, where they are not given; without `vary` its only one. Designs are
+    that the description has under that name, where they are not given; without `vary` its only one. How many designs
+    meet each of the `requirements` of the description is counted, unless they are not wanted. Designs are
     shared among `workers`, processes of this machine, or those of the dask cluster of a `scheduler`. With a
     `folder` results are kept there as Parquet files, and a study that was interrupted goes on. A design that cannot
     be worked out is a row with a reason. `progress` is told of every block. Raises OptionError for what cannot be
@@ -61,10 +64,11 @@ def sweep(
             raise OptionError(f"what to {name} is missing, e.g. {example}{listed}")
     varied = variables(plan.mechanism, options["vary"], fixed)
     space = Space(varied, options.get("sampling", "grid"), options.get("samples"), options.get("seed", 0))
-    asked = questions(plan, options["ask"])
+    required = described_relations(plan) if requirements else {}
+    asked = with_required(questions(plan, options["ask"]), required.values())
     table = run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
     margins = Margins(plan, fixed, asked.quantities)
-    return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins)
+    return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins, required=required)
 
 
 def described_sweep(mechanism: Mechanism, name: str, parameters: Mapping[str, float]) -> dict[str, Any]:

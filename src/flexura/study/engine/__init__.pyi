@@ -1,5 +1,6 @@
 from flexura.study.engine.run import run as run
 from flexura.study.engine.shards import arrow_table as arrow_table
+from flexura.study.engine.table import ALL_REQUIREMENTS as ALL_REQUIREMENTS
 from flexura.study.engine.table import StudyTable as StudyTable
 from flexura.study.engine.table import Summary as Summary
 from flexura.study.engine.table import open_study as open_study

@@ -38,6 +38,7 @@ def optimize(
     maximise: str | Sequence[str] | None = None,
     minimise: str | Sequence[str] | None = None,
     subject_to: str | Sequence[str] | None = None,
+    requirements: bool = True,
     study: str | None = None,
     starts: int | None = None,
     points: int = FRONT_POINTS,
@@ -48,7 +49,7 @@ def optimize(
     """The design that makes a formula as large or as small as can be under limits, or the front of several.
 
     `maximise` and `minimise` are formulas over asked names, `subject_to` relations between such, as in `stress(leaf) <=
-    400 MPa at stroke 2 mm`; `vary` are parameters with ranges, as of `sweep`, from their minimum to their maximum where
+    400 MPa at stroke 2 mm`, beside which the `requirements` of the description hold, unless they are not wanted; `vary` are parameters with ranges, as of `sweep`, from their minimum to their maximum where
     no range is given, integers, or lists of values. The search is SciPy's SLSQP (Kraft 1988) or trust-constr (Byrd,
     Hribar and Nocedal 1999) on exact gradients, of the design as it is and of `starts` - 1 Sobol points, but for those
     with a better design beside them (multi level single linkage: Rinnooy Kan and Timmer 1987). Frequencies that
@@ -75,7 +76,7 @@ def optimize(
         options |= {"maximise": None, "minimise": None}
     options |= {name: value for name, value in given.items() if value is not None}
     starts, seed = _count("starts", options["starts"], 1), _count("seed", options["seed"], 0)
-    task = task_of(plan, fixed, options)
+    task = task_of(plan, fixed, {**options, "requirements": requirements})
     plan.verify(fixed)
     first_designs = task.starts(starts, seed)
     mixed, goals, judged = task.mixed(first_designs)

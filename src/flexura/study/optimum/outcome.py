@@ -36,7 +36,7 @@ from flexura.study.optimum.results import (
 )
 from flexura.study.optimum.rows import numbered
 from flexura.study.optimum.task import Task
-from flexura.study.questions import Margins, Pose, Quantity, Relation, questions
+from flexura.study.questions import Margins, Pose, Quantity, Questions, Relation
 from flexura.tables import counted, quantity
 from flexura.thresholds import PROVEN, ROUND_OFF
 
@@ -386,7 +386,7 @@ class _Anew:
             stresses = [m.von_mises for m in members if m.von_mises is not None and m.name in chosen]
             if stresses:
                 return Proof(asked.text, asked.unit, value, max(stresses), "stroke")
-        answer = questions(self.plan, asked.text).values({})
+        answer = Questions(self.plan, (asked,)).values({})
         return Proof(asked.text, asked.unit, value, float(answer.value[0, 0]), "a plan of its own")
 
 

@@ -13,7 +13,7 @@ from flexura.arrays import Array, Index
 from flexura.duals import Dual
 from flexura.errors import SolverError
 from flexura.structure import Plan
-from flexura.study.questions import Formula, Quantity, Questions, by_members, questions
+from flexura.study.questions import Formula, Pose, Quantity, Questions, by_members
 
 NEIGHBOURS = 2
 """Frequencies beside one that is asked for which may coincide with it."""
@@ -223,17 +223,18 @@ def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
     """The questions that formulas need, with the frequencies beside those that they ask for by number, and the members
     that a stress is the largest of."""
     asked = {quantity.text: quantity for formula in formulas for quantity in formula.quantities}
-    highest: dict[str, int] = {}
-    for text, quantity in asked.items():
+    highest: dict[Pose, Quantity] = {}
+    for quantity in asked.values():
         if (number := numbered(quantity)) is not None:
-            pose = text.partition(" ")[2]
-            highest[pose] = max(highest.get(pose, 0), number)
-    texts, ascending = list(asked), []
-    for pose, top in highest.items():
-        names = [f"f{k} {pose}".strip() for k in range(1, min(top + NEIGHBOURS, plan.topology.n_dof) + 1)]
-        texts += [name for name in names if name not in texts]
-        ascending.append(tuple(texts.index(name) for name in names))
-    asked_of_all = questions(plan, texts)
+            before = highest.get(quantity.pose)
+            highest[quantity.pose] = quantity if before is None or number > (numbered(before) or 0) else before
+    ascending = list[list[str]]()
+    for top in highest.values():
+        last = min((numbered(top) or 0) + NEIGHBOURS, plan.topology.n_dof)
+        beside = [replace(top, text=f"f{k}{top.where}", arguments=(k,)) for k in range(1, last + 1)]
+        asked |= {own.text: own for own in beside if own.text not in asked}
+        ascending.append([own.text for own in beside])
+    texts, asked_of_all = list(asked), Questions(plan, tuple(asked.values()))
     places, parts, worsts = {text: k for k, text in enumerate(texts)}, list[Quantity](), list[Worst]()
     for quantity in asked_of_all.quantities:
         if len(members := by_members(plan, quantity)) > 1:
@@ -241,7 +242,8 @@ def wording(plan: Plan, formulas: Iterable[Formula]) -> Wording:
             sign = 1 if quantity.kind == "stress" else -1
             worsts.append(Worst(places[quantity.text], tuple(range(first, first + len(members))), sign))
             parts += members
-    return Wording(asked_of_all, places, tuple(ascending), tuple(parts), tuple(worsts))
+    ordered = tuple(tuple(places[text] for text in own) for own in ascending)
+    return Wording(asked_of_all, places, ordered, tuple(parts), tuple(worsts))
 
 
 def numbered(quantity: Quantity) -> int | None:

@@ -17,6 +17,7 @@ from flexura.study.optimum.discrete import Mixed
 from flexura.study.optimum.landscape import Box, Judged, Landscape
 from flexura.study.optimum.rows import AskedDesigns, FormulaSum, Row, Wording, wording
 from flexura.study.questions import Formula, Relation, formula, relation
+from flexura.study.requirements import described_relations, others_of
 from flexura.study.space import Space, Variable, Varied, variables
 
 
@@ -130,7 +131,7 @@ def _scale(*choices: Sequence[Array]) -> float:
 
 
 def task_of(plan: Plan, fixed: Mapping[str, float], asked: Mapping[str, Any]) -> Task:
-    """What a verb is asked, `vary`, `maximise`, `minimise` and `subject_to`, read. Raises OptionError for what makes no
+    """What a verb is asked, `vary`, `maximise`, `minimise`, `subject_to` and `requirements`, read. Raises OptionError for what makes no
     sense, before any design is worked out."""
     texts = {
         name: [text] if isinstance(text := asked[name], str) else list(text or ())
@@ -149,8 +150,9 @@ def task_of(plan: Plan, fixed: Mapping[str, float], asked: Mapping[str, Any]) ->
     for variable in varied:
         if variable.kind != "choice" and not variable.low < variable.high:
             raise OptionError(f"{variable.name}: the range from {variable.low:g} to {variable.high:g} is empty")
-    limits = tuple(relation(plan, text) for text in texts["subject_to"])
-    return Task(plan, fixed, varied, tuple(aims), limits)
+    limits = [relation(plan, text) for text in texts["subject_to"]]
+    limits += others_of(described_relations(plan), limits) if asked["requirements"] else []
+    return Task(plan, fixed, varied, tuple(aims), tuple(limits))
 
 
 def _with_bounds(plan: Plan, vary: Any, fixed: Mapping[str, float]) -> Varied:

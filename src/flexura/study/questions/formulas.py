@@ -27,7 +27,7 @@ from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.grammar import WORST, Quantity, Where, Worse, names_in, trailing, unit_of, with_fractions
 from flexura.study.questions.questions import Questions
-from flexura.study.questions.reading import NOWHERE, Reader
+from flexura.study.questions.reading import Reader
 from flexura.units import format_quantity, parse_quantity
 
 _RELATION = re.compile(r"<=|>=|=<|=>|==|!=|<|>|≤|≥")
@@ -157,6 +157,11 @@ class Relation(_Evaluated):
         return tuple(dict.fromkeys((*self.left.quantities, *self.right.quantities)))
 
     @property
+    def canonical(self) -> str:
+        """Its text with names as they are shown."""
+        return f"{self.left.canonical} {'<=' if self.sense > 0 else '>='} {self.right.canonical}"
+
+    @property
     def sides(self) -> tuple[Formula, Formula, bool]:
         """The side that is asked, the left one where both are, the other one, and whether it is to be below that."""
         is_left = not self.left.is_constant
@@ -221,7 +226,7 @@ def relation(model: Mechanism | Plan, text: str) -> Relation:
     if where.over:
         if not (left.is_constant or right.is_constant):
             left = _formula(plan, f"({parts[0]}) - ({parts[1]})", f"{left.text} - {right.text}", where)
-            right = _formula(plan, f"0 * ({parts[1]})", "0", NOWHERE)
+            right = Formula("0", Questions(plan, ()), Expression.parse("0"), left.dimension)
         side: Worse = "larger" if (sense > 0) is right.is_constant else "smaller"
         left, right = (own if own.is_constant else _worst(own, own.text, where.over, side) for own in (left, right))
     return Relation(text.strip(), left, right, sense)

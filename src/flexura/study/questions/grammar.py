@@ -69,16 +69,23 @@ KINDS = {
         Kind("mass", "mass of everything, or of a rigid body", ("body",), 1, "same"),
         Kind("stiffness", "force for a unit displacement, everything else free", ("dof",), worse="smaller"),
         Kind(
-            "compliance", "displacement by a unit force there, or at the second place", ("dof", "dof"), 1,
+            "compliance",
+            "displacement by a unit force there, or at the second place",
+            ("dof", "dof"),
+            1,
             worse="farther",
         ),
         Kind("coupling", "displacement by a unit command", ("actuator", "dof"), worse="farther"),
         Kind(
-            "amplification", "displacement over the elongation of the actuator that makes it", ("actuator", "dof"),
+            "amplification",
+            "displacement over the elongation of the actuator that makes it",
+            ("actuator", "dof"),
             worse="farther",
         ),
         Kind("shift", "displacement from the undeformed configuration", ("dof",), worse="farther"),
-        Kind("parasitic", "size of what moves beside the driven motion: along this, or across it", ("dof",), 0, "needed"),
+        Kind(
+            "parasitic", "size of what moves beside the driven motion: along this, or across it", ("dof",), 0, "needed"
+        ),
         Kind("centre_shift", "how far a point on the axis of a rotation at rest goes across it", ("dof",), 0, "needed"),
         Kind("stress", "largest von Mises stress, of all members or of some", ("member",), 1),
         Kind("margin", "least yield stress over stress, of all members or of some", ("member",), 1, worse="smaller"),

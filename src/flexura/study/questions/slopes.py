@@ -133,8 +133,16 @@ class Exact:
     def _moves(self, over: str) -> bool:
         """Whether the poses of a stroke move as parameters do."""
         here = StrokeLine.of(self.plan, over, self.parameters)
-        designs, _ = steps({**self.parameters, **{name: float(self.plan.parameter_values(self.parameters)[name]) for name in self.names}}, self.names)
-        some = [{name: float(values[row]) for name, values in designs.items()} for row in range(1, 4 * len(self.names), 4)]
+        designs, _ = steps(
+            {
+                **self.parameters,
+                **{name: float(self.plan.parameter_values(self.parameters)[name]) for name in self.names},
+            },
+            self.names,
+        )
+        some = [
+            {name: float(values[row]) for name, values in designs.items()} for row in range(1, 4 * len(self.names), 4)
+        ]
         return any(StrokeLine.of(self.plan, over, one) != here for one in some)
 
     def _fail(self, place: int, error: Exception) -> None:
@@ -241,7 +249,9 @@ class Exact:
         pose = self.quantities[places[0]].pose
         state = displaced_state(
             self._design,
-            **{kind: {own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "force", "command")},
+            **{
+                kind: {own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "force", "command")
+            },
         )
         if not state.is_stable:
             raise SolverError(f"{pose_text(pose)} it is unstable")

@@ -178,9 +178,7 @@ class PosedState:
     """A design at a pose with large displacements: `held` by the displacements of the pose, and `free` under their
     forces."""
 
-    def __init__(
-        self, plan: Plan, parameters: Mapping[str, float], pose: Pose, near: PosedState | None = None
-    ) -> None:
+    def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Pose, near: PosedState | None = None) -> None:
         self.pose = pose
         self.text: str = pose_text(pose)
         self.design: Design = posed_design(plan, parameters, pose)

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array
 from flexura.errors import OptionError
 from flexura.expressions import Expression
 from flexura.mechanism import DISPLACEMENTS, FORCES, Parameter, Prescribed, at

@@ -80,7 +80,11 @@ class StrokeStates:
 
     def pose(self, share: float) -> Pose:
         """The pose there."""
-        return self.line.poses[round(share * (len(self.line.poses) - 1))] if self.line.ends is None else self.line.at(share)
+        return (
+            self.line.poses[round(share * (len(self.line.poses) - 1))]
+            if self.line.ends is None
+            else self.line.at(share)
+        )
 
 
 def worst_of(quantity: Quantity, states: StrokeStates, numbers_of: Numbers) -> WorstPose:

@@ -17,8 +17,9 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, Parameter, Spread, parameter_values, with_own_copies
 from flexura.structure import Plan, one_design
-from flexura.study.engine import StudyTable, run
+from flexura.study.engine import ALL_REQUIREMENTS, StudyTable, run
 from flexura.study.questions import Margins, Questions, Relation, questions, relation
+from flexura.study.requirements import described_relations, others_of, with_required
 from flexura.study.space import Variable, variables
 from flexura.study.tolerances.distributions import FORMS, Distribution, distribution_of
 from flexura.study.tolerances.nets import (
@@ -49,9 +50,6 @@ PERCENTILES = (1, 5, 50, 95, 99)
 
 DEFAULT_SAMPLES = 4096
 
-ALL_REQUIREMENTS = "all of them"
-"""What the yield of all requirements together is called."""
-
 FAR_FROM_LINEAR = 0.1
 """Relative difference between the standard deviations of slopes and of samples from which on it is reported."""
 
@@ -71,6 +69,7 @@ def tolerance(
     samples: int | None = None,
     seed: int | None = None,
     each: bool | Sequence[str] = True,
+    requirements: bool = True,
     indices: bool = True,
     percentiles: Sequence[float] = PERCENTILES,
     confidence: float = 0.95,
@@ -83,7 +82,8 @@ def tolerance(
 
     `vary` has a tolerance for each parameter, such as `± 0.02 mm`, about its value; every copy of a part has its own,
     unless `each` is false or names others. What is not given comes from the tolerance study of the file, of those the
-    one that `study` names. 4096 samples are independently scrambled Sobol' replicates, run as the designs of `sweep`;
+    one that `study` names; the `requirements` of the description are required, too, unless they are not wanted. 4096
+    samples are independently scrambled Sobol' replicates, run as the designs of `sweep`;
     `indices` take more designs beside them (theory eqs. U1-U12). Raises ModelError, OptionError and SolverError.
     """
     if not 0 < confidence < 1:
@@ -98,7 +98,9 @@ def tolerance(
     given = {"vary": vary, "ask": ask, "require": require, "samples": samples, "seed": seed}
     options = _with_study(plan.mechanism, study, given)
     sizes = sizes_of(plan.mechanism, fixed, options["vary"] or (), each)
-    asked, required = _asked(plan_of(sizes.mechanism), options["ask"] or (), options["require"] or ())
+    asked, required = _asked(
+        plan_of(sizes.mechanism), options["ask"] or (), options["require"] or (), described=requirements
+    )
     nets = ScrambledNets.of(sizes.variables, sizes.groups, options["samples"], seed=options["seed"], indices=indices)
     others = {name: value for name, value in fixed.items() if name not in nets.names}
     table = run(asked, nets, others, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
@@ -230,14 +232,16 @@ def _by_name(vary: Vary) -> dict[str, str | Spread]:
     return given
 
 
-def _asked(plan: Plan, ask: str | Sequence[str], require: str | Sequence[str]) -> tuple[Questions, list[Relation]]:
+def _asked(
+    plan: Plan, ask: str | Sequence[str], require: str | Sequence[str], described: bool
+) -> tuple[Questions, list[Relation]]:
     """Everything that is asked, or needed for what is required, each once."""
     required = [relation(plan, text) for text in ([require] if isinstance(require, str) else require)]
+    required += others_of(described_relations(plan), required) if described else []
     if not (ask or required):
         raise OptionError("no quantity is named; name some (ask), e.g. f1, or require something, e.g. f1 >= 20 Hz")
-    asked = questions(plan, ask).quantities if ask else ()
-    needed = (quantity for requirement in required for quantity in requirement.quantities)
-    return Questions(plan, tuple(dict.fromkeys((*asked, *needed)))), required
+    asked = questions(plan, ask) if ask else Questions(plan, ())
+    return with_required(asked, required), required
 
 
 def _spread(
