@@ -200,7 +200,7 @@ class DescribedMotion:
 def _prescribed(
     targets: Mapping[str, Any], layout: Layout, table: ValueTable
 ) -> tuple[dict[str, Index], dict[str, Index], dict[str, Index]]:
-    """Entries of prescribed displacements and of forces by NODE.AXIS, and of commands of actuators by name as placed."""
+    """Entries of prescribed displacements and of forces by NODE.AXIS, of commands of actuators by name as placed."""
     displacements, forces, commands = dict[str, Index](), dict[str, Index](), dict[str, Index]()
     actuators = layout.actuators() if targets else {}
     for name, target in targets.items():

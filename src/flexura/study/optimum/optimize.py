@@ -49,13 +49,14 @@ def optimize(
     """The design that makes a formula as large or as small as can be under limits, or the front of several.
 
     `maximise` and `minimise` are formulas over asked names, `subject_to` relations between such, as in `stress(leaf) <=
-    400 MPa at stroke 2 mm`, beside which the `requirements` of the description hold, unless they are not wanted; `vary` are parameters with ranges, as of `sweep`, from their minimum to their maximum where
-    no range is given, integers, or lists of values. The search is SciPy's SLSQP (Kraft 1988) or trust-constr (Byrd,
-    Hribar and Nocedal 1999) on exact gradients, of the design as it is and of `starts` - 1 Sobol points, but for those
-    with a better design beside them (multi level single linkage: Rinnooy Kan and Timmer 1987). Frequencies that
-    coincide are bounded together (Olhoff 1989; Seyranian, Lund and Olhoff 1994). Of integers and lists every
-    combination is solved where there are few, else those around the optimum between them. What is not given is that
-    of the `study` of this name among those that the mechanism describes, or of its only optimum: 8 starts, seed 0.
+    400 MPa at stroke 2 mm`, beside which the `requirements` of the description hold, unless they are not wanted; `vary`
+    are parameters with ranges, as of `sweep`, from their minimum to their maximum where no range is given, integers, or
+    lists of values. The search is SciPy's SLSQP (Kraft 1988) or trust-constr (Byrd, Hribar and Nocedal 1999) on exact
+    gradients, of the design as it is and of `starts` - 1 Sobol points, but for those with a better design beside them
+    (multi level single linkage: Rinnooy Kan and Timmer 1987). Frequencies that coincide are bounded together (Olhoff
+    1989; Seyranian, Lund and Olhoff 1994). Of integers and lists every combination is solved where there are few, else
+    those around the optimum between them. What is not given is that of the `study` of this name among those that the
+    mechanism describes, or of its only optimum: 8 starts, seed 0.
 
     The optimum is local in each start; multipliers, how far the conditions of an optimum are missed, and every quantity
     worked out anew at full order come with it. Several goals give a `Pareto` of about so many `points`. Raises

@@ -131,8 +131,8 @@ def _scale(*choices: Sequence[Array]) -> float:
 
 
 def task_of(plan: Plan, fixed: Mapping[str, float], asked: Mapping[str, Any]) -> Task:
-    """What a verb is asked, `vary`, `maximise`, `minimise`, `subject_to` and `requirements`, read. Raises OptionError for what makes no
-    sense, before any design is worked out."""
+    """What a verb is asked, `vary`, `maximise`, `minimise`, `subject_to` and `requirements`, read. Raises OptionError
+    for what makes no sense, before any design is worked out."""
     texts = {
         name: [text] if isinstance(text := asked[name], str) else list(text or ())
         for name in ("maximise", "minimise", "subject_to")

@@ -107,6 +107,9 @@ def unit_of(dimension: Dimension) -> str:
     return "Hz" if dimension == dimensions.FREQUENCY else dimension.unit().replace("**", "^") or "1"
 
 
+HeldKind = Literal["move", "force", "command"]
+
+
 class Held(NamedTuple):
     """What is prescribed at a pose: a displacement `NODE.AXIS`, m or rad, a dead force `NODE.Fx`, N or N m, or the
     command of an actuator, in the `unit` of its input."""
@@ -114,7 +117,7 @@ class Held(NamedTuple):
     name: str
     value: float
     unit: str
-    kind: Literal["move", "force", "command"] = "move"
+    kind: HeldKind = "move"
 
     def __str__(self) -> str:
         value = format_quantity(self.value, parse_unit(self.unit)[1], angle=self.unit == "rad")
@@ -244,13 +247,16 @@ class Where(NamedTuple):
         return bool(self.places or self.over or self.source)
 
 
+NOWHERE = Where()
+
+
 @dataclass(frozen=True)
 class Asked:
     """A name that is asked for, with the texts of its arguments and where it is asked."""
 
     name: str
     arguments: tuple[str, ...] = ()
-    where: Where = Where()
+    where: Where = NOWHERE
 
 
 @dataclass(frozen=True)
@@ -418,8 +424,8 @@ def _pose_at(text: str, position: int) -> tuple[tuple[Place, ...], int]:
         if match is None:
             rest = text[position:].strip()[:40] or "nothing"
             raise OptionError(
-                f"a pose is expected after `at`, NODE.DOF = VALUE UNIT, ACTUATOR = VALUE UNIT or stroke VALUE UNIT, not {rest!r};"
-                " e.g. at platform.x = 2 mm"
+                "a pose is expected after `at`, NODE.DOF = VALUE UNIT, ACTUATOR = VALUE UNIT or stroke VALUE UNIT, not"
+                f" {rest!r}; e.g. at platform.x = 2 mm"
             )
         places.append(_place(match["name"] or match["stroke"], match["value"]))
         position = match.end()

@@ -19,6 +19,7 @@ from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Port
 from flexura.study.questions.grammar import (
     FREQUENCY,
     KINDS,
+    NOWHERE,
     SIGNS,
     STROKE,
     WORST,
@@ -44,7 +45,6 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 MOST_FREQUENCIES = 10_000
 
-NOWHERE = Where()
 
 _NUMBERED = re.compile(r"f([1-9]\d{0,8})")
 _SPELLING: dict[str, str] = dict(zip((*DOF_NAMES, *AXES), (*AXES, *AXES), strict=True))

@@ -348,8 +348,8 @@ class OneDesign:
         return there
 
     def worst(self, quantity: Quantity) -> WorstPose:
-        """The worst of a quantity over the poses of a stroke or of commands. Raises SolverError where one of them is not
-        reached, or what is asked is not known there."""
+        """The worst of a quantity over the poses of a stroke or of commands. Raises SolverError where one of them is
+        not reached, or what is asked is not known there."""
         return worst_of(quantity, StrokeStates.of(self.plan, self.parameters, quantity), self._numbers)
 
     def _numbers(self, state: PosedState, quantities: tuple[Quantity, ...]) -> list[float]:

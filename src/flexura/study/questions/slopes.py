@@ -132,18 +132,10 @@ class Exact:
 
     def _moves(self, over: str) -> bool:
         """Whether the poses of a stroke move as parameters do."""
-        here = StrokeLine.of(self.plan, over, self.parameters)
-        designs, _ = steps(
-            {
-                **self.parameters,
-                **{name: float(self.plan.parameter_values(self.parameters)[name]) for name in self.names},
-            },
-            self.names,
-        )
-        some = [
-            {name: float(values[row]) for name, values in designs.items()} for row in range(1, 4 * len(self.names), 4)
-        ]
-        return any(StrokeLine.of(self.plan, over, one) != here for one in some)
+        here, known = StrokeLine.of(self.plan, over, self.parameters), self.plan.parameter_values(self.parameters)
+        shifted = {name: float(known[name]) * (1 + DIFFERENCE_STEP) or DIFFERENCE_STEP for name in self.names}
+        beside = ({**self.parameters, name: value} for name, value in shifted.items())
+        return any(StrokeLine.of(self.plan, over, one) != here for one in beside)
 
     def _fail(self, place: int, error: Exception) -> None:
         self.reason[place] = f"{self.quantities[place].text}: {reason_of(error)}"
@@ -247,12 +239,10 @@ class Exact:
     def _posed(self, places: list[int]) -> None:
         """What is asked at one pose; what cannot be answered there has the reason for it."""
         pose = self.quantities[places[0]].pose
-        state = displaced_state(
-            self._design,
-            **{
-                kind: {own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "force", "command")
-            },
+        move, force, command = (
+            {own.name: own.value for own in pose if own.kind == kind} for kind in ("move", "force", "command")
         )
+        state = displaced_state(self._design, move, force, command)
         if not state.is_stable:
             raise SolverError(f"{pose_text(pose)} it is unstable")
         numbers = dict[int, int]()

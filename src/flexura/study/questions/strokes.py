@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexura.errors import OptionError
 from flexura.expressions import Expression
-from flexura.mechanism import DISPLACEMENTS, FORCES, Parameter, Prescribed, at
+from flexura.mechanism import DISPLACEMENTS, FORCES, Mechanism, Parameter, Prescribed, at
 from flexura.structure import Design, Plan, Ports, actuator_names
-from flexura.study.questions.grammar import COMMANDS, Held, Pose
+from flexura.study.questions.grammar import COMMANDS, Held, HeldKind, Pose
 
 MOST_RANGES = 6
 """Actuators with ranges of which all corners are looked at."""
@@ -51,7 +51,8 @@ def _stroke(design: Design) -> StrokeLine:
         raise OptionError("over stroke: none is described; describe `motion`, or ask at a pose")
     if motion.motion.follower:
         raise OptionError("over stroke: follower loads have no place at a pose; leave them out of `motion`")
-    ends = [(name, value, "rad" if _axis(name) >= 3 else "m", "move") for name, value in motion.moved(values).items()]
+    ends: list[tuple[str, Any, str, HeldKind]] = []
+    ends += [(name, value, "rad" if _axis(name) >= 3 else "m", "move") for name, value in motion.moved(values).items()]
     for node, wrench in motion.wrenches("loads", values).items():
         sizes = zip(FORCES, wrench.T, (*["N"] * 3, *["N*m"] * 3), strict=True)
         ends += [(f"{node}.{axis}", size, unit, "force") for axis, size, unit in sizes if size.any()]
@@ -59,8 +60,10 @@ def _stroke(design: Design) -> StrokeLine:
     ports = Ports(design).inputs(list(commands)) if commands else []
     named = zip(ports, commands.values(), strict=True)
     ends += [(port.channel.name, value, port.channel.unit, "command") for port, value in named]
-    pairs = [(name, np.broadcast_to(value, 2), unit, kind) for name, value, unit, kind in ends]
-    first, last = (tuple(Held(n, float(v[k]), unit, kind) for n, v, unit, kind in pairs) for k in (0, 1))
+    first, last = (
+        tuple(Held(name, float(np.broadcast_to(value, 2)[k]), unit, kind) for name, value, unit, kind in ends)
+        for k in (0, 1)
+    )
     shares = np.linspace(0.0, 1.0, motion.motion.steps) if first != last else np.ones(1)
     line = StrokeLine((), (first, last))
     return line._replace(poses=tuple(map(line.at, shares.tolist())))
@@ -97,7 +100,7 @@ def posed_design(plan: Plan, parameters: Mapping[str, float], pose: Pose) -> Des
     return Design.of(posed, {**parameters, **values})
 
 
-def _posed(plan: Plan, names: tuple[str, ...], numbers: list[str]) -> object:
+def _posed(plan: Plan, names: tuple[str, ...], numbers: list[str]) -> Mechanism:
     """The mechanism at a pose whose values are parameters of these names."""
     parameters = {number: Parameter(value=0.0) for number in numbers}
     described = at(plan.mechanism, {name: float(k) for k, name in enumerate(names)}).at

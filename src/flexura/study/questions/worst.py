@@ -125,8 +125,8 @@ def _searched(quantity: Quantity, states: StrokeStates, numbers_of: Numbers) -> 
 
 
 def _extremum(bad: Mapping[float, float]) -> tuple[float | None, float]:
-    """Where a parabola through the worst pose and those beside it is worst, and how bad it says that this is. None at an
-    end of the stroke, and where it is known already."""
+    """Where a parabola through the worst pose and those beside it is worst, and how bad it says that this is. None at
+    an end of the stroke, and where it is known already."""
     shares = sorted(bad)
     k = max(range(len(shares)), key=lambda k: bad[shares[k]])
     if k in (0, len(shares) - 1):
