@@ -12,7 +12,7 @@ from flexura.errors import OptionError
 from flexura.expressions import Expression
 from flexura.mechanism import DISPLACEMENTS, FORCES, Mechanism, Parameter, Prescribed, at
 from flexura.structure import Design, Plan, Ports, actuator_names
-from flexura.study.questions.grammar import COMMANDS, Held, HeldKind, Pose
+from flexura.study.questions.grammar import COMMANDS, Held, Pose
 
 MOST_RANGES = 6
 """Actuators with ranges of which all corners are looked at."""
@@ -51,7 +51,7 @@ def _stroke(design: Design) -> StrokeLine:
         raise OptionError("over stroke: none is described; describe `motion`, or ask at a pose")
     if motion.motion.follower:
         raise OptionError("over stroke: follower loads have no place at a pose; leave them out of `motion`")
-    ends: list[tuple[str, Any, str, HeldKind]] = []
+    ends: list[tuple[str, Any, str, Any]] = []
     ends += [(name, value, "rad" if _axis(name) >= 3 else "m", "move") for name, value in motion.moved(values).items()]
     for node, wrench in motion.wrenches("loads", values).items():
         sizes = zip(FORCES, wrench.T, (*["N"] * 3, *["N*m"] * 3), strict=True)
