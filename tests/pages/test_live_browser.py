@@ -132,6 +132,36 @@ def test_what_takes_longer_follows(live):
     expect(live.locator(".live-results")).not_to_contain_text("the stroke is assumed")
 
 
+def test_requirements_stand_beside_the_sliders_and_follow(tmp_path, opened):
+    file = tmp_path / "required.yaml"
+    wanted = {
+        "stiff": "f1 >= 53.5 Hz",
+        "light": "mass <= 48 g",
+        "close": "f1 >= 54.5 Hz",
+        "moves": "shift(x) >= 1 mm under 10 N along x",
+    }
+    lines = [f"  {name}: {text}" for name, text in wanted.items()]
+    file.write_text("\n".join([f"extends: {GUIDE.as_posix()}", "requirements:", *lines, ""]))
+    with served(file, "--keep") as own:
+        page = opened.page
+        start(page, own)
+
+        def verdicts() -> list[str]:
+            settles(page)
+            return [row.get_attribute("data-verdict") for row in page.locator(".live-requirements li").all()]
+
+        expect(page.locator(".live-requirements li")).to_have_count(4, timeout=SETTLED)
+        expect(page.locator(".live-requirements")).to_contain_text("stiff: f1 >= 53.5 Hz 54.345 Hz", timeout=SETTLED)
+        assert verdicts() == ["not known", "met", "not known", "met"]
+        shot(page, "live_requirements")
+        typed(page, "thickness", "0.6")
+        expect(page.locator(".live-requirements")).to_contain_text("70.5", timeout=SETTLED)
+        assert verdicts() == ["met", "missed", "met", "met"]
+        own_row = page.locator(".live-requirements li").nth(1)
+        expect(own_row).to_have_attribute("title", "model error none: exact for the description")
+        assert serious_findings(page) == []
+
+
 def test_model_errors_are_those_of_the_design_at_which_the_hand_rests(live):
     column = live.locator(".live-modes th", has_text="model error")
     expect(column).to_have_attribute("title", re.compile("physics"))

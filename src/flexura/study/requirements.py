@@ -50,6 +50,17 @@ class Requirement(Record):
     reason: str
 
     @property
+    def state(self) -> str:
+        """Its value in words, with where it is worst."""
+        return f"{quantity(self.value, self.unit)} {self.worst}".strip() if np.isfinite(self.value) else "not known"
+
+    @property
+    def why(self) -> str:
+        """What there is beside the value: its model error, or why there is none, and why there is no number."""
+        error = interval_text(self.model_error) if self.model_error else f"none: {self.model_error_reason}"
+        return "; ".join(text for text in (f"model error {error}", self.reason) if text)
+
+    @property
     def worst(self) -> str:
         """Where it is worst, in words; empty where it is asked in one state."""
         doubt = f", to within {quantity(self.doubt, self.unit, 2)}" if self.doubt else ""
@@ -87,7 +98,7 @@ class Requirements(Tabular):
         yield Table(
             {
                 "requirement": [f"{r.name}: {r.text}" for r in own],
-                "is": [f"{quantity(r.value, r.unit)} {r.worst}".strip() for r in own],
+                "is": [r.state for r in own],
                 "model error": errors,
                 "verdict": [r.verdict for r in own],
             },

@@ -33,6 +33,7 @@ from flexura.pages.viewer import Buffer, Drawing, facts_of, quick, scene_and_dra
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs, natural_frequencies, proven_text
 from flexura.results import plain
 from flexura.structure import Design, FullOrderModel, Plan, Ports, full_order_model
+from flexura.study.requirements import requirements
 from flexura.tables import ends, quantity
 
 LARGEST = 1 << 17
@@ -192,7 +193,7 @@ class Designs:
 
     def details(self, shown: Shown) -> Steps:
         """Steps to what takes longer, each named and giving a message: whether the description holds, facts of the
-        parts, stresses, what moves, responses, and how far the part may be from the model."""
+        parts, stresses, what moves, responses, how far the part may be from the model, and what is required."""
         load, response = shown.ask.load, shown.ask.response
         steps: Steps = [("holds", lambda: self._verified(shown)), ("facts", lambda: self._facts(shown))]
         if load is not None:
@@ -200,7 +201,10 @@ class Designs:
         steps.append(("motions", lambda: self._motions(shown)))
         if response is not None:
             steps.append(("response", lambda: self._response(shown, response)))
-        return [*steps, ("model errors", lambda: self._model_errors(shown))]
+        steps.append(("model errors", lambda: self._model_errors(shown)))
+        if self.described.plan.mechanism.requirements:
+            steps.append(("requirements", lambda: self._requirements(shown)))
+        return steps
 
     def _count(self, ask: Ask) -> int:
         """Modes of a design, rigid ones beside those that are asked for."""
@@ -250,6 +254,15 @@ class Designs:
             own = [{"text": "not known", "why": str(error)}] * n
         errors_of = {str(number): error for number, error in zip(shown.modes.number, own, strict=False)}
         return told("model errors", serial=shown.ask.serial, errors=errors_of)
+
+    def _requirements(self, shown: Shown) -> str:
+        """What is required of the design, each with its number, its verdict, and why."""
+        try:
+            own = requirements(self.described.plan, shown.parameters).requirements
+        except FlexuraError as error:
+            return told("requirements", serial=shown.ask.serial, rows=[], error=str(error))
+        rows = [{"name": r.name, "text": r.text, "is": r.state, "verdict": r.verdict, "why": r.why} for r in own]
+        return told("requirements", serial=shown.ask.serial, rows=rows)
 
     def _stress(self, shown: Shown, load: Load) -> str:
         """Factors to yield, the least first, and the warnings of what is linear here."""

@@ -47,7 +47,8 @@ _BODY = """<div class="live">
   <form id="live-saving" class="live-saving" aria-label="save as a new file" hidden></form>
   <section id="live-pins" class="live-pins" aria-label="pinned designs"></section>
 </div>
-<section class="live-sliders" aria-label="parameters" id="live-sliders"></section>
+<div class="live-sliders"><section aria-label="requirements" id="live-requirements" hidden></section>
+<section aria-label="parameters" id="live-sliders"></section></div>
 <main class="live-stage" aria-label="mechanism">
   <div id="live-viewer" class="live-viewer"></div>
   <p id="live-notes" class="soft"></p>

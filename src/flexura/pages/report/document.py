@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -67,6 +68,8 @@ class Table:
     evidence: Evidence | None = None
     details: Sequence[Sequence[tuple[str, str]]] = ()
     motions: Sequence[str] = ()
+    tones: Mapping[str, Tone] = MappingProxyType({})
+    """Of cells that have one of these texts."""
 
     @staticmethod
     def of(
@@ -286,7 +289,7 @@ def _table(block: Table) -> str:
     after = {k: _after_point([row[k] for row in block.rows]) for k in numbers}
 
     def cell(tag: str, k: int, text: str, more: str = "") -> str:
-        kind = "number" if k in numbers else "long" if tag == "td" and len(text) > LONG else ""
+        kind = "number" if k in numbers else "long" if tag == "td" and len(text) > LONG else block.tones.get(text, "")
         if tag == "td" and k in numbers and (short := after[k] - _after_point([text])):
             more += f' style="--after: {short:g}ch"'
         return f"<{tag}{more}{_class(kind)}>{escape(text)}</{tag}>"

@@ -34,7 +34,7 @@ from flexura.pages.report.document import (
 )
 from flexura.pages.report.loaded import buckling, static_response, stresses
 from flexura.pages.report.modes import certified_modes, freedoms
-from flexura.pages.report.studies import against_the_solid, studies, tested
+from flexura.pages.report.studies import against_the_solid, required, studies, tested
 from flexura.pages.report.subject import Commands, Subject
 from flexura.pages.report.understood import scene_content, understood
 from flexura.pages.viewer import page
@@ -77,6 +77,7 @@ def warnings_of(sections: Sequence[Section]) -> Iterator[Block]:
 
 
 MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
+    "requirements": ("Requirements", required),
     "understood": ("Model summary", understood),
     "modes": ("Natural modes", certified_modes),
     "freedoms": ("Freedoms and stiffness", freedoms),

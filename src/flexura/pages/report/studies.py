@@ -11,14 +11,26 @@ from matplotlib.figure import Figure
 
 from flexura.errors import Diagnostic, FlexuraError, foremost
 from flexura.mechanism import DescribedStudy, OptimumStudy, Range, SweepStudy, ToleranceStudy
-from flexura.pages.report.document import Block, Bullets, Content, Evidence, Fact, Paragraph, Picture, Table, warned
+from flexura.pages.report.document import (
+    Block,
+    Bullets,
+    Content,
+    Evidence,
+    Fact,
+    Paragraph,
+    Picture,
+    Table,
+    Tone,
+    warned,
+)
 from flexura.pages.report.subject import Subject
 from flexura.pages.report.understood import png_of
 from flexura.solid.verification import verify
 from flexura.structure import Plan
 from flexura.study.engine import StudyTable
 from flexura.study.optimum import Optimum, optimize
-from flexura.study.questions import formula, questions, relation
+from flexura.study.questions import Relation, formula, questions, relation
+from flexura.study.requirements import described_relations, requirements
 from flexura.study.sweeps import sweep
 from flexura.study.tolerances import Tolerance, tolerance
 from flexura.tables import number, percent, quantity
@@ -34,7 +46,10 @@ TOGETHER, ALONE = 20_000, 60
 VARIABLES, STARTS = 4, 8
 """Of an optimum that is worked out: what varies, and searches."""
 
-SLOW = ("reach",)
+TONES: dict[str, Tone] = {"met": "good", "missed": "bad", "not known": "warning"}
+"""Of verdicts on requirements."""
+
+SLOW = ("reach", "worst")
 """What takes the time of a stroke in each design."""
 
 MOST_WARNINGS = 3
@@ -48,6 +63,25 @@ class Worked(NamedTuple):
     figure: Figure
     facts: Sequence[Fact]
     warnings: Sequence[Diagnostic]
+
+
+def required(subject: Subject) -> Content:
+    """What is required of the mechanism, each with its verdict."""
+    command = subject.commands("check")
+    if not subject.mechanism.requirements:
+        text = "The file requires nothing (`requirements:`), e.g. `first mode: f1 >= 100 Hz`; what is asked so:"
+        return Content.absent(text, command)
+    found = requirements(subject.plan, subject.parameters)
+    lines = [(own.name, own.why) for own in found.requirements]
+    rows = [(f"{own.name}: {own.text}", own.state, own.verdict) for own in found.requirements]
+    table = Table(
+        ["requirement", "is", "verdict"], rows, evidence=Evidence(command, lines, essential=True), tones=TONES
+    )
+    is_bad = any(own.verdict == "missed" for own in found.requirements)
+    tone = "bad" if is_bad else "warning" if found.warnings else "good"
+    met = sum(own.verdict == "met" for own in found.requirements)
+    facts = [Fact("requirements", f"{met} of {len(rows)} met")]
+    return Content([Paragraph(found.headline, tone), table], facts=facts, warnings=found.warnings)
 
 
 def studies(subject: Subject) -> Content:
@@ -99,7 +133,8 @@ def _shown(name: str, found: Worked, command: str) -> list[Block]:
 def _worked(subject: Subject, name: str, study: DescribedStudy) -> Worked | None:
     """A study worked out, None where that takes long. Raises FlexuraError."""
     plan, own = subject.plan, study.own
-    if plan.topology.n_dof > LARGE or not _is_small(plan, own):
+    required = described_relations(plan).values()
+    if plan.topology.n_dof > LARGE or not _is_small(plan, own, list(required)):
         return None
     if isinstance(own, OptimumStudy):
         best = optimize(plan, subject.parameters, study=name)
@@ -109,17 +144,20 @@ def _worked(subject: Subject, name: str, study: DescribedStudy) -> Worked | None
     return told(verb(plan, subject.parameters, study=name, workers=1))
 
 
-def _is_small(plan: Plan, own: SweepStudy | OptimumStudy | ToleranceStudy) -> bool:
-    """Whether a study takes little time. Raises OptionError for what cannot be asked."""
+def _is_small(plan: Plan, own: SweepStudy | OptimumStudy | ToleranceStudy, required: Sequence[Relation]) -> bool:
+    """Whether a study, with what is required beside it, takes little time. Raises OptionError for what cannot be
+    asked."""
     if isinstance(own, OptimumStudy):
         texts = [own.maximise or own.minimise or ""]
-        sides = [side for text in own.subject_to for side in (relation(plan, text).left, relation(plan, text).right)]
+        limits = [*(relation(plan, text) for text in own.subject_to), *required]
+        sides = [side for limit in limits for side in (limit.left, limit.right)]
         if own.goals or own.starts > STARTS or len(own.vary) > VARIABLES:
             return False
         kinds = {asked.kind for part in (formula(plan, texts[0]), *sides) for asked in part.quantities}
         return all(isinstance(v, Range) and not v.integer for v in own.vary.values()) and not kinds & set(SLOW)
     asked = questions(plan, list(own.ask)) if own.ask else None
     others = [relation(plan, text).questions for text in own.require] if isinstance(own, ToleranceStudy) else []
+    others += [each.questions for each in required]
     is_stacked = all(each.is_stacked for each in (asked, *others) if each is not None)
     return _designs(own) <= (TOGETHER if is_stacked else ALONE)
 

@@ -6,6 +6,7 @@ import { ModeTable, type Pin } from "./modes";
 import { Panel } from "./panel";
 import { Pins } from "./pins";
 import { type FileState, type Opened, type Picture, type Received, type Refused, type Row, numbers } from "./protocol";
+import { RequirementsPanel } from "./requirements";
 import { ResponsePanel } from "./response";
 import { Saving } from "./saving";
 import { Stage } from "./stage";
@@ -22,6 +23,7 @@ const SLOW = 300;
 export class App {
   private readonly history = new History();
   private readonly panel: Panel;
+  private readonly requirements = new RequirementsPanel(element("live-requirements"));
   private readonly modes: ModeTable;
   private readonly response: ResponsePanel;
   private readonly stress: StressPanel;
@@ -94,6 +96,8 @@ export class App {
         return this.modes.tell(message.texts);
       case "model errors":
         return this.modes.doubt(message);
+      case "requirements":
+        return this.requirements.update(message);
       case "stress":
         return this.stress.update(message);
       case "response":
@@ -163,6 +167,7 @@ export class App {
 
   private ask(moved = true): void {
     this.serial += 1;
+    this.requirements.wait();
     if (moved) this.begun.set(this.serial, performance.now());
     const own = { type: "design", serial: this.serial, values: this.history.values, modes: this.opened?.modes ?? 6 };
     this.busy(true);

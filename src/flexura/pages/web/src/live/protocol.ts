@@ -122,6 +122,14 @@ export interface ModelErrors {
   errors: Record<string, { text: string; why: string }>;
 }
 
+/** What is required of a design, each with its number in words, its verdict, and why. */
+export interface Requirements {
+  type: "requirements";
+  serial: number;
+  rows: { name: string; text: string; is: string; verdict: "met" | "missed" | "not known"; why: string }[];
+  error?: string;
+}
+
 /** What is new of the parts of the scene, by number. */
 export type Facts = Record<string, Fact[]>;
 
@@ -131,6 +139,7 @@ export type Message =
   | Response
   | Stress
   | ModelErrors
+  | Requirements
   | FileState
   | Refused
   | { type: "scene"; scene: SceneData }
