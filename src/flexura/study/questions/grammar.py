@@ -330,22 +330,13 @@ def with_fractions(text: str) -> str:
 def trailing(text: str) -> tuple[str, Where]:
     """A text without where it is asked, at its end, and this; nothing where it does not say."""
     _refuse_long(text)
-    wrong: OptionError | None = None
     for match in _CLAUSE.finditer(text):
         head = text[: match.start()]
-        if head.count("(") != head.count(")"):
-            continue
-        try:
+        if head.count("(") == head.count(")"):
             where, stop = _where_at(text, match.start())
-        except OptionError as error:
-            wrong = error
-            continue
-        if not text[stop:].strip():
-            return head, where
-        wrong = None
-    if wrong is not None:
-        raise wrong
-    return text, Where()
+            if not text[stop:].strip():
+                return head, where
+    return text, NOWHERE
 
 
 def _refuse_long(text: str) -> None:

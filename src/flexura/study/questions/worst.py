@@ -38,8 +38,8 @@ class WorstPose(NamedTuple):
 
     @property
     def where(self) -> str:
-        """The pose in words."""
-        return pose_text(self.pose)
+        """The pose in words, to six digits."""
+        return pose_text(tuple(own._replace(value=float(f"{own.value:.6g}")) for own in self.pose))
 
 
 class StrokeStates:
