@@ -17,10 +17,13 @@ from flexura.mechanism import CylinderPiece as CylinderPiece
 from flexura.mechanism import Damping as Damping
 from flexura.mechanism import DampingBand as DampingBand
 from flexura.mechanism import Dashpot as Dashpot
+from flexura.mechanism import Density as Density
+from flexura.mechanism import DensityTable as DensityTable
 from flexura.mechanism import DescribedStudy as DescribedStudy
 from flexura.mechanism import DiagonalDamping as DiagonalDamping
 from flexura.mechanism import DiagonalStiffness as DiagonalStiffness
 from flexura.mechanism import Diaphragm as Diaphragm
+from flexura.mechanism import Disturbance as Disturbance
 from flexura.mechanism import EllipticalContour as EllipticalContour
 from flexura.mechanism import FlatSpring as FlatSpring
 from flexura.mechanism import Flexure as Flexure

@@ -16,6 +16,7 @@ from flexura.mechanism.base import ORIGIN, Name, Part, Text, Title, Vector, refu
 from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.diaphragm import Diaphragm
+from flexura.mechanism.disturbances import Disturbance
 from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
@@ -299,6 +300,8 @@ class Mechanism(Substructure, Displayed):
     """The pose about which everything is linear, by the nodes that are moved there; at rest when there is none."""
     motion: Motion | None = None
     """The stroke of the mechanism."""
+    disturbances: dict[Name, Disturbance] = {}
+    """What shakes it: floors, noise of actuators and sensors, random forces."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
     studies: dict[Name, DescribedStudy] = {}

@@ -27,6 +27,7 @@ from flexura.mechanism import (
     validated,
 )
 from flexura.mechanism import problems as problems_of_whole
+from flexura.modelfile.densities import prepare_densities
 from flexura.modelfile.document import FILES_OF_PARTS, VERSION, Node, parse, text_of, with_bases
 from flexura.modelfile.parameters import entries, holders, prepare_bound_values, prepare_parameters
 from flexura.modelfile.quantities import QuantityReader
@@ -61,6 +62,7 @@ _NAMED = frozenset(
         "sections",
         "substructures",
         "studies",
+        "disturbances",
     ]
 )
 
@@ -217,6 +219,9 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     data = root.plain()
     pruned = Pruned(data)
     problems = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    for problem in prepare_densities(data, directory):
+        pruned.remove_entry(problem.path[:2])
+        problems.append(problem)
     _find_parts(data, directory)
     parameters = data.get("parameters")
     dimensions, more = prepare_parameters(parameters) if isinstance(parameters, dict) else ({}, [])
