@@ -187,6 +187,39 @@ def frequency_response_command(
     return Answer(result, pictures="save_frequency_response")
 
 
+@command("at", "plot", "strict", out="Write densities and cumulative amplitudes: .csv or .parquet.")
+def budget_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    output: Outputs = None,
+    source: Annotated[
+        list[str] | None,
+        typer.Option("--source", metavar="NAME", help="Disturbance (* allowed); all by default. May be repeated."),
+    ] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Frequencies of the curves alone, e.g. '1,500 Hz'.")
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Least number of these; resonances get more.")] = 400,
+    order: Annotated[Order, typer.Option(help="Proven low order, or full order.")] = "low",
+    damping: Ratio = None,
+) -> Answer:
+    """Dynamic error budget: RMS and 3 sigma of outputs under the disturbances described, by source and by mode."""
+    from flexura.analysis import budget
+
+    result = budget(
+        mechanism,
+        parameters,
+        outputs=output,
+        sources=source,
+        band=None if band is None else band_of(band),
+        points=points,
+        order=order,
+        damping=damping,
+    )
+    return Answer(result, pictures="draw_budget")
+
+
 @command("at", "plot", "strict", out="Write time, inputs and outputs: .csv or .parquet.")
 def time_response_command(
     mechanism: Mechanism,

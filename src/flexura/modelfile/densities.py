@@ -6,6 +6,7 @@ import csv
 import math
 import re
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -110,7 +111,7 @@ def _table(raw: Any) -> dict[str, Any]:
         if (hz and (dimension != FREQUENCY or "Hz" not in unit)) or hz < 0:
             raise _RefusedError(("table", k, 0), row[0], "a frequency in Hz is expected here", "e.g. 10 Hz")
         rows.append((hz, *_amplitude(("table", k, 1), row[1])))
-    for k, (before, after) in enumerate(zip(rows, rows[1:], strict=False), 1):
+    for k, (before, after) in enumerate(pairwise(rows), 1):
         if after[0] <= before[0]:
             raise _RefusedError(("table", k, 0), raw[k][0], "the frequencies of a table rise from row to row")
         if after[2] != rows[0][2]:

@@ -103,7 +103,9 @@ def _also(properties: dict[str, Any], key: str, alternative: dict[str, Any]) -> 
 
 
 _KINDS = ("type", "shape")
-FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",),
+FILE_ONLY: dict[type[Part], tuple[str, ...]] = {
+    Mechanism: ("flexura", "extends"),
+    Superelement: ("units",),
     Disturbance: ("file",),
 }
 _NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",), Composite: ("meshed",)}

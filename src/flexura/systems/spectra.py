@@ -1,4 +1,4 @@
-"""One-sided densities of power over frequency, in pieces that are sums of powers of it, and their integrals by poles."""
+"""One-sided densities of power over frequency, in pieces that are sums of its powers, and their integrals by poles."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ THIRD_OCTAVE = float(np.log(2) / 3)
 FLOOR_BEGINS = {True: 4.0, False: 1.0}
 """Hz: where criteria for floors begin that have a knee, and those that have none."""
 
-NEAR_ZERO = 0.3
+NEAR_ZERO = 0.1
 """Size of f/z below which integrals are summed as series."""
 
-SERIES = 34
-"""Terms of these series: the last is below 0.3^34."""
+SERIES = 16
+"""Terms of these series: what follows is below 0.1^16."""
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,9 @@ def increments(z: Complex, points: Array, powers: Iterable[int]) -> dict[int, Co
         row, pole = np.nonzero(near)
         small, at = -x[near], z[pole]
         low = f[row, 0]
-        last: Complex = sum((-(small**j) / (top + j) for j in range(1, SERIES)), np.zeros(len(at), dtype=complex))
+        last: Complex = np.zeros(len(at), dtype=complex)
+        for j in range(SERIES, 0, -1):
+            last = small * (last - 1 / (top + j))
         last = last * low**top
         for n in range(top, 0, -1):
             values[n][near] = last

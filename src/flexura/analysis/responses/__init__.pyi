@@ -1,7 +1,14 @@
 from flexura.analysis.responses import signals as signals
+from flexura.analysis.responses.budget import Budget as Budget
+from flexura.analysis.responses.budget import budget as budget
+from flexura.analysis.responses.budget import chosen_disturbances as chosen_disturbances
+from flexura.analysis.responses.budget import disturbed as disturbed
+from flexura.analysis.responses.budget import disturbed_modes as disturbed_modes
+from flexura.analysis.responses.budget import sources_in as sources_in
 from flexura.analysis.responses.curves import Pair as Pair
 from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup
+from flexura.analysis.responses.curves import budget_chart as budget_chart
 from flexura.analysis.responses.curves import heard as heard
 from flexura.analysis.responses.curves import phase_in_degrees as phase_in_degrees
 from flexura.analysis.responses.curves import response_chart as response_chart

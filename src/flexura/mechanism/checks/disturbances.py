@@ -64,8 +64,11 @@ def _units(
         if key == "input":
             own = ("rad/s^2" if turns else "m/s^2") if node == "ground" else "N*m" if turns else "N"
         else:
-            own = list(_MOTIONS.values())[3 * turns + ("", "velocity", "acceleration").index(word)] if word in (
-                "", "velocity", "acceleration") else "m"
+            own = (
+                list(_MOTIONS.values())[3 * turns + ("", "velocity", "acceleration").index(word)]
+                if word in ("", "velocity", "acceleration")
+                else "m"
+            )
         yield text, (own,)
     elif not {text, *text.split(".")} & set(survey.ignored):
         what = "actuator" if key == "input" else "sensor"

@@ -171,7 +171,10 @@ class Reader:
             return self.hertz(name, text)
         if kind in ("actuator", "input", "output"):
             return self.port(name, kind, text)
-        known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
+        if kind == "disturbance":
+            known = list(self.plan.mechanism.disturbances)
+        else:
+            known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
         if text not in known:
             many = "bodies" if kind == "body" else "parameters"
             raise OptionError(f"{name}({SIGNS[kind]}): there is no {kind} {text!r}; {suggestion(text, known, many)}")
@@ -254,6 +257,8 @@ class Reader:
                 return "N*m" if read[0].turns else "N"
             case "reach":
                 return "rad" if read[0].turns else "m"
+            case "rms":
+                return self.ports.outputs([read[0].known])[0].channel.unit
             case "frf" | "frf_peak":
                 out, into = self.ports.outputs([read[0].known])[0], self.ports.inputs([read[1].known])[0]
                 return unit_of_response(out.channel, into.channel)
