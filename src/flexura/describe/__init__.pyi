@@ -11,6 +11,7 @@ from flexura.mechanism import Circle as Circle
 from flexura.mechanism import CircularContour as CircularContour
 from flexura.mechanism import CircularPattern as CircularPattern
 from flexura.mechanism import Composite as Composite
+from flexura.mechanism import Controller as Controller
 from flexura.mechanism import CornerFilletedContour as CornerFilletedContour
 from flexura.mechanism import Cylinder as Cylinder
 from flexura.mechanism import CylinderPiece as CylinderPiece
@@ -29,6 +30,7 @@ from flexura.mechanism import FlatSpring as FlatSpring
 from flexura.mechanism import Flexure as Flexure
 from flexura.mechanism import ForceActuator as ForceActuator
 from flexura.mechanism import ForceSensor as ForceSensor
+from flexura.mechanism import GainValue as GainValue
 from flexura.mechanism import Goal as Goal
 from flexura.mechanism import HammerPoint as HammerPoint
 from flexura.mechanism import Hole as Hole
@@ -52,6 +54,7 @@ from flexura.mechanism import Motion as Motion
 from flexura.mechanism import MotionSensor as MotionSensor
 from flexura.mechanism import Moved as Moved
 from flexura.mechanism import Notch as Notch
+from flexura.mechanism import NotchFilter as NotchFilter
 from flexura.mechanism import Opening as Opening
 from flexura.mechanism import OptimumStudy as OptimumStudy
 from flexura.mechanism import Pad as Pad

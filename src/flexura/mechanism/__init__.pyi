@@ -41,6 +41,10 @@ from flexura.mechanism.channels import Sensor as Sensor
 from flexura.mechanism.channels import StrainActuator as StrainActuator
 from flexura.mechanism.checks import problems as problems
 from flexura.mechanism.checks import suggestion as suggestion
+from flexura.mechanism.controllers import GAINS as GAINS
+from flexura.mechanism.controllers import Controller as Controller
+from flexura.mechanism.controllers import GainValue as GainValue
+from flexura.mechanism.controllers import NotchFilter as NotchFilter
 from flexura.mechanism.description import DOF_NAMES as DOF_NAMES
 from flexura.mechanism.description import FORCE_UNITS as FORCE_UNITS
 from flexura.mechanism.description import HELD as HELD

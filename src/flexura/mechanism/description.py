@@ -15,6 +15,7 @@ from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
+from flexura.mechanism.controllers import Controller
 from flexura.mechanism.diaphragm import Diaphragm
 from flexura.mechanism.disturbances import Disturbance
 from flexura.mechanism.flat_spring import FlatSpring
@@ -302,6 +303,8 @@ class Mechanism(Substructure, Displayed):
     """The stroke of the mechanism."""
     disturbances: dict[Name, Disturbance] = {}
     """What shakes it: floors, noise of actuators and sensors, random forces."""
+    controllers: dict[Name, Controller] = {}
+    """Loops that may be closed around it."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
     studies: dict[Name, DescribedStudy] = {}

@@ -29,6 +29,7 @@ from flexura.mechanism import (
 from flexura.mechanism import problems as problems_of_whole
 from flexura.modelfile.densities import prepare_densities
 from flexura.modelfile.document import FILES_OF_PARTS, VERSION, Node, parse, text_of, with_bases
+from flexura.modelfile.gains import prepare_gains
 from flexura.modelfile.parameters import entries, holders, prepare_bound_values, prepare_parameters
 from flexura.modelfile.quantities import QuantityReader
 from flexura.modelfile.schema import unknown_key_hint
@@ -63,6 +64,7 @@ _NAMED = frozenset(
         "substructures",
         "studies",
         "disturbances",
+        "controllers",
     ]
 )
 
@@ -229,6 +231,7 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
         if problem.path[2:] == ("unit",):
             pruned.remove_entry(problem.path[:2])
     problems += more
+    prepare_gains(data, dimensions)
     for problem in prepare_bound_values(data, dimensions):
         pruned.remove_entry(entry_of_place(problem.path))
         problems.append(problem)

@@ -23,6 +23,7 @@ from flexura.mechanism import (
     DOF_NAMES,
     Density,
     DensityTable,
+    GainValue,
     Matrix,
     Mechanism,
     Parameter,
@@ -256,7 +257,7 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    *("ground", "gravity", "loads", "at", "motion", "disturbances", "test", "studies", "published"),
+    *("ground", "gravity", "loads", "at", "motion", "disturbances", "controllers", "test", "studies", "published"),
 )
 _NAMED = frozenset(_ORDER)
 
@@ -316,6 +317,10 @@ def _data(value: Any, path: Path, written: dict[Path, Any]) -> Any:
         return _list(value, path, written)
     if isinstance(value, Density | DensityTable):
         return value.written
+    if isinstance(value, GainValue) and value.unit:
+        own, dimension = value.value, Dimension.of_unit(value.unit)
+        assert dimension is not None
+        return format_quantity(own, dimension) if isinstance(own, float) else written[(*path, "value")]
     if isinstance(value, Part):
         if value == _CLAMPED:
             return "clamped"

@@ -1,3 +1,7 @@
+from flexura.systems.control import Closed as Closed
+from flexura.systems.control import Filter as Filter
+from flexura.systems.control import closed as closed
+from flexura.systems.control import filter_of as filter_of
 from flexura.systems.left_out import NEAR as NEAR
 from flexura.systems.left_out import UNDAMPED as UNDAMPED
 from flexura.systems.left_out import band_limits as band_limits

@@ -22,7 +22,7 @@ _MOTIONS = {
 
 def check_disturbances(survey: Survey, nodes: Collection[str]) -> None:
     """Report disturbances of what is not there among the channels and the `nodes`, and densities of something else."""
-    known = {kind: _placed(survey, kind) for kind in ("actuators", "sensors")}
+    known = {kind: placed_channels(survey, kind) for kind in ("actuators", "sensors")}
     for name, disturbance in survey.layout.mechanism.disturbances.items():
         path = ("disturbances", name)
         units = _units(survey, path, disturbance, known, nodes)
@@ -35,12 +35,32 @@ def check_disturbances(survey: Survey, nodes: Collection[str]) -> None:
                 break
 
 
-def _placed(survey: Survey, kind: str) -> dict[str, Any]:
+def placed_channels(survey: Survey, kind: str) -> dict[str, Any]:
+    """Actuators or sensors as placed, by name."""
     return {
         ".".join((*place, key)): part
         for place, prototype in survey.layout.instances()
         for key, part in getattr(survey.layout.prototypes[prototype], kind).items()
     }
+
+
+def channel_unit(text: str, kind: str, channels: Mapping[str, Any], nodes: Collection[str]) -> str | None:
+    """SI unit of a sensor, or of the command of an actuator or of an input, by name; None where it is not there."""
+    if text in channels:
+        return _of_sensor(channels[text]) if kind == "sensor" else _of_actuator(channels[text])
+    where, _, word = text.partition(":")
+    node, _, dof = where.rpartition(".")
+    if dof not in DOF_NAMES or word not in _WORDS or not (node in nodes or (node == "ground" and kind != "sensor")):
+        return None
+    turns = is_rotation(where)
+    if kind == "sensor":
+        return list(_MOTIONS.values())[3 * turns + _WORDS.index(word)]
+    if node == "ground":
+        return "rad/s^2" if turns else "m/s^2"
+    return "N*m" if turns else "N"
+
+
+_WORDS = ("", "velocity", "acceleration")
 
 
 def _units(
@@ -50,38 +70,22 @@ def _units(
     if of.base is not None:
         yield "the floor", FLOOR_UNITS
         return
-    key = "input" if of.input is not None else "sensor"
-    text = str(of.input if of.input is not None else of.sensor)
-    channels = known[f"{key if key == 'sensor' else 'actuator'}s"]
-    for name in matching(text, channels) if is_pattern(text) else [text] if text in channels else []:
-        yield name, (_of_sensor(channels[name]) if key == "sensor" else _of_actuator(channels[name]))
-    if text in channels or (is_pattern(text) and matching(text, channels)):
-        return
-    where, _, word = text.partition(":")
-    node, _, dof = where.rpartition(".")
-    if dof in DOF_NAMES and (node in nodes or (node == "ground" and key == "input")):
-        turns = is_rotation(where)
-        if key == "input":
-            own = ("rad/s^2" if turns else "m/s^2") if node == "ground" else "N*m" if turns else "N"
-        else:
-            own = (
-                list(_MOTIONS.values())[3 * turns + ("", "velocity", "acceleration").index(word)]
-                if word in ("", "velocity", "acceleration")
-                else "m"
-            )
-        yield text, (own,)
-    elif not {text, *text.split(".")} & set(survey.ignored):
-        what = "actuator" if key == "input" else "sensor"
+    key, text = ("input", of.input) if of.input is not None else ("sensor", str(of.sensor))
+    what = "sensor" if key == "sensor" else "actuator"
+    channels = known[f"{what}s"]
+    names = matching(text, channels) if is_pattern(text) else [text]
+    found = [(name, unit) for name in names if (unit := channel_unit(name, what, channels, nodes)) is not None]
+    yield from ((name, (unit,)) for name, unit in found)
+    if not found and not {text, *text.split(".")} & set(survey.ignored):
         hint = suggestion(text, channels, f"{what}s")
         survey.report((*path, key), text, f"there is no such {what}, and no DOF NODE.tx of that name", hint)
 
 
-def _of_actuator(part: Any) -> tuple[str, ...]:
+def _of_actuator(part: Any) -> str:
     if isinstance(part, BaseMotion | BaseRotation):
-        return ("rad/s^2",) if isinstance(part, BaseRotation) else FLOOR_UNITS
-    command = command_of(part)
-    return (_COMMANDS[str(command)],)
+        return "rad/s^2" if isinstance(part, BaseRotation) else "m/s^2"
+    return _COMMANDS[str(command_of(part))]
 
 
-def _of_sensor(part: Any) -> tuple[str, ...]:
-    return ("N",) if isinstance(part, ForceSensor) else (_MOTIONS[part.type],)
+def _of_sensor(part: Any) -> str:
+    return "N" if isinstance(part, ForceSensor) else _MOTIONS[part.type]
