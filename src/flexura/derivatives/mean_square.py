@@ -159,7 +159,8 @@ def _moved(modes: ModalSystem, w: Array, force: Array) -> Complex:
     Z = 1j * w[:, None, None] * modes.damping
     k = np.arange(modes.order)
     Z[:, k, k] += stiff
-    return np.linalg.solve(Z, np.broadcast_to(force, stiff.shape)[:, :, None].astype(complex))[:, :, 0]
+    forces = np.broadcast_to(force, stiff.shape)[:, :, None].astype(complex)
+    return np.asarray(np.linalg.solve(Z, forces)[:, :, 0], dtype=complex)
 
 
 def _halves(M: Array, X: Array) -> Array:

@@ -192,7 +192,8 @@ class Closed(Record):
         poles, V = np.linalg.eig(balanced)
         if not np.linalg.cond(V) < DEFECTIVE:
             raise SolverError("poles of the closed loop all but coincide: move a filter's frequency a little")
-        loads = np.linalg.solve(V, (self.model.B / scale[:, None]).astype(complex))
+        right = (self.model.B / scale[:, None]).astype(complex)
+        loads: Complex = np.asarray(np.linalg.solve(V, right), dtype=complex)
         C = self.model.C * scale
         names = (*(f"mode {k + 1}, {in_hz(modes.frequency_hz[k])}" for k in range(kept)), LEFT_OUT, DIRECT)
         group = np.where(self.groups < 0, kept + 1, np.minimum(self.groups, kept)).astype(int)
@@ -240,7 +241,7 @@ def closed(modes: ModalSystem, controllers: Mapping[str, Controller]) -> Closed:
     states = (*plant.state_names, *(f"controller state {k + 1}" for k in range(len(Ak))))
     notes = (*plant.notes, *_dead_times(names, filters))
     model = StateSpace(A, B, C, D, inputs, outputs, states, None, 0.0, plant.name, notes, model=plant.model)
-    groups = np.concatenate([np.repeat(np.arange(modes.order), 2), np.full(len(Ak), -1)])
+    groups = np.concatenate([np.repeat(np.arange(modes.order), 2), np.full(len(Ak), -1)]).astype(float)
     return Closed(model, plant, groups, filters)
 
 

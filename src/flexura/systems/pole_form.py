@@ -229,7 +229,7 @@ def pole_form(modes: ModalSystem, kept: int | None = None) -> PoleForm:
     nothing = np.zeros((1, *parts.shape[1:]))
     return PoleForm(
         poles / (2j * np.pi),
-        np.concatenate([parts[:kept], parts[kept:].sum(axis=0, keepdims=True), nothing]),
+        np.concatenate([parts[:kept], parts[kept:].sum(axis=0, keepdims=True), nothing]).astype(complex),
         np.asarray(L @ modes.B, dtype=complex),
         np.concatenate([direct[:kept], direct[kept:].sum(axis=0, keepdims=True), modes.D[None]]),
         rest,

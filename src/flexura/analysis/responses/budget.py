@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from flexura.analysis.responses.closed_loop import OF_CONTROLLERS, LoopState, closed_loop, is_closed
 from flexura.analysis.responses.frequency_response import (
     BEYOND,
     RequestedBand,
@@ -25,7 +26,7 @@ from flexura.linalg import count_below
 from flexura.mechanism import Damping, Disturbance, Mechanism, evaluated
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
-from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched, sensor_names
+from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, channel_positions, matched, sensor_names
 from flexura.systems import (
     MeanSquares,
     ModalSystem,
@@ -73,7 +74,7 @@ class Budget(Tabular):
     frequency_hz: Array
     density: Array
     up_to: Array
-    loop: Literal["open", "closed"] = "open"
+    loop: LoopState = "open"
     notes: tuple[str, ...] = ()
     known: tuple[Diagnostic, ...] = ()
     unproven: SecondOrder | None = None
@@ -242,6 +243,14 @@ def sources_of(
     return found
 
 
+class RequestedCurves(NamedTuple):
+    """Frequencies at which curves are read, or a band of at least so many points."""
+
+    frequency_hz: ArrayLike | None
+    band: tuple[float, float] | None
+    points: int
+
+
 def chosen_disturbances(
     mechanism: Mechanism, given: Mapping[str, Disturbance] | None, names: Sequence[str] | None
 ) -> dict[str, Disturbance]:
@@ -266,6 +275,7 @@ def budget(
     outputs: Sequence[str] | None = None,
     disturbances: Mapping[str, Disturbance] | None = None,
     sources: Sequence[str] | None = None,
+    loop: LoopState | None = None,
     frequency_hz: ArrayLike | None = None,
     band: tuple[float, float] | None = None,
     points: int = 400,
@@ -284,6 +294,10 @@ def budget(
     form, whatever the frequencies at which curves are read: `frequency_hz` (f,), or a `band` (from, to), Hz, as in
     `frequency_response`. Sources are independent, so that they add up in squares.
 
+    The `loop` is closed where `controllers` are described, around modes of the full-order model as in `closed_loop`,
+    unless it is to be `open`; only then noise of a sensor in a loop shakes anything, and outputs are what moves. Noise
+    of sensors in no loop is in what they read. Outputs may be commands, `NAME.command`.
+
     `order`: low (reduced until frequencies up to twice the highest one of the densities are proven, or by `keep`,
     `keep_below`, `reduction`, `tolerance`, `up_to` as in `reduce`), or full. Structural damping becomes viscous as in
     time response, and modes left out act by residual modes and their static gain.
@@ -298,8 +312,15 @@ def budget(
         model = plan_of(model, parameters)
     if isinstance(model, ModalSystem) and (order != "low" or damping is not None or parameters or reducing):
         raise OptionError("order, damping, parameters and methods of reduction belong to a mechanism")
+    is_whole = isinstance(model, Plan | FullOrderModel)
+    closes = bool(is_whole and _plan(model).mechanism.controllers) if loop is None else is_closed(loop)
+    if closes and (reducing or not is_whole):
+        raise OptionError("loops are closed around the full-order model of a mechanism: it is not reduced")
     found = sources_in(model, parameters, chosen_disturbances(_plan(model).mechanism, disturbances, sources))
     inputs = list(dict.fromkeys(name for source in found for name in source.inputs))
+    if closes:
+        read = RequestedCurves(frequency_hz, band, points)
+        return _closed_budget(model, parameters, outputs, found, inputs, damping, read)
     ends = [float(s.spectrum.stop[-1]) for s in found]
     top = max((end for end in ends if np.isfinite(end)), default=0.0)
     if isinstance(model, ModalSystem):
@@ -310,7 +331,8 @@ def budget(
         built = system_up_to(model, parameters, top=top, order=order, reducing=reducing, **channels)
         unproven = None if isinstance(model, Plan) and not reducing else built
         modes = disturbed_modes(built, found)
-    return _budget(modes, found, _band(modes, found, frequency_hz, band, points), unproven)
+    hz = _band(modes, found, RequestedCurves(frequency_hz, band, points))
+    return _budget(modes, found, hz, unproven)
 
 
 def _plan(model: Any) -> Plan:
@@ -351,15 +373,10 @@ def disturbed(modes: ModalSystem, found: Sequence[Source]) -> list[PoleForm]:
     return [form.driven_by(s.weights(modes.inputs), s.read(modes.outputs), s.spectrum.is_bounded) for s in found]
 
 
-def _band(
-    modes: ModalSystem,
-    found: list[Source],
-    frequency_hz: ArrayLike | None,
-    band: tuple[float, float] | None,
-    points: int,
-) -> Array:
+def _band(modes: ModalSystem, found: list[Source], curves: RequestedCurves) -> Array:
     """Frequencies at which curves are read: all of the densities by default, and of those that do not end up to where
     the modes end."""
+    frequency_hz, band, points = curves
     if frequency_hz is None and band is None:
         starts = [float(s.spectrum.start[0]) for s in found]
         stops = [float(s.spectrum.stop[-1]) for s in found]
@@ -374,19 +391,65 @@ def _band(
 
 
 def _budget(modes: ModalSystem, found: list[Source], hz: Array, unproven: SecondOrder | None) -> Budget:
-    forms, bounded = disturbed(modes, found), all(s.spectrum.is_bounded for s in found)
-    squares = mean_squares(forms, [s.spectrum for s in found], hz)
+    """With loops open."""
     model = modes.system.model
     kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
     notes = [f"{kind} model, order {model.order}, {modes.order} modes; closed-form integrals over all frequencies"]
     notes += model.steps if isinstance(model, LowOrderModel) else state_of(model.design)
     if modes.loss is not None:
         notes.append("structural damping taken as viscous damping that dissipates the same at each resonance")
-    if not bounded and modes.system.residual.any():
+    if not all(s.spectrum.is_bounded for s in found) and modes.system.residual.any():
         notes.append("static gain that the modes lack is left out of densities without an end")
+    known = known_limits(modes, hz[[0, -1]])
+    return _told(modes, disturbed(modes, found), found, modes.outputs, hz, tuple(notes), known=known, unproven=unproven)
+
+
+def _closed_budget(
+    model: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    outputs: Sequence[str] | None,
+    found: list[Source],
+    inputs: list[str],
+    damping: Any,
+    curves: RequestedCurves,
+) -> Budget:
+    """With loops closed: noises of their sensors are inputs, and outputs are what moves."""
+    outputs = [outputs] if isinstance(outputs, str) else outputs
+    outside = None if outputs is None else [name for name in outputs if not name.endswith(OF_CONTROLLERS)]
+    closed = closed_loop(model, parameters, inputs=inputs, outputs=outside, damping=damping)
+    whole, own = closed.model, closed.sensors
+    read = [c.name for c in whole.outputs if not c.name.endswith(OF_CONTROLLERS)] if outputs is None else list(outputs)
+    form = closed.closing.pole_form(closed.modes, closed.modes.order)
+    at = channel_positions(whole.outputs, read)
+    form = replace(form, parts=form.parts[:, at], direct=form.direct[:, at], static=form.static[at])
+    chosen = tuple(whole.outputs[k] for k in at)
+    forms = []
+    for source in found:
+        weights = source.weights(whole.inputs)
+        for k, sensor in enumerate(source.sensors):
+            for name in (name for name, its in own.items() if its == sensor):
+                weights[[c.name for c in whole.inputs].index(f"{name}.noise"), k] = 1.0
+        apart = source.read(chosen) * [sensor not in own.values() for sensor in source.sensors or [""] * source.count]
+        forms.append(form.driven_by(weights, apart))
+    known = (*closed.warnings, *known_limits(closed.modes, np.array([0.0, closed.modes.frequency_hz[-1]])))
+    hz = _band(closed.modes, found, curves)
+    return _told(closed.modes, forms, found, chosen, hz, closed.notes, loop="closed", known=known)
+
+
+def _told(
+    modes: ModalSystem,
+    forms: Sequence[PoleForm],
+    found: Sequence[Source],
+    outputs: tuple[Channel, ...],
+    hz: Array,
+    notes: tuple[str, ...],
+    known: Sequence[Diagnostic] = (),
+    **more: Any,
+) -> Budget:
+    squares = mean_squares(forms, [s.spectrum for s in found], hz)
     return Budget(
         modes.name,
-        modes.outputs,
+        outputs,
         tuple(s.name for s in found),
         forms[0].names,
         np.stack([own.total for own in squares]),
@@ -394,9 +457,9 @@ def _budget(modes: ModalSystem, found: list[Source], hz: Array, unproven: Second
         hz,
         np.stack([own.density for own in squares]),
         np.stack([own.up_to for own in squares]),
-        notes=tuple(notes),
-        known=(*_endless(squares, found, modes.outputs), *known_limits(modes, hz[[0, -1]])),
-        unproven=unproven,
+        notes=notes,
+        known=(*_endless(squares, found, outputs), *known),
+        **more,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,9 @@ LEAST_CLOSED = 30
 
 LOWEST, DENSE, NEAR_POLE = 1e-3, 2000, 41
 """Lowest frequency of loops over that of the lowest mode; frequencies over all decades, and about every pole."""
+
+OF_CONTROLLERS = (".reference", ".noise", ".command")
+"""How inputs and outputs of controllers end."""
 
 ROBUST = 0.5
 """Distance of a loop from -1 below which it is said to be near: a sensitivity of two."""
@@ -76,6 +79,12 @@ class ClosedLoop(Tabular):
     closing: Closed
     modes: ModalSystem
     notes: tuple[str, ...] = ()
+
+    @property
+    def sensors(self) -> dict[str, str]:
+        """The sensor of every loop, by the name of the loop."""
+        names = [own.name for own in self.loops]
+        return dict(zip(names, [c.name for c in self.closing.plant.outputs[-len(names) :]], strict=True))
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
@@ -174,6 +183,30 @@ def closed_loop(
     return ClosedLoop(every.name, closing.model, found, hz, L, closing, modes, notes)
 
 
+def is_closed(loop: str) -> bool:
+    """Whether a loop is to be closed. Raises OptionError for other words than open and closed."""
+    if loop not in get_args(LoopState):
+        raise OptionError(f"loop is open or closed, not {loop!r}")
+    return loop == "closed"
+
+
+def closed_model(
+    model: Any,
+    parameters: Mapping[str, ArrayLike] | None,
+    inputs: Sequence[str] | None,
+    outputs: Sequence[str] | None,
+    **options: Any,
+) -> StateSpace:
+    """The model of the closed loops with inputs and outputs in their order, references, noises and commands of
+    controllers among them; all by default. Raises as `closed_loop`."""
+    if not isinstance(model, Mechanism | Plan | FullOrderModel):
+        raise OptionError("loops are closed around a mechanism, or its full-order model")
+    names = [None if own is None else [own] if isinstance(own, str) else list(own) for own in (inputs, outputs)]
+    outside = [None if own is None else [x for x in own if not x.endswith(OF_CONTROLLERS)] for own in names]
+    found = closed_loop(model, parameters, inputs=outside[0], outputs=outside[1], **options)
+    return replace(found.model, notes=found.notes, warnings=found.warnings).selected(*names)
+
+
 def _expanded(described: Mapping[str, Controller], plan: Plan) -> dict[str, Controller]:
     """Controllers with wildcards as one for each pair. Raises OptionError where they do not pair."""
     found: dict[str, Controller] = {}
@@ -209,7 +242,8 @@ def _arranged(modes: ModalSystem, inputs: Sequence[str], outputs: Sequence[str])
 def _grid(closing: Closed, modes: ModalSystem) -> Array:
     """Frequencies over all that a loop does, close about poles with loops open and closed."""
     hz = modes.frequency_hz[modes.frequency_hz > 0]
-    grids = [np.geomspace(LOWEST * hz[0], 2 * hz[-1], DENSE)]
+    high = max([2 * hz[-1], *(10 * w / (2 * np.pi) for own in closing.filters for _, _, w in own.sections)])
+    grids = [np.geomspace(LOWEST * hz[0], high, DENSE)]
     for poles in (closing.model.poles(), closing.plant.poles()):
         upper = poles[(poles.imag > 0) & (np.abs(poles) < 4 * np.pi * hz[-1])]
         size = np.abs(upper) / (2 * np.pi)
@@ -218,7 +252,7 @@ def _grid(closing: Closed, modes: ModalSystem) -> Array:
             f * np.exp(max(zeta, 1e-5) * apart) for f, zeta in zip(size, -upper.real / np.abs(upper), strict=True)
         ]
     found = np.unique(np.concatenate(grids))
-    return found[(found >= LOWEST * hz[0]) & (found <= 2 * hz[-1])]
+    return found[(found >= LOWEST * hz[0]) & (found <= high)]
 
 
 def _open_loops(closing: Closed, hz: Array) -> Complex:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, interval_text, model_errors_near
+from flexura.analysis.responses.closed_loop import LoopState, closed_model, is_closed
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes, plate_warnings
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
@@ -224,6 +225,7 @@ def frequency_response(
     order: ResponseOrder = "low",
     method: Method = "modal",
     damping: Damping | float | Mapping[str, Any] | None = None,
+    loop: LoopState = "open",
     keep: int | Mapping[str, int] | None = None,
     keep_below: float | None = None,
     reduction: Reduction | None = None,
@@ -242,6 +244,9 @@ def frequency_response(
     stiffness, no mesh). `method`: modal sum with static correction, or direct solution at every frequency, which takes
     any damping, modal ratios by their matrix (`System.damping_matrix`).
 
+    With the `loop` closed, that of the `controllers` described, around modes of the full-order model as in
+    `closed_loop`; inputs and outputs are then references, noises and commands of controllers as well.
+
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
     """
@@ -254,6 +259,10 @@ def frequency_response(
     reducing = {name: value for name, value in given.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
+    if is_closed(loop):
+        if order == "exact" or method != "modal" or quantity or reducing:
+            raise OptionError("order, method, quantity and methods of reduction belong to open loops")
+        return _of_state_space(closed_model(model, parameters, inputs, outputs, damping=damping), requested)
     of_mechanism = (order != "low", method != "modal", quantity, damping is not None, parameters, reducing)
     if isinstance(model, StateSpace | ModalSystem) and any(of_mechanism):
         raise OptionError("order, method, quantity, damping, parameters and methods of reduction belong to a mechanism")
@@ -351,7 +360,7 @@ def _of_state_space(model: StateSpace, requested: RequestedBand) -> FrequencyRes
     resonances = resonances_up_to(requested.top)
     hz = requested.grid(resonances)
     undamped = resonance_limits(hz, *resonances_up_to(requested.top * (1 + NEAR)))
-    known = (*undamped, *band_limits(model, requested.top))
+    known = (*undamped, *band_limits(model, requested.top), *model.warnings)
     H, channels = model.frequency_response(hz), (model.inputs, model.outputs)
     return FrequencyResponse(model.name, hz, H, *channels, *resonances, model.order, model.notes, known)
 
