@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
 from flexura.records import Record
 from flexura.systems.modal import ModalSystem
-from flexura.systems.spectra import Spectrum, increments, plain_increments, points_of
+from flexura.systems.spectra import Spectrum, plain_primitives, points_of, primitives
 from flexura.tables import in_hz
 
 DIRECT = "direct"
@@ -40,6 +40,9 @@ PROPER = 1e-12
 
 LOST = 1e-7
 """Round-off of a mean square, relative, from which it is integrated by panels instead."""
+
+CACHED = 256
+"""Frequencies that are worked out at a time."""
 
 NODES, OCTAVES = 20, 70
 """Points of Gauss's rule in a panel, and octaves up to which an infinite band is integrated."""
@@ -109,46 +112,89 @@ class MeanSquares:
 def mean_squares(forms: Sequence[PoleForm], spectra: Sequence[Spectrum], hz: Array) -> list[MeanSquares]:
     """Mean squares of the responses of some forms, each under one spectrum, read at frequencies (f,), Hz (theory eqs.
     B2-B5). Raises SolverError where nothing damps what moves."""
-    points, found = points_of(spectra, hz), []
-    steps: dict[bytes, dict[int, Complex]] = {}
-    powers = {n for spectrum in spectra for n in spectrum.terms}
-    for form, spectrum in zip(forms, spectra, strict=True):
-        own = form.damped()
-        key = own.z.tobytes()
-        if key not in steps:
-            steps[key] = increments(own.z, points, powers)
-        found.append(_of_one(own, spectrum, points, steps[key], hz))
+    points = points_of(spectra, hz)
+    points = points[np.isfinite(points)]
+    read, found = np.searchsorted(points, hz), dict[int, MeanSquares]()
+    sums = [_Sums.of(form.damped(), spectrum) for form, spectrum in zip(forms, spectra, strict=True)]
+    alike: dict[bytes, list[int]] = {}
+    for k, own in enumerate(sums):
+        alike.setdefault(own.form.z.tobytes(), []).append(k)
+    for group in alike.values():
+        of = [sums[k] for k in group]
+        for k, own, (up_to, density) in zip(group, of, _curves(of, points), strict=True):
+            squares = MeanSquares(own.parts.sum(axis=0), own.parts, up_to[read], density[read], own.lost)
+            bad = np.flatnonzero(own.lost > LOST)
+            found[k] = _by_panels(own.form, own.spectrum, squares, hz, bad) if len(bad) else squares
+    return [found[k] for k in range(len(sums))]
+
+
+class _Sums(NamedTuple):
+    """Mean squares as sums over poles: what integrals of S/(f - z) are multiplied by, `weights` (K, p), what that of S
+    is, `direct` (p,), the shares of the whole `parts` (g, p), and the round-off `lost` (p,)."""
+
+    form: PoleForm
+    spectrum: Spectrum
+    weights: Complex
+    direct: Array
+    parts: Array
+    lost: Array
+
+    @classmethod
+    def of(cls, form: PoleForm, spectrum: Spectrum) -> _Sums:
+        """Those of a form under a spectrum."""
+        K, p, g = len(form.z), form.parts.shape[1], len(form.names)
+        A, plain = _whole(form.z, spectrum)
+        found = cls(form, spectrum, np.zeros((K, p), dtype=complex), np.zeros(p), np.zeros((g, p)), np.zeros(p))
+        for k in range(p):
+            weights, direct, size = _weights(form, k)
+            found.parts[:, k] = (weights @ A).real
+            found.parts[direct != 0, k] += direct[direct != 0] * plain
+            noise = float(size @ np.abs(A)) + (np.abs(direct).sum() * plain if direct.any() else 0.0)
+            total = float(found.parts[:, k].sum())
+            found.lost[k] = np.finfo(float).eps * noise / total if 0 < total < np.inf else 0.0
+            found.weights[:, k], found.direct[k] = weights.sum(axis=0), direct.sum()
+        return found
+
+
+def _curves(of: Sequence[_Sums], points: Array) -> list[tuple[Array, Array]]:
+    """What frequencies up to each of finite points (j,) contribute (j, p), and the density there (j, p), of sums over
+    the same poles; a few frequencies at a time, whose arrays stay in the processor's cache."""
+    z, powers = of[0].form.z, {n for own in of for n in own.spectrum.terms}
+    weights, direct = np.hstack([own.weights for own in of]), np.concatenate([own.direct for own in of])
+    residues = [own.form.parts.sum(axis=0).T[:, :, None] * own.form.loads[:, None, :] for own in of]
+    every, through = np.hstack([r.reshape(len(z), -1) for r in residues]), [own.form.direct.sum(axis=0) for own in of]
+    ends, columns = (np.cumsum([0, *sizes]) for sizes in ([len(own.direct) for own in of], [d.size for d in through]))
+    running = {n: np.empty((len(points), len(direct))) for n in powers}
+    H = np.empty((len(points), every.shape[1]), dtype=complex)
+    for start in range(0, len(points), CACHED):
+        chunk = slice(start, start + CACHED)
+        for n, (x, y) in primitives(z, points[chunk], powers).items():
+            own = x @ weights.real - y @ weights.imag
+            running[n][chunk] = own + np.multiply.outer(plain_primitives(points[chunk], n), direct)
+        H[chunk] = (1 / (points[chunk, None] - z)) @ every
+    found = []
+    for k, own in enumerate(of):
+        total, p = np.zeros((len(points), len(own.direct))), slice(ends[k], ends[k + 1])
+        for n, c in own.spectrum.coefficients(points).items():
+            at = np.flatnonzero(c)
+            total[at + 1] += c[at, None] * (running[n][at + 1, p] - running[n][at, p])
+        response = H[:, columns[k] : columns[k + 1]].reshape(len(points), *through[k].shape) + through[k]
+        density = (response.real**2 + response.imag**2).sum(axis=2) * own.spectrum.at(points)[:, None]
+        found.append((np.maximum(total.cumsum(axis=0), 0.0), density))
     return found
 
 
-def _of_one(form: PoleForm, spectrum: Spectrum, points: Array, steps: dict[int, Complex], hz: Array) -> MeanSquares:
-    own = spectrum.coefficients(points)
-    A = np.zeros((len(points), len(form.z)), dtype=complex)
-    plain = np.zeros(len(points))
-    for n, c in own.items():
+def _whole(z: Complex, spectrum: Spectrum) -> tuple[Complex, float]:
+    """Integrals of S/(f - z) (K,) and of S, over all frequencies."""
+    points = points_of([spectrum], np.empty(0))
+    A, plain = np.zeros(len(z), dtype=complex), 0.0
+    integrals = primitives(z, points, spectrum.terms)
+    for n, c in spectrum.coefficients(points).items():
         at = np.flatnonzero(c)
-        A[at + 1] += c[at, None] * steps[n][at]
-        plain[at + 1] += c[at] * plain_increments(points, n)[at]
-    A, plain = A.cumsum(axis=0), plain.cumsum()
-    if not spectrum.is_bounded:  # what goes directly has no end
-        plain[-1] = np.inf
-    read, p = np.searchsorted(points, hz), form.parts.shape[1]
-    shares: list[Array] = []
-    lost, up_to = np.zeros(p), np.zeros((len(hz), p))
-    for k in range(p):
-        weights, direct, size = _weights(form, k)
-        through = np.zeros((len(plain), len(direct)))
-        through[:, direct != 0] = np.multiply.outer(plain, direct[direct != 0])
-        shares.append((weights @ A[-1]).real + through[-1])
-        noise = np.finfo(float).eps * float(size @ np.abs(A[-1]) + np.abs(through[-1]).sum())
-        total = float(shares[-1].sum())
-        lost[k] = noise / total if 0 < total < np.inf else 0.0
-        up_to[:, k] = (A[read] @ weights.sum(axis=0)).real + through[read].sum(axis=1)
-    parts = np.stack(shares, axis=1) if p else np.zeros((len(form.names), 0))
-    density = (np.abs(form.response(hz)) ** 2).sum(axis=2) * spectrum.at(hz)[:, None]
-    found = MeanSquares(parts.sum(axis=0), parts, np.maximum(up_to, 0.0), density, lost)
-    bad = np.flatnonzero(lost > LOST)
-    return _by_panels(form, spectrum, found, hz, bad) if len(bad) else found
+        A += c[at] @ np.asarray([1, 1j] @ np.stack([x[at + 1] - x[at] for x in integrals[n]], axis=1))
+        own = plain_primitives(points, n)
+        plain += float(c[at] @ (own[at + 1] - own[at]))
+    return A, plain
 
 
 def _weights(form: PoleForm, output: int) -> tuple[Complex, Array, Array]:

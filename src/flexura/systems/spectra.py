@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,13 @@ NEAR_ZERO = 0.1
 
 SERIES = 16
 """Terms of these series: what follows is below 0.1^16."""
+
+
+class Integrals(NamedTuple):
+    """Real and imaginary parts (j, K)."""
+
+    real: Array
+    imag: Array
 
 
 @dataclass(frozen=True)
@@ -101,49 +108,52 @@ def points_of(spectra: Iterable[Spectrum], hz: Array) -> Array:
     return np.unique(np.concatenate([*ends, hz]))
 
 
-def increments(z: Complex, points: Array, powers: Iterable[int]) -> dict[int, Complex]:
-    """Integrals (j, K) of f^n/(f - z) between neighbours of points (j + 1,), Hz, by power n, for poles z (K,) off the
-    real axis.
+def primitives(z: Complex, points: Array, powers: Iterable[int]) -> dict[int, Integrals]:
+    """Integrals (j, K) of f^n/(f - z) up to points (j,), Hz, by power n, for poles z (K,) off the real axis.
 
-    From log(1 - f/z) by recursion in n, and near zero by the series in f/z. To infinity without what grows as log(f),
-    which cancels in sums that converge. Infinite where an integral does not exist.
+    From zero, but for n = -1, by recursion in n from log(1 - f/z), and near zero by the series in f/z. At infinity
+    without what grows as log(f), which cancels in sums that converge. Infinite where an integral does not exist.
     """
     wanted = sorted(set(powers))
     top = max(*wanted, 0) if wanted else 0
     finite = np.isfinite(points)
-    f = np.where(finite, points, 0.0)[:, None]
-    x = -f / z
-    rest = np.log(-1 / z)
-    log: Complex = 0.5 * np.log1p(x.real * (2 + x.real) + x.imag**2) + 1j * np.arctan2(x.imag, 1 + x.real)
-    values: dict[int, Complex] = {0: log}
+    f = np.where(finite, points, 0.0)
+    inverse: Complex = -1 / z
+    a, b = np.multiply.outer(f, inverse.real), np.multiply.outer(f, inverse.imag)
+    log = Integrals(0.5 * np.log1p(a * (2 + a) + b * b), np.arctan2(b, 1 + a))
+    values = {0: log}
     for n in range(1, top + 1):
-        values[n] = z * values[n - 1] + f**n / n
-    near = np.abs(x) < NEAR_ZERO
-    if top and near.any():
-        row, pole = np.nonzero(near)
-        small, at = -x[near], z[pole]
-        low = f[row, 0]
+        x, y = values[n - 1]
+        values[n] = Integrals(z.real * x - z.imag * y + (f**n / n)[:, None], z.real * y + z.imag * x)
+    near = np.flatnonzero(np.multiply.outer(f, np.abs(inverse)) < NEAR_ZERO) if top else np.empty(0, dtype=np.intp)
+    if len(near):
+        small, at, low = -(a.ravel()[near] + 1j * b.ravel()[near]), z[near % len(z)], f[near // len(z)]
         last: Complex = np.zeros(len(at), dtype=complex)
         for j in range(SERIES, 0, -1):
             last = small * (last - 1 / (top + j))
         last = last * low**top
         for n in range(top, 0, -1):
-            values[n][near] = last
+            values[n].real.ravel()[near], values[n].imag.ravel()[near] = last.real, last.imag
             last = (last - low**n / n) / at
-    values[0][~finite] = rest
+    rest: Complex = np.log(inverse)
     if wanted and wanted[0] < 0:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            below = (log - np.log(np.where(finite, points, 1.0))[:, None]) / z
-        below[~finite] = rest / z
-        values[-1] = below
+        x, y = log.real - _logs(points)[:, None], log.imag
+        u, v = -inverse.real, -inverse.imag
+        values[-1] = Integrals(u * x - v * y, u * y + v * x)
+        values[-1].real[~finite], values[-1].imag[~finite] = (rest / z).real, (rest / z).imag
+    log.real[~finite], log.imag[~finite] = rest.real, rest.imag
     for n in range(1, top + 1):
-        values[n][~finite] = np.inf
-    with np.errstate(invalid="ignore"):
-        return {n: np.diff(values[n], axis=0) for n in wanted}
+        values[n].real[~finite] = values[n].imag[~finite] = np.inf
+    return {n: values[n] for n in wanted}
 
 
-def plain_increments(points: Array, n: int) -> Array:
-    """Integrals (j,) of f^n between neighbours of points (j + 1,); infinite where they do not exist."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        values = np.log(points) if n == -1 else points ** (n + 1) / (n + 1)
-        return np.diff(values)
+def plain_primitives(points: Array, n: int) -> Array:
+    """Integrals (j,) of f^n up to points (j,), from zero but for n = -1; infinite where they do not exist."""
+    if n != -1:
+        return points ** (n + 1) / (n + 1)
+    return np.where(np.isfinite(points), _logs(points), np.inf)
+
+
+def _logs(points: Array) -> Array:
+    """Logarithms (j,); none of zero, where nothing that rises as 1/f begins, and of infinity."""
+    return np.log(np.where((points > 0) & np.isfinite(points), points, 1.0))
