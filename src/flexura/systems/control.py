@@ -21,7 +21,7 @@ from flexura.mechanism import Controller
 from flexura.records import Record
 from flexura.structure import Channel
 from flexura.systems.modal import ModalSystem
-from flexura.systems.pole_form import DIRECT, LEFT_OUT, PoleForm
+from flexura.systems.pole_form import PoleForm, parts_of_modes
 from flexura.systems.reduction import first_order
 from flexura.systems.state_space import StateSpace
 from flexura.tables import in_hz
@@ -195,10 +195,12 @@ class Closed(Record):
         right = (self.model.B / scale[:, None]).astype(complex)
         loads: Complex = np.asarray(np.linalg.solve(V, right), dtype=complex)
         C = self.model.C * scale
-        names = (*(f"mode {k + 1}, {in_hz(modes.frequency_hz[k])}" for k in range(kept)), LEFT_OUT, DIRECT)
-        group = np.where(self.groups < 0, kept + 1, np.minimum(self.groups, kept)).astype(int)
-        parts = np.stack([(C * (group == g)) @ V for g in range(kept + 2)]) / (2j * np.pi)
-        direct = np.zeros((kept + 2, *self.model.D.shape))
+        of_mode, names = parts_of_modes(modes.frequency_hz[:kept])
+        last = len(names) - 1
+        mode = self.groups.astype(int)
+        group = np.where(mode < 0, last, np.append(of_mode, last - 1)[np.minimum(mode, kept)])
+        parts = np.stack([(C * (group == g)) @ V for g in range(last + 1)]) / (2j * np.pi)
+        direct = np.zeros((last + 1, *self.model.D.shape))
         direct[-1] = self.model.D
         return PoleForm(poles / (2j * np.pi), parts, loads, direct, 0 * self.model.D, names)
 

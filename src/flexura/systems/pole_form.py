@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
 from flexura.errors import SolverError
+from flexura.modal import close_groups
 from flexura.records import Record
 from flexura.systems.modal import ModalSystem
 from flexura.systems.spectra import Spectrum, plain_primitives, points_of, primitives
@@ -28,6 +29,9 @@ LEFT_OUT = "modes left out"
 
 NEARLY_CRITICAL = 1e-4
 """Least distance of the two poles of a mode, over twice its frequency: closer ones are moved that far apart."""
+
+REPEATED = 1e-6
+"""Relative gap of frequencies up to which modes are one part: their shares depend on which of them are chosen."""
 
 UNDAMPED = 1e-13
 """Damping ratio below which nothing damps a pole."""
@@ -271,16 +275,36 @@ def pole_form(modes: ModalSystem, kept: int | None = None) -> PoleForm:
     parts: Complex = np.asarray(modes.C.T[:, :, None] * (E[:, None, :] * scale), dtype=complex)
     direct = np.where((order == 2)[:, None], modes.C.T[:, :, None] * modes.B[:, None, :], 0.0)
     rest = np.where((order == 0)[:, None], modes.residual, 0.0)
-    names = (*(f"mode {k + 1}, {in_hz(modes.frequency_hz[k])}" for k in range(kept)), LEFT_OUT, DIRECT)
-    nothing = np.zeros((1, *parts.shape[1:]))
+    group, names = parts_of_modes(modes.frequency_hz[:kept])
+    own = np.concatenate([group, np.full(r - kept, len(names) - 2)])
     return PoleForm(
         poles / (2j * np.pi),
-        np.concatenate([parts[:kept], parts[kept:].sum(axis=0, keepdims=True), nothing]).astype(complex),
+        _summed(parts, own, len(names)).astype(complex),
         np.asarray(L @ modes.B, dtype=complex),
-        np.concatenate([direct[:kept], direct[kept:].sum(axis=0, keepdims=True), modes.D[None]]),
+        _summed(direct, own, len(names)) + _summed(modes.D[None], np.array([len(names) - 1]), len(names)),
         rest,
         names,
     )
+
+
+def parts_of_modes(frequency_hz: Array) -> tuple[Index, tuple[str, ...]]:
+    """The part that each mode is of, modes that coincide together, and names of these parts, of what modes left out do
+    and of what goes directly."""
+    groups = close_groups(frequency_hz, REPEATED)
+    part, names = np.empty(len(frequency_hz), dtype=np.intp), list[str]()
+    for k, members in enumerate(groups):
+        part[members] = k
+        first, last = members[0] + 1, members[-1] + 1
+        numbers = f"mode {first}" if first == last else f"modes {first} {'and' if last - first == 1 else 'to'} {last}"
+        names.append(f"{numbers}, {in_hz(frequency_hz[members[0]])}")
+    return part, (*names, LEFT_OUT, DIRECT)
+
+
+def _summed(of: Any, part: Index, count: int) -> Any:
+    """What is of each mode (r, ...) summed over the modes of each part (count, ...)."""
+    found = np.zeros((count, *of.shape[1:]), dtype=of.dtype)
+    np.add.at(found, part, of)
+    return found
 
 
 def _real_modes(modes: ModalSystem) -> tuple[Complex, Complex, Complex]:

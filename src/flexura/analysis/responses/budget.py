@@ -46,6 +46,9 @@ from flexura.tables import Item, Line, Table, counted, in_hz, percent, quantity
 SMALL = 0.01
 """Share of a mean square below which a part is not listed by itself."""
 
+UNSEEN = 1e-6
+"""Share of a root mean square that is shown as zero."""
+
 LOST = 1e-6
 """Round-off of a mean square, relative, from which it is said."""
 
@@ -140,7 +143,8 @@ class Budget(Tabular):
         """The table of a design review: points, what each source does there, the whole, 3 sigma; then parts."""
 
         def texts(values: Array) -> list[str]:
-            return [quantity(float(v), c.unit, 4) for v, c in zip(values, self.outputs, strict=True)]
+            seen = np.where(values > UNSEEN * self.rms, values, 0.0)
+            return [quantity(float(v), c.unit, 4) for v, c in zip(seen, self.outputs, strict=True)]
 
         columns: dict[str, Any] = {"point": [c.name for c in self.outputs], "rms": texts(self.rms)}
         columns |= {"3 sigma": texts(self.three_sigma)}
@@ -149,7 +153,9 @@ class Budget(Tabular):
         listed = np.flatnonzero((np.abs(self.part_shares) >= SMALL).any(axis=1))
         rows: dict[str, Any] = {"part": [self.parts[k] for k in listed]}
         for number, channel in enumerate(self.outputs):
-            rows[channel.name] = [percent(float(self.part_shares[k, number])) for k in listed]
+            rows[channel.name] = [
+                percent(x if abs(x) > UNSEEN else 0.0) for x in self.part_shares[listed, number].tolist()
+            ]
         yield Table(rows, "parts", title="shares of mean squares by mode")
         if len(listed) < len(self.parts):
             yield Line(f"{len(self.parts) - len(listed)} parts below {100 * SMALL:g} % everywhere are not listed")
