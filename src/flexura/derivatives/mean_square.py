@@ -79,7 +79,7 @@ class SlopedRms(Record):
         return float(np.sqrt(total))
 
     def with_slopes(self) -> Dual | None:
-        """The value with its slopes (theory eq. B6); None at poses, and where a disturbance itself depends on
+        """The value with its slopes (theory eq. T36); None at poses, and where a disturbance itself depends on
         parameters.
 
         Those of matrices in the modes that are held: what else of the modes changes does so to second order, but for

@@ -1,7 +1,7 @@
 """Responses as sums over poles, in parts that add up, and exact mean squares under densities that are powers of f.
 
 At real f the conjugate of H(f) is a function with the conjugate poles, so that |H|^2 is a sum over single poles, whose
-residues follow from the values of that function at the poles of H (theory eq. B3): every integral over a band is one of
+residues follow from the values of that function at the poles of H (theory eq. T33): every integral over a band is one of
 1/(f - z) times powers of f, in closed form.
 """
 
@@ -115,7 +115,7 @@ class MeanSquares:
 
 def mean_squares(forms: Sequence[PoleForm], spectra: Sequence[Spectrum], hz: Array) -> list[MeanSquares]:
     """Mean squares of the responses of some forms, each under one spectrum, read at frequencies (f,), Hz (theory eqs.
-    B2-B5). Raises SolverError where nothing damps what moves."""
+    T32-T35). Raises SolverError where nothing damps what moves."""
     points = points_of(spectra, hz)
     points = points[np.isfinite(points)]
     read, found = np.searchsorted(points, hz), dict[int, MeanSquares]()
@@ -263,7 +263,7 @@ def _by_panels(form: PoleForm, spectrum: Spectrum, found: MeanSquares, hz: Array
 
 def pole_form(modes: ModalSystem, kept: int | None = None) -> PoleForm:
     """A system of viscously damped modes as a sum over poles, each of the `kept` modes a part, with residual modes and
-    static gain together as one (theory eq. B1)."""
+    static gain together as one (theory eq. T31)."""
     r, order = modes.order, modes.derivative
     kept = r if kept is None else kept
     if modes.is_proportional:

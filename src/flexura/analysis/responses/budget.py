@@ -293,7 +293,7 @@ def budget(
     tolerance: float | None = None,
     up_to: float | None = None,
 ) -> Budget:
-    """Root mean squares of outputs under `disturbances`, by source, by mode and over frequency (theory eqs. B1-B5).
+    """Root mean squares of outputs under `disturbances`, by source, by mode and over frequency (theory eqs. T31-T35).
 
     Of the disturbances that are described, or those given in their place by name, all or the `sources` that are named;
     `outputs` and `damping` as in `system`. Mean squares are integrals over all frequencies of each density, in closed

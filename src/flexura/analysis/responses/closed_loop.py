@@ -140,7 +140,7 @@ def closed_loop(
     n: int | None = None,
 ) -> ClosedLoop:
     """The `controllers` that are described, or given in their place by name, closed around a mechanism (theory eqs.
-    B7-B9).
+    T37-T39).
 
     Around the `n` lowest modes of the full-order model, at least 30 by default, residual modes for the others and
     damping viscous as in time response. `inputs`, `outputs` and `damping` as in `system`. Where a sensor and an
