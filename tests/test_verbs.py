@@ -41,6 +41,7 @@ SHELL = {
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
+    "budget": ((flexura.budget,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs
     "sweep": ((flexura.sweep,), set()),
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
