@@ -80,13 +80,16 @@ def time_response() -> fx.TimeResponse:
     )
 
 
-SERVO_TEXT = GUIDE_TEXT + """
+SERVO_TEXT = (
+    GUIDE_TEXT
+    + """
 damping: 0.01
 disturbances:
   floor: {base: x, spectrum: VC-C}
 controllers:
   servo: {sensor: carriage.tx, actuator: carriage.tx, integral: 20 N/mm/s}
 """
+)
 
 
 @cache

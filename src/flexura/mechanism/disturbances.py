@@ -144,7 +144,7 @@ class Disturbance(Part):
         low, high = self.band or (0.0, 1.0)
         if isinstance(low, float) and isinstance(high, float) and low >= high:
             raise refuse("it is empty: a band is from a lower to a higher frequency")
-        if self.base is not None and self.density is not None and self.unit != "m/s^2" and self.band is None:
+        if self.base is not None and self.density is not None and self.unit in FLOOR_UNITS[1:] and self.band is None:
             raise refuse("a floor with one density of velocity or displacement shakes without end: it has a band")
         if self.corner is not None and self.density is None:
             raise refuse("a corner belongs to a density", "e.g. {density: 5 nV/sqrt(Hz), corner: 10 Hz}")

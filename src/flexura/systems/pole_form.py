@@ -1,8 +1,8 @@
 """Responses as sums over poles, in parts that add up, and exact mean squares under densities that are powers of f.
 
 At real f the conjugate of H(f) is a function with the conjugate poles, so that |H|^2 is a sum over single poles, whose
-residues follow from the values of that function at the poles of H (theory eq. T33): every integral over a band is one of
-1/(f - z) times powers of f, in closed form.
+residues follow from the values of that function at the poles of H (theory eq. T33): every integral over a band is one
+of 1/(f - z) times powers of f, in closed form.
 """
 
 from __future__ import annotations

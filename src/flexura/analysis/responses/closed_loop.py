@@ -74,8 +74,6 @@ class ClosedLoop(Tabular):
     name: str
     model: StateSpace
     loops: tuple[Loop, ...]
-    frequency_hz: Array
-    open_loops: Complex
     closing: Closed
     modes: ModalSystem
     notes: tuple[str, ...] = ()
@@ -180,7 +178,7 @@ def closed_loop(
         f"loops closed around {modes.order} modes of the full-order model, order {every.order}",
         *closing.model.notes[1:],
     )
-    return ClosedLoop(every.name, closing.model, found, hz, L, closing, modes, notes)
+    return ClosedLoop(every.name, closing.model, found, closing, modes, notes)
 
 
 def is_closed(loop: str) -> bool:
