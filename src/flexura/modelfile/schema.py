@@ -67,6 +67,7 @@ def schema() -> dict[str, Any]:
     disturbance = parts["Disturbance"]["properties"]
     parts["Density"] = {"type": "string"}
     parts["DensityTable"] = {"type": "array", "items": {"type": "array", "items": {"type": "string"}}}
+    parts["GainValue"] = {"anyOf": [*_SHORTHAND["anyOf"], parts["GainValue"]]}
     disturbance["file"] = {"type": "string", "description": "CSV file of the table, with units in its headings"}
     del parts["Parameter"]["properties"]["unit"]
     _short_studies(parts)

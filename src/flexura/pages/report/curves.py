@@ -35,6 +35,8 @@ MOST_PAIRS = 12
 """Pairs in the table of gains, as many as the command prints."""
 MOST_BUDGETS = 4
 """Outputs whose budgets are drawn."""
+DRAWN = 240
+"""Frequencies of their curves."""
 SPREAD = 24
 """Frequencies of a chart's table, beside the resonances."""
 
@@ -91,6 +93,10 @@ def error_budget(subject: Subject) -> Content:
         Table.of(dict(review.columns), f"root mean squares, {found.loop} loop", evidence, left=1),
         Table.of(dict(parts.columns), parts.title, Evidence(command), left=1),
     ]
+    thin = np.unique(np.linspace(0, len(found.frequency_hz) - 1, DRAWN).astype(int))
+    found = replace(
+        found, frequency_hz=found.frequency_hz[thin], density=found.density[:, thin], up_to=found.up_to[:, thin]
+    )
     for k in range(min(len(found.outputs), MOST_BUDGETS)):
         chart = budget_chart(found, k).suited()
         at = np.unique(np.linspace(0, len(found.frequency_hz) - 1, SPREAD).astype(int))

@@ -138,8 +138,8 @@ def report(
 
     The model summary, `n` certified modes, freedoms, statics, the described stroke, frequency responses, the error
     budget, stress, buckling, the described studies that are small and the described test, each where it applies; finite
-    elements with `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it again. A section
-    that fails says why, and the others go on.
+    elements with `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it
+    again. A section that fails says why, and the others go on.
 
     `parameters` replace default values, `at` is a pose as `flexura.at` takes it; SI. `out` is written, whole or not at
     all, where it is given. `file` is the one that the mechanism was read from: commands name it, and the page tells its
