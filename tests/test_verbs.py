@@ -41,6 +41,7 @@ SHELL = {
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
+    "budget": ((flexura.budget,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs
     "sweep": ((flexura.sweep,), set()),
     "correlate": ((flexura.correlate, flexura.identify, flexura.read_measurement), {"data"}),
@@ -58,7 +59,7 @@ SHELL = {
     "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (
-        (flexura.export, flexura.state_space, flexura.system, flexura.StateSpace.discretised),
+        (flexura.export, flexura.state_space, flexura.system, flexura.StateSpace.discretised, flexura.budget),
         {"what"},  # of the things that are exported
     ),
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from flexura.beam import notch
+from flexura.systems import filter_of, spectrum_of
 
 ORANGE, BLUE, RED = "#b8530a", "#1a5fb4", "#990d40"
 
@@ -315,4 +316,65 @@ published:
     return sheet
 
 
-PICTURES: tuple[Callable[[], Sheet], ...] = (materials, contours, reduction, damping, modal_test, studies, published)
+COIL = """\
+sensors:
+  gauge: {type: displacement, nodes: [carriage], direction: x}
+actuators:
+  coil: {type: force, nodes: [carriage], direction: x}
+"""
+
+
+def disturbances() -> Sheet:
+    """Densities over frequency, on logarithmic axes."""
+    fragment = """\
+disturbances:
+  floor: {base: x, spectrum: VC-A}
+  amplifier: {input: coil, corner: 10 Hz,
+              density: 5 uN/sqrt(Hz),
+              band: [1 Hz, 1 kHz]}
+  air: {input: carriage.tz, table: [
+          [1 Hz, 30 uN/sqrt(Hz)],
+          [100 Hz, 2 uN/sqrt(Hz)]]}"""
+    described = mechanism(GUIDE, COIL + fragment).disturbances
+    sheet = Sheet("A criterion for floors, noise with a corner, and a table of densities", fragment, 250)
+    for k, (name, own) in enumerate(described.items()):
+        left = sheet.left + 30.0 + 185 * k
+        spectrum = spectrum_of(own)
+        hz = np.geomspace(float(spectrum.start[0]), float(spectrum.stop[-1]), 80)
+        power = spectrum.at(hz)
+        x, y = np.log10(hz), np.log10(power / power.max()) / 2
+        chart = Chart(sheet, Area(left, 70, left + 140, 190), (-0.1, 3.1), (-1.8, 0.1), ("f", name))
+        chart.curve(x, y)
+    return sheet
+
+
+def controllers() -> Sheet:
+    """The response of a controller over frequency, on logarithmic axes."""
+    fragment = """\
+controllers:
+  servo:
+    sensor: gauge
+    actuator: coil
+    proportional: 25 N/mm
+    integral: 2000 N/(mm*s)
+    derivative: 0.06 N*s/mm
+    low_pass: 1.5 kHz
+    notches: [{frequency: 750 Hz}]
+    delay: 0.05 ms"""
+    own = filter_of(mechanism(GUIDE, COIL + fragment).controllers["servo"])
+    sheet = Sheet("The response of a controller, its filters and its dead time", fragment, 250)
+    hz = np.geomspace(1, 1e4, 300)
+    K, left = own.response(hz), sheet.left + 60.0
+    size, x = np.log10(np.abs(K) / np.abs(K).min()), np.log10(hz)
+    chart = Chart(sheet, Area(left, 70, left + 200, 190), (0, 4), (0, float(size.max())), ("f", "|K|"))
+    chart.curve(x, size)
+    chart.mark(float(np.log10(750)), "750 Hz")
+    phase = np.unwrap(np.angle(K))
+    chart = Chart(sheet, Area(left + 260, 70, left + 460, 190), (0, 4), (float(phase.min()), 1.6), ("f", "phase"))
+    chart.curve(x, phase)
+    return sheet
+
+
+PICTURES: tuple[Callable[[], Sheet], ...] = (
+    *(materials, contours, reduction, damping, modal_test, disturbances, controllers, studies, published),
+)

@@ -27,8 +27,9 @@ bodies:
              carries: ["leaf*.head"]}
 ground: {"leaf*.foot": clamped}
 actuators, sensors, loads, ...
-motion, studies, test, published"""
-    sheet = Sheet("What the keys of a whole file describe", fragment, 270)
+motion, disturbances, controllers,
+studies, test, published"""
+    sheet = Sheet("What the keys of a whole file describe", fragment, 290)
     drawn = scene(sheet, mechanism(GUIDE), CAMERA, (120, 34, 150, 34), over=("carriage",))
     drawn.name((60, -10, 65), "bodies: carriage", (46, -18))
     drawn.name((0, -10, 30), "instances: leaf1", (-40, -20))

@@ -6,7 +6,9 @@ from flexura import testing as testing
 from flexura import types as types
 from flexura import view as view
 from flexura._version import __version__ as __version__
+from flexura.analysis import Budget as Budget
 from flexura.analysis import CheckReport as CheckReport
+from flexura.analysis import ClosedLoop as ClosedLoop
 from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
@@ -15,7 +17,9 @@ from flexura.analysis import Statics as Statics
 from flexura.analysis import Stresses as Stresses
 from flexura.analysis import Stroke as Stroke
 from flexura.analysis import TimeResponse as TimeResponse
+from flexura.analysis import budget as budget
 from flexura.analysis import check as check
+from flexura.analysis import closed_loop as closed_loop
 from flexura.analysis import compliance as compliance
 from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import kinetostatics as kinetostatics

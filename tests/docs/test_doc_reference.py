@@ -43,6 +43,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Actuators": ACTUATORS,
     "Sensors": SENSORS,
     "Damping": (describe.Damping,),
+    "Disturbances": (describe.Disturbance,),
     "Test": (describe.ModalTest, describe.HammerPoint, describe.Accelerometer),
     "Substructures": (describe.Substructure,),
     "Instances": (describe.Instance,),
@@ -59,7 +60,7 @@ KINDS = {  # heading: the classes that its second table tells apart by `shape` o
     "Sensors": SENSORS,
     "Instances": (describe.CircularPattern, describe.LinearPattern, describe.MirrorPattern),
 }
-FILE_ONLY = {"Top level": {"flexura", "extends"}, "Superelements": {"units"}}
+FILE_ONLY = {"Top level": {"flexura", "extends"}, "Superelements": {"units"}, "Disturbances": {"file"}}
 NOT_IN_FILES = {
     "Parameters": {"unit"},
     "Top level": set(describe.Substructure.model_fields),

@@ -80,6 +80,23 @@ def time_response() -> fx.TimeResponse:
     )
 
 
+SERVO_TEXT = (
+    GUIDE_TEXT
+    + """
+damping: 0.01
+disturbances:
+  floor: {base: x, spectrum: VC-C}
+controllers:
+  servo: {sensor: carriage.tx, actuator: carriage.tx, integral: 20 N/mm/s}
+"""
+)
+
+
+@cache
+def servo() -> fx.Mechanism:
+    return fx.loads(SERVO_TEXT)
+
+
 def natural_frequencies() -> fx.NaturalFrequencies:
     return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, n=3)
 
@@ -146,10 +163,12 @@ def understanding() -> fx.Understanding:
 
 
 MAKERS: dict[str, Callable[[], Result]] = {
+    "Budget": lambda: fx.budget(servo(), outputs=[f"{NODE}.tx", f"{NODE}.rz"], frequency_hz=HZ),
     "Calibration": calibration,
     "Certificate": lambda: fx.models.certify(fx.reduce(guide()), n=2),
     "ChannelPairing": lambda: fx.testing.pair_channels(fx.assemble(stage()), identified().outputs),
     "CheckReport": lambda: fx.check(guide()),
+    "ClosedLoop": lambda: fx.closed_loop(servo(), outputs=[f"{NODE}.tx"]),
     "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
     "ComplexModes": lambda: system().modal(3).complex_modes,
     "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), platform=NODE).spectrum,

@@ -86,6 +86,11 @@ COMMANDS = {
     "frequency-response": _Command(
         "response", "frequency_response_command", "Frequency response between actuators and sensors, or any DOFs."
     ),
+    "budget": _Command(
+        "response",
+        "budget_command",
+        "Dynamic error budget: RMS and 3 sigma of outputs under the disturbances described, by source and by mode.",
+    ),
     "time-response": _Command(
         "response",
         "time_response_command",

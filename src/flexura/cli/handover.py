@@ -16,6 +16,7 @@ from flexura.cli.options import (
     Hold,
     Inputs,
     Json,
+    Loop,
     Outputs,
     Ratio,
     Settings,
@@ -70,6 +71,7 @@ def export_command(
         typer.Option(metavar="FROM,TO", help="Band of a response, or that a state space is for, e.g. '5,200 Hz'."),
     ] = None,
     damping: Ratio = None,
+    loop: Loop = "open",
     keep: Annotated[
         int | None,
         typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model, not to a tolerance."),
@@ -87,18 +89,10 @@ def export_command(
     limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any
     if kind == "state-space":
-        from flexura.systems import state_space, system
-
-        full = system(mechanism, parameters, inputs=input, outputs=output, order="full", damping=damping)
-        thing = state_space(
-            full,
-            n=6 if n is None and limit is None else n,
-            up_to=limit,
-            residual_modes=residual_modes,
-            balanced=balanced,
-            band=span,
-            delay=quantity_of("--delay", delay, "s", "0.1ms"),
-        )
+        ends = {"inputs": input, "outputs": output, "damping": damping}
+        lag = quantity_of("--delay", delay, "s", "0.1ms")
+        kept = {"n": n, "up_to": limit, "residual_modes": residual_modes, "balanced": balanced, "band": span}
+        thing = state_space_of(mechanism, parameters, loop, ends, {**kept, "delay": lag})
         if dt is not None:
             thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold)
     elif kind == "modes":
@@ -110,7 +104,9 @@ def export_command(
 
         if span is None:
             raise OptionError("a response needs a --band FROM,TO, e.g. '5,200 Hz'")
-        thing = frequency_response(mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping)
+        thing = frequency_response(
+            mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping, loop=loop
+        )
     elif kind == "full":
         from flexura.full_order import assemble
 
@@ -129,6 +125,25 @@ def export_command(
     else:
         for line in (*notes, *(f"warning: {w}" for w in warnings), *(f"wrote {path}" for path in written)):
             typer.echo(line)
+
+
+def state_space_of(
+    mechanism: Any, parameters: dict[str, float], loop: str, ends: dict[str, Any], kept: dict[str, Any]
+) -> Any:
+    """The state space of a mechanism, or of its closed loops, of which only the number of modes is chosen. Raises
+    OptionError for anything else."""
+    from flexura.analysis import closed_model
+    from flexura.systems import state_space, system
+
+    if loop == "closed":
+        other = next((name for name, value in kept.items() if value and name != "n"), None)
+        if other is not None:
+            raise OptionError(f"--{other.replace('_', '-')} belongs to open loops")
+        damping, n = ends["damping"], kept["n"]
+        return closed_model(mechanism, parameters, ends["inputs"], ends["outputs"], damping=damping, n=n)
+    if kept["n"] is None and kept["up_to"] is None:
+        kept["n"] = 6
+    return state_space(system(mechanism, parameters, order="full", **ends), **kept)
 
 
 def low_order(

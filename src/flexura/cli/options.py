@@ -37,6 +37,7 @@ Ratio = Annotated[
     float | None,
     typer.Option("--damping", metavar="RATIO", help="Damping ratio of all modes, in place of that of the file."),
 ]
+Loop = Annotated[Literal["open", "closed"], typer.Option(help="Whether loops of the controllers described are closed.")]
 Data = Annotated[Path, typer.Argument(metavar="DATA", help="Measured data (UFF, CSV, npz, HDF5).")]
 Channels = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Where the channels are (YAML), if the data do not have it.")

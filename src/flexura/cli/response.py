@@ -22,7 +22,7 @@ from flexura.cli.amounts import (
     seconds_of,
     time_of,
 )
-from flexura.cli.options import Answer, Commands, Gravity, Hold, Inputs, Loads, Order, Outputs, Ratio, command
+from flexura.cli.options import Answer, Commands, Gravity, Hold, Inputs, Loads, Loop, Order, Outputs, Ratio, command
 from flexura.errors import OptionError
 from flexura.tables import quantity
 
@@ -168,6 +168,7 @@ def frequency_response_command(
         Literal["modal", "direct"], typer.Option(help="Modal sum, or solved at every frequency.")
     ] = "modal",
     damping: Ratio = None,
+    loop: Loop = "open",
 ) -> Answer:
     """Frequency response between actuators and sensors, or any DOFs."""
     from flexura.analysis import frequency_response
@@ -183,8 +184,46 @@ def frequency_response_command(
         order=order,
         method=method,
         damping=damping,
+        loop=loop,
     )
     return Answer(result, pictures="save_frequency_response")
+
+
+@command("at", "plot", "strict", out="Write densities and cumulative amplitudes: .csv or .parquet.")
+def budget_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    output: Outputs = None,
+    source: Annotated[
+        list[str] | None,
+        typer.Option("--source", metavar="NAME", help="Disturbance (* allowed); all by default. May be repeated."),
+    ] = None,
+    band: Annotated[
+        str | None, typer.Option(metavar="FROM,TO", help="Frequencies of the curves alone, e.g. '1,500 Hz'.")
+    ] = None,
+    points: Annotated[int, typer.Option(min=2, help="Least number of these; resonances get more.")] = 400,
+    loop: Annotated[
+        Literal["open", "closed"] | None, typer.Option(help="Closed where controllers are described, by default.")
+    ] = None,
+    order: Annotated[Order, typer.Option(help="Proven low order, or full order.")] = "low",
+    damping: Ratio = None,
+) -> Answer:
+    """Dynamic error budget: RMS and 3 sigma of outputs under the disturbances described, by source and by mode."""
+    from flexura.analysis import budget
+
+    result = budget(
+        mechanism,
+        parameters,
+        outputs=output,
+        sources=source,
+        band=None if band is None else band_of(band),
+        points=points,
+        loop=loop,
+        order=order,
+        damping=damping,
+    )
+    return Answer(result, pictures="draw_budget")
 
 
 @command("at", "plot", "strict", out="Write time, inputs and outputs: .csv or .parquet.")
@@ -226,6 +265,7 @@ def time_response_command(
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = "foh",
     damping: Ratio = None,
     motion: Annotated[Literal["small", "large"], typer.Option(help="Linear, or as large as it gets.")] = "small",
+    loop: Loop = "open",
     order: Annotated[Order, typer.Option(help="Proven low order, or full order.")] = "low",
     rho_infinity: Annotated[
         float,
@@ -275,6 +315,7 @@ def time_response_command(
         damping=damping,
         motion=motion,
         order=order,
+        loop=loop,
         rho_infinity=rho_infinity,
     )
     return Answer(result, pictures="draw_time")

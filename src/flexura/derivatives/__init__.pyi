@@ -12,6 +12,7 @@ from flexura.derivatives.families import Family as Family
 from flexura.derivatives.families import FullOrderFamily as FullOrderFamily
 from flexura.derivatives.families import Matrices as Matrices
 from flexura.derivatives.families import ModelOrder as ModelOrder
+from flexura.derivatives.mean_square import SlopedRms as SlopedRms
 from flexura.derivatives.response import SlopedResponse as SlopedResponse
 from flexura.derivatives.sensitivities import ModeSensitivities as ModeSensitivities
 from flexura.derivatives.sensitivities import Reader as Reader

@@ -41,6 +41,10 @@ from flexura.mechanism.channels import Sensor as Sensor
 from flexura.mechanism.channels import StrainActuator as StrainActuator
 from flexura.mechanism.checks import problems as problems
 from flexura.mechanism.checks import suggestion as suggestion
+from flexura.mechanism.controllers import GAINS as GAINS
+from flexura.mechanism.controllers import Controller as Controller
+from flexura.mechanism.controllers import GainValue as GainValue
+from flexura.mechanism.controllers import NotchFilter as NotchFilter
 from flexura.mechanism.description import DOF_NAMES as DOF_NAMES
 from flexura.mechanism.description import FORCE_UNITS as FORCE_UNITS
 from flexura.mechanism.description import HELD as HELD
@@ -69,6 +73,14 @@ from flexura.mechanism.description import with_rigid_roots as with_rigid_roots
 from flexura.mechanism.diaphragm import Diaphragm as Diaphragm
 from flexura.mechanism.diaphragm import Slit as Slit
 from flexura.mechanism.diaphragm import Spokes as Spokes
+from flexura.mechanism.disturbances import FLOOR_TOP as FLOOR_TOP
+from flexura.mechanism.disturbances import FLOOR_UNITS as FLOOR_UNITS
+from flexura.mechanism.disturbances import FLOORS as FLOORS
+from flexura.mechanism.disturbances import KNEE as KNEE
+from flexura.mechanism.disturbances import Density as Density
+from flexura.mechanism.disturbances import DensityTable as DensityTable
+from flexura.mechanism.disturbances import Disturbance as Disturbance
+from flexura.mechanism.disturbances import density_base as density_base
 from flexura.mechanism.evaluation import ParameterTable as ParameterTable
 from flexura.mechanism.evaluation import bounds as bounds
 from flexura.mechanism.evaluation import evaluated as evaluated

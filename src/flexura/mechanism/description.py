@@ -15,7 +15,9 @@ from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Name, Part, Text, Title, Vector, refuse
 from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
+from flexura.mechanism.controllers import Controller
 from flexura.mechanism.diaphragm import Diaphragm
+from flexura.mechanism.disturbances import Disturbance
 from flexura.mechanism.flat_spring import FlatSpring
 from flexura.mechanism.loads import Gravity, Load, Motion, Prescribed
 from flexura.mechanism.material import CATALOGUE, Material
@@ -299,6 +301,10 @@ class Mechanism(Substructure, Displayed):
     """The pose about which everything is linear, by the nodes that are moved there; at rest when there is none."""
     motion: Motion | None = None
     """The stroke of the mechanism."""
+    disturbances: dict[Name, Disturbance] = {}
+    """What shakes it: floors, noise of actuators and sensors, random forces."""
+    controllers: dict[Name, Controller] = {}
+    """Loops that may be closed around it."""
     test: ModalTest | None = None
     """A modal test of the mechanism."""
     requirements: dict[Label, Question] = {}

@@ -98,9 +98,12 @@ def _kind(annotation: Any, metadata: tuple[Any, ...] = ()) -> _Kind:
 
 
 def parameter_at(path: Path) -> str:
-    """The parameter of which a number of any dimension at a path of a mechanism is a value, a bound or a deviation."""
+    """The parameter of which a number of any dimension at a path of a mechanism is a value, a bound or a deviation;
+    none of a gain."""
     if path[0] == "studies":
         return str(path[4])
+    if path[0] == "controllers":
+        return ""
     return str(path[1] if path[0] == "parameters" else path[-1])
 
 

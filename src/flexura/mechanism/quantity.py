@@ -159,6 +159,7 @@ PositiveForce = Annotated[Scalar, Quantity("force", dim.FORCE, "100 N", "positiv
 PositiveMoment = Annotated[Scalar, Quantity("moment", dim.ROTATIONAL_STIFFNESS, "0.5 N*m", "positive")]
 PositiveStroke = Annotated[Scalar, Quantity("stroke per volt", dim.STROKE_PER_VOLT, "0.1 um/V", "positive")]
 PositiveFrequency = Annotated[Scalar, Quantity("frequency", dim.FREQUENCY, "100 Hz", "positive")]
+NonNegativeFrequency = Annotated[Scalar, Quantity("frequency", dim.FREQUENCY, "100 Hz", "non-negative")]
 PositiveTime = Annotated[Scalar, Quantity("time", dim.TIME, "20 ms", "positive")]
 NonNegativeForce = Annotated[Scalar, Quantity("force", dim.FORCE, "0.01 N", "non-negative")]
 NonNegativeAcceleration = Annotated[Scalar, Quantity("acceleration", dim.ACCELERATION, "0.01 m/s^2", "non-negative")]

@@ -349,6 +349,11 @@ def _carry_paths(node: Node, folder: FilePath) -> None:
             for matrix in entry.value.values() if isinstance(entry.value, dict) else ():
                 if isinstance(matrix.value, dict) and isinstance(getattr(matrix.value.get("file"), "value", None), str):
                     carried[id(matrix.value["file"])] = matrix.value["file"]
+        entries = holder.value.get("disturbances") if isinstance(holder.value, dict) else None
+        for entry in entries.value.values() if entries and isinstance(entries.value, dict) else ():
+            file = entry.value.get("file") if isinstance(entry.value, dict) else None
+            if file is not None and isinstance(file.value, str):
+                carried[id(file)] = file
         parts = holder.value.get("parts") if isinstance(holder.value, dict) else None
         for entry in parts.value.values() if parts and isinstance(parts.value, dict) else ():
             for key in FILES_OF_PARTS:

@@ -27,7 +27,9 @@ from flexura.mechanism import (
     validated,
 )
 from flexura.mechanism import problems as problems_of_whole
+from flexura.modelfile.densities import prepare_densities
 from flexura.modelfile.document import FILES_OF_PARTS, VERSION, Node, parse, text_of, with_bases
+from flexura.modelfile.gains import prepare_gains
 from flexura.modelfile.parameters import entries, holders, prepare_bound_values, prepare_parameters
 from flexura.modelfile.quantities import QuantityReader
 from flexura.modelfile.schema import unknown_key_hint
@@ -61,6 +63,8 @@ _NAMED = frozenset(
         "sections",
         "substructures",
         "studies",
+        "disturbances",
+        "controllers",
     ]
 )
 
@@ -217,6 +221,9 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
     data = root.plain()
     pruned = Pruned(data)
     problems = [*_version(data, pruned), *_superelements(data, pruned, directory)]
+    for problem in prepare_densities(data, directory):
+        pruned.remove_entry(problem.path[:2])
+        problems.append(problem)
     _find_parts(data, directory)
     parameters = data.get("parameters")
     dimensions, more = prepare_parameters(parameters) if isinstance(parameters, dict) else ({}, [])
@@ -224,6 +231,7 @@ def _read(text: str, name: str, directory: FilePath) -> Mechanism:
         if problem.path[2:] == ("unit",):
             pruned.remove_entry(problem.path[:2])
     problems += more
+    prepare_gains(data, dimensions)
     for problem in prepare_bound_values(data, dimensions):
         pruned.remove_entry(entry_of_place(problem.path))
         problems.append(problem)

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from flexura.errors import Path
 from flexura.mechanism import (
     Composite,
+    Disturbance,
     Mechanism,
     Parameter,
     Part,
@@ -38,6 +39,7 @@ _DIRECTIONS = {
     "MotionSensor": ("direction",),
     "HammerPoint": ("direction",),
     "Accelerometer": ("direction",),
+    "Disturbance": ("base",),
 }
 _SHORTHAND = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 
@@ -62,6 +64,11 @@ def schema() -> dict[str, Any]:
         "additionalProperties": False,
         "description": "units in which the matrices are given; SI where left out",
     }
+    disturbance = parts["Disturbance"]["properties"]
+    parts["Density"] = {"type": "string"}
+    parts["DensityTable"] = {"type": "array", "items": {"type": "array", "items": {"type": "string"}}}
+    parts["GainValue"] = {"anyOf": [*_SHORTHAND["anyOf"], parts["GainValue"]]}
+    disturbance["file"] = {"type": "string", "description": "CSV file of the table, with units in its headings"}
     del parts["Parameter"]["properties"]["unit"]
     _short_studies(parts)
     parts["Damping"] = {"anyOf": [*_SHORTHAND["anyOf"], parts["Damping"]]}
@@ -97,7 +104,11 @@ def _also(properties: dict[str, Any], key: str, alternative: dict[str, Any]) -> 
 
 
 _KINDS = ("type", "shape")
-FILE_ONLY: dict[type[Part], tuple[str, ...]] = {Mechanism: ("flexura", "extends"), Superelement: ("units",)}
+FILE_ONLY: dict[type[Part], tuple[str, ...]] = {
+    Mechanism: ("flexura", "extends"),
+    Superelement: ("units",),
+    Disturbance: ("file",),
+}
 _NOT_IN_FILES: dict[type[Part], tuple[str, ...]] = {Parameter: ("unit",), Composite: ("meshed",)}
 
 

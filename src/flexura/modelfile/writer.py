@@ -21,6 +21,9 @@ from flexura.expressions import NUMBER, Binary, Call, Dimension, Expression, Nam
 from flexura.files import write_file
 from flexura.mechanism import (
     DOF_NAMES,
+    Density,
+    DensityTable,
+    GainValue,
     Matrix,
     Mechanism,
     Parameter,
@@ -245,7 +248,7 @@ MAX_FLOW = 88
 """Longest mapping that is written on one line, in characters."""
 _AXES = {(1.0, 0.0, 0.0): "x", (0.0, 1.0, 0.0): "y", (0.0, 0.0, 1.0): "z"}
 _AXES |= {(-x, -y, -z): f"-{name}" for (x, y, z), name in _AXES.items()}
-_DIRECTIONS = frozenset({"axis", "normal", "reference", "direction"})
+_DIRECTIONS = frozenset({"axis", "normal", "reference", "direction", "base"})
 _ONE_OR_MORE = frozenset({"rotate", "pattern"})
 _INDICATORS = ":#?&!|>%@`"
 """Characters that may end a plain scalar, or begin something else, depending on where they stand."""
@@ -254,7 +257,8 @@ _ORDER = (
     *("name", "description", "theory", "corrections", "damping", "reduction"),
     *("parameters", "materials", "sections", "substructures"),
     *Substructure.model_fields,
-    *("ground", "gravity", "loads", "at", "motion", "test", "requirements", "studies", "published"),
+    *("ground", "gravity", "loads", "at", "motion", "disturbances", "controllers", "test", "requirements", "studies"),
+    "published",
 )
 _NAMED = frozenset(_ORDER)
 
@@ -312,6 +316,12 @@ def _data(value: Any, path: Path, written: dict[Path, Any]) -> Any:
         return {key: _data(entry, (*path, key), written) for key, entry in value.items()}
     if isinstance(value, tuple):
         return _list(value, path, written)
+    if isinstance(value, Density | DensityTable):
+        return value.written
+    if isinstance(value, GainValue) and value.unit:
+        own, dimension = value.value, Dimension.of_unit(value.unit)
+        assert dimension is not None
+        return format_quantity(own, dimension) if isinstance(own, float) else written[(*path, "value")]
     if isinstance(value, Part):
         if value == _CLAMPED:
             return "clamped"

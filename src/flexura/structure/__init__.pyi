@@ -57,6 +57,7 @@ from flexura.structure.ports import OutputPort as OutputPort
 from flexura.structure.ports import Ports as Ports
 from flexura.structure.ports import actuator_names as actuator_names
 from flexura.structure.ports import default_dofs as default_dofs
+from flexura.structure.ports import sensor_names as sensor_names
 from flexura.structure.sections import SectionGroup as SectionGroup
 from flexura.structure.segments import Segments as Segments
 from flexura.structure.segments import segments as segments

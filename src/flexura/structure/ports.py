@@ -456,6 +456,11 @@ def actuator_names(plan: Plan) -> list[str]:
     return list(_described(plan, "actuator"))
 
 
+def sensor_names(plan: Plan) -> list[str]:
+    """Names of all described sensors as placed."""
+    return list(_described(plan, "sensor"))
+
+
 def default_dofs(plan: Plan, nodes: Sequence[str]) -> list[str]:
     """Names of the free DOFs of nodes."""
     topology = plan.topology

@@ -213,7 +213,7 @@ def state_space(
     if isinstance(system, ModalSystem) and (n is not None or up_to is not None):
         raise OptionError("n and up_to belong to a System; a modal system has its modes already")
     kept = with_residual_modes(modes) if residual_modes else modes
-    model = _first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes)))
+    model = first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes)))
     if balanced is not None:
         model = balance(model, balanced)
     lost = neglected(modes, model, band)
@@ -224,7 +224,7 @@ def state_space(
     return replace(model, neglected=lost, notes=(first, lost.text, *others), warnings=(*model.warnings, *known))
 
 
-def _first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...]) -> StateSpace:
+def first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...]) -> StateSpace:
     """Displacement and velocity of each viscously damped mode as states."""
     r, m = modes.order, len(modes.inputs)
     A = np.zeros((2 * r, 2 * r))

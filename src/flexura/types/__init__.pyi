@@ -4,6 +4,7 @@ from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis import Evidence as Evidence
 from flexura.analysis import Freedom as Freedom
 from flexura.analysis import LeftOut as LeftOut
+from flexura.analysis import Loop as Loop
 from flexura.analysis import MemberStress as MemberStress
 from flexura.analysis import Mode as Mode
 from flexura.analysis import PartStress as PartStress

@@ -7,3 +7,4 @@ from flexura.units.parse import is_unit as is_unit
 from flexura.units.parse import parse_quantity as parse_quantity
 from flexura.units.parse import parse_unit as parse_unit
 from flexura.units.parse import split_quantity as split_quantity
+from flexura.units.parse import to_si as to_si

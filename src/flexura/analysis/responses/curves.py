@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.responses.budget import Budget
 from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
 from flexura.charts import Axis, Chart, Curve, Mark, Panel
 from flexura.structure import unit_of_response
-from flexura.tables import counted, in_hz
+from flexura.tables import counted, in_hz, quantity
 
 MOST_CURVES = 8
 """Curves of one unit."""
@@ -124,3 +125,22 @@ def response_chart(result: FrequencyResponse, group: ResponseGroup, platform: st
         Panel(phase, frequency, Axis("phase", "deg"), marks=marks),
     ]
     return Chart("response", f"Frequency responses in {group.unit}", said, panels)
+
+
+def budget_chart(result: Budget, output: int) -> Chart:
+    """Amplitude density of one output, by number, under all sources, over its cumulative amplitude, that of every
+    source as well."""
+    channel, hz, frequency = result.outputs[output], result.frequency_hz, Axis("frequency", "Hz", log=True)
+    density = Curve(hz, result.amplitude_density[:, output], "all")
+    whole = Curve(hz, result.cumulative[:, output], "all")
+    each = [
+        Curve(hz, np.sqrt(own[:, output]), name, "dashed")
+        for name, own in zip(result.sources, result.up_to, strict=True)
+        if own[-1, output] > SILENT**2 * result.up_to[:, -1, output].sum()
+    ]
+    said = f"rms {quantity(float(result.rms[output]), channel.unit, 4)} of {counted(len(result.sources), 'source')}"
+    panels = [
+        Panel([density], frequency, Axis("density", f"{channel.unit}/sqrt(Hz)", log=True)),
+        Panel([whole, *each], frequency, Axis("cumulative", channel.unit)),
+    ]
+    return Chart(f"budget-{output + 1}", f"Error budget of {channel.name}", said, panels)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.analysis.limits import pose_limits
 from flexura.analysis.model_error import Interval, interval_text, model_errors_near
+from flexura.analysis.responses.closed_loop import LoopState, closed_model, is_closed
 from flexura.analysis.strain import frequency_errors, mesh_warning, motion_meshes, motions, part_meshes, plate_warnings
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
@@ -224,6 +225,7 @@ def frequency_response(
     order: ResponseOrder = "low",
     method: Method = "modal",
     damping: Damping | float | Mapping[str, Any] | None = None,
+    loop: LoopState = "open",
     keep: int | Mapping[str, int] | None = None,
     keep_below: float | None = None,
     reduction: Reduction | None = None,
@@ -242,10 +244,13 @@ def frequency_response(
     stiffness, no mesh). `method`: modal sum with static correction, or direct solution at every frequency, which takes
     any damping, modal ratios by their matrix (`System.damping_matrix`).
 
+    With the `loop` closed, that of the `controllers` described, around modes of the full-order model as in
+    `closed_loop`; inputs and outputs are then references, noises and commands of controllers as well.
+
     Raises ModelError, and OptionError for frequencies that are not positive and finite, unknown channels and
     combinations that make no sense; SolverError at an undamped resonance.
     """
-    requested = _Requested.of(frequency_hz, band, points)
+    requested = RequestedBand.of(frequency_hz, band, points)
     if order not in get_args(ResponseOrder):
         raise OptionError(f"order is low, full or exact, not {order!r}")
     if method not in get_args(Method):
@@ -254,6 +259,10 @@ def frequency_response(
     reducing = {name: value for name, value in given.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
+    if is_closed(loop):
+        if order == "exact" or method != "modal" or quantity or reducing:
+            raise OptionError("order, method, quantity and methods of reduction belong to open loops")
+        return _of_state_space(closed_model(model, parameters, inputs, outputs, damping=damping), requested)
     of_mechanism = (order != "low", method != "modal", quantity, damping is not None, parameters, reducing)
     if isinstance(model, StateSpace | ModalSystem) and any(of_mechanism):
         raise OptionError("order, method, quantity, damping, parameters and methods of reduction belong to a mechanism")
@@ -264,7 +273,7 @@ def frequency_response(
         response = _modal(modes, requested, modes.system)
         return replace(response, known=(*response.known, *truncation_limits(modes, requested.top)))
     channels = {"inputs": inputs, "outputs": outputs, "damping": damping}
-    built = _system(model, parameters, top=requested.top, order=order, reducing=reducing, **channels)
+    built = system_up_to(model, parameters, top=requested.top, order=order, reducing=reducing, **channels)
     built = as_quantity(built, quantity)
     if order == "exact":
         return _exact(built, requested)
@@ -281,14 +290,14 @@ def _listed(names: Sequence[str] | None) -> list[str] | None:
     return None if names is None else [names] if isinstance(names, str) else list(names)
 
 
-class _Resonances(NamedTuple):
+class Resonances(NamedTuple):
     """Natural frequencies (k,), Hz, and their damping ratios (k,)."""
 
     hz: Array
     ratios: Array
 
 
-class _Requested(NamedTuple):
+class RequestedBand(NamedTuple):
     """The frequencies (f,), Hz, that are asked for, in order, and over a band the step between their logarithms, to
     which points around resonances are added; zero where frequencies are given one by one."""
 
@@ -296,7 +305,7 @@ class _Requested(NamedTuple):
     step: float
 
     @classmethod
-    def of(cls, frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> _Requested:
+    def of(cls, frequency_hz: ArrayLike | None, band: tuple[float, float] | None, points: int) -> RequestedBand:
         """Those that a caller gave. Raises OptionError for impossible ones."""
         if (frequency_hz is None) == (band is None):
             raise OptionError("give either frequencies or a band (from, to), Hz")
@@ -320,7 +329,7 @@ class _Requested(NamedTuple):
         """The highest of them."""
         return self.hz[-1]
 
-    def grid(self, resonances: _Resonances) -> Array:
+    def grid(self, resonances: Resonances) -> Array:
         """These frequencies, and of a band points on both sides of every resonance, equally far from each other on its
         circle of Nyquist, and from there outwards to the spacing of the others."""
         if not self.step or not len(resonances.hz):
@@ -338,27 +347,27 @@ class _Requested(NamedTuple):
         return hz[(hz >= self.hz[0]) & (hz <= self.hz[-1])]
 
 
-def _of_state_space(model: StateSpace, requested: _Requested) -> FrequencyResponse:
-    def resonances_up_to(top: float) -> _Resonances:
+def _of_state_space(model: StateSpace, requested: RequestedBand) -> FrequencyResponse:
+    def resonances_up_to(top: float) -> Resonances:
         poles = model.poles()
         if model.dt is not None:
             poles = np.log(poles[np.abs(poles) > 1e-12]) / model.dt
         hz = np.abs(poles) / (2 * np.pi)
         chosen = np.flatnonzero((poles.imag > 0) & (hz <= top))
         chosen = chosen[np.argsort(hz[chosen])]
-        return _Resonances(hz[chosen], (-poles.real / np.abs(poles))[chosen])
+        return Resonances(hz[chosen], (-poles.real / np.abs(poles))[chosen])
 
     resonances = resonances_up_to(requested.top)
     hz = requested.grid(resonances)
     undamped = resonance_limits(hz, *resonances_up_to(requested.top * (1 + NEAR)))
-    known = (*undamped, *band_limits(model, requested.top))
+    known = (*undamped, *band_limits(model, requested.top), *model.warnings)
     H, channels = model.frequency_response(hz), (model.inputs, model.outputs)
     return FrequencyResponse(model.name, hz, H, *channels, *resonances, model.order, model.notes, known)
 
 
-def _modal(modes: ModalSystem, requested: _Requested, unproven: SecondOrder | None) -> FrequencyResponse:
+def _modal(modes: ModalSystem, requested: RequestedBand, unproven: SecondOrder | None) -> FrequencyResponse:
     """The modal sum with static correction."""
-    resonances = _resonances(modes, requested.hz)
+    resonances = resonances_of(modes, requested.hz)
     hz = requested.grid(resonances)
     H = modes.response(hz)
     _refuse_infinite(H, hz)
@@ -366,13 +375,13 @@ def _modal(modes: ModalSystem, requested: _Requested, unproven: SecondOrder | No
     return FrequencyResponse(
         *(modes.system.name, hz, H, modes.inputs, modes.outputs, resonances.hz, resonances.ratios, modes.order),
         notes=(*_notes(modes, hz, resonances), *remainder),
-        known=(*_known(modes, hz), *warnings),
+        known=(*known_limits(modes, hz), *warnings),
         unproven=unproven,
         modes=modes,
     )
 
 
-def _system(
+def system_up_to(
     model: Any,
     parameters: Mapping[str, ArrayLike] | None,
     *,
@@ -411,9 +420,9 @@ def proven(plan: Plan, parameters: Mapping[str, ArrayLike] | None, top: float) -
     return reduced(plan, single, {})
 
 
-def _known(modes: ModalSystem, hz: Array) -> tuple[Diagnostic, ...]:
+def known_limits(modes: ModalSystem, hz: Array) -> tuple[Diagnostic, ...]:
     """Undamped resonances in the range, and meshes that leave the response uncertain."""
-    undamped = resonance_limits(hz, *_resonances(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
+    undamped = resonance_limits(hz, *resonances_of(modes, hz[[0, -1]] * (1 - NEAR, 1 + NEAR)))
     return (*undamped, *response_meshes(modes.system, modes, float(hz[-1])))
 
 
@@ -442,7 +451,7 @@ def response_meshes(
     return warnings if warning is None else (*warnings, warning)
 
 
-def _resonances(modes: ModalSystem, hz: Array) -> _Resonances:
+def resonances_of(modes: ModalSystem, hz: Array) -> Resonances:
     """Natural frequencies in the range of some frequencies, and their damping ratios."""
     if not modes.is_proportional:
         try:
@@ -451,12 +460,12 @@ def _resonances(modes: ModalSystem, hz: Array) -> _Resonances:
             pass
         else:
             own = (poles.poles.imag > 0) & (poles.frequency_hz >= hz[0]) & (poles.frequency_hz <= hz[-1])
-            return _Resonances(poles.frequency_hz[own], poles.ratios[own])
+            return Resonances(poles.frequency_hz[own], poles.ratios[own])
     own = (modes.frequency_hz >= hz[0]) & (modes.frequency_hz <= hz[-1])
-    return _Resonances(modes.frequency_hz[own], modes.total_ratios[own])
+    return Resonances(modes.frequency_hz[own], modes.total_ratios[own])
 
 
-def _notes(modes: ModalSystem, hz: Array, resonances: _Resonances) -> tuple[str, ...]:
+def _notes(modes: ModalSystem, hz: Array, resonances: Resonances) -> tuple[str, ...]:
     model = modes.system.model
     kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
     notes = [f"{kind} model, order {model.order}, {modes.order} modes with static correction"]
@@ -481,11 +490,11 @@ def _refuse_infinite(H: Complex, hz: Array) -> None:
         raise SolverError(f"{in_hz(f, 6)} is an undamped resonance, where the response is infinite: give some damping")
 
 
-def _direct(built: System, requested: _Requested, unproven: SecondOrder | None) -> FrequencyResponse:
+def _direct(built: System, requested: RequestedBand, unproven: SecondOrder | None) -> FrequencyResponse:
     """K + i H + i omega C - omega^2 M solved at every frequency (theory eq. T14)."""
     M, C, K, lossy = built.matrices()
     modes = built.modal(up_to=BEYOND * requested.top)
-    resonances = _resonances(modes, requested.hz)
+    resonances = resonances_of(modes, requested.hz)
     hz = requested.grid(resonances)
     H = np.empty((len(hz), len(built.outputs), len(built.inputs)), dtype=complex)
     K = K if lossy is None else K + 1j * lossy
@@ -505,7 +514,7 @@ def _direct(built: System, requested: _Requested, unproven: SecondOrder | None) 
         H[k] = read * ((1j * w) ** built.derivative)[:, None] + built.D
     _refuse_infinite(H, hz)
     notes = (f"solved directly at every frequency, order {built.order}", *state_of(built.model.design))
-    known = (*_known(modes, hz), *_lost_digits(built))
+    known = (*known_limits(modes, hz), *_lost_digits(built))
     about = (built.inputs, built.outputs, resonances.hz, resonances.ratios, built.order)
     return FrequencyResponse(built.name, hz, H, *about, notes, known, unproven, modes)
 
@@ -527,16 +536,16 @@ def _lost_digits(built: System) -> tuple[Diagnostic, ...]:
     return (Diagnostic("proof", "", lost, SEEN, "1", text),)
 
 
-def _exact(built: System, requested: _Requested) -> FrequencyResponse:
+def _exact(built: System, requested: RequestedBand) -> FrequencyResponse:
     if not isinstance(built.model, FullOrderModel):
         raise OptionError("order exact needs the mechanism, not a system reduced from it")
     exact = ExactResponse(built.model, built.law, built.input_ports, built.output_ports, built.D)
     modes = built.modal(up_to=BEYOND * requested.top)
-    resonances = _resonances(modes, requested.hz)
+    resonances = resonances_of(modes, requested.hz)
     hz = requested.grid(resonances)
     H = np.stack([exact.at(2 * np.pi * f) for f in hz])
     _refuse_infinite(H, hz)
     n = len(exact.kept)
     notes = (f"exact dynamic stiffness over {n} kept DOFs; resonances are those of the finite elements",)
     about = (built.inputs, built.outputs, resonances.hz, resonances.ratios, n)
-    return FrequencyResponse(built.name, hz, H, *about, notes, _known(modes, hz), modes=modes)
+    return FrequencyResponse(built.name, hz, H, *about, notes, known_limits(modes, hz), modes=modes)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.model_error import interval_text, model_errors_near
+from flexura.analysis.responses.closed_loop import LoopState, closed_model, is_closed
 from flexura.analysis.responses.frequency_response import proven
 from flexura.analysis.responses.large_time_response import large_time_response
 from flexura.analysis.responses.stepping import (
@@ -38,7 +39,7 @@ from flexura.mechanism import Damping, Mechanism
 from flexura.reduction import LowOrderModel, Reduction, state_of
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan, actuator_names, matched
-from flexura.systems import ModalSystem, Order, System, system, with_residual_modes
+from flexura.systems import ModalSystem, Order, StateSpace, System, held_exponentials, system, with_residual_modes
 from flexura.tables import SHOWN_AS_ZERO, Item, Line, Table, counted, in_hz, quantity
 
 Method = Literal["exact", "generalised_alpha"]
@@ -201,6 +202,7 @@ def time_response(
     damping: Damping | float | Mapping[str, Any] | None = None,
     order: Order = "low",
     motion: Motion = "small",
+    loop: LoopState = "open",
     keep: int | Mapping[str, int] | None = None,
     keep_below: float | None = None,
     reduction: Reduction | None = None,
@@ -219,6 +221,9 @@ def time_response(
     becomes viscous damping that dissipates the same at each resonance. `generalised_alpha` (Chung and Hulbert 1993,
     with `rho_infinity`) integrates M, C, K as they are, for any damping, with an error of order dt^2.
 
+    With the `loop` closed, that of the `controllers` described, around modes of the full-order model as in
+    `closed_loop`: signals may be references and noises of controllers, `NAME.reference`, outputs their commands.
+
     In `large` motion displacements and rotations are as large as they get, of all elements at `order="full"` or of
     corotational superelements, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
     the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
@@ -227,18 +232,11 @@ def time_response(
     Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
     finite.
     """
-    if not (np.isfinite(dt) and dt > 0):
-        raise OptionError(f"dt is a positive time in s, not {dt}")
-    if hold not in get_args(Hold):
-        raise OptionError(f"hold is zoh or foh, not {hold!r}")
-    if method not in get_args(Method):
-        raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
+    _refuse_unknown(dt, hold, method, motion)
     given = {"keep": keep, "keep_below": keep_below, "reduction": reduction, "tolerance": tolerance, "up_to": up_to}
     reducing = {name: value for name, value in given.items() if value is not None}
     if isinstance(model, Mechanism):
         model = plan_of(model, parameters)
-    if motion not in get_args(Motion):
-        raise OptionError(f"motion is small or large, not {motion!r}")
     known = _known_inputs(model)
     inputs, impulses, start = (_spread(values or {}, known) for values in (inputs, impulses, start))
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
@@ -247,6 +245,10 @@ def time_response(
     signals = _signals(inputs, names, dt, duration)
     excitation = Excitation(signals, dt, _by_name(names, impulses), _by_name(names, start), hold)
     channels: dict[str, Any] = {"inputs": names, "outputs": outputs, "damping": damping}
+    if is_closed(loop):
+        if reducing or keep_modes or method != "exact" or motion != "small" or excitation.start.any():
+            raise OptionError("start, keep_modes, method, large motion and methods of reduction belong to open loops")
+        return _of_state_space(closed_model(model, parameters, names, outputs, damping=damping), excitation)
     if motion == "large":
         if reducing or keep_modes or hold != "foh":
             raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
@@ -263,6 +265,35 @@ def time_response(
         is_resolved = isinstance(chosen.model, FullOrderModel) or isinstance(model, Plan)
         chosen = chosen.modal(up_to=1 / (PER_PERIOD * dt)) if is_resolved else chosen.modal()
     return _exact(chosen, excitation, keep_modes)
+
+
+def _refuse_unknown(dt: float, hold: str, method: str, motion: str) -> None:
+    """Raise OptionError for steps and words that mean nothing."""
+    if not (np.isfinite(dt) and dt > 0):
+        raise OptionError(f"dt is a positive time in s, not {dt}")
+    if hold not in get_args(Hold):
+        raise OptionError(f"hold is zoh or foh, not {hold!r}")
+    if method not in get_args(Method):
+        raise OptionError(f"method is one of {', '.join(get_args(Method))}, not {method!r}")
+    if motion not in get_args(Motion):
+        raise OptionError(f"motion is small or large, not {motion!r}")
+
+
+def _of_state_space(model: StateSpace, excitation: Excitation) -> TimeResponse:
+    """The response of a state space, exact for signals held or linear between samples."""
+    u, dt, impulses, _, hold = excitation
+    stepped = model.discretised(dt, hold)
+    x = model.B @ impulses
+    if hold == "foh":
+        x = x - held_exponentials(model.A, model.B, dt)[2] @ u[:, 0]
+    driven, states = stepped.B @ u, np.empty((model.order, u.shape[1]))
+    for k in range(u.shape[1]):
+        states[:, k] = x
+        x = stepped.A @ x + driven[:, k]
+    y = stepped.C @ states + stepped.D @ u
+    return TimeResponse(
+        model.name, excitation.time, y, u, model.inputs, model.outputs, model.notes, known=model.warnings
+    )
 
 
 def _moving_system(model: Any, parameters: Mapping[str, ArrayLike] | None, **channels: Any) -> System:

@@ -9,6 +9,8 @@ from fnmatch import translate
 from flexura.errors import Path, Problem
 from flexura.mechanism.body import RigidBody
 from flexura.mechanism.channels import ForceActuator, ForceSensor, MotionSensor, PiezoStack, StrainActuator
+from flexura.mechanism.checks.controllers import check_controllers
+from flexura.mechanism.checks.disturbances import check_disturbances
 from flexura.mechanism.checks.survey import Survey, Use, number_of_copies, prefix, suggestion
 from flexura.mechanism.description import Mechanism, Substructure
 from flexura.mechanism.instances import origin_of
@@ -34,6 +36,8 @@ def check_references(survey: Survey) -> None:
     nodes = _Nodes(survey, TOP)
     for what in (_ground, _loads, _pose_and_motion, _test):
         survey.uses[TOP] += what(survey, nodes)
+    check_disturbances(survey, nodes.exposed)
+    check_controllers(survey, nodes.exposed)
 
 
 class _Nodes:

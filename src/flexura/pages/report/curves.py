@@ -12,6 +12,8 @@ from flexura.analysis import (
     FrequencyResponse,
     ResponseGroup,
     Stroke,
+    budget,
+    budget_chart,
     frequency_response,
     phase_in_degrees,
     response_chart,
@@ -25,11 +27,16 @@ from flexura.errors import foremost
 from flexura.mechanism import DOF_NAMES
 from flexura.pages.report.document import Block, Bullets, ChartFigure, Content, Evidence, Fact, Paragraph, Table, warned
 from flexura.pages.report.subject import Subject
+from flexura.tables import Table as ShownTable
 from flexura.tables import number, quantity
 from flexura.units import format_number
 
 MOST_PAIRS = 12
 """Pairs in the table of gains, as many as the command prints."""
+MOST_BUDGETS = 4
+"""Outputs whose budgets are drawn."""
+DRAWN = 240
+"""Frequencies of their curves."""
 SPREAD = 24
 """Frequencies of a chart's table, beside the resonances."""
 
@@ -68,6 +75,34 @@ def frequency_responses(subject: Subject) -> Content:
             count = len(group.left_out) + sum(len(curve.pairs) for curve in group.curves)
             text = f"{len(group.left_out)} of {count} responses in {unit} are left out, the smallest."
             blocks.append(Paragraph(text, "soft"))
+    blocks += warned(found.warnings)
+    return Content(blocks, warnings=found.warnings)
+
+
+def error_budget(subject: Subject) -> Content:
+    """What the disturbances described make of outputs: the table of a design review, and cumulative amplitudes. Raises
+    FlexuraError."""
+    if not subject.mechanism.disturbances:
+        return Content.absent("No `disturbances` are described.")
+    command = subject.commands("budget", [], "")
+    found = budget(subject.plan, subject.parameters)
+    lines = [("loops", found.loop), *(("note", note) for note in found.notes)]
+    review, parts = [own for own in found.presentation() if isinstance(own, ShownTable)]
+    evidence = Evidence(command, lines, essential=True)
+    blocks: list[Block] = [
+        Table.of(dict(review.columns), f"root mean squares, {found.loop} loop", evidence, left=1),
+        Table.of(dict(parts.columns), parts.title, Evidence(command), left=1),
+    ]
+    thin = np.unique(np.linspace(0, len(found.frequency_hz) - 1, DRAWN).astype(int))
+    found = replace(
+        found, frequency_hz=found.frequency_hz[thin], density=found.density[:, thin], up_to=found.up_to[:, thin]
+    )
+    for k in range(min(len(found.outputs), MOST_BUDGETS)):
+        chart = budget_chart(found, k).suited()
+        at = np.unique(np.linspace(0, len(found.frequency_hz) - 1, SPREAD).astype(int))
+        values = {"frequency [Hz]": found.frequency_hz[at].tolist()}
+        values |= {f"cumulative [{found.outputs[k].unit}]": found.cumulative[at, k].tolist()}
+        blocks.append(ChartFigure(chart, Table.of(values, "some of its values", Evidence(command))))
     blocks += warned(found.warnings)
     return Content(blocks, warnings=found.warnings)
 

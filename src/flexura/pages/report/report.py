@@ -19,7 +19,7 @@ from flexura.full_order import plan_of
 from flexura.lazy import plugins
 from flexura.mechanism import Mechanism
 from flexura.mechanism import at as posed
-from flexura.pages.report.curves import frequency_responses, over_the_stroke
+from flexura.pages.report.curves import error_budget, frequency_responses, over_the_stroke
 from flexura.pages.report.document import (
     Block,
     Bullets,
@@ -84,6 +84,7 @@ MAKERS: dict[str, tuple[str, Callable[[Subject], Content]]] = {
     "statics": ("Static response to what is described", static_response),
     "stroke": ("Stroke", over_the_stroke),
     "responses": ("Frequency responses", frequency_responses),
+    "budget": ("Error budget", error_budget),
     "stress": ("Stress and margins", stresses),
     "buckling": ("Preload and buckling", buckling),
     "studies": ("Studies", studies),
@@ -136,10 +137,10 @@ def report(
 ) -> Report:
     """Everything that is known of a mechanism as one HTML page that needs no network.
 
-    The model summary, `n` certified modes, freedoms, statics, the described stroke, frequency responses, stress,
-    buckling, the described studies that are small and the described test, each where it applies; finite elements with
-    `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it again. A section
-    that fails says why, and the others go on.
+    The model summary, `n` certified modes, freedoms, statics, the described stroke, frequency responses, the error
+    budget, stress, buckling, the described studies that are small and the described test, each where it applies; finite
+    elements with `solid`, which take longer. Every number unfolds to its evidence and to the command that makes it
+    again. A section that fails says why, and the others go on.
 
     `parameters` replace default values, `at` is a pose as `flexura.at` takes it; SI. `out` is written, whole or not at
     all, where it is given. `file` is the one that the mechanism was read from: commands name it, and the page tells its

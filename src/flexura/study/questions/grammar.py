@@ -13,7 +13,7 @@ from flexura.expressions import dimension as dimensions
 from flexura.mechanism import DISPLACEMENTS, FORCES, suggestion
 from flexura.units import format_quantity, is_unit, parse_quantity, parse_unit, split_quantity
 
-Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter"]
+Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter", "disturbance"]
 """What an argument names or is."""
 
 Poses = Literal["any", "needed", "same", "none"]
@@ -33,6 +33,7 @@ SIGNS: dict[Argument, str] = {
     "input": "INPUT",
     "hertz": "HZ",
     "parameter": "PARAMETER",
+    "disturbance": "DISTURBANCE",
 }
 """How arguments are written where a name is explained."""
 
@@ -94,6 +95,7 @@ KINDS = {
         Kind("buckling", "factor on all loads at which it buckles", worse="smaller"),
         Kind("frf", "magnitude of the frequency response", ("output", "input", "hertz")),
         Kind("frf_peak", "its largest magnitude in a band", ("output", "input", "hertz", "hertz")),
+        Kind("rms", "root mean square under all disturbances described, or under one", ("output", "disturbance"), 1),
         Kind("parameter", "value of a parameter, as by its name alone", ("parameter",), 0, "same"),
     )
 }

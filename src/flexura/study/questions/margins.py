@@ -40,6 +40,7 @@ NO_EVIDENCE = {
     "buckling": "a buckling factor",
     "frf": "a frequency response",
     "frf_peak": "a frequency response",
+    "rms": "a root mean square",
 }
 """Kinds that there is no evidence for."""
 

@@ -150,6 +150,8 @@ class Reader:
         kind = KINDS[FREQUENCY] if mode else KINDS.get(name)
         if kind is None:
             raise OptionError(unknown_name(name, list(self.plan.mechanism.parameters)))
+        if where.source:
+            arguments = self._under(kind, arguments, where.source, asked.where.is_given)
         pose = self.pose(kind, where, asked.where.is_given)
         read = (mode,) if mode else self.arguments(kind, arguments)
         shown = ", ".join(map(str, read))
@@ -160,6 +162,15 @@ class Reader:
         quantity = Quantity(text + at, self.unit(kind, read), kind.name, read, pose)
         self.refuse_meaningless(quantity)
         return quantity
+
+    def _under(self, kind: Kind, arguments: tuple[str, ...], source: str, is_own: bool) -> tuple[str, ...]:
+        """Arguments with the disturbance under which something is asked, the last of those that may have one."""
+        if "disturbance" in kind.arguments:
+            return (*arguments[: len(kind.arguments) - 1], source)
+        if kind.poses == "same" and not is_own:
+            return arguments
+        known = suggestion(source, self.plan.mechanism.disturbances, "disturbances")
+        raise OptionError(f"{kind.name} under {source}: of a disturbance there is rms(OUTPUT) alone; {known}")
 
     def mode(self, asked: Asked, number: int) -> int:
         """The number of a mode."""
@@ -195,7 +206,10 @@ class Reader:
             return self.hertz(name, text)
         if kind in ("actuator", "input", "output"):
             return self.port(name, kind, text)
-        known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
+        if kind == "disturbance":
+            known = list(self.plan.mechanism.disturbances)
+        else:
+            known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
         if text not in known:
             many = "bodies" if kind == "body" else "parameters"
             raise OptionError(f"{name}({SIGNS[kind]}): there is no {kind} {text!r}; {suggestion(text, known, many)}")
@@ -282,6 +296,8 @@ class Reader:
                 if not read[0].turns:
                     raise OptionError(f"centre_shift({read[0]}): of a rotation, e.g. {read[0].node}.rz")
                 return "m"
+            case "rms":
+                return self.ports.outputs([read[0].known])[0].channel.unit
             case "frf" | "frf_peak":
                 out, into = self.ports.outputs([read[0].known])[0], self.ports.inputs([read[1].known])[0]
                 return unit_of_response(out.channel, into.channel)

@@ -12,7 +12,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from flexura.analysis import driven_displacement, frequency_response, moved_deformations, ratios_to_yield
 from flexura.arrays import Array
-from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, SlopedResponse
+from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, SlopedResponse, SlopedRms
 from flexura.duals import Dual, slope_of
 from flexura.errors import SolverError
 from flexura.full_order import at_rest
@@ -288,6 +288,13 @@ def centre_shift(state: DisplacedState, of: Freedom) -> Any:
     return np.sqrt(across @ across)
 
 
+def rms_of(design: Design, output: Port, under: str | None = None) -> Any:
+    """The root mean square of an output under all disturbances of a design, or under one; with slopes where the design
+    has some, None where these are not known. Raises SolverError where it has no bound."""
+    found = SlopedRms(design, output.known, under)
+    return found.with_slopes() if isinstance(design.values, Dual) else found.value
+
+
 READINGS: dict[str, Callable[..., Any]] = {
     "stiffness": lambda state, of: 1 / state.held.compliance(of.name, of.name),
     "compliance": lambda state, to, by=None: state.held.compliance(to.name, (by or to).name),
@@ -303,6 +310,7 @@ READINGS: dict[str, Callable[..., Any]] = {
     "reach": lambda state, of: stroke_to_yield(state.design, of),
     "frf": lambda state, *of: Response.magnitude_of(state.design, *of),
     "frf_peak": lambda state, *of: Response.magnitude_of(state.design, *of),
+    "rms": lambda state, *of: rms_of(state.design, *of),
 }
 """How a quantity of one design is read of the state that it is asked in, with slopes where the design has some."""
 

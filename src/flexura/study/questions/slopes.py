@@ -93,7 +93,7 @@ class Exact:
                     self._try([k], lambda places: self._read(places[0], self._at_rest))
         for pose in dict.fromkeys(quantity.pose for quantity in quantities if quantity.pose):
             at_it = [k for k, quantity in enumerate(quantities) if quantity.pose == pose]
-            self._try([k for k in at_it if quantities[k].kind not in ("frf", "frf_peak", "reach")], self._posed)
+            self._try([k for k in at_it if quantities[k].kind not in ("frf", "frf_peak", "rms", "reach")], self._posed)
         if not plan.is_posed:
             elsewhere = [k for k, quantity in enumerate(quantities) if quantity.kind in CROSS_MOTIONS]
             self._try([k for k in elsewhere if np.isfinite(self.value[k])], self._clear)
@@ -198,7 +198,7 @@ class Exact:
             self.reason[place] = self._parting(place, state)
         elif quantity.kind == "reach":
             self.reason[place] = f"{quantity.text}: it yields alike at several places that part as parameters move"
-        elif quantity.kind in ("frf", "frf_peak"):
+        elif quantity.kind in ("frf", "frf_peak", "rms"):
             why = "the design is at a kink" if self.value[place] else "it is zero"
             self.reason[place] = f"{quantity.text}: {why}, and has no derivative"
 

@@ -13,11 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator
 
 from flexura.analysis import (
+    Budget,
     FrequencyResponse,
     Pair,
     ResponseCurve,
     ResponseGroup,
     TimeResponse,
+    budget_chart,
     heard,
     response_chart,
     response_group,
@@ -60,6 +62,9 @@ MOST_RESONANCES = 14
 
 MOST_CHANNELS = 12
 """Inputs, and outputs, in a matrix of responses."""
+
+MOST_BUDGETS = 8
+"""Outputs whose budgets are drawn."""
 
 MOST_PANELS = 12
 """Measured responses in one figure."""
@@ -203,6 +208,32 @@ def draw_time(result: TimeResponse, outputs: Sequence[str] | None = None) -> Fig
         axes.margins(x=0.0)
         legend_above(axes)
     every_axes[-1].set_xlabel("time, s", fontsize=10)
+    headline(figure, result.name, result.warnings)
+    return figure
+
+
+@verb
+def draw_budget(result: Budget, outputs: Sequence[str] | None = None) -> Figure:
+    """Amplitude density of outputs on the left, and on the right their cumulative amplitude, with that of every source.
+
+    By default of the first eight. Raises OptionError for outputs that are not there.
+    """
+    names = [c.name for c in result.outputs]
+    chosen = names[:MOST_BUDGETS] if outputs is None else list(outputs)
+    unknown = next((name for name in chosen if name not in names), None)
+    if unknown is not None:
+        raise OptionError(f"there is no output {unknown!r}; known: {', '.join(names)}")
+    hz = result.frequency_hz
+    figure = new_chart((9.0, 0.8 + 2.4 * len(chosen)))
+    rows = figure.subplots(len(chosen), 2, sharex=True, squeeze=False)
+    for (left, right), name in zip(rows, chosen, strict=True):
+        density, cumulative = budget_chart(result, names.index(name)).suited().panels
+        draw_panel(left, replace(density, x=Axis(), title=name), width=1.2)
+        draw_panel(right, replace(cumulative, x=Axis(), title=f"cumulative amplitude of {name}"), width=1.2)
+        right.set_ylim(bottom=0)
+        right.legend(fontsize=6, frameon=False)
+        for axes in (left, right):
+            frequency_axis(axes, float(hz[0]), float(hz[-1]))
     headline(figure, result.name, result.warnings)
     return figure
 
