@@ -39,6 +39,7 @@ SHELL = {
     "understand": ((flexura.understand,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
+    "constraints": ((flexura.constraints,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs

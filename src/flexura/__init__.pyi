@@ -7,6 +7,7 @@ from flexura import types as types
 from flexura import view as view
 from flexura._version import __version__ as __version__
 from flexura.analysis import CheckReport as CheckReport
+from flexura.analysis import Constraints as Constraints
 from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
@@ -17,6 +18,7 @@ from flexura.analysis import Stroke as Stroke
 from flexura.analysis import TimeResponse as TimeResponse
 from flexura.analysis import check as check
 from flexura.analysis import compliance as compliance
+from flexura.analysis import constraints as constraints
 from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes

@@ -153,6 +153,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Comparison": lambda: fx.compare(guide(), n=2, methods=["constraint_modes"]),
     "ComplexModes": lambda: system().modal(3).complex_modes,
     "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), platform=NODE).spectrum,
+    "Constraints": lambda: fx.constraints(guide()),
     "Correlation": lambda: fx.correlate(stage(), test=virtual_test().measurement),
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,

@@ -78,6 +78,11 @@ COMMANDS = {
         "stroke_command",
         "A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness.",
     ),
+    "constraints": _Command(
+        "response",
+        "constraints_command",
+        "Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact.",
+    ),
     "kinetostatics": _Command(
         "response",
         "kinetostatics_command",

@@ -1,12 +1,15 @@
 from flexura.analysis import ActuatorState as ActuatorState
 from flexura.analysis import Clash as Clash
+from flexura.analysis import Competitor as Competitor
 from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis import Evidence as Evidence
 from flexura.analysis import Freedom as Freedom
 from flexura.analysis import LeftOut as LeftOut
+from flexura.analysis import MemberConstraints as MemberConstraints
 from flexura.analysis import MemberStress as MemberStress
 from flexura.analysis import Mode as Mode
 from flexura.analysis import PartStress as PartStress
+from flexura.analysis import Release as Release
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import StrokePose as StrokePose
