@@ -54,6 +54,7 @@ SHELL = {
     "examples": ((), set()),
     "doctor": ((), set()),
     "tolerance": ((flexura.tolerance,), set()),
+    "misalignment": ((flexura.misalignment,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
     "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),

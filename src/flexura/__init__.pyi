@@ -83,7 +83,9 @@ from flexura.study.questions import formula as formula
 from flexura.study.questions import questions as questions
 from flexura.study.questions import relation as relation
 from flexura.study.sweeps import sweep as sweep
+from flexura.study.tolerances import Misalignment as Misalignment
 from flexura.study.tolerances import Tolerance as Tolerance
+from flexura.study.tolerances import misalignment as misalignment
 from flexura.study.tolerances import tolerance as tolerance
 from flexura.systems import ModalSystem as ModalSystem
 from flexura.systems import StateSpace as StateSpace

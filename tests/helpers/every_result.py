@@ -167,6 +167,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "MeasuredFRF": lambda: virtual_test().measurement.frfs[0],
     "MeasuredFrequencies": lambda: fx.testing.MeasuredFrequencies.of([10.0, None, 30.0], name=NAME),
     "Measurement": lambda: virtual_test().measurement,
+    "Misalignment": lambda: fx.misalignment(guide(), mounts={"leaf2.*": (1e-4, 1e-3)}, node=NODE, samples=2),
     "ModalSystem": lambda: system().modal(3),
     "ModePairing": mode_pairing,
     "Modes": lambda: fx.modes(guide(), n=3),

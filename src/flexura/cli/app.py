@@ -121,6 +121,11 @@ COMMANDS = {
         "tolerance_command",
         "What tolerances do: spread, share of good parts, worst case, and which tolerance to tighten first.",
     ),
+    "misalignment": _Command(
+        "studies",
+        "misalignment_command",
+        "What mountings that are off by tolerances do: assembly loads, frequencies, buckling, stress and support.",
+    ),
     "calibrate": _Command(
         "testing",
         "calibrate_command",
