@@ -25,8 +25,8 @@ from flexura.study.questions import Formula as Formula
 from flexura.study.questions import Quantity as Quantity
 from flexura.study.questions import Relation as Relation
 from flexura.study.questions import Slopes as Slopes
+from flexura.study.tolerances import MisalignedQuantity as MisalignedQuantity
 from flexura.study.tolerances import Mount as Mount
-from flexura.study.tolerances import Spread as Spread
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import Neglected as Neglected
 from flexura.understanding import ComparedMode as ComparedMode

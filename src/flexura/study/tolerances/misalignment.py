@@ -30,6 +30,7 @@ from flexura.motion import (
     buckling_factor,
     described_loads,
     end_forces,
+    refuse_jump,
 )
 from flexura.records import Record
 from flexura.results import Tabular
@@ -37,7 +38,7 @@ from flexura.structure import FullOrderModel, Plan
 from flexura.study.space import Sobol
 from flexura.tables import Facts, Item, Table, number, quantity
 
-SMALLEST_SHARE = 1 / 64
+SMALLEST_SHARE = 1 / 512
 """Least part of a misalignment that is put on at once."""
 
 PERCENTILES = (5.0, 50.0, 95.0)
@@ -53,7 +54,7 @@ class Mount(Record):
 
 
 @dataclass(frozen=True, repr=False)
-class Spread(Record):
+class MisalignedQuantity(Record):
     """A quantity over misalignments: its value when all is in place, its percentiles (5, 50, 95 %) over the samples,
     the worst that was found, at `offsets` of the mounts (6 m,), m and rad, and the largest effect of one direction of
     one mount alone, by its name."""
@@ -72,17 +73,17 @@ class Misalignment(Tabular):
     """What misaligned mountings do (theory eqs. O7-O8).
 
     `offsets` (k, 6 m) are those of all mounts that were looked at, m and rad, first none, then each direction to either
-    side, then the samples, from number `first_sample` on, last the corners; `values` (k, q) are quantities at these,
-    NaN where there is no equilibrium. `spreads` says of each quantity what it may come to.
+    side, then the samples, from number `first_sample` on, last the corners; `values` (k, q) are the quantities at
+    these, NaN where there is no equilibrium. `quantities` say what each may come to.
     """
 
-    _shown = ("name", "mounts", "spreads")
+    _shown = ("name", "mounts", "quantities")
 
     name: str
     node: str
     mounts: tuple[Mount, ...]
     move: dict[str, float]
-    spreads: tuple[Spread, ...]
+    quantities: tuple[MisalignedQuantity, ...]
     offsets: Array
     values: Array
     first_sample: int
@@ -93,12 +94,12 @@ class Misalignment(Tabular):
     def _title(self) -> str:
         return f"{self.samples} samples of {len(self.mounts)} misaligned mounts"
 
-    def spread(self, name: str) -> Spread:
-        """The spread of a quantity by its name. Raises OptionError for others."""
-        for own in self.spreads:
+    def quantity(self, name: str) -> MisalignedQuantity:
+        """One of the quantities by its name. Raises OptionError for others."""
+        for own in self.quantities:
             if own.name == name:
                 return own
-        raise OptionError(f"there is no {name!r}; there are {', '.join(own.name for own in self.spreads)}")
+        raise OptionError(f"there is no {name!r}; there are {', '.join(own.name for own in self.quantities)}")
 
     def presentation(self) -> Iterator[Item]:
         tolerances = {
@@ -109,7 +110,7 @@ class Misalignment(Tabular):
             for own in self.mounts
         }
         yield Facts({"misaligned": tolerances, "node": self.node})
-        shown = [(own, _shown_in(own)) for own in self.spreads]
+        shown = [(own, _shown_in(own)) for own in self.quantities]
         yield Table(
             {
                 "quantity": [own.name for own, _ in shown],
@@ -127,11 +128,11 @@ class Misalignment(Tabular):
     def _columns(self) -> dict[str, Any]:
         names = [f"{m.node} {dof} [{'m' if k < 3 else 'rad'}]" for m in self.mounts for k, dof in enumerate(DOF_NAMES)]
         found = dict(zip(names, self.offsets.T, strict=True))
-        heads = [f"{own.name} [{own.unit}]" if own.unit else own.name for own in self.spreads]
+        heads = [f"{own.name} [{own.unit}]" if own.unit else own.name for own in self.quantities]
         return found | dict(zip(heads, self.values.T, strict=True))
 
 
-def _shown_in(own: Spread) -> Any:
+def _shown_in(own: MisalignedQuantity) -> Any:
     return lambda value: "" if np.isnan(value) else (quantity(value, own.unit, 4) if own.unit else number(value, 4))
 
 
@@ -183,7 +184,7 @@ def misalignment(
         node=work.node_name,
         mounts=found,
         move=dict(move or {}),
-        spreads=tuple(_spreads(work.names, offsets, values, inside, [labels[k] for k in used])),
+        quantities=tuple(_quantities(work.names, offsets, values, inside, [labels[k] for k in used])),
         offsets=offsets,
         values=values,
         first_sample=len(single),
@@ -292,18 +293,24 @@ class _Assembly:
 
     def _state(self, offsets: Array) -> Equilibrium | None:
         """The equilibrium with mounts at offsets (m, 6), put on little by little where it must be."""
-        state, done, share = self.in_place, 0.0, 1.0
+        equations, state, done, share = self.equations, self.in_place, 0.0, 1.0
         while done < 1.0:
             part = min(share, 1.0 - done)
-            step = np.zeros(self.equations.model.dof.shape)
+            step = np.zeros(equations.model.dof.shape)
             step[self.roots] = part * offsets
+            start = state.frames.moved(step)
             try:
-                state = self.equations.solve(state.frames.moved(step), state.loads, self.targets)
-                done += part
+                tangent, missing = equations.tangent(start, state.loads, state.drive)
+                gap = self.targets - equations.travelled(start)
+                predicted = start.moved(equations.displacements(equations.solver(tangent)(missing, gap)[0]))
+                after = equations.solve(predicted, state.loads, self.targets)
+                refuse_jump(equations, state.frames, predicted, after.frames)
             except SolverError:
                 share = part / 2
                 if share < SMALLEST_SHARE:
                     return None
+                continue
+            state, done = after, done + part
         return state
 
     def _reactions(self, state: Equilibrium) -> Array:
@@ -332,7 +339,8 @@ class _Assembly:
         """Where there is no equilibrium, where it is not stable, and where motion is beyond its limits."""
         lost = int(np.isnan(values).all(axis=1).sum())
         if lost:
-            text = f"{lost} of {len(values)} misalignments have no equilibrium that leads on from that in place"
+            text = f"{lost} of {len(values)} misalignments have no equilibrium that leads on from that in place:"
+            text += " it buckles on the way, and what is worst is not known"
             yield Diagnostic("no equilibrium", "", lost, 0.0, "1", text)
         first = next(k for k, (name, _, _) in enumerate(self.names) if name == "f1")
         buckled = int((values[:, first] < 0).sum())
@@ -362,16 +370,16 @@ def _corners(names: Sequence[tuple[str, str, int]], offsets: Array, values: Arra
     return np.unique(np.array(corners), axis=0)
 
 
-def _spreads(
+def _quantities(
     names: Sequence[tuple[str, str, int]], offsets: Array, values: Array, inside: slice, labels: Sequence[str]
-) -> Iterator[Spread]:
+) -> Iterator[MisalignedQuantity]:
     worst = _worst(names, values)
     for q, (name, unit, _) in enumerate(names):
         drawn = values[inside, q]
         drawn = drawn[~np.isnan(drawn)]
         shares = np.percentile(drawn, PERCENTILES).tolist() if len(drawn) else [np.nan] * len(PERCENTILES)
         alone = np.nan_to_num(np.abs(values[1 : inside.start, q] - values[0, q])).reshape(-1, 2).max(axis=1)
-        yield Spread(
+        yield MisalignedQuantity(
             name,
             unit,
             float(values[0, q]),
