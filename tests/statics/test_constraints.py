@@ -12,6 +12,7 @@ from helpers.counted_stages import B, E, L, T, crossed, folded, guide, hexapod, 
 from helpers.over import over
 
 GALLERY = Path(fx.__file__).parent / "gallery"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 TURNED = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 PLACES = [{}, {"scale": 1e-4}, {"scale": 1e3}, {"Q": TURNED, "shift": (5.0, -70.0, 3.0)}, {"E": 1e3}, {"E": 1e15}]
 
@@ -155,3 +156,44 @@ def test_springs_are_soft_and_nothing_elastic_is_refused():
     )
     with pytest.raises(OptionError, match="nothing in this mechanism is elastic"):
         fx.constraints(nothing)
+
+
+def test_superelements_count_by_what_lies_between_their_nodes():
+    """Leaves as matrices of another program, and a thin wire with a tip that is no described body."""
+    found = fx.constraints(fx.load(EXAMPLES / "imported" / "guide.yaml"))
+    assert counts(found) == (1, 5, 1) and found.freedoms == ("carriage.tx",)
+    assert {(own.member, own.along) for own in found.competitors} == {(f"leaf{k}.part", "about x") for k in (1, 2)}
+    assert [own.left for own in found.releases] == [0, 0]
+
+
+def test_a_rod_on_two_diaphragms_may_not_be_twisted_in():
+    plates = {
+        name: f"{{nodes: [rim{k}, hub{k}], rim_diameter: 40 mm, hub_diameter: 10 mm, thickness: 0.2 mm, "
+        "material: steel, normal: z}"
+        for k, name in enumerate(("low", "high"))
+    }
+    own = fx.loads(
+        f"""
+materials: {{steel: {{E: 200 GPa, nu: 0.3, rho: 7800 kg/m^3}}}}
+nodes: {{rim0: [0, 0, 0], hub0: [0, 0, 0], rim1: [0, 0, 40 mm], hub1: [0, 0, 40 mm]}}
+diaphragms: {{low: {plates["low"]}, high: {plates["high"]}}}
+bodies:
+  rod: {{centre: [0, 0, 20 mm], mass: 10 g, inertia: [1 kg*mm^2, 1 kg*mm^2, 1 kg*mm^2], carries: ["hub*"]}}
+ground: {{"rim*": clamped}}
+"""
+    )
+    found = fx.constraints(own)
+    assert counts(found) == (1, 0, 1) and found.freedoms == ("rod.tz",)
+    assert {(own.member, own.along) for own in found.competitors} == {("low", "about z"), ("high", "about z")}
+
+
+def test_supports_of_single_dofs_compete_as_members_do():
+    """A stage on a leaf whose far side is held in one direction: along the leaf's width it is held twice."""
+    leaf = (("g0", (0, 0, 0)), ("e0", (0, 0, L)), (1, 0, 0))
+    for dof, twice in (("tx", 0), ("ty", 1)):
+        own = stage({"leaf": leaf}, ground=("g0",))
+        held = own.model_copy(update={"ground": {**own.ground, "stage": fx.describe.Support(fixed=(dof,))}})
+        found = fx.constraints(held)
+        assert (len(found.freedoms), found.over) == (2 + twice, twice)
+        if twice:
+            assert "stage" in {own.member for own in found.competitors}

@@ -13,7 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from flexura.analysis.static.counting import Count, part_between
-from flexura.analysis.static.deformations import GROUND, LEAST_GAP, Skeleton, skeleton
+from flexura.analysis.static.deformations import GROUND, LEAST_GAP, SUPPORT, Skeleton, skeleton
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.errors import Diagnostic, OptionError
@@ -32,7 +32,11 @@ COMPETES = 1e-3
 DIRECTION = 1e-6
 """Components of a direction below this are none."""
 
+SOFTEN = "make it soft in this"
+"""What may be done to parts, diaphragms, stacks and supports."""
+
 CHANGES = (
+    (SOFTEN, ()),
     ("add a notch across its middle", ("bending",)),
     ("fold it across its middle", ("stretch", "bending")),
     ("thin it to a wire", ("shear", "bending", "twist")),
@@ -102,7 +106,7 @@ class Release(Record):
 
 @dataclass(frozen=True, repr=False)
 class Constraints(Tabular):
-    """Freedoms, constraints and over-constraints of a mechanism, or between two of its bodies (theory eqs. O1-O6).
+    """Freedoms, constraints and over-constraints of a mechanism, or between two of its bodies (theory eqs. Y4-Y9).
 
     `held` is the body relative to which others move and `between` the two that were asked for, if any. `freedoms` of
     the described bodies are by the coordinates that determine them; `internal` freedoms leave these bodies at rest.
@@ -216,7 +220,7 @@ def constraints(
     *,
     between: Sequence[str] | None = None,
 ) -> Constraints:
-    """Freedoms, constraints and over-constraints of a mechanism, or `between` two of its bodies (theory eqs. O1-O6).
+    """Freedoms, constraints and over-constraints of a mechanism, or `between` two of its bodies (theory eqs. Y4-Y9).
 
     Deformations of every member are divided into stiff ones, its constraints, and soft ones by a gap in its stiffness.
     Bodies and links are rigid. Motions of the bodies whose energy is in soft deformations are freedoms, and forces that
@@ -325,7 +329,8 @@ def _competitors(found: Skeleton, count: Count) -> Iterator[Competitor]:
     """Deformations that take part in over-constraints, group by group."""
     P = count.stress @ count.stress.T
     shares = np.diagonal(P)
-    at = np.flatnonzero(shares > COMPETES)
+    support = np.array([found.elastic[k].kind == "support" for k in count.owner[:, 0]], dtype=bool)
+    at = np.flatnonzero(shares > np.where(support, COMPETES / SUPPORT**2, COMPETES))
     label = connected_components(coo_array((np.abs(P) > COMPETES).astype(float)), directed=False)[1][at]
     groups = {own: k + 1 for k, own in enumerate(dict.fromkeys(label.tolist()))}
     for row, own in sorted(zip(at.tolist(), label.tolist(), strict=True), key=lambda pair: groups[pair[1]]):
@@ -353,11 +358,13 @@ def _changes(found: Skeleton, count: Count, members: Collection[str]) -> Iterato
             if len(at) and (len(at) < len(rows) or change == CHANGES[-1][0]):
                 yield own.name, change, at
         if own.kind != "member":
+            for row in rows:
+                yield own.name, SOFTEN, np.array([row])
             yield own.name, CHANGES[-1][0], rows
 
 
 def _releases(found: Skeleton, count: Count, members: Collection[str]) -> Iterator[Release]:
-    """Changes of one member that take away over-constraints and add no freedom (theory eq. O6)."""
+    """Changes of one member that take away over-constraints and add no freedom (theory eq. Y9)."""
     seen = set()
     for member, change, rows in _changes(found, count, members):
         if (member, rows.tobytes()) not in seen and _adds_no_freedom(count.stress[rows]):

@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from flexura.analysis.static.deformations import SUPPORT, Skeleton
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
+from flexura.sizes import within
 from flexura.thresholds import ROUND_OFF
 
 HALF = 0.5
@@ -49,7 +50,7 @@ def part_between(found: Skeleton, pair: tuple[int, int] | None) -> tuple[int, In
 
 @dataclass(frozen=True)
 class Count:
-    """Freedoms and over-constraints of what is `chosen` of all that is elastic, with one body `held` (theory eq. O4).
+    """Freedoms and over-constraints of what is `chosen` of all that is elastic, with one body `held` (theory eq. Y7).
 
     `owner` (s, 2) says which stiff deformation of which member each of the s constraints is. `odds` are the energy in
     stiff deformations over that in soft ones of all motions that strain something, descending, of which the first
@@ -91,6 +92,8 @@ class Count:
         if len(chosen) == len(found.elastic):
             bodies |= {*found.described}
         moving = sorted(bodies - {held})
+        n = sum(len(found.divisions[k].rows) for k in chosen)
+        within("dense_entries", n * max(n, 6 * len(moving)), f"the constraint matrix of {n} deformations")
         stiff, soft, owner = _rows(found, moving, chosen, turned)
         A = np.concatenate([stiff, soft])
         unit = np.linalg.norm(A, axis=0)

@@ -161,7 +161,7 @@ class Skeleton:
 
 
 def skeleton(model: FullOrderModel) -> Skeleton:
-    """Bodies and what is elastic between them, divided into stiff and soft deformations (theory eqs. O1-O3).
+    """Bodies and what is elastic between them, divided into stiff and soft deformations (theory eqs. Y4-Y6).
 
     Links are rigid, but for those that turn more easily under a moment than the stiffest flexure does; without flexures
     all links are elastic.
@@ -492,7 +492,7 @@ def _between_nodes(K: Array, x: Array) -> tuple[Array, Array]:
 
 
 def _divisions(elastic: Sequence[Elastic], size: float) -> list[Division]:
-    """The division of each (theory eq. O2).
+    """The division of each (theory eq. Y5).
 
     By itself where the first gap above its softest deformation is clear at its own length; else rotations may also be
     counted at the radius of gyration of what holds its bodies, whichever gives the larger gap. Where that is not clear

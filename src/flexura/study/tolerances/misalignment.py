@@ -1,5 +1,5 @@
 """What mountings that are not where they should be do to a mechanism: assembly loads, stress, frequencies, buckling and
-support stiffness, with large displacements (theory eqs. O7-O8)."""
+support stiffness, with large displacements (theory eqs. Y10-Y11)."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class MisalignedQuantity(Record):
 
 @dataclass(frozen=True, repr=False)
 class Misalignment(Tabular):
-    """What misaligned mountings do (theory eqs. O7-O8).
+    """What misaligned mountings do (theory eqs. Y10-Y11).
 
     `offsets` (k, 6 m) are those of all mounts that were looked at, m and rad, first none, then each direction to either
     side, then the samples, from number `first_sample` on, last the corners; `values` (k, q) are the quantities at
@@ -148,7 +148,7 @@ def misalignment(
     samples: int = 64,
     seed: int = 0,
 ) -> Misalignment:
-    """What mountings that are off by tolerances do to a mechanism, large displacements included (theory eqs. O7-O8).
+    """What mountings that are off by tolerances do to a mechanism, large displacements included (theory eqs. Y10-Y11).
 
     `mounts` are tolerances, plus or minus, of nodes that the ground clamps, wildcards allowed: of position, m, and of
     rotation, rad, or of six directions. All are put on at once, evenly spread in scrambled Sobol' points, and each
