@@ -287,12 +287,13 @@ def misalignment_command(
     """What mountings that are off by tolerances do: assembly loads, frequencies, buckling, stress and support."""
     from flexura.study.tolerances import misalignment
 
+    moved: dict[str, Any] = dict(moves_of(move or []))
     result = misalignment(
         mechanism,
         parameters,
         mounts=mounts_of(mount),
         node=node,
-        move=moves_of(move or []),
+        move=moved,
         n=n,
         samples=samples,
         seed=seed,

@@ -257,7 +257,7 @@ def constraints(
         releases=releases,
         exact=tuple(_exact(found, count, {c.member for c in competitors})),
         notes=found.notes if found.ground is not None else (*found.notes, _UNHELD),
-        warnings=tuple(_doubts(members, fixed, free)),
+        warnings=tuple(_unclear(members, fixed, free)),
     )
 
 
@@ -305,7 +305,7 @@ def _member(found: Skeleton, k: int) -> MemberConstraints:
     return MemberConstraints(own.name, own.kind, bodies, stiff, soft, tuple(stiffness.tolist()), d.gap, d.length)
 
 
-def _doubts(members: Sequence[MemberConstraints], fixed: float, free: float) -> Iterator[Diagnostic]:
+def _unclear(members: Sequence[MemberConstraints], fixed: float, free: float) -> Iterator[Diagnostic]:
     """Where stiff and soft, constrained and free, are not far apart."""
     for m in members:
         if m.gap < LEAST_GAP:

@@ -80,7 +80,7 @@ class Elastic:
     """Where a member begins and ends (2, 3), m."""
 
     @property
-    def own_length(self) -> float:
+    def elastic_length(self) -> float:
         """The length, m, at which it is as compliant in translation as in rotation, l / sqrt(12) of a straight leaf;
         nan where there is none."""
         size = np.sqrt(np.diagonal(self.stiffness))
@@ -176,7 +176,7 @@ def skeleton(model: FullOrderModel) -> Skeleton:
     middles = np.array([own.centre for own in elastic]).reshape(-1, 3)
     size = float(np.sqrt(np.square(middles - middles.mean(axis=0)).sum(axis=1).mean())) if len(middles) else 0.0
     if not size:
-        size = next((own.own_length for own in elastic if np.isfinite(own.own_length)), 1.0)
+        size = next((own.elastic_length for own in elastic if np.isfinite(own.elastic_length)), 1.0)
     return Skeleton(
         tuple(found.names[b] for b in used),
         found.points[used],
@@ -520,7 +520,7 @@ def _divisions(elastic: Sequence[Elastic], size: float) -> list[Division]:
 
 def _by_itself(own: Elastic, around: float) -> Division:
     """The clearer of its divisions at its own length and at that of what is around it."""
-    at_own = own.own_length
+    at_own = own.elastic_length
     if not np.isfinite(at_own):
         return own.divided(around)
     alone = own.divided(at_own, first=True)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis import driven_displacement
-from flexura.analysis.strain import moved_deformations, ratios_to_yield
+from flexura.analysis import driven_displacement, moved_deformations, ratios_to_yield
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
 from flexura.deadline import checkpoint
@@ -190,7 +189,7 @@ def misalignment(
         first_sample=len(single),
         samples=samples,
         notes=("the worst found is that of the samples and of corners to which single directions point",),
-        warnings=tuple(work.doubts(values)),
+        warnings=tuple(work.warned(values)),
     )
 
 
@@ -335,7 +334,7 @@ class _Assembly:
         margins = [np.nan if buckles is None else buckles, 1 / largest if largest > 0 else np.nan]
         return np.concatenate([loads, hertz, margins, stiffness])
 
-    def doubts(self, values: Array) -> Iterator[Diagnostic]:
+    def warned(self, values: Array) -> Iterator[Diagnostic]:
         """Where there is no equilibrium, where it is not stable, and where motion is beyond its limits."""
         lost = int(np.isnan(values).all(axis=1).sum())
         if lost:
