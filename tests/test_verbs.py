@@ -39,6 +39,7 @@ SHELL = {
     "understand": ((flexura.understand,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
+    "constraints": ((flexura.constraints,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
     "budget": ((flexura.budget,), set()),
@@ -54,6 +55,7 @@ SHELL = {
     "examples": ((), set()),
     "doctor": ((), set()),
     "tolerance": ((flexura.tolerance,), set()),
+    "misalignment": ((flexura.misalignment,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
     "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),

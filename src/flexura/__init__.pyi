@@ -9,6 +9,7 @@ from flexura._version import __version__ as __version__
 from flexura.analysis import Budget as Budget
 from flexura.analysis import CheckReport as CheckReport
 from flexura.analysis import ClosedLoop as ClosedLoop
+from flexura.analysis import Constraints as Constraints
 from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
@@ -21,6 +22,7 @@ from flexura.analysis import budget as budget
 from flexura.analysis import check as check
 from flexura.analysis import closed_loop as closed_loop
 from flexura.analysis import compliance as compliance
+from flexura.analysis import constraints as constraints
 from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes
@@ -88,7 +90,9 @@ from flexura.study.requirements import Requirement as Requirement
 from flexura.study.requirements import Requirements as Requirements
 from flexura.study.requirements import requirements as requirements
 from flexura.study.sweeps import sweep as sweep
+from flexura.study.tolerances import Misalignment as Misalignment
 from flexura.study.tolerances import Tolerance as Tolerance
+from flexura.study.tolerances import misalignment as misalignment
 from flexura.study.tolerances import tolerance as tolerance
 from flexura.systems import ModalSystem as ModalSystem
 from flexura.systems import StateSpace as StateSpace

@@ -45,6 +45,11 @@ from flexura.analysis.responses.signals import read_signals as read_signals
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response
+from flexura.analysis.static.constraints import Competitor as Competitor
+from flexura.analysis.static.constraints import Constraints as Constraints
+from flexura.analysis.static.constraints import MemberConstraints as MemberConstraints
+from flexura.analysis.static.constraints import Release as Release
+from flexura.analysis.static.constraints import constraints as constraints
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
 from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics

@@ -118,6 +118,26 @@ def loads_of(texts: list[str] | None, option: str = "--load") -> dict[str, list[
     return loads
 
 
+def mounts_of(texts: list[str] | None) -> dict[str, list[float]]:
+    """Tolerances (2,) or (6,) of mounts by node, m and rad. Raises OptionError for text that is none, and for nodes
+    that are named twice."""
+    example = "'leaf1.foot=0.1 mm,1 mrad'"
+    kinds = {
+        count: [Kind("a length", "m", example)] * (count // 2) + [Kind("an angle", "rad", example)] * (count // 2)
+        for count in (2, 6)
+    }
+    mounts: dict[str, list[float]] = {}
+    for text in texts or []:
+        node, equals, numbers = text.partition("=")
+        with named("--mount", text):
+            parts = numbers.split(",")
+            if not equals or not node.strip() or len(parts) not in kinds:
+                raise OptionError(f"NODE=LENGTH,ANGLE or NODE=X,Y,Z,RX,RY,RZ is expected, with units, e.g. {example}")
+            add_once(mounts, node.strip(), [], "has tolerances already; give them once")
+            mounts[node.strip()] = _amounts(parts, kinds[len(parts)])
+    return mounts
+
+
 def _amounts(parts: Sequence[str], kinds: Sequence[Kind], read: Callable[[str, Kind], float] | None = None) -> Any:
     """Numbers in SI, each with a unit of its kind, or without one with that of the next that has one; 0 needs none.
 

@@ -78,6 +78,11 @@ COMMANDS = {
         "stroke_command",
         "A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness.",
     ),
+    "constraints": _Command(
+        "response",
+        "constraints_command",
+        "Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact.",
+    ),
     "kinetostatics": _Command(
         "response",
         "kinetostatics_command",
@@ -120,6 +125,11 @@ COMMANDS = {
         "studies",
         "tolerance_command",
         "What tolerances do: spread, share of good parts, worst case, and which tolerance to tighten first.",
+    ),
+    "misalignment": _Command(
+        "studies",
+        "misalignment_command",
+        "What mountings that are off by tolerances do: assembly loads, frequencies, buckling, stress and support.",
     ),
     "calibrate": _Command(
         "testing",

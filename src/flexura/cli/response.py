@@ -54,6 +54,23 @@ def statics_command(
     return Answer(result, result.presentation(node), "save_statics", data=lambda: result.to_dict(node))
 
 
+@command("strict", out="Write the table of members: .csv or .parquet.")
+def constraints_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    between: Annotated[
+        str | None,
+        typer.Option(metavar="NODE,NODE", help="Only what lies between two bodies, e.g. 'ground,table'."),
+    ] = None,
+) -> Answer:
+    """Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact."""
+    from flexura.analysis import constraints
+
+    pair = None if between is None else [name.strip() for name in between.split(",")]
+    return Answer(constraints(mechanism, parameters, between=pair))
+
+
 @command("plot", "dpi", "strict")
 def kinetostatics_command(
     mechanism: Mechanism,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from flexura.cli.amounts import names_of
+from flexura.cli.amounts import mounts_of, moves_of, names_of
 from flexura.cli.options import Answer, File, Settings, command, read, say
 from flexura.cli.progress import designs_shown, rounds_shown
 from flexura.cli.terminal import TABLES, write_table
@@ -262,3 +262,47 @@ def optimize_command(
             result.save(out or Path(), base=file)
 
     return Answer(result, pictures="save_optimum", write=write, after=refuse if suffix in MODELS else None)
+
+
+@command("strict", out="Write the table of misalignments: .csv or .parquet.")
+def misalignment_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    mount: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--mount",
+            metavar="NODE=LENGTH,ANGLE",
+            help="A clamped node (* allowed) and how far off it may be, e.g. 'leaf2.foot=0.1 mm,1 mrad', or"
+            " X,Y,Z,RX,RY,RZ. May be repeated.",
+        ),
+    ] = None,
+    node: Annotated[
+        str | None, typer.Option(metavar="NODE", help="Whose support is looked at: the only body by default.")
+    ] = None,
+    move: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--move", metavar="NODE.AXIS=VALUE", help="Prescribed displacement, as in stroke. May be repeated."
+        ),
+    ] = None,
+    n: Annotated[int, typer.Option("-n", min=1, help="Number of frequencies.")] = 3,
+    samples: Annotated[int, typer.Option(min=0, help="Number of Sobol' points.")] = 64,
+    seed: Annotated[int, typer.Option(min=0, help="Names the samples.")] = 0,
+) -> Answer:
+    """What mountings that are off by tolerances do: assembly loads, frequencies, buckling, stress and support."""
+    from flexura.study.tolerances import misalignment
+
+    moved: dict[str, Any] = dict(moves_of(move or []))
+    result = misalignment(
+        mechanism,
+        parameters,
+        mounts=mounts_of(mount),
+        node=node,
+        move=moved,
+        n=n,
+        samples=samples,
+        seed=seed,
+    )
+    return Answer(result)

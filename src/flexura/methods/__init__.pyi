@@ -4,6 +4,9 @@ from flexura.methods.compare import Progress as Progress
 from flexura.methods.compare import compare as compare
 from flexura.methods.compare import progressively as progressively
 from flexura.methods.discrete_models import low_order_solution as low_order_solution
+from flexura.methods.discrete_models import members_as_chains as members_as_chains
+from flexura.methods.discrete_models import motion_labels as motion_labels
+from flexura.methods.discrete_models import rigid_bodies as rigid_bodies
 from flexura.methods.dynamic_stiffness import dynamic_stiffness as dynamic_stiffness
 from flexura.methods.exact_response import ExactResponse as ExactResponse
 from flexura.methods.solution import Counterpart as Counterpart

@@ -195,8 +195,8 @@ def _members(model: FullOrderModel) -> tuple[list[SegmentChains], list[SegmentCh
     for name in model.matrices:
         part, described = model.plan.parts[name], model.plan.layout.prototypes[name].flexures
         flexible = np.array([member in described for member in part.members], dtype=bool)
-        flexures += segment_chains(model, name, _as_chains(part, np.flatnonzero(flexible)), pieces=2)
-        links += segment_chains(model, name, _as_chains(part, np.flatnonzero(~flexible)), pieces=2)
+        flexures += segment_chains(model, name, members_as_chains(part, np.flatnonzero(flexible)), pieces=2)
+        links += segment_chains(model, name, members_as_chains(part, np.flatnonzero(~flexible)), pieces=2)
     stiffest = min((float(chains.turning.min()) for chains in flexures), default=np.inf)
     easy = [chains.turning >= stiffest for chains in links]
     compliant = [chains.take(turns) for chains, turns in zip(links, easy, strict=True) if turns.any()]
@@ -209,8 +209,8 @@ def _placed(model: FullOrderModel, sets: list[SegmentChains]) -> int:
     return sum(len(chains.nodes) * len(chains.numbers(model)) for chains in sets)
 
 
-def _as_chains(part: Part, members: Index) -> list[ChainGroup]:
-    """Members as chains, those with equal numbers of elements together."""
+def members_as_chains(part: Part, members: Index) -> list[ChainGroup]:
+    """Members of a part, by their places in its list, as chains, those with equal numbers of elements together."""
     groups = []
     for n in np.unique(part.counts[members]):
         elements = part.first[members[part.counts[members] == n]][:, None] + np.arange(n)
@@ -230,8 +230,8 @@ def _end_masses(chains: SegmentChains, near: int) -> Array:
 
 
 def _to_bodies(model: FullOrderModel, bodies: RigidBodies, chains: SegmentChains) -> tuple[Index, Array]:
-    """Columns (copies, c, 12) of the bodies at both ends, and displacements (copies, c, 12, 12) of the end nodes from
-    those of the bodies, in the part's frame."""
+    """Columns (copies, c, 12) of the bodies at both ends, six to a body, and displacements (copies, c, 12, 12) of the
+    end nodes from those of the bodies, in the part's frame."""
     x = model.geometry.positions
     root = model.plan.topology.root[chains.numbers(model)[:, :, [0, -1]]]
     number = bodies.body[root]
@@ -340,7 +340,7 @@ def lumped_model(model: FullOrderModel) -> LumpedModel:
     spectrum[spectrum <= max(FREE_MOTION * spectrum[-1], round_off)] = 0.0
     r, reason = _freedoms(spectrum)
     motions = scale[:, None] * V[:, :r]
-    labels = _labels(V[:, :r], list(names[kept]))
+    labels = motion_labels(V[:, :r], list(names[kept]))
     note = f"kinematic DOFs: {', '.join(labels)}; {reason}" if r < len(kept) else reason
     recovery = np.asarray(low.recover(T @ motions))
     return LumpedModel(np.diag(spectrum[:r]), motions.T @ M @ motions, recovery, spectrum, labels, note)
@@ -401,7 +401,7 @@ def _freedoms(spectrum: Array) -> tuple[int, str]:
     return n, f"no gap in the stiffness spectrum{largest}: all {n} motions of the bodies are kept"
 
 
-def _labels(V: Array, names: list[str]) -> tuple[str, ...]:
+def motion_labels(V: Array, names: list[str]) -> tuple[str, ...]:
     """The r coordinates that determine orthonormal motions V (b, r) best, each with those of its body that go along."""
     _, R, pivots = la.qr(V.T, pivoting=True, mode="economic")
     r = V.shape[1]

@@ -104,7 +104,7 @@ class Path:
             try:
                 predicted = self._predicted(travel, aim)
                 state = self.equations.solve(predicted, aim.loads, aim.targets)
-                self._as_predicted(predicted, state)
+                refuse_jump(self.equations, self.state.frames, predicted, state.frames)
             except SolverError:
                 if part <= SMALLEST_STEP:
                     return Stopped(number, done, self.state)
@@ -117,19 +117,6 @@ class Path:
             done = share
             part *= 2.0 if state.iterations <= QUICK else 1.0
         return None
-
-    def _as_predicted(self, predicted: Frames, state: Equilibrium) -> None:
-        """Raise SolverError for a state that lies elsewhere, as on another path that Newton's method jumped to.
-
-        On one path what is left of a step after its prediction vanishes with its length; across a gap it does not.
-        """
-        scale = np.append(np.full(3, 1 / self.equations.size), np.ones(3))
-        off, step = (
-            float(np.abs(displacement(frames, state.frames) * scale).max(initial=0.0))
-            for frames in (predicted, self.state.frames)
-        )
-        if off > max(JUMP * step, NO_JUMP):
-            raise SolverError("the next state is not on the path of the last one")
 
     def _predicted(self, travel: float, aim: Point) -> Frames:
         """The state at a length of the path, by the polynomial (Lagrange) of the displacements from the last state to
@@ -145,6 +132,17 @@ class Path:
             weight = math.prod((ahead - other) / (length - other) for other in lengths if other != length)
             step += weight * displacement(now, frames)
         return now.moved(step)
+
+
+def refuse_jump(equations: Equations, before: Frames, predicted: Frames, after: Frames) -> None:
+    """Raise SolverError for a state that lies elsewhere, as on another path that Newton's method jumped to.
+
+    On one path what is left of a step after its prediction vanishes with its length; across a gap it does not.
+    """
+    scale = np.append(np.full(3, 1 / equations.size), np.ones(3))
+    off, step = (float(np.abs(displacement(frames, after) * scale).max(initial=0.0)) for frames in (predicted, before))
+    if off > max(JUMP * step, NO_JUMP):
+        raise SolverError("the next state is not on the path of the last one")
 
 
 def displacement(start: Frames, end: Frames) -> Array:

@@ -22,6 +22,8 @@ from flexura.reduction.chained_model import lost_work as lost_work
 from flexura.reduction.chained_model import stored_flexibility as stored_flexibility
 from flexura.reduction.chains import ChainGroup as ChainGroup
 from flexura.reduction.chains import SegmentChains as SegmentChains
+from flexura.reduction.chains import element_chains as element_chains
+from flexura.reduction.chains import inverse_factor as inverse_factor
 from flexura.reduction.chains import kinematics as kinematics
 from flexura.reduction.chains import segment_chains as segment_chains
 from flexura.reduction.condensation import NestedModel as NestedModel

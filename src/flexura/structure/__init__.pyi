@@ -21,6 +21,7 @@ from flexura.structure.design import OfDesign as OfDesign
 from flexura.structure.design import Posed as Posed
 from flexura.structure.discrete_elements import BodyElement as BodyElement
 from flexura.structure.discrete_elements import Lumped as Lumped
+from flexura.structure.discrete_elements import PiezoElement as PiezoElement
 from flexura.structure.discrete_elements import SpringElement as SpringElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import least_aligned as least_aligned

@@ -1,13 +1,16 @@
 from flexura.analysis import ActuatorState as ActuatorState
 from flexura.analysis import Clash as Clash
+from flexura.analysis import Competitor as Competitor
 from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis import Evidence as Evidence
 from flexura.analysis import Freedom as Freedom
 from flexura.analysis import LeftOut as LeftOut
 from flexura.analysis import Loop as Loop
+from flexura.analysis import MemberConstraints as MemberConstraints
 from flexura.analysis import MemberStress as MemberStress
 from flexura.analysis import Mode as Mode
 from flexura.analysis import PartStress as PartStress
+from flexura.analysis import Release as Release
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import StrokePose as StrokePose
@@ -23,6 +26,8 @@ from flexura.study.questions import Formula as Formula
 from flexura.study.questions import Quantity as Quantity
 from flexura.study.questions import Relation as Relation
 from flexura.study.questions import Slopes as Slopes
+from flexura.study.tolerances import MisalignedQuantity as MisalignedQuantity
+from flexura.study.tolerances import Mount as Mount
 from flexura.systems import ComplexModes as ComplexModes
 from flexura.systems import Neglected as Neglected
 from flexura.understanding import ComparedMode as ComparedMode

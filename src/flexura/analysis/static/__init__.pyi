@@ -1,3 +1,8 @@
+from flexura.analysis.static.constraints import Competitor as Competitor
+from flexura.analysis.static.constraints import Constraints as Constraints
+from flexura.analysis.static.constraints import MemberConstraints as MemberConstraints
+from flexura.analysis.static.constraints import Release as Release
+from flexura.analysis.static.constraints import constraints as constraints
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
 from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics

@@ -1,4 +1,4 @@
-"""What the tolerances of sizes do to a mechanism: spread, yield, worst case, and which to tighten first."""
+"""What tolerances of sizes and mountings do to a mechanism: spread, yield, worst case, and which to tighten first."""
 
 from flexura.lazy import face
 

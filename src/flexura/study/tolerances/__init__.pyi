@@ -1,3 +1,7 @@
+from flexura.study.tolerances.misalignment import MisalignedQuantity as MisalignedQuantity
+from flexura.study.tolerances.misalignment import Misalignment as Misalignment
+from flexura.study.tolerances.misalignment import Mount as Mount
+from flexura.study.tolerances.misalignment import misalignment as misalignment
 from flexura.study.tolerances.nets import Estimate as Estimate
 from flexura.study.tolerances.nets import SobolIndices as SobolIndices
 from flexura.study.tolerances.result import QuantitySpread as QuantitySpread
