@@ -32,7 +32,7 @@ parameters, or at which pose (`flexura.at`)."""
 
 SHELL = {
     "modes": ((flexura.modes,), set()),
-    "check": ((flexura.check,), {"every"}),  # assumptions that move little are printed, too
+    "check": ((flexura.check, flexura.requirements), {"every"}),  # assumptions that move little are printed, too
     "buckling": ((flexura.preload,), {"n"}),  # so many frequencies and buckling factors are printed
     "compare": ((flexura.compare,), set()),
     "verify": ((flexura.verify,), set()),

@@ -294,6 +294,30 @@ studies:
     return sheet
 
 
+def requirements() -> Sheet:
+    """What is required, beside what it is."""
+    fragment = """\
+requirements:
+  first mode: f1 >= 20 Hz
+  straight: parasitic(d.x) <= 0.2 mm
+    at d.y = 2 mm"""
+    mechanism(GUIDE, fragment)
+    sheet = Sheet("What the mechanism is to do beside what it does, met and missed", fragment, 170)
+    left, right = sheet.left + 60, WIDTH - 60
+    for y, name, limit, found, side in ((60.0, "first mode", 0.3, 0.55, 1), (125.0, "straight", 0.6, 0.75, -1)):
+        x, own = (left + share * (right - left) for share in (limit, found))
+        good = (x, right) if side > 0 else (left, x)
+        sheet.line((left, y), (right, y), width=1.4)
+        sheet.add(
+            f'<rect x="{good[0]:.0f}" y="{y - 12:.0f}" width="{good[1] - good[0]:.0f}" height="24" fill="{BLUE}" fill-opacity="0.15"/>'
+        )
+        sheet.line((x, y - 18), (x, y + 18), colour=BLUE, width=2.0)
+        sheet.text(left, y - 20, name, anchor="start", key=True)
+        sheet.add(f'<circle cx="{own:.0f}" cy="{y:.0f}" r="5.5" fill="{ORANGE}" stroke="{INK}"/>')
+        sheet.text(own, y + 26, "met" if (own - x) * side > 0 else "missed")
+    return sheet
+
+
 def published() -> Sheet:
     """What others give, within how much."""
     fragment = """\

@@ -38,6 +38,10 @@ def guide() -> fx.Mechanism:
     return fx.loads(GUIDE_TEXT)
 
 
+def requirements() -> fx.Requirements:
+    return fx.requirements(guide().replaced({"requirements": {"first mode": "f1 >= 20 Hz", "light": "mass <= 1 g"}}))
+
+
 def published() -> fx.Published:
     known = fx.describe.PublishedValue(ask="f1", value="55 Hz", source="A")
     return fx.published(guide().replaced({"published": (known,)}))
@@ -207,6 +211,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "ModeSensitivities": lambda: fx.models.mode_sensitivities(guide(), free=["length"], n=2),
     "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),
     "Published": published,
+    "Requirements": requirements,
     "SensorPlacement": lambda: fx.place_sensors(guide(), sensors=2, n=1),
     "SignalFile": signal_file,
     "StateSpace": lambda: fx.state_space(system(), n=3),

@@ -47,9 +47,13 @@ def check_command(
     def data() -> dict[str, Any]:
         return {**report.to_dict(), "requirements": required.to_dict()["requirements"]}
 
+    def refuse() -> None:
+        """End with 1 where something is missed, or not known."""
+        required.raise_warnings()
+
     items = [*report.presentation(), *lines, *required.presentation()]
     return Answer(
-        report, items, pictures, data=data, are_warnings_shown=True, after=required.raise_warnings if strict else None
+        report, items, pictures, data=data, are_warnings_shown=True, after=refuse if strict else None
     )
 
 

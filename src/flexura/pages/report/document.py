@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from html import escape
-from types import MappingProxyType
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -68,7 +67,7 @@ class Table:
     evidence: Evidence | None = None
     details: Sequence[Sequence[tuple[str, str]]] = ()
     motions: Sequence[str] = ()
-    tones: Mapping[str, Tone] = MappingProxyType({})
+    tones: Mapping[str, Tone] = field(default_factory=dict)
     """Of cells that have one of these texts."""
 
     @staticmethod
