@@ -308,9 +308,8 @@ requirements:
         x, own = (left + share * (right - left) for share in (limit, found))
         good = (x, right) if side > 0 else (left, x)
         sheet.line((left, y), (right, y), width=1.4)
-        sheet.add(
-            f'<rect x="{good[0]:.0f}" y="{y - 12:.0f}" width="{good[1] - good[0]:.0f}" height="24" fill="{BLUE}" fill-opacity="0.15"/>'
-        )
+        at = f'x="{good[0]:.0f}" y="{y - 12:.0f}" width="{good[1] - good[0]:.0f}" height="24"'
+        sheet.add(f'<rect {at} fill="{BLUE}" fill-opacity="0.15"/>')
         sheet.line((x, y - 18), (x, y + 18), colour=BLUE, width=2.0)
         sheet.text(left, y - 20, name, anchor="start", key=True)
         sheet.add(f'<circle cx="{own:.0f}" cy="{y:.0f}" r="5.5" fill="{ORANGE}" stroke="{INK}"/>')
@@ -400,5 +399,5 @@ controllers:
 
 
 PICTURES: tuple[Callable[[], Sheet], ...] = (
-    *(materials, contours, reduction, damping, modal_test, disturbances, controllers, studies, published),
+    *(materials, contours, reduction, damping, modal_test, disturbances, controllers, requirements, studies, published),
 )

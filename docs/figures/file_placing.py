@@ -28,7 +28,7 @@ bodies:
 ground: {"leaf*.foot": clamped}
 actuators, sensors, loads, ...
 motion, disturbances, controllers,
-studies, test, published"""
+requirements, studies, test, published"""
     sheet = Sheet("What the keys of a whole file describe", fragment, 290)
     drawn = scene(sheet, mechanism(GUIDE), CAMERA, (120, 34, 150, 34), over=("carriage",))
     drawn.name((60, -10, 65), "bodies: carriage", (46, -18))

@@ -52,9 +52,7 @@ def check_command(
         required.raise_warnings()
 
     items = [*report.presentation(), *lines, *required.presentation()]
-    return Answer(
-        report, items, pictures, data=data, are_warnings_shown=True, after=refuse if strict else None
-    )
+    return Answer(report, items, pictures, data=data, are_warnings_shown=True, after=refuse if strict else None)
 
 
 def schema_command() -> None:

@@ -211,7 +211,7 @@ class Reader:
         else:
             known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
         if text not in known:
-            many = "bodies" if kind == "body" else "parameters"
+            many = "bodies" if kind == "body" else f"{kind}s"
             raise OptionError(f"{name}({SIGNS[kind]}): there is no {kind} {text!r}; {suggestion(text, known, many)}")
         return text
 
