@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.study.questions.grammar import KINDS
+from flexura.study.questions.kinds import KINDS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 AXES = ("x", "y", "z", "rx", "ry", "rz")

@@ -4,8 +4,8 @@ from flexura.study.questions.formulas import Formula as Formula
 from flexura.study.questions.formulas import Relation as Relation
 from flexura.study.questions.formulas import formula as formula
 from flexura.study.questions.formulas import relation as relation
-from flexura.study.questions.grammar import Pose as Pose
-from flexura.study.questions.grammar import Quantity as Quantity
+from flexura.study.questions.kinds import Pose as Pose
+from flexura.study.questions.kinds import Quantity as Quantity
 from flexura.study.questions.margins import Margins as Margins
 from flexura.study.questions.margins import OfThePart as OfThePart
 from flexura.study.questions.questions import Questions as Questions

@@ -16,7 +16,7 @@ from flexura.errors import FlexuraError, ModelError, OptionError
 from flexura.records import Record
 from flexura.reduction import independent_flexibility
 from flexura.structure import Action, Design, Plan, Ports
-from flexura.study.questions.grammar import Quantity
+from flexura.study.questions.kinds import Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.thresholds import PROVEN
 

@@ -25,7 +25,8 @@ from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.structure import Plan
-from flexura.study.questions.grammar import WORST, Quantity, Where, Worse, names_in, trailing, unit_of, with_fractions
+from flexura.study.questions.grammar import Where, names_in, trailing, with_fractions
+from flexura.study.questions.kinds import WORST, Quantity, Worse, unit_of
 from flexura.study.questions.questions import Questions
 from flexura.study.questions.reading import Reader
 from flexura.units import format_quantity, parse_quantity

@@ -15,7 +15,7 @@ from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
 from flexura.study.questions.formulas import Formula
-from flexura.study.questions.grammar import FREQUENCY, WORST, Held, Pose, Quantity, Worst
+from flexura.study.questions.kinds import FREQUENCY, WORST, Held, Pose, Quantity, Worst
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import PosedState

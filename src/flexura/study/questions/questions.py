@@ -19,7 +19,8 @@ from flexura.records import Record
 from flexura.reduction import independent_frequencies, independent_motions
 from flexura.structure import Design, Plan, one_design
 from flexura.study.questions.blocks import FAILURES, STATIC, Answers, Block, Statics, are_proven, mass_of, reason_of
-from flexura.study.questions.grammar import FREQUENCY, Quantity, askable, separate
+from flexura.study.questions.grammar import separate
+from flexura.study.questions.kinds import FREQUENCY, Quantity, askable
 from flexura.study.questions.reading import Freedom, Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps

@@ -16,21 +16,17 @@ from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
 from flexura.mechanism import DOF_NAMES, FORCES, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
-from flexura.study.questions.grammar import (
+from flexura.study.questions.grammar import NOWHERE, STROKE, Asked, Place, Where
+from flexura.study.questions.kinds import (
     FREQUENCY,
     KINDS,
-    NOWHERE,
     SIGNS,
-    STROKE,
     WORST,
     Argument,
-    Asked,
     Held,
     Kind,
-    Place,
     Pose,
     Quantity,
-    Where,
     Worse,
     Worst,
     pose_text,

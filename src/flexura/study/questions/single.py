@@ -29,7 +29,7 @@ from flexura.motion import (
 )
 from flexura.structure import Design, Plan
 from flexura.study.questions.blocks import Bounded, mass_of
-from flexura.study.questions.grammar import FREQUENCY, WORST, Quantity
+from flexura.study.questions.kinds import FREQUENCY, WORST, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
 from flexura.study.questions.worst import StrokeStates, WorstPose, worst_of

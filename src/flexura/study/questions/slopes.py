@@ -16,7 +16,7 @@ from flexura.errors import SolverError
 from flexura.records import Record
 from flexura.structure import Design, Plan, kinks, tables_left
 from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
-from flexura.study.questions.grammar import FREQUENCY, WORST, Quantity, Worst, pose_text
+from flexura.study.questions.kinds import FREQUENCY, WORST, Quantity, Worst, pose_text
 from flexura.study.questions.reading import Members, Reader
 from flexura.study.questions.single import READINGS, OneDesign
 from flexura.study.questions.states import MODES_FOLLOWED

@@ -29,7 +29,7 @@ from flexura.motion import PosedDesign, reached
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.study.questions.blocks import Bounded
-from flexura.study.questions.grammar import Pose, pose_text
+from flexura.study.questions.kinds import Pose, pose_text
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.strokes import posed_design
 from flexura.thresholds import REPEATED_EIGENVALUES, STILL

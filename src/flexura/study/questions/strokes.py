@@ -12,7 +12,8 @@ from flexura.errors import OptionError
 from flexura.expressions import Expression
 from flexura.mechanism import DISPLACEMENTS, FORCES, Mechanism, Parameter, Prescribed, at
 from flexura.structure import Design, Plan, Ports, actuator_names
-from flexura.study.questions.grammar import COMMANDS, Held, Pose
+from flexura.study.questions.grammar import COMMANDS
+from flexura.study.questions.kinds import Held, Pose
 
 MOST_RANGES = 6
 """Actuators with ranges of which all corners are looked at."""

@@ -12,7 +12,7 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.records import Latest
 from flexura.structure import Plan
-from flexura.study.questions.grammar import Pose, Quantity, Worst, pose_text
+from flexura.study.questions.kinds import Pose, Quantity, Worst, pose_text
 from flexura.study.questions.states import PosedState
 from flexura.study.questions.strokes import StrokeLine
 
