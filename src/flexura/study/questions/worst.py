@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -12,7 +13,7 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.records import Latest
 from flexura.structure import Plan
-from flexura.study.questions.kinds import Pose, Quantity, Worst, pose_text
+from flexura.study.questions.kinds import Held, Pose, Quantity, Worst, pose_text
 from flexura.study.questions.states import PosedState
 from flexura.study.questions.strokes import StrokeLine
 
@@ -39,7 +40,12 @@ class WorstPose(NamedTuple):
     @property
     def where(self) -> str:
         """The pose in words, to six digits."""
-        return pose_text(tuple(own._replace(value=float(f"{own.value:.6g}")) for own in self.pose))
+        return pose_text(tuple(own._replace(value=_rounded(own)) for own in self.pose))
+
+
+def _rounded(own: Held) -> float:
+    """A value to six digits, of an angle in degrees."""
+    return math.radians(float(f"{math.degrees(own.value):.6g}")) if own.unit == "rad" else float(f"{own.value:.6g}")
 
 
 class StrokeStates:
