@@ -96,7 +96,7 @@ def test_the_worst_is_sought_between_poses():
     assert float(found.values({})[0]) == pytest.approx(0.65e-3**2, rel=1e-9)
     required = fx.requirements(guide("requirements: {far: shift(x) * (1.3 mm - shift(x)) <= 1 mm^2 over stroke}\n"))
     [own] = required.requirements
-    assert own.where == "at carriage.x = 0.65 mm" and own.poses > 7 and own.doubt < 1e-15
+    assert own.where == "at carriage.x = 0.65 mm" and own.poses > 7 and own.unsettled < 1e-15
 
 
 def test_the_worst_of_commands_is_at_one_of_their_corners():

@@ -30,7 +30,7 @@ class Requirement(Record):
     error is known, all say so, and `not known` where these lie on both sides of the limit, or there is no number, for
     the `reason`. `interval` is proven to hold the value, None where nothing is proven; the part's value lies between
     1 + low and 1 + high of `model_error` times it, None for the `model_error_reason`. Of what is asked over a stroke
-    `where` is the worst of so many `poses`, and `doubt` by how much, SI, one between might be worse.
+    `where` is the worst of so many `poses`, and `unsettled` by how much, SI, one between might be worse.
     """
 
     _shown = ("name", "text", "verdict")
@@ -46,7 +46,7 @@ class Requirement(Record):
     model_error_reason: str
     where: str
     poses: int
-    doubt: float
+    unsettled: float
     reason: str
 
     @property
@@ -63,8 +63,8 @@ class Requirement(Record):
     @property
     def worst(self) -> str:
         """Where it is worst, in words; empty where it is asked in one state."""
-        doubt = f", to within {quantity(self.doubt, self.unit, 2)}" if self.doubt else ""
-        return f"{self.where}, of {counted(self.poses, 'pose')}{doubt}" if self.where else ""
+        unsettled = f", to within {quantity(self.unsettled, self.unit, 2)}" if self.unsettled else ""
+        return f"{self.where}, of {counted(self.poses, 'pose')}{unsettled}" if self.where else ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -191,11 +191,11 @@ def _judged(
     numbers = {asked.text: known[asked.text] for asked in own.quantities}
     value, limit, margin = (float(each.evaluate(numbers)) for each in (formula, other, own))
     low, high = margins.span(own.evaluate, own.quantities, numbers) or (margin, margin)
-    low, high, doubt, where, poses = min(low, margin), max(high, margin), 0.0, "", 0
+    low, high, unsettled, where, poses = min(low, margin), max(high, margin), 0.0, "", 0
     if formula.is_worst and np.isfinite(value):
         worst = worst_pose(margins.plan, at, formula.quantities[0])
-        doubt, where, poses = worst.doubt, worst.where, worst.count
-        low -= doubt / own.scale
+        unsettled, where, poses = worst.unsettled, worst.where, worst.count
+        low -= unsettled / own.scale
     verdict: Verdict = "not known"
     if np.isfinite(margin):
         verdict = "met" if low >= 0 else "missed" if high < 0 else "not known"
@@ -216,6 +216,6 @@ def _judged(
         model_error_reason=margins.reasons.get(formula.text, ""),
         where=where,
         poses=poses,
-        doubt=doubt,
+        unsettled=unsettled,
         reason="; ".join(reasons),
     )

@@ -28,14 +28,14 @@ Numbers = Callable[[PosedState, tuple[Quantity, ...]], list[float]]
 
 class WorstPose(NamedTuple):
     """The worst `value`, SI, of `count` poses, the `pose` that has it and the `quantities` of which it follows there,
-    with their `numbers`; `doubt` is by how much, SI, a pose between might be worse."""
+    with their `numbers`; `unsettled` is by how much, SI, a pose between might be worse."""
 
     value: float
     pose: Pose
     quantities: tuple[Quantity, ...]
     numbers: tuple[float, ...]
     count: int = 1
-    doubt: float = 0.0
+    unsettled: float = 0.0
 
     @property
     def where(self) -> str:
@@ -120,14 +120,14 @@ def _searched(quantity: Quantity, states: StrokeStates, numbers_of: Numbers) -> 
 
     for share in states.shares:
         look(share)
-    doubt = 0.0
+    unsettled = 0.0
     for _ in range(REFINEMENTS if states.line.ends is not None else 0):
         share, expected = _extremum({share: of.badness(own.value) for share, own in found.items()})
         if share is None:
             break
         look(share)
-        doubt = abs(expected - of.badness(found[share].value))
-    return found[worst()]._replace(count=len(found), doubt=doubt)
+        unsettled = abs(expected - of.badness(found[share].value))
+    return found[worst()]._replace(count=len(found), unsettled=unsettled)
 
 
 def _extremum(bad: Mapping[float, float]) -> tuple[float | None, float]:
