@@ -151,10 +151,13 @@ def test_the_same_input_gives_the_same_file(tmp_path):
 
 def test_every_section_is_there_or_says_why(tmp_path):
     found = fx.report(fx.load(described(tmp_path)))
-    assert {name for name, state in found.states.items() if state != "shown"} == {"budget", "studies", "solid", "test"}
+    missing = {name for name, state in found.states.items() if state != "shown"}
+    assert missing == {"requirements", "budget", "studies", "solid", "test"}
     bare = fx.report(fx.loads(TEXT))
     absent = [name for name, state in bare.states.items() if state == "absent"]
-    assert absent == ["statics", "stroke", "budget", "stress", "buckling", "studies", "solid", "test"]
+    assert absent == [
+        *("requirements", "statics", "stroke", "budget", "stress", "buckling", "studies", "solid", "test")
+    ]
     for name in absent:
         section = bare.html.partition(f'<section id="{name}"')[2].partition("</section>")[0]
         assert len(re.sub(r"<[^>]*>", "", section)) > 60
