@@ -203,6 +203,7 @@ def test_what_cannot_be_worked_out_is_not_known():
         ("parasitic(x) <= 1 um", "is of a pose"),
         ("shift(x) <= 1 um", "nothing loads this mechanism"),
         ("reach(x) >= 1 mm at x = 1 mm", "is not known at a pose"),
+        ("reach(x) >= 1 mm over stroke", "is not known at a pose; leave `over` out"),
     ],
 )
 def test_a_requirement_that_cannot_be_asked_is_refused_by_its_name(text, words):

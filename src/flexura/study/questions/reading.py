@@ -342,9 +342,10 @@ class Reader:
             raise OptionError(f"{kind.name} is of a pose: {kind.written} at NODE.DOF = VALUE UNIT, or over stroke")
         if kind.poses == "same" and not is_own:
             return ()
-        if where.places and kind.poses in ("same", "none"):
+        if (where.places and kind.poses in ("same", "none")) or (where.over and kind.poses == "none"):
             why = "is the same at every pose" if kind.poses == "same" else "is not known at a pose"
-            raise OptionError(f"{kind.name} {why}; leave `{'under' if where.places[0].pushes else 'at'}` out")
+            word = "over" if where.over else "under" if where.places[0].pushes else "at"
+            raise OptionError(f"{kind.name} {why}; leave `{word}` out")
         if where.over:
             return StrokeLine.of(self.plan, where.over).poses[-1] if kind.poses != "same" else ()
         held = [own for place in where.places for own in self._held(place)]
