@@ -194,6 +194,16 @@ def test_the_loop_is_closed_in_every_verb():
     assert abs(both.response[0, 0, 0]) < abs(opened.response[0, 0, 0])
 
 
+def test_what_studies_ask_is_with_the_loop_closed():
+    servo = fx.load("examples/guide/servo.yaml")
+    closed, opened = fx.budget(servo, outputs=["gauge"]), fx.budget(servo, outputs=["gauge"], loop="open", order="full")
+    asked = fx.questions(servo, "rms(gauge), rms(gauge, floor)")
+    assert asked.values({}).value[0] == pytest.approx([closed.rms[0], closed.rms_by_source[0, 0]], rel=1e-9)
+    assert closed.rms[0] < 0.05 * opened.rms[0]
+    found = asked.slopes({}, ["thickness"])
+    assert np.isfinite(found.slope).all() and not found.is_exact.any()
+
+
 def test_passive_feedback_of_velocity_stays_passive():
     """Two loops of velocity at their own forces: the mobility between them is symmetric, its real part positive."""
     mechanism = closed_with(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexura.analysis import chosen_disturbances, disturbed, disturbed_modes, sources_in
+from flexura.analysis import budget, chosen_disturbances, disturbed, disturbed_modes, sources_in
 from flexura.arrays import Array, Complex
 from flexura.derivatives.families import FullOrderFamily
 from flexura.duals import Dual, plain, slope_of
@@ -34,7 +34,8 @@ ALIKE = 1e-7
 @dataclass(frozen=True, repr=False)
 class SlopedRms(Record):
     """The root mean square of one output under all disturbances that are described, or under one, of the full-order
-    model; with slopes where the design has some, but at poses."""
+    model, with the loops that are described closed; with slopes where the design has some, but at poses and of closed
+    loops."""
 
     _shown = ("output", "under")
 
@@ -70,23 +71,33 @@ class SlopedRms(Record):
 
     @cached_property
     def value(self) -> float:
-        """In closed form. Raises SolverError where it has no bound, and where nothing damps what moves."""
-        spectra = [source.spectrum for source in self._sources]
-        squares = mean_squares(disturbed(self._modes, self._sources), spectra, np.zeros(0))
-        total = float(sum(own.total[0] for own in squares))
-        if not np.isfinite(total):
+        """In closed form. Raises SolverError where it has no bound, where nothing damps what moves, and where a loop is
+        unstable."""
+        plan, parameters = self.design.plan, self.design.still.parameters
+        if plan.mechanism.controllers:
+            names = None if self.under is None else [self.under]
+            found = float(budget(plan, parameters, outputs=[self.output], sources=names, points=2).rms[0])
+        else:
+            spectra = [source.spectrum for source in self._sources]
+            squares = mean_squares(disturbed(self._modes, self._sources), spectra, np.zeros(0))
+            found = float(np.sqrt(sum(own.total[0] for own in squares)))
+        if not np.isfinite(found):
             raise SolverError(f"{self.output}: a density that does not end reaches it directly: give it a band")
-        return float(np.sqrt(total))
+        return found
 
     def with_slopes(self) -> Dual | None:
-        """The value with its slopes (theory eq. T36); None at poses, and where a disturbance itself depends on
-        parameters.
+        """The value with its slopes (theory eq. T36); None at poses, where loops are closed, and where a disturbance
+        itself depends on parameters.
 
         Those of matrices in the modes that are held: what else of the modes changes does so to second order, but for
         what lies beyond those kept. Raises SolverError as `value`.
         """
         mechanism = self.design.plan.mechanism
-        if self.design.plan.is_posed or any(list(expressions(own)) for own in mechanism.disturbances.values()):
+        if (
+            self.design.plan.is_posed
+            or mechanism.controllers
+            or any(list(expressions(own)) for own in mechanism.disturbances.values())
+        ):
             return None
         slope = sum((self._of_source(k) for k in range(len(self._sources))), np.zeros(self._count))
         kinked = [not change.is_smooth for change in self._changes]
