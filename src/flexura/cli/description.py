@@ -29,6 +29,7 @@ def check_command(
 ) -> Answer:
     """Summary of a mechanism file, and warnings: what may not be meant, and what moves a frequency by 1 % or more."""
     from flexura.analysis import check
+    from flexura.full_order import plan_of
     from flexura.study.requirements import requirements
 
     def pictures(report: CheckReport, folder: Path) -> list[Path]:
@@ -37,12 +38,13 @@ def check_command(
 
         return save_warnings(report, folder, model=assemble(mechanism, parameters))
 
-    report = check(mechanism, parameters)
+    plan = plan_of(mechanism, parameters)
+    report = check(plan, parameters)
     shown = (*report.warnings, *(report.minor if every else ()))
     hidden = "" if every or not report.minor else f"; {len(report.minor)} smaller with --all"
     count = counted(len(shown), "warning") if shown else "no warnings"
     lines = [Line(f"{count}{hidden}", "bad" if shown else "good"), *(Line(f"  {warning}") for warning in shown)]
-    required = requirements(mechanism, parameters)
+    required = requirements(plan, parameters)
 
     def data() -> dict[str, Any]:
         return {**report.to_dict(), "requirements": required.to_dict()["requirements"]}

@@ -173,7 +173,7 @@ def requirements(model: Mechanism | Plan, parameters: Mapping[str, float] | None
     answers = Questions(plan, asked).values(at) if asked else Answers.of(1, 0)
     known = {own.text: float(answers.value[0, k]) for k, own in enumerate(asked)}
     margins = Margins(plan, at, (), "this design", [own.sides[0] for own in relations.values()], known)
-    found = [_judged(name, own, asked, answers, known, margins, at) for name, own in relations.items()]
+    found = [_judged(name, own, asked, answers, known, margins) for name, own in relations.items()]
     return Requirements(plan.mechanism.name, tuple(found), Questions(plan, asked).notes if asked else ())
 
 
@@ -184,7 +184,6 @@ def _judged(
     answers: Answers,
     known: Mapping[str, float],
     margins: Margins,
-    at: Mapping[str, float],
 ) -> Requirement:
     """A requirement with its verdict."""
     formula, other, _ = own.sides
@@ -193,7 +192,7 @@ def _judged(
     low, high = margins.span(own.evaluate, own.quantities, numbers) or (margin, margin)
     low, high, unsettled, where, poses = min(low, margin), max(high, margin), 0.0, "", 0
     if formula.is_worst and np.isfinite(value):
-        worst = worst_pose(margins.plan, at, formula.quantities[0])
+        worst = worst_pose(margins.plan, margins.parameters, formula.quantities[0])
         unsettled, where, poses = worst.unsettled, worst.where, worst.count
         low -= unsettled / own.scale
     verdict: Verdict = "not known"

@@ -12,7 +12,7 @@ from flexura.analysis import Modes, Stroke, modes, stroke
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, FlexuraError
 from flexura.full_order import plan_of
-from flexura.mechanism import FORCES, Mechanism
+from flexura.mechanism import Mechanism
 from flexura.structure import Plan
 from flexura.study.optimum.climb import (
     FEASIBLE_VIOLATION,
@@ -360,8 +360,8 @@ class _Anew:
             loads = dict[str, Array]()
             for own in pose:
                 if own.kind == "force":
-                    node, _, axis = own.name.rpartition(".")
-                    loads[node] = loads.get(node, 0.0) + own.value * np.eye(6)[FORCES.index(axis)]
+                    node, component = own.pushed
+                    loads.setdefault(node, np.zeros(6))[component] += own.value
             self._strokes[pose] = stroke(self.plan, move=move, loads=loads, actuators=command, steps=2, n=most)
             self.warnings += self._strokes[pose].warnings
         return self._strokes[pose]

@@ -189,10 +189,6 @@ def _where_at(text: str, position: int) -> tuple[Where, int]:
                 f"`under` is followed by VALUE UNIT along NODE.DOF, or by a disturbance, not by {rest!r};"
                 " e.g. under 20 N along platform.x"
             )
-    names = [(place.name, place.pushes) for place in places]
-    twice = next((name for k, (name, _) in enumerate(names) if names[k] in names[:k]), None)
-    if twice is not None:
-        raise OptionError(f"at {twice}: it is given twice in one pose")
     if bool(places) + bool(over) + bool(source) > 1:
         raise OptionError(f"{text.strip()!r}: one of a pose, `over` and a disturbance says where it is asked")
     return Where(tuple(places), over, source), position

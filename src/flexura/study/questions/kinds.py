@@ -119,12 +119,18 @@ class Held(NamedTuple):
     unit: str
     kind: HeldKind = "move"
 
+    @property
+    def pushed(self) -> tuple[str, int]:
+        """The node that a force acts on, and along which of its displacements, 0 to 5."""
+        node, _, axis = self.name.rpartition(".")
+        return node, FORCES.index(axis)
+
     def __str__(self) -> str:
         value = format_quantity(self.value, parse_unit(self.unit)[1], angle=self.unit == "rad")
         if self.kind != "force":
             return f"{self.name} = {value}"
-        node, _, axis = self.name.rpartition(".")
-        return f"{value} along {node}.{DISPLACEMENTS[FORCES.index(axis)]}"
+        node, component = self.pushed
+        return f"{value} along {node}.{DISPLACEMENTS[component]}"
 
 
 Pose = tuple[Held, ...]

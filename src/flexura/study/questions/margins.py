@@ -10,12 +10,11 @@ import numpy as np
 
 from flexura.analysis import ModelError, interval_text, model_errors_of_modes
 from flexura.arrays import Array
-from flexura.mechanism import FORCES
 from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
 from flexura.study.questions.formulas import Formula
-from flexura.study.questions.kinds import FREQUENCY, WORST, Held, Pose, Quantity, Worst
+from flexura.study.questions.kinds import FREQUENCY, WORST, Pose, Quantity, Worst
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import PosedState
@@ -252,19 +251,18 @@ def _shifts(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
     if not pose or any(own.kind == "move" for own in pose) or single.plan.is_loaded:
         why = "no evidence for a displacement that is prescribed, or by loads that are described"
         return {quantity.text: Moved(0.0, why) for quantity in asked}
-    by = [_pusher(own) for own in pose]
-    size = np.array([own.value * (state.free.input(end.known).gain if isinstance(end, Port) else 1.0)
-                     for own, end in zip(pose, by, strict=True)])  # fmt: skip
-    to = [quantity.arguments[0] for quantity in asked]
-    pairs = [(end, push) for end in to for push in by]
-    errors = state.free.model_errors(pairs, lambda moved, _: np.nan_to_num(moved).reshape(len(to), -1) @ size)  # type: ignore[arg-type]
+    by: list[Freedom | Port] = [
+        Freedom(*own.pushed) if own.kind == "force" else Port(own.name, own.name) for own in pose
+    ]
+    gains = [state.free.input(end.known).gain if isinstance(end, Port) else 1.0 for end in by]
+    size = np.array([own.value for own in pose]) * gains
+    to = [end for quantity in asked for end in quantity.arguments if isinstance(end, Freedom)]
+
+    def read(moved: Array, _: Array) -> Array:
+        return np.nan_to_num(moved).reshape(len(to), -1) @ size
+
+    errors = state.free.model_errors([(end, push) for end in to for push in by], read)
     return {quantity.text: _moved(errors, k, 1.0) for k, quantity in enumerate(asked)}
-
-
-def _pusher(own: Held) -> Freedom | Port:
-    """What exerts a force or a command of a pose."""
-    node, _, axis = own.name.rpartition(".")
-    return Freedom(node, FORCES.index(axis)) if own.kind == "force" else Port(own.name, own.name)
 
 
 def _stresses(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:

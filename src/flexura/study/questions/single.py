@@ -315,6 +315,17 @@ READINGS: dict[str, Callable[..., Any]] = {
 """How a quantity of one design is read of the state that it is asked in, with slopes where the design has some."""
 
 
+def reading(state: Any, quantity: Quantity) -> Any:
+    """A quantity but for frequencies, SI, of the state that it is asked in, with slopes where its design has some; None
+    where these are not known. Raises FlexuraError where it cannot be read."""
+    design = state.design
+    if quantity.kind == "mass":
+        return mass_of(design, quantity)
+    if quantity.kind == "parameter":
+        return design.plan.parameter_values(design.parameters)[str(quantity.arguments[0])]
+    return READINGS[quantity.kind](state, *quantity.arguments)
+
+
 class OneDesign:
     """A design in the states that it is asked in, each worked out once."""
 
@@ -337,17 +348,13 @@ class OneDesign:
         """A quantity, SI. Raises FlexuraError where it cannot be worked out."""
         if quantity.kind == FREQUENCY:
             return float(self.frequencies(quantity).hertz[self.mode(quantity)[0]])
-        if quantity.kind == "mass":
-            return float(mass_of(Design.of(self.plan.at_rest(), self.parameters), quantity))
-        if quantity.kind == "parameter":
-            return float(self.plan.parameter_values(self.parameters)[str(quantity.arguments[0])])
         return self.read(quantity)
 
     def read(self, quantity: Quantity) -> float:
-        """A quantity but for frequencies, masses and parameters, SI. Raises FlexuraError where it cannot be read."""
+        """A quantity but for frequencies, SI. Raises FlexuraError where it cannot be read."""
         if quantity.kind == WORST:
             return self.worst(quantity).value
-        return float(READINGS[quantity.kind](self.state(quantity), *quantity.arguments))
+        return float(reading(self.state(quantity), quantity))
 
     def at(self, state: PosedState, quantities: tuple[Quantity, ...]) -> OneDesign:
         """The same design asked in a state that is known."""

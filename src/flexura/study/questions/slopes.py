@@ -15,10 +15,10 @@ from flexura.duals import Dual, plain
 from flexura.errors import SolverError
 from flexura.records import Record
 from flexura.structure import Design, Plan, kinks, tables_left
-from flexura.study.questions.blocks import FAILURES, STATIC, mass_of, reason_of
+from flexura.study.questions.blocks import FAILURES, STATIC, reason_of
 from flexura.study.questions.kinds import FREQUENCY, WORST, Quantity, Worst, pose_text
 from flexura.study.questions.reading import Members, Reader
-from flexura.study.questions.single import READINGS, OneDesign
+from flexura.study.questions.single import OneDesign, reading
 from flexura.study.questions.states import MODES_FOLLOWED
 from flexura.study.questions.strokes import StrokeLine
 from flexura.thresholds import ROUND_OFF
@@ -182,13 +182,8 @@ class Exact:
     def _read(self, place: int, state: State) -> None:
         """Take what is asked of a state, but for frequencies, as an answer, where exact slopes of it are known, and say
         why it has none."""
-        quantity, design = self.quantities[place], state.design
-        if quantity.kind == "mass":
-            number: Any = mass_of(design, quantity)
-        elif quantity.kind == "parameter":
-            number = design.plan.parameter_values(design.parameters)[str(quantity.arguments[0])]
-        else:
-            number = READINGS[quantity.kind](state, *quantity.arguments)
+        quantity = self.quantities[place]
+        number = reading(state, quantity)
         if number is None:
             return
         self._take(place, number)
