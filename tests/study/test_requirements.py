@@ -211,6 +211,16 @@ def test_a_requirement_that_cannot_be_asked_is_refused_by_its_name(text, words):
         fx.requirements(guide(f"requirements: {{wrong: {text!r}}}\n"))
 
 
+def test_what_is_beyond_its_limit_where_something_is_required_is_said():
+    asked = "requirements: {far: parasitic(x) <= 20 mm at x = 25 mm, over: f1 >= 1 Hz over stroke, rest: f1 >= 1 Hz}\n"
+    found = fx.requirements(guide(asked))
+    assert [own.verdict for own in found.requirements] == ["met"] * 3
+    yields = [own for own in found.warnings if own.kind == "stress"]
+    margin = value(guide(), "margin at x = 25 mm")
+    assert margin < 1 and [own.value for own in yields] == [pytest.approx(1 / margin, rel=1e-6)]
+    assert yields[0].text.startswith("far at carriage.x = 25 mm: ")
+
+
 def test_requirements_that_contradict_each_other_are_refused():
     with pytest.raises(fx.OptionError, match="'fast' and 'slow' contradict"):
         fx.requirements(guide("requirements: {fast: f1 >= 60 Hz, slow: 50 Hz >= f1}\n"))

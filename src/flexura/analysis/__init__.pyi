@@ -4,6 +4,7 @@ from flexura.analysis.checks.check import corrected as corrected
 from flexura.analysis.checks.clashes import Clash as Clash
 from flexura.analysis.limits.limits import States as States
 from flexura.analysis.limits.limits import motion_limits as motion_limits
+from flexura.analysis.limits.pose_limits import pose_limits as pose_limits
 from flexura.analysis.limits.preload import Preload as Preload
 from flexura.analysis.limits.preload import preload as preload
 from flexura.analysis.model_error.model_error import Effect as Effect

@@ -53,7 +53,8 @@ def check_command(
         """End with 1 where something is missed, or not known."""
         required.raise_warnings()
 
-    items = [*report.presentation(), *lines, *required.presentation()]
+    limits = (Line(f"  {limit}") for limit in required.limits)
+    items = [*report.presentation(), *lines, *required.presentation(), *limits]
     return Answer(report, items, pictures, data=data, are_warnings_shown=True, after=refuse if strict else None)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +16,19 @@ from flexura.mechanism import Mechanism
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design
-from flexura.study.questions import Answers, Margins, Quantity, Questions, Relation, relation, worst_pose
+from flexura.study.questions import (
+    Answers,
+    Margins,
+    Pose,
+    Quantity,
+    Questions,
+    Relation,
+    limits_at,
+    pose_text,
+    poses_of,
+    relation,
+    worst_pose,
+)
 from flexura.tables import Item, Table, counted, quantity
 
 Verdict = Literal["met", "missed", "not known"]
@@ -69,22 +81,26 @@ class Requirement(Record):
 
 @dataclass(frozen=True, repr=False)
 class Requirements(Tabular):
-    """What a mechanism is asked to do, each with its verdict; a warning for each that is missed or not known."""
+    """What a mechanism is asked to do, each with its verdict; a warning for each that is missed or not known. `limits`
+    say what else is beyond its limit where it is asked: at poses, and of a stroke at its worst pose and both ends."""
 
     _shown = ("name", "requirements")
+    _told = ("name", "requirements")
 
     name: str
     requirements: tuple[Requirement, ...]
+    limits: tuple[Diagnostic, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:
-        """A warning for each requirement that is missed, or of which it is not known."""
-        return tuple(
-            Diagnostic("requirement", own.name, own.value, own.limit, own.unit, _sentence(own))
+        """A warning for each requirement that is missed, or of which it is not known, and the limits."""
+        missed = (
+            Diagnostic("limit", own.name, own.value, own.limit, own.unit, _sentence(own))
             for own in self.requirements
             if own.verdict != "met"
         )
+        return (*missed, *self.limits)
 
     @property
     def headline(self) -> str:
@@ -174,7 +190,19 @@ def requirements(model: Mechanism | Plan, parameters: Mapping[str, float] | None
     known = {own.text: float(answers.value[0, k]) for k, own in enumerate(asked)}
     margins = Margins(plan, at, (), "this design", [own.sides[0] for own in relations.values()], known)
     found = [_judged(name, own, asked, answers, known, margins) for name, own in relations.items()]
-    return Requirements(plan.mechanism.name, tuple(found), Questions(plan, asked).notes if asked else ())
+    notes = Questions(plan, asked).notes if asked else ()
+    return Requirements(plan.mechanism.name, tuple(found), tuple(_limits(plan, at, relations)), notes)
+
+
+def _limits(plan: Plan, at: Mapping[str, float], relations: Mapping[str, Relation]) -> Iterator[Diagnostic]:
+    """What is beyond its limit at the poses at which something is required, with the names of what is."""
+    names: dict[Pose, list[str]] = {}
+    for name, own in relations.items():
+        for pose in dict.fromkeys(pose for asked in own.quantities for pose in poses_of(plan, at, asked)):
+            names.setdefault(pose, []).append(name)
+    for pose, asking in names.items():
+        for limit in limits_at(plan, at, pose):
+            yield replace(limit, text=f"{', '.join(asking)} {pose_text(pose)}: {limit.text}")
 
 
 def _judged(

@@ -258,11 +258,14 @@ class Designs:
     def _requirements(self, shown: Shown) -> str:
         """What is required of the design, each with its number, its verdict, and why."""
         try:
-            own = requirements(self.described.plan, shown.parameters).requirements
+            found = requirements(self.described.plan, shown.parameters)
         except FlexuraError as error:
-            return told("requirements", serial=shown.ask.serial, rows=[], error=str(error))
-        rows = [{"name": r.name, "text": r.text, "is": r.state, "verdict": r.verdict, "why": r.why} for r in own]
-        return told("requirements", serial=shown.ask.serial, rows=rows)
+            return told("requirements", serial=shown.ask.serial, rows=[], limits=[], error=str(error))
+        rows = [
+            {"name": r.name, "text": r.text, "is": r.state, "verdict": r.verdict, "why": r.why}
+            for r in found.requirements
+        ]
+        return told("requirements", serial=shown.ask.serial, rows=rows, limits=[str(own) for own in found.limits])
 
     def _stress(self, shown: Shown, load: Load) -> str:
         """Factors to yield, the least first, and the warnings of what is linear here."""

@@ -6,10 +6,13 @@ from flexura.study.questions.formulas import formula as formula
 from flexura.study.questions.formulas import relation as relation
 from flexura.study.questions.kinds import Pose as Pose
 from flexura.study.questions.kinds import Quantity as Quantity
+from flexura.study.questions.kinds import pose_text as pose_text
 from flexura.study.questions.margins import Margins as Margins
 from flexura.study.questions.margins import OfThePart as OfThePart
 from flexura.study.questions.questions import Questions as Questions
 from flexura.study.questions.questions import questions as questions
+from flexura.study.questions.single import limits_at as limits_at
+from flexura.study.questions.single import poses_of as poses_of
 from flexura.study.questions.single import worst_pose as worst_pose
 from flexura.study.questions.slopes import Slopes as Slopes
 from flexura.study.questions.slopes import by_members as by_members

@@ -14,7 +14,7 @@ from flexura.analysis import driven_displacement, frequency_response, moved_defo
 from flexura.arrays import Array
 from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, SlopedResponse, SlopedRms
 from flexura.duals import Dual, slope_of
-from flexura.errors import SolverError
+from flexura.errors import Diagnostic, SolverError
 from flexura.full_order import at_rest
 from flexura.motion import (
     NO_LOADS,
@@ -28,8 +28,8 @@ from flexura.motion import (
     end_forces,
 )
 from flexura.structure import Design, Plan
-from flexura.study.questions.blocks import Bounded, mass_of
-from flexura.study.questions.kinds import FREQUENCY, WORST, Quantity
+from flexura.study.questions.blocks import FAILURES, Bounded, mass_of
+from flexura.study.questions.kinds import FREQUENCY, WORST, Pose, Quantity
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.states import MODES_FOLLOWED, PosedState, ReferenceState, leading_mode
 from flexura.study.questions.worst import StrokeStates, WorstPose, worst_of
@@ -404,3 +404,24 @@ def worst_pose(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) 
     """Where what is asked over a stroke, or over commands, is worst for one design. Raises FlexuraError where it is not
     known."""
     return OneDesign(plan, parameters, (quantity,)).worst(quantity)
+
+
+def poses_of(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) -> list[Pose]:
+    """Where something is asked of one design: its pose, of a stroke the worst one and those at both ends; none at rest,
+    and where the worst one is not known."""
+    if quantity.kind != WORST:
+        return [quantity.pose] if quantity.pose else []
+    try:
+        worst = worst_pose(plan, parameters, quantity).pose
+    except FAILURES:
+        return []
+    poses = StrokeStates.of(plan, parameters, quantity).line.poses
+    return list(dict.fromkeys((worst, poses[0], poses[-1])))
+
+
+def limits_at(plan: Plan, parameters: Mapping[str, float], pose: Pose) -> tuple[Diagnostic, ...]:
+    """What is beyond its limit at a pose of one design; nothing where that is not reached, which answers say."""
+    try:
+        return PosedState(plan, parameters, pose).limits
+    except FAILURES:
+        return ()

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura.analysis import LargestStresses, ModelError, Statics, errors_of, statics
+from flexura.analysis import LargestStresses, ModelError, Statics, errors_of, pose_limits, statics
 from flexura.arrays import Array
 from flexura.derivatives import DisplacedState, LinearState, without_round_off
-from flexura.errors import SolverError
+from flexura.errors import Diagnostic, SolverError
 from flexura.linalg import counted_intervals
 from flexura.modal import REPEATED, close_groups
 from flexura.motion import PosedDesign, reached
@@ -207,6 +207,15 @@ class PosedState:
             raise SolverError(f"{self.text} it is unstable under the forces that hold it")
         return ReferenceState(replace(self.design, pose=self.there))
 
+    @cached_property
+    def _model(self) -> FullOrderModel:
+        return FullOrderModel(replace(self.design, pose=self.there), self.there.K, self.there.M)
+
+    @property
+    def limits(self) -> tuple[Diagnostic, ...]:
+        """What is beyond its limit there, as `pose_limits` has it."""
+        return pose_limits(self._model)
+
     def frequencies(self, count: int) -> Bounded:
         """The lowest natural frequencies with proven bounds, nothing held but by forces that stay as they are."""
         pose, pairs = self.held.pose, self._modes(count)
@@ -217,8 +226,7 @@ class PosedState:
     def modal_motion(self, freedom: Freedom, count: int) -> ModalMotion:
         """A displacement in so many of the lowest modes."""
         pairs = self._modes(count)
-        model = FullOrderModel(replace(self.design, pose=self.there), self.there.K, self.there.M)
-        return _modal_motion(model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
+        return _modal_motion(self._model, np.sqrt(pairs.values) / HERTZ, pairs.vectors, freedom)
 
     def _modes(self, count: int) -> Any:
         if count not in self._pairs:

@@ -127,6 +127,7 @@ export interface Requirements {
   type: "requirements";
   serial: number;
   rows: { name: string; text: string; is: string; verdict: "met" | "missed" | "not known"; why: string }[];
+  limits: string[]; // what else is beyond its limit where these are asked
   error?: string;
 }
 
