@@ -105,8 +105,11 @@ def test_what_is_refused(how, why):
         fx.misalignment(guide(), **how)
 
 
-def test_where_there_is_no_equilibrium_it_says_so():
+def test_where_it_buckles_or_has_no_equilibrium_it_says_so():
     found = fx.misalignment(guide(), mounts={"g0": (0, 0, 0, 0.05, 0, 0)}, samples=0)
+    assert (found.values[1:3, 2] < 0).all() and np.isnan(found.values[1:3, [0, 1, -1]]).all()
+    assert "the mechanism has buckled" in found.warnings[0].text
+    found = fx.misalignment(guide(), mounts={"g0": (0, 0, 0, 0.5, 0, 0)}, samples=0)
     assert np.isnan(found.values[1:3]).all()
     [warning] = [own for own in found.warnings if own.kind == "no equilibrium"]
     assert "no equilibrium that leads on from that in place" in warning.text

@@ -14,6 +14,7 @@ AXES = ("x", "y", "z", "rx", "ry", "rz")
 POSES = {  # displacement, size as asked and SI, a member
     "amplifier/amplifier": ("output.z", "20 um", 20e-6, "quarter1.arm"),
     "guide/guide": ("carriage.x", "1 mm", 1e-3, "leaf1"),
+    "guide/servo": ("carriage.x", "0.3 mm", 0.3e-3, "leaf1"),
     "imported/guide": ("carriage.x", "0.5 mm", 0.5e-3, "stylus"),
     "pivot/pivot": ("arm.ry", "0.05 rad", 0.05, "rising"),
     "rpr/rpr": ("platform.z", "50 um", 50e-6, "rpu1"),

@@ -19,7 +19,6 @@ from flexura.motion.path import Lost as Lost
 from flexura.motion.path import Path as Path
 from flexura.motion.path import Point as Point
 from flexura.motion.path import Stopped as Stopped
-from flexura.motion.path import refuse_jump as refuse_jump
 from flexura.motion.path import unstable as unstable
 from flexura.motion.pose import Holding as Holding
 from flexura.motion.pose import Pose as Pose

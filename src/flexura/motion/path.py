@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -51,14 +52,17 @@ class Stopped:
 
 @dataclass(frozen=True)
 class Point:
-    """What is prescribed at a point of a path: driven displacements (d,), m and rad, and loads."""
+    """What is prescribed at a point of a path: driven displacements (d,), m and rad, loads, and displacements (n, 6)
+    from rest of the frames that the ground holds, with zeros for all others."""
 
     targets: Array
     loads: Loads
+    held: Array = field(default_factory=partial(np.zeros, (1, 6)))
 
     def between(self, other: Point, share: float) -> Point:
         """A point between this and another one. Loads move in proportion."""
-        return Point(self.targets + share * (other.targets - self.targets), self.loads.mixed(other.loads, share))
+        targets, held = (a + share * (b - a) for a, b in ((self.targets, other.targets), (self.held, other.held)))
+        return Point(targets, self.loads.mixed(other.loads, share), held)
 
 
 class Path:
@@ -120,9 +124,10 @@ class Path:
 
     def _predicted(self, travel: float, aim: Point) -> Frames:
         """The state at a length of the path, by the polynomial (Lagrange) of the displacements from the last state to
-        those before it; along the tangent where there are none."""
+        those before it; along the tangent where there are none. Held frames are where they are to be."""
         now, ahead = self.state.frames, travel - self._travel
         if not self._before:
+            now = self._held(now, aim)
             tangent, missing = self.equations.tangent(now, aim.loads, self.state.drive)
             gap = aim.targets - self.equations.travelled(now)
             return now.moved(self.equations.displacements(self.equations.solver(tangent)(missing, gap)[0]))
@@ -131,7 +136,17 @@ class Path:
         for length, (_, frames) in zip(lengths[1:], self._before, strict=True):
             weight = math.prod((ahead - other) / (length - other) for other in lengths if other != length)
             step += weight * displacement(now, frames)
-        return now.moved(step)
+        return self._held(now.moved(step), aim)
+
+    def _held(self, frames: Frames, aim: Point) -> Frames:
+        """Frames, those of them that the ground holds elsewhere than at rest where a point puts them."""
+        held = (aim.held != 0).any(axis=1) | (self.at.held != 0).any(axis=1)
+        if not held.any():
+            return frames
+        there = self.equations.model.rest.moved(aim.held)
+        x, R = frames.x.copy(), frames.R.copy()
+        x[held], R[held] = there.x[held], there.R[held]
+        return frames._replace(x=x, R=R)
 
 
 def refuse_jump(equations: Equations, before: Frames, predicted: Frames, after: Frames) -> None:
@@ -154,6 +169,8 @@ def displacement(start: Frames, end: Frames) -> Array:
 def _distance(start: Point, end: Point, size: float, load: float) -> float:
     """How far apart two points are, for the extrapolation: over the size of the mechanism and the largest load."""
     travel = float(np.abs(end.targets - start.targets).sum()) / size
+    moved = np.abs(end.held - start.held).max(axis=0)
+    travel += float(moved[:3].max()) / size + float(moved[3:].max())
     return travel + end.loads.apart(start.loads) / load
 
 

@@ -360,7 +360,7 @@ def _of_state_space(model: StateSpace, requested: RequestedBand) -> FrequencyRes
     resonances = resonances_up_to(requested.top)
     hz = requested.grid(resonances)
     undamped = resonance_limits(hz, *resonances_up_to(requested.top * (1 + NEAR)))
-    known = (*undamped, *band_limits(model, requested.top), *model.warnings)
+    known = (*undamped, *band_limits(model, requested.top))
     H, channels = model.frequency_response(hz), (model.inputs, model.outputs)
     return FrequencyResponse(model.name, hz, H, *channels, *resonances, model.order, model.notes, known)
 

@@ -4,7 +4,7 @@ support stiffness, with large displacements (theory eqs. Y10-Y11)."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -29,16 +29,12 @@ from flexura.motion import (
     buckling_factor,
     described_loads,
     end_forces,
-    refuse_jump,
 )
 from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import FullOrderModel, Plan
 from flexura.study.space import Sobol
 from flexura.tables import Facts, Item, Table, number, quantity
-
-SMALLEST_SHARE = 1 / 512
-"""Least part of a misalignment that is put on at once."""
 
 PERCENTILES = (5.0, 50.0, 95.0)
 
@@ -241,7 +237,7 @@ class _Assembly:
     roots: Index
     node_name: str
     node: int
-    targets: Array
+    at: Point
     count: int
     in_place: Equilibrium
     names: tuple[tuple[str, str, int], ...]
@@ -257,7 +253,8 @@ class _Assembly:
             if np.ndim(value) or not np.isfinite(value):
                 raise OptionError(f"{name} is moved by a finite number, m or rad, not {value!r}")
         targets = np.array(list(move.values()), dtype=float)
-        state = Path.from_rest(equations, Point(targets, described_loads(full.design)))
+        at = Point(targets, described_loads(full.design))
+        state = Path.from_rest(equations, at)
         if isinstance(state, Stopped):
             raise SolverError("there is no equilibrium with all mounts in place, under what loads and moves it")
         topology = full.plan.topology
@@ -273,7 +270,7 @@ class _Assembly:
             topology.root[topology.numbers([own.node for own in mounts])],
             node,
             int(topology.numbers([node])[0]),
-            targets,
+            at,
             min(n, moving.n_dof),
             state,
             tuple(names),
@@ -292,25 +289,10 @@ class _Assembly:
 
     def _state(self, offsets: Array) -> Equilibrium | None:
         """The equilibrium with mounts at offsets (m, 6), put on little by little where it must be."""
-        equations, state, done, share = self.equations, self.in_place, 0.0, 1.0
-        while done < 1.0:
-            part = min(share, 1.0 - done)
-            step = np.zeros(equations.model.dof.shape)
-            step[self.roots] = part * offsets
-            start = state.frames.moved(step)
-            try:
-                tangent, missing = equations.tangent(start, state.loads, state.drive)
-                gap = self.targets - equations.travelled(start)
-                predicted = start.moved(equations.displacements(equations.solver(tangent)(missing, gap)[0]))
-                after = equations.solve(predicted, state.loads, self.targets)
-                refuse_jump(equations, state.frames, predicted, after.frames)
-            except SolverError:
-                share = part / 2
-                if share < SMALLEST_SHARE:
-                    return None
-                continue
-            state, done = after, done + part
-        return state
+        held = np.zeros(self.equations.model.dof.shape)
+        held[self.roots] = offsets
+        state = Path(self.equations, self.in_place, self.at).to(replace(self.at, held=held))
+        return None if isinstance(state, Stopped) else state
 
     def _reactions(self, state: Equilibrium) -> Array:
         """Force and moment (m, 6) that the ground exerts at the mounts."""
@@ -332,7 +314,10 @@ class _Assembly:
         ratios = ratios_to_yield(self.full, forces.__getitem__, deformed, 1).ratio
         largest = float(np.nanmax(ratios)) if ratios.size else 0.0
         margins = [np.nan if buckles is None else buckles, 1 / largest if largest > 0 else np.nan]
-        return np.concatenate([loads, hertz, margins, stiffness])
+        asked = np.concatenate([loads, hertz, margins, stiffness])
+        if values[0] < 0:  # it has buckled, and is elsewhere
+            asked[[unit != "Hz" and name != "factor to buckle" for name, unit, _ in self.names]] = np.nan
+        return asked
 
     def warned(self, values: Array) -> Iterator[Diagnostic]:
         """Where there is no equilibrium, where it is not stable, and where motion is beyond its limits."""
@@ -344,7 +329,9 @@ class _Assembly:
         first = next(k for k, (name, _, _) in enumerate(self.names) if name == "f1")
         buckled = int((values[:, first] < 0).sum())
         if buckled:
-            text = f"in {buckled} of {len(values)} misalignments the mechanism has buckled"
+            text = (
+                f"in {buckled} of {len(values)} misalignments the mechanism has buckled: how it moves on is not known"
+            )
             yield Diagnostic("buckling", "", buckled, 0.0, "1", text)
         yield from beyond(self.equations.model, [state.frames for state in self.states])
 
