@@ -53,7 +53,8 @@ class StrokeStates:
     corners of commands each from rest."""
 
     def __init__(self, plan: Plan, parameters: Mapping[str, float], over: str) -> None:
-        self.plan, self.parameters = plan, parameters
+        self.plan: Plan = plan
+        self.parameters: Mapping[str, float] = parameters
         self.line: StrokeLine = StrokeLine.of(plan, over, parameters)
         self.worst: dict[Quantity, WorstPose] = {}
         """What is known to be the worst of what was asked."""
