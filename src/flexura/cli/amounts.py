@@ -63,7 +63,7 @@ def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
     named twice."""
     from flexura.mechanism import Layout, command_of, is_rotation, matching
 
-    actuators = Layout(mechanism).actuators()
+    actuators = Layout(mechanism).commands()
     values: dict[str, float] = {}
     for text in texts:
         name, equals, number = text.partition("=")

@@ -26,6 +26,8 @@ from flexura.errors import SolverError
 from flexura.linalg import critical_shapes
 from flexura.mechanism import DISPLACEMENTS
 from flexura.motion import (
+    MovingModel,
+    PosedDesign,
     at_pose,
     buckling_factor,
     reached,
@@ -154,6 +156,11 @@ class State(Record):
         """Displacement per unit command, nothing held but by forces that stay as they are."""
         port = self.input(actuator)
         return self._moved(self.row(to), port.row)[0] * port.gain
+
+    def drift(self, temperature: str, to: str) -> Any:
+        """Displacement by a unit of a state of temperature, linear from here, nothing held but by forces that stay as
+        they are."""
+        raise NotImplementedError
 
     def amplification(self, actuator: str, to: str) -> Any:
         """Displacement per elongation of the actuator that makes it."""
@@ -341,6 +348,23 @@ class LinearState(State):
         columns = np.moveaxis(residual, 0, 1).reshape(len(u), -1)
         slope = self._solve(columns).reshape(len(u), len(residual), -1)
         return Dual(u, np.moveaxis(slope, 1, 0))
+
+    def drift(self, temperature: str, to: str) -> Any:
+        """As `State.drift` (theory eq. W4)."""
+        node, _, axis = to.rpartition(".")
+        number = int(self._at.plan.topology.numbers([node])[0])
+        posed = self._at.posed
+        if posed is None:
+            model = MovingModel.of(self._at)
+            load, growth = model.load_of(temperature, model.rest)
+            turn: Array = np.eye(3)
+        else:
+            assert isinstance(posed, PosedDesign)
+            model, state = posed.model, posed.pose.state
+            load, growth = model.load_of(temperature, state.frames, state.loads.actuators)
+            turn = state.frames.R[model.root[number]]
+        grown = (turn @ growth[number].reshape(2, 3, 1)).reshape(6)[DISPLACEMENTS.index(axis)]
+        return self.row(to) @ self.response(load[:, None])[:, 0] + grown
 
     def _stiffness_changes(self, X: Array, loaded: bool = True) -> Array:
         """K' X (P, n, k), with or without the geometric stiffness of described loads; NaN at kinks."""

@@ -91,6 +91,7 @@ STROKE_PER_VOLT = LENGTH.times(VOLTAGE, -1)
 STRAIN_PER_VOLT = NUMBER.times(VOLTAGE, -1)
 TEMPERATURE = Dimension(temperature=Fraction(1))
 STRAIN_PER_KELVIN = NUMBER.times(TEMPERATURE, -1)
+TEMPERATURE_GRADIENT = TEMPERATURE.times(LENGTH, -1)
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\*\*(?:(-?\d{1,3})|\((-?\d{1,3}(?:/\d{1,3})?)\)))?")
 _COHERENT = {
     "1": NUMBER,

@@ -16,10 +16,12 @@ from flexura.mechanism.quantity import (
     Angle,
     AnyQuantity,
     Density,
+    ExpansionCoefficient,
     Inertia,
     Length,
     NonNegativeMass,
     NonNegativeNumber,
+    PerKelvin,
     PositiveLength,
     PositiveMass,
     PositivePressure,
@@ -210,6 +212,8 @@ class RigidBody(Part):
     solid: Solid | None = None
     rotate: Rotation | None = None
     """Turns the solid, or the axes in which `inertia` is given."""
+    expansion: ExpansionCoefficient | None = None
+    """Coefficient of thermal expansion, 1/K; by default that of the material of its solid."""
     elastic: bool | Literal["auto"] = "auto"
     """Whether the solid bends; `auto`: where that matters."""
     held: Held | None = None
@@ -441,6 +445,10 @@ class Superelement(Part):
     mass: SquareMatrix
     loss_factor: NonNegativeNumber | None = None
     """Structural loss factor."""
+    expansion: ExpansionCoefficient | None = None
+    """Coefficient of thermal expansion, 1/K, of a homogeneous part."""
+    softening: PerKelvin | None = None
+    """Relative change of its moduli with temperature, 1/K."""
     stiffness_error: SquareMatrix | None = None
     """How far off the stiffness may be: the strain energy of displacements v is uncertain by half of v' E v."""
     mesh: Meshed | None = None

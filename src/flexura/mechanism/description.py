@@ -33,6 +33,7 @@ from flexura.mechanism.quantity import (
 from flexura.mechanism.section import Section
 from flexura.mechanism.solid_part import SolidPart
 from flexura.mechanism.studies import DescribedStudy, Label, PublishedValue, Question
+from flexura.mechanism.temperatures import Warmer
 from flexura.results import Displayed
 from flexura.tables import Facts, Item, Table, quantity
 
@@ -301,6 +302,11 @@ class Mechanism(Substructure, Displayed):
     """The pose about which everything is linear, by the nodes that are moved there; at rest when there is none."""
     motion: Motion | None = None
     """The stroke of the mechanism."""
+    temperatures: dict[Name, dict[str, Warmer]] = {}
+    """States of temperature by name: how much warmer members, bodies, parts, instances and the `ground` are; `*`
+    matches any run of characters, and what is named later goes before what is named earlier."""
+    ground_material: str | None = None
+    """What the ground expands as where it is warmer; without it the ground keeps its size."""
     disturbances: dict[Name, Disturbance] = {}
     """What shakes it: floors, noise of actuators and sensors, random forces."""
     controllers: dict[Name, Controller] = {}

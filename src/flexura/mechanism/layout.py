@@ -23,6 +23,7 @@ from flexura.mechanism.instances import TOP, Specialised
 from flexura.mechanism.loads import DISPLACEMENTS, FORCES, Prescribed, command_of
 from flexura.mechanism.placement import Affine, Reflect, Step, Turn, copies, reflect, turn
 from flexura.mechanism.quantity import Scalar
+from flexura.mechanism.temperatures import Warming, warmings
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,10 @@ class Layout:
             for node in self.prototypes[child.prototype].interface
         ]
         return self.own_nodes(name) + of_children
+
+    def commands(self) -> dict[str, Actuator | Warming]:
+        """What may be commanded: actuators as placed, and states of temperature."""
+        return {**warmings(self.mechanism.temperatures), **self.actuators()}
 
     def actuators(self) -> dict[str, Actuator]:
         """Actuators as placed, by `NAME` or `INSTANCE.NAME`."""
@@ -189,7 +194,7 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
     Raises OptionError for what is neither; nodes that are not there and what is held are named by whatever uses the
     mechanism.
     """
-    actuators = Layout(mechanism).actuators()
+    actuators = Layout(mechanism).commands()
     found: dict[str, dict[str, float]] = {}
     for name, value in move.items():
         if isinstance(value, str | bool) or np.ndim(value) != 0 or not np.isfinite(value):

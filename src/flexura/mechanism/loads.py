@@ -8,7 +8,8 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from flexura.mechanism.base import Part, axis_direction, refuse
 from flexura.mechanism.channels import Actuator, MomentActuator, PiezoStack, StrainActuator
-from flexura.mechanism.quantity import CONTEXT_KEY, Acceleration, Angle, Force, Length, Moment, Temperature, Voltage
+from flexura.mechanism.quantity import CONTEXT_KEY, Acceleration, Angle, Force, Length, Moment, Number, Temperature, Voltage
+from flexura.mechanism.temperatures import Warming
 
 STANDARD_GRAVITY = 9.80665
 """m/s^2, of a gravity that is given as a direction alone (CGPM 1901)."""
@@ -48,8 +49,8 @@ DISPLACEMENTS = ("x", "y", "z", "rx", "ry", "rz")
 FORCES = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 """Names of forces and moments along and about the global axes."""
 
-COMMANDS = ("expansion", "voltage", "force", "moment", "temperature")
-"""Names of the commands of actuators."""
+COMMANDS = ("expansion", "voltage", "force", "moment", "temperature", "share")
+"""Names of the commands of actuators and of states of temperature."""
 
 
 class OneKind(Part):
@@ -75,7 +76,8 @@ class Prescribed(OneKind):
     is left out stays free. Dead forces, N, and moments, N m, act on it beside those of `loads`.
 
     Or the command of an actuator: the free expansion of a piezo stack, m, or its voltage, V, where it has a gain; a
-    force, N; a moment, N m; the voltage of layers, V, or by how much they are warmer, K.
+    force, N; a moment, N m; the voltage of layers, V, or by how much they are warmer, K. Or of a state of temperature
+    by its name the share of it; of `temperature` by how much everything is warmer, K.
     """
 
     EXAMPLE: ClassVar[str] = "e.g. {y: 5 mm}, or {expansion: 10 um}"
@@ -97,10 +99,13 @@ class Prescribed(OneKind):
     force: Force | None = None
     moment: Moment | None = None
     temperature: Temperature | None = None
+    share: Number | None = None
 
 
-def command_of(actuator: Actuator) -> str | None:
-    """Name of the command of an actuator; None where it moves the base."""
+def command_of(actuator: Actuator | Warming) -> str | None:
+    """Name of the command of an actuator or a state of temperature; None where it moves the base."""
+    if isinstance(actuator, Warming):
+        return actuator.command
     if isinstance(actuator, PiezoStack):
         return "expansion" if actuator.gain is None else "voltage"
     if isinstance(actuator, StrainActuator):
@@ -122,6 +127,7 @@ AngleRange = Annotated[tuple[Angle, ...], *_ONE_OR_TWO]
 ForceRange = Annotated[tuple[Force, ...], *_ONE_OR_TWO]
 MomentRange = Annotated[tuple[Moment, ...], *_ONE_OR_TWO]
 VoltageRange = Annotated[tuple[Voltage, ...], *_ONE_OR_TWO]
+NumberRange = Annotated[tuple[Number, ...], *_ONE_OR_TWO]
 TemperatureRange = Annotated[tuple[Temperature, ...], *_ONE_OR_TWO]
 
 
@@ -142,6 +148,7 @@ class Moved(OneKind):
     force: ForceRange | None = None
     moment: MomentRange | None = None
     temperature: TemperatureRange | None = None
+    share: NumberRange | None = None
 
 
 class Motion(Part):

@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from flexura.mechanism.base import Part, Text, refuse
-from flexura.mechanism.quantity import Density, ExpansionCoefficient, NonNegativeNumber, Number, PositivePressure
+from flexura.mechanism.quantity import Density, ExpansionCoefficient, NonNegativeNumber, Number, PerKelvin, PositivePressure
 
 
 class Material(Part):
@@ -26,7 +26,9 @@ class Material(Part):
     yield_stress: PositivePressure | None = None
     """Yield stress (0.2 % proof stress), or the strength of a brittle material, Pa."""
     expansion: ExpansionCoefficient | None = None
-    """Coefficient of thermal expansion, 1/K, of layers."""
+    """Coefficient of thermal expansion, 1/K."""
+    softening: PerKelvin | None = None
+    """Relative change of E and G with temperature, 1/K; negative where a material gets softer."""
     source: Text = ""
     """Where the values come from."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
+from flexura.duals import Dual
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.elements import (
     Bars,
@@ -27,9 +28,14 @@ from flexura.motion.elements import (
     turned,
 )
 from flexura.motion.layout import Laid, laid_out
+from flexura.motion.warming import Warmed
+from flexura.records import Latest
 from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
+
+SMALL_SHARE = 1e-3
+"""Share of a state of temperature to both sides of which its first effect is looked at."""
 
 
 class Forces(NamedTuple):
@@ -69,14 +75,47 @@ class MovingModel(Laid):
         return [*columns, self.dof[self.sagging.node].reshape(-1, 12), self.dof]
 
     def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
-        """The elements, those of actuators under their commands, by name."""
-        elements = list(self.elements)
+        """The elements, those of actuators under their commands, by name; all that is warmer under those of states of
+        temperature."""
+        elements = self._warmed({name: share for name, share in actuators.items() if name not in self.actuators})
         for name, command in actuators.items():
+            if name not in self.actuators:
+                continue
             number = self.actuators[name]
             element = elements[number]
             assert isinstance(element, Bars | PoseElements | Push)
             elements[number] = element.driven(command)
         return elements
+
+    def _warmed(self, shares: Mapping[str, Any]) -> list[Group]:
+        """The elements in states of temperature, of each a share."""
+        return list(self._warming(shares).elements) if shares else list(self.elements)
+
+    def _warming(self, shares: Mapping[str, Any]) -> Warmed:
+        if any(isinstance(share, Dual) for share in shares.values()):
+            return Warmed.of(self, shares)
+        return self._latest_warmed.get(tuple(shares.items()), lambda: Warmed.of(self, shares))
+
+    @cached_property
+    def _latest_warmed(self) -> Latest[Warmed]:
+        return Latest()
+
+    def growth(self, actuators: Mapping[str, float]) -> Array:
+        """Displacements and rotations (n + 1, 6) of nodes as seen from the frames that they follow, by what is warmer
+        under commands."""
+        shares = {name: share for name, share in actuators.items() if name not in self.actuators}
+        return self._warming(shares).growth if shares else np.zeros((len(self.dof), 6))
+
+    def load_of(self, state: str, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> tuple[Array, Array]:
+        """Forces (n,) on the free displacements by one unit of a state of temperature in a state of the frames, N and
+        N m, and the `growth` (n + 1, 6) of nodes by it, linear from there."""
+        none, before = np.zeros(3), actuators.get(state, 0.0)
+        less, more = ({**actuators, state: before + sign * SMALL_SHARE} for sign in (-1, 1))
+        change = (self.forces(frames, none, more).force - self.forces(frames, none, less).force) / (2 * SMALL_SHARE)
+        free = self.dof >= 0
+        load = np.zeros(self.n_dof, like=change)
+        load[self.dof[free]] = -change[free]
+        return load, (self.growth(more) - self.growth(less)) / (2 * SMALL_SHARE)
 
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
@@ -194,10 +233,10 @@ class MovingModel(Laid):
         """Frames that carry mass."""
         return np.flatnonzero(self.inertia.any(axis=(1, 2)))
 
-    def positions(self, frames: Frames) -> Array:
+    def positions(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Array:
         """Positions (n, 3), m, of all nodes."""
         root = self.root
-        x = frames.x[root] + (frames.R[root] @ self.arm[..., None])[..., 0]
+        x = frames.x[root] + (frames.R[root] @ (self.arm + self.growth(actuators)[:, :3])[..., None])[..., 0]
         return x[:-1]
 
     def loss_factors(self, default: float) -> list[Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -177,8 +177,10 @@ class Pose(Record):
         """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""
         model, frames = self.equations.model, self.state.frames
         root = int(model.root[node])
+        grown = model.growth(self.state.loads.actuators)[node]
         moved = frames.x[root] - model.rest.x[root] + (frames.R[root] - np.eye(3)) @ model.arm[node]
-        return np.concatenate([moved, rotation_vector(frames.R[root])])
+        turned = rotation_vector(frames.R[root]) + frames.R[root] @ grown[3:]
+        return np.concatenate([moved + frames.R[root] @ grown[:3], turned])
 
 
 def lowest_of_any(K: Matrix, M: Matrix, n: int, shapes: bool = True) -> Eigenpairs:
@@ -289,8 +291,8 @@ def part_motions(model: MovingModel, states: Sequence[Equilibrium], names: Colle
     """By superelement of some names, displacements and rotations of its nodes as seen from the first, and amplitudes,
     (d, k) in k states, in right-handed axes."""
     return {
-        name: np.stack([group.motions(state.frames, model.rest)[0] for state in states], axis=-1)
-        for name, group in _superelements(model, names)
+        name: np.stack([_motions(model, k, state) for state in states], axis=-1)
+        for k, name, _ in _superelements(model, names)
     }
 
 
@@ -300,15 +302,21 @@ def part_motion_changes(
     """What small displacements (n + 1, 6, k) of the frames from a state change of `part_motions`."""
     return {
         name: group.motion_changes(state.frames, model.rest, moved[group.node].reshape(1, -1, moved.shape[-1]))[0]
-        for name, group in _superelements(model, names)
+        for _, name, group in _superelements(model, names)
     }
 
 
-def _superelements(model: MovingModel, names: Collection[str]) -> Iterator[tuple[str, Superelements]]:
-    """Those of some names."""
-    for group, (name, *_) in zip(model.elements, model.names, strict=True):
+def _motions(model: MovingModel, number: int, state: Equilibrium) -> Array:
+    """How one superelement is deformed (d,), beyond what it expands freely."""
+    group: Any = model.commanded(state.loads.actuators)[number]
+    return group.motions(state.frames, model.rest)[0]
+
+
+def _superelements(model: MovingModel, names: Collection[str]) -> Iterator[tuple[int, str, Superelements]]:
+    """Those of some names, with their numbers."""
+    for k, (group, (name, *_)) in enumerate(zip(model.elements, model.names, strict=True)):
         if name in names and isinstance(group, Superelements):
-            yield name, group
+            yield k, name, group
 
 
 def with_members(model: MovingModel) -> list[str]:

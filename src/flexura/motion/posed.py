@@ -43,6 +43,8 @@ class Lever(NamedTuple):
 def commanded(model: MovingModel, port: InputPort) -> Lever:
     """What an input does to a mechanism that moves. Raises OptionError for motions of the base."""
     name = port.channel.name
+    if port.warms:
+        return Lever(name, None, 1.0)
     if port.base is not None:
         raise OptionError(
             f"{name} accelerates the base, which is at rest here: commands are of forces, moments and piezo stacks; a"
@@ -92,7 +94,8 @@ class PosedDesign(Record):
     @cached_property
     def positions(self) -> Array:
         """Positions (n_nodes, 3) of all nodes, m."""
-        return self.model.positions(self.pose.state.frames)
+        state = self.pose.state
+        return self.model.positions(state.frames, state.loads.actuators)
 
     @cached_property
     def base_inertia_forces(self) -> Array:
@@ -258,12 +261,12 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
     ports = _inputs(design, commands)
     units = ["N m" if name.rpartition(".")[2] in FORCES[3:] else "N" for name in forces]
     texts = [f"{name} = {size:.4g} {unit}" for (name, size), unit in zip(forces.items(), units, strict=True)]
-    texts += [f"{p.channel.name} = {c:.4g} {p.channel.unit}" for p, c in zip(ports, commands.values(), strict=True)]
+    texts += [f"{p.channel.name} = {c:.4g} {p.channel.unit}".removesuffix(" 1") for p, c in zip(ports, commands.values(), strict=True)]
     return loads_with(model, forces, commands), texts
 
 
 def _inputs(design: Design, commands: Mapping[str, Any]) -> Sequence[InputPort]:
-    return Ports(Design.of(design.plan.at_rest(), design.parameters)).inputs(list(commands)) if commands else []
+    return Ports(Design.of(design.plan.at_rest(), design.parameters)).commands(list(commands)) if commands else []
 
 
 def loads_with(model: MovingModel, force: Mapping[str, Any], command: Mapping[str, Any]) -> Loads:

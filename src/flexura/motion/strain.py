@@ -11,7 +11,7 @@ d = (u, s2, s3, phi, theta2, theta3): translations along and across the element,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -137,6 +137,19 @@ class Strain:
         together, first = np.flatnonzero(self.place), np.flatnonzero(self.place == 1)
         counts = np.diff(np.append(np.flatnonzero(self.place[together] == 1), len(together)))
         return tuple(first[counts == n, None] + np.arange(n) for n in np.unique(counts))
+
+    def scaled(self, moduli: Array, length: Array) -> Strain:
+        """Of elements (e,) whose moduli and all whose lengths are so many times as large: strains are as large by
+        translations that grow along."""
+        size = np.full(self.stiffness.shape[:2], 1.0, like=length) * length[:, None] ** 1.5
+        size[:, :3] = size[:, :3] / length[:, None]
+        grown = moduli * length**3
+        return replace(
+            self,
+            stiffness=self.stiffness * (moduli[:, None] * size)[..., None] * size[:, None],
+            next_stiffness=self.next_stiffness * grown[:, None],
+            bowing=replace(self.bowing, plate=self.bowing.plate * grown),
+        )
 
     @property
     def _warping(self) -> int:

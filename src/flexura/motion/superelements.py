@@ -56,6 +56,11 @@ class Polynomial:
             _joined([part.quartic for part in parts], [len(part.stiffness) for part in parts], poses),
         )
 
+    def scaled(self, factor: Array) -> Polynomial:
+        """So many times (e,) as stiff."""
+        each = (own * factor.reshape(-1, *[1] * (own.ndim - 1)) for own in (self.stiffness, self.cubic, self.quartic))
+        return Polynomial(*each)
+
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energies (e,), N m, their gradients (e, d) and Hessians (e, d, d) at deformations (e, d)."""
         gradient = (self.stiffness @ d[..., None])[..., 0]
@@ -145,6 +150,10 @@ class Superelements:
     def _ends(self, frames: Frames) -> Ends:
         """Where these frames are, (e, count)."""
         return Ends.of(frames, self.node[:, : self.count], self.axes[:, None], self.arm)
+
+    def logs_at(self, frames: Frames) -> Logarithm:
+        """Poses of the other frames as seen from the first."""
+        return _seen_from_first(self._ends(frames))
 
     def turns(self, frames: Frames) -> Array:
         """The largest rotations (e,), rad, of frames seen from the first."""

@@ -66,6 +66,8 @@ from flexura.structure.solids import ROUND as ROUND
 from flexura.structure.solids import Bars as Bars
 from flexura.structure.solids import Bodies as Bodies
 from flexura.structure.solids import solids_of as solids_of
+from flexura.structure.temperatures import Temperatures as Temperatures
+from flexura.structure.temperatures import Warmth as Warmth
 from flexura.structure.topology import Copies as Copies
 from flexura.structure.topology import Geometry as Geometry
 from flexura.structure.values import common as common

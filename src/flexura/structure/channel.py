@@ -19,6 +19,7 @@ UNITS = {
     "expansion": "m",
     "voltage": "V",
     "temperature": "K",
+    "share": "1",
     "displacement": "m",
     "velocity": "m/s",
     "acceleration": "m/s^2",

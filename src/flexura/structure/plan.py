@@ -43,6 +43,7 @@ from flexura.structure.elements import Elements
 from flexura.structure.members import Members
 from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
+from flexura.structure.temperatures import Temperatures
 from flexura.structure.topology import Geometry, Topology, Transforms
 from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along, picked
 from flexura.tables import Facts, Item
@@ -153,6 +154,7 @@ class Plan(Record, Displayed):
             for name, children in self.layout.children.items()
         }
         self.loads: DeadLoads = DeadLoads(self.layout, self.value_table)
+        self.temperatures: Temperatures = Temperatures(self.layout, self.value_table)
         self.pose: DescribedPose = DescribedPose(self.layout, self.value_table)
         self.motion: DescribedMotion = DescribedMotion(self.layout, self.value_table)
         specialised = self.layout.specialised

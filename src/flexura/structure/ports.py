@@ -27,6 +27,7 @@ from flexura.mechanism import (
     is_pattern,
     origin_of,
     suggestion,
+    warmings,
 )
 from flexura.records import Record
 from flexura.structure.channel import Action, Channel, wrenches_along
@@ -73,6 +74,8 @@ class InputPort(Record):
     stroke: float = 0.0
     nodes: tuple[int, ...] = ()
     limits: tuple[float, float] = (-np.inf, np.inf)
+    warms: bool = False
+    """Whether it is a state of temperature."""
 
     @property
     def strains(self) -> bool:
@@ -202,6 +205,18 @@ class Ports:
             self._actuator(name) if name in self._actuators else self._dof_input(name)
             for name in self._expanded(names, self._actuators, "input")
         ]
+
+    def commands(self, names: Sequence[str]) -> list[InputPort]:
+        """What may be commanded at a pose, as `inputs`; states of temperature too, which have no load of their own."""
+        states = warmings(self.plan.mechanism.temperatures)
+        ports = list[InputPort]()
+        for name in names:
+            if name in states and name not in self._actuators:
+                nothing = np.zeros(self.plan.topology.n_dof)
+                ports.append(InputPort(Channel(name, states[name].quantity), nothing, nothing, warms=True))
+            else:
+                ports += self.inputs([name])
+        return ports
 
     def action(self, name: str) -> Action:
         """What an actuator, or a force or moment on a DOF, acts along, of one design or of a stack.

@@ -202,7 +202,7 @@ def _prescribed(
 ) -> tuple[dict[str, Index], dict[str, Index], dict[str, Index]]:
     """Entries of prescribed displacements and of forces by NODE.AXIS, of commands of actuators by name as placed."""
     displacements, forces, commands = dict[str, Index](), dict[str, Index](), dict[str, Index]()
-    actuators = layout.actuators() if targets else {}
+    actuators = layout.commands() if targets else {}
     for name, target in targets.items():
         for key in target.given:
             entries = table.entries(getattr(target, key))

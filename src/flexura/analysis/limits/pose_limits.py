@@ -231,7 +231,7 @@ def pose_limits(model: FullOrderModel) -> tuple[Diagnostic, ...]:
 
 def _pose_limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Diagnostic]:
     commands, frames = model.plan.pose.commands(model.values), [posed.pose.state.frames]
-    yield from command_limits(Ports(model.design).inputs(list(commands)), np.array([*commands.values()])[:, None])
+    yield from command_limits(Ports(model.design).commands(list(commands)), np.array([*commands.values()])[:, None])
     yield from beyond(posed.model, frames)
     for meeting in solids_that_meet(model, frames)[0]:
         text = f"{meeting.first} and {meeting.second} meet at the pose, and go through each other"

@@ -242,7 +242,7 @@ class _Reader:
         ports, seen = Ports(self.model.design), set[str]()
         for pattern, given in actuators.items():
             command = _Range.of(f"the command of {pattern}", given)
-            for port in ports.inputs([pattern]):
+            for port in ports.commands([pattern]):
                 name = port.channel.name
                 lever = commanded(self.model, port)
                 if name in seen:

@@ -360,7 +360,7 @@ def _pose_and_motion(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
 
 def _prescribed(survey: Survey, nodes: _Nodes, at: Path, entries: Mapping[str, Prescribed | Moved]) -> Iterator[Use]:
     """Nodes that are moved, and actuators with a command."""
-    mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
+    mechanism, actuators = survey.layout.mechanism, survey.layout.commands()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
     for text, entry in entries.items():
         path, given = (*at, text), entry.given

@@ -50,7 +50,7 @@ class Commands:
         """Those of a mechanism from a file, with parameters and a pose in SI."""
         dimensions = parameter_dimensions(mechanism.parameters)
         settings = [f"{name}={_quantity(value, dimensions.get(name))}" for name, value in parameters.items()]
-        actuators = Layout(mechanism).actuators()
+        actuators = Layout(mechanism).commands()
         pose = []
         for name, value in at.items():
             own = next((command_of(actuators[key]) for key in matching(name, actuators)), None)

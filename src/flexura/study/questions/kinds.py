@@ -11,7 +11,9 @@ from flexura.expressions import dimension as dimensions
 from flexura.mechanism import DISPLACEMENTS, FORCES, suggestion
 from flexura.units import format_quantity, is_unit, parse_unit
 
-Argument = Literal["dof", "body", "member", "actuator", "output", "input", "hertz", "parameter", "disturbance"]
+Argument = Literal[
+    "dof", "body", "member", "actuator", "output", "input", "hertz", "parameter", "disturbance", "temperature"
+]
 """What an argument names or is."""
 
 Poses = Literal["any", "needed", "same", "none"]
@@ -32,6 +34,7 @@ SIGNS: dict[Argument, str] = {
     "hertz": "HZ",
     "parameter": "PARAMETER",
     "disturbance": "DISTURBANCE",
+    "temperature": "STATE",
 }
 """How arguments are written where a name is explained."""
 
@@ -86,6 +89,13 @@ KINDS = {
             "parasitic", "size of what moves beside the driven motion: along this, or across it", ("dof",), 0, "needed"
         ),
         Kind("centre_shift", "how far a point on the axis of a rotation at rest goes across it", ("dof",), 0, "needed"),
+        Kind(
+            "drift",
+            "displacement per kelvin that everything is warmer, or in a state of temperature, linear",
+            ("dof", "temperature"),
+            1,
+            worse="farther",
+        ),
         Kind("stress", "largest von Mises stress, of all members or of some", ("member",), 1),
         Kind("margin", "least yield stress over stress, of all members or of some", ("member",), 1, worse="smaller"),
         Kind("force", "force that holds a pose, along a displacement of it", ("dof",), 0, "needed", "farther"),

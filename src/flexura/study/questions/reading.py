@@ -14,7 +14,8 @@ import numpy as np
 from flexura.analysis import part_yield_stresses
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
-from flexura.mechanism import DOF_NAMES, FORCES, is_pattern, matching, parameter_dimensions, suggestion
+from flexura.expressions import NUMBER
+from flexura.mechanism import DOF_NAMES, FORCES, UNIFORM, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
 from flexura.study.questions.grammar import NOWHERE, STROKE, Asked, Place, Where
 from flexura.study.questions.kinds import (
@@ -204,10 +205,12 @@ class Reader:
             return self.port(name, kind, text)
         if kind == "disturbance":
             known = list(self.plan.mechanism.disturbances)
+        elif kind == "temperature":
+            known = self.plan.temperatures.names
         else:
             known = self.plan.body_names if kind == "body" else list(self.plan.mechanism.parameters)
         if text not in known:
-            many = "bodies" if kind == "body" else f"{kind}s"
+            many = {"body": "bodies", "temperature": "states of temperature"}.get(kind, f"{kind}s")
             raise OptionError(f"{name}({SIGNS[kind]}): there is no {kind} {text!r}; {suggestion(text, known, many)}")
         return text
 
@@ -288,6 +291,9 @@ class Reader:
                 return "N*m" if read[0].turns else "N"
             case "reach" | "shift" | "parasitic":
                 return "rad" if read[0].turns else "m"
+            case "drift":
+                unit = "rad" if read[0].turns else "m"
+                return f"{unit}/K" if read[1:] in ((), (UNIFORM,)) else unit
             case "centre_shift":
                 if not read[0].turns:
                     raise OptionError(f"centre_shift({read[0]}): of a rotation, e.g. {read[0].node}.rz")
@@ -358,9 +364,9 @@ class Reader:
     def _held(self, place: Place) -> list[Held]:
         """What is prescribed by one place of a pose."""
         name = self.stroke() if place.name == STROKE and not place.pushes else place.name
-        driven = [] if place.pushes else matching(name, actuator_names(self.plan))
+        driven = [] if place.pushes else matching(name, self.plan.layout.commands())
         if driven:
-            ports = self.ports.inputs(driven)
+            ports = self.ports.commands(driven)
             moving = next((port for port in ports if port.base is not None), None)
             if moving is not None:
                 raise OptionError(f"at {name}: {moving.channel.name} accelerates the base, which is at rest at a pose")
@@ -373,7 +379,8 @@ class Reader:
             else:
                 found = [Held(freedom.name, place.value, "rad" if freedom.turns else "m")]
         expected, dimension = parse_unit(found[0].unit)[1], place.dimension
-        if dimension != expected and (place.value or dimension is not None):
+        is_plain = dimension is None and (not place.value or expected == NUMBER)
+        if dimension != expected and not is_plain:
             kind = {"m": "a length is expected, e.g. in mm", "rad": "an angle is expected, in deg or rad"}
             given = "has no unit" if dimension is None else f"is in {dimension.unit() or 'rad'}"
             hint = kind.get(found[0].unit, f"it is in {found[0].unit}")

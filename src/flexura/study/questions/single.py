@@ -16,6 +16,7 @@ from flexura.derivatives import DisplacedState, DisplacementPath, LinearState, S
 from flexura.duals import Dual, slope_of
 from flexura.errors import Diagnostic, SolverError
 from flexura.full_order import at_rest
+from flexura.mechanism import UNIFORM
 from flexura.motion import (
     NO_LOADS,
     Equations,
@@ -300,6 +301,7 @@ READINGS: dict[str, Callable[..., Any]] = {
     "compliance": lambda state, to, by=None: state.held.compliance(to.name, (by or to).name),
     "coupling": lambda state, actuator, to: state.free.coupling(actuator.known, to.name),
     "amplification": lambda state, actuator, to: state.free.amplification(actuator.known, to.name),
+    "drift": lambda state, to, by=None: state.free.drift(by or UNIFORM, to.name),
     "stress": lambda state, of=None: state.held.stress(of and of.members),
     "margin": lambda state, of=None: state.held.margin(of and of.members),
     "shift": lambda state, of: state.held.displacement(of.node)[of.component],

@@ -58,7 +58,7 @@ def _stroke(design: Design) -> StrokeLine:
         sizes = zip(FORCES, wrench.T, (*["N"] * 3, *["N*m"] * 3), strict=True)
         ends += [(f"{node}.{axis}", size, unit, "force") for axis, size, unit in sizes if size.any()]
     commands = motion.commands(values)
-    ports = Ports(design).inputs(list(commands)) if commands else []
+    ports = Ports(design).commands(list(commands)) if commands else []
     named = zip(ports, commands.values(), strict=True)
     ends += [(port.channel.name, value, port.channel.unit, "command") for port, value in named]
     first, last = (

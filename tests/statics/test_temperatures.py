@@ -1,0 +1,174 @@
+"""What is warmer expands: free, clamped, bent and buckled, against closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import flexura as fx
+from flexura.errors import ModelError, OptionError
+from helpers.over import over
+
+ALPHA, E, L, B, H = 23e-6, 70e9, 0.1, 0.01, 1e-3
+BAR = """
+flexura: 1
+name: bar
+corrections: none
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, softening: -400 um/m/K}}
+sections: {s: {shape: rectangle, width: 10 mm, thickness: 1 mm}}
+nodes: {a: [0, 0, 0], b: [100 mm, 0, 0]}
+links: {bar: {nodes: [a, b], section: s, material: m, reference: z, elements: 12}}
+ground: GROUND
+temperatures:
+  hot: {bar: 10 K}
+  bowed: {bar: {gradient: [0, 0, 0.1 K/mm]}}
+  along: {bar: {temperature: 2 K, gradient: [0.1 K/mm, 0, 0]}}
+"""
+
+
+def bar(ground="{a: clamped}"):
+    return fx.loads(BAR.replace("GROUND", ground))
+
+
+def asked(model, *texts):
+    found = fx.questions(model, list(texts)).values({})
+    assert not any(found.reason[0]) if hasattr(found, "reason") else True
+    return found.value[0]
+
+
+def test_a_free_bar_expands_without_stress():
+    """Uniform, along it, and across it: elongation, and the circle that a gradient bends it to."""
+    model = bar()
+    x, along, z, turned = asked(model, "drift(b.x, hot)", "drift(b.x, along)", "drift(b.z, bowed)", "drift(b.ry, bowed)")
+    assert x == pytest.approx(ALPHA * 10 * L, rel=1e-7)
+    assert along == pytest.approx(ALPHA * 2 * L, rel=1e-7)
+    assert turned == pytest.approx(ALPHA * 100 * L, rel=1e-6)
+    assert z == pytest.approx(-ALPHA * 100 * L**2 / 2, rel=1e-6)
+    assert asked(model, "drift(b.x)")[0] == pytest.approx(ALPHA * L, rel=1e-7)
+    for state in ("hot", "bowed", "along"):
+        assert asked(model, f"stress at {state} = 1")[0] < 1.0  # Pa
+
+
+def test_a_clamped_bar_is_stressed_and_buckles():
+    """E alpha dT, at any length; and 4 pi^2 E I / L^2 (Timoshenko and Gere 1961, section 2.2)."""
+    model = bar("{a: clamped, b: clamped}")
+    stress, factor = asked(model, "stress at hot = 0.1", "buckling at hot = 0.1")
+    assert stress == pytest.approx(E * (1 - 4e-4) * ALPHA, rel=1e-3)
+    critical = 4 * np.pi**2 * H**2 / 12 / L**2 / ALPHA  # K
+    assert factor == pytest.approx(critical, rel=5e-3)
+
+
+def test_the_frequency_of_what_is_free_follows_moduli_and_size():
+    """f is as the root of E times a length."""
+    cold, hot = asked(bar(), "f1 at hot = 1e-6", "f1 at hot = 1")
+    assert hot / cold == pytest.approx(np.sqrt((1 - 4e-3) * (1 + 10 * ALPHA)), rel=1e-6)
+
+
+def test_the_frequency_of_what_is_clamped_falls_by_its_force():
+    """E I w(4) + P w(2) = rho A omega^2 w between clamps, with P = E A alpha dT and E softer by 0.4 %."""
+    modulus, inertia, area = E * (1 - 4e-3), B * H**3 / 12, B * H
+    bending, force = modulus * inertia, modulus * area * ALPHA * 10
+
+    def determinant(hz):
+        middle = force / (2 * bending)
+        root = np.hypot(middle, 2 * np.pi * hz * np.sqrt(2700 * area / bending))
+        a, b = np.sqrt(root - middle) * L, np.sqrt(root + middle) * L
+        return 2 * a * b * (1 - np.cosh(a) * np.cos(b)) + (a**2 - b**2) * np.sinh(a) * np.sin(b)
+
+    expected = brentq(determinant, 150.0, 400.0)
+    assert asked(bar("{a: clamped, b: clamped}"), "f1 at hot = 1")[0] == pytest.approx(expected, rel=2e-3)
+
+
+BIMETAL = """
+flexura: 1
+name: bimetal
+materials:
+  steel: {E: 200 GPa, nu: 0, rho: 7800 kg/m^3, expansion: 11 um/m/K}
+  brass: {E: 100 GPa, nu: 0, rho: 8500 kg/m^3, expansion: 19 um/m/K}
+nodes: {a: [0, 0, 0], b: [100 mm, 0, 0]}
+flexures:
+  strip:
+    nodes: [a, b]
+    material: steel
+    reference: z
+    elements: 8
+    profile: {type: layered, width: 10 mm, layers: [{thickness: 1 mm, material: steel}, {thickness: 0.5 mm, material: brass}]}
+ground: {a: clamped}
+temperatures: {hot: {strip: 10 K}}
+"""
+
+
+def test_a_bimetal_strip_bends():
+    """1/rho = 6 (a2 - a1) dT (1 + m)^2 / (h (3 (1 + m)^2 + (1 + m n) (m^2 + 1/(m n)))) (Timoshenko 1925, eq. 4)."""
+    m, n, h = 0.5 / 1.0, 100 / 200, 1.5e-3  # of brass over steel
+    curvature = 6 * 8e-6 * 10 * (1 + m) ** 2 / (h * (3 * (1 + m) ** 2 + (1 + m * n) * (m**2 + 1 / (m * n))))
+    z, turned = asked(fx.loads(BIMETAL), "drift(b.z, hot)", "drift(b.ry, hot)")
+    assert abs(turned) == pytest.approx(curvature * L, rel=1e-4)
+    assert z == pytest.approx(-curvature * L**2 / 2, rel=1e-4)  # brass is on top
+
+
+GUIDE = """
+flexura: 1
+name: guide
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K}}
+sections: {s: {shape: rectangle, width: 10 mm, thickness: 0.3 mm}}
+nodes: {a: [0, 0, 0], c: [60 mm, 0, 0], b: [0, 0, 50 mm], d: [60 mm, 0, 50 mm]}
+links:
+  one: {nodes: [a, b], section: s, material: m, reference: x, elements: 4}
+  two: {nodes: [c, d], section: s, material: m, reference: x, elements: 4}
+bodies: {stage: {centre: [30 mm, 0, 60 mm], carries: [b, d], solid: {shape: box, size: [80 mm, 10 mm, 20 mm], material: m}, elastic: false}}
+ground: {a: clamped, c: clamped}
+GROUND
+temperatures:
+  leaves: {"one": 1 K, "two": 1 K}
+  stage: {stage: 1 K}
+"""
+
+
+def guide(ground=""):
+    return fx.loads(GUIDE.replace("GROUND", ground))
+
+
+def test_a_symmetric_guide_stays_in_place():
+    """Both leaves lengthen alike: the stage rises straight. The stage alone: it spreads the leaves, and stays."""
+    x, z, turned = asked(guide(), "drift(stage.x, leaves)", "drift(stage.z, leaves)", "drift(stage.ry, leaves)")
+    assert abs(x) < 1e-12 and abs(turned) < 1e-12
+    assert z == pytest.approx(ALPHA * 0.05, rel=1e-7)
+    x, z = asked(guide(), "drift(stage.x, stage)", "drift(stage.z, stage)")
+    assert abs(x) < 1e-12
+    assert z == pytest.approx(ALPHA * 0.01, rel=1e-6)  # from the ends of the leaves to its middle
+
+
+def test_all_of_one_material_grows_alike():
+    """With a ground of the same material everything keeps its shape: no stress, and every point goes outwards."""
+    model = guide("ground_material: m")
+    x, z = asked(model, "drift(stage.x)", "drift(stage.z)")
+    assert x == pytest.approx(ALPHA * 0.03, rel=1e-6) and z == pytest.approx(ALPHA * 0.06, rel=1e-6)
+    assert asked(model, "stress at temperature = 10 K")[0] < 2e3
+    assert asked(guide(), "stress at temperature = 10 K")[0] > 1e5
+    nodes = fx.at(model, {"temperature": 10.0})
+    placed = fx.assemble(nodes).design.positions
+    assert placed == pytest.approx(fx.assemble(model).design.positions * (1 + 10 * ALPHA), rel=1e-6, abs=1e-10)
+
+
+def test_drift_is_the_shift_at_first():
+    model = guide()
+    drift, shift = asked(model, "drift(stage.z)", "shift(stage.z) at temperature = 0.1 K")
+    assert shift == pytest.approx(0.1 * drift, rel=1e-4)
+    posed = asked(model, "drift(stage.z) at stage.x = 2 mm", "shift(stage.z) at stage.x = 2 mm, temperature = 0.01 K",
+                  "shift(stage.z) at stage.x = 2 mm")
+    assert posed[0] == pytest.approx((posed[1] - posed[2]) / 0.01, rel=0.05)
+
+
+@over(
+    ("change", "error", "why"),
+    [
+        (("expansion: 23 um/m/K", ""), OptionError, "no coefficient of expansion is known"),
+        (("stage: {stage: 1 K}", "stage: {stages: 1 K}"), ModelError, "there is no such member, body"),
+    ],
+)
+def test_what_is_refused(change, error, why):
+    text = GUIDE.replace("GROUND", "").replace(*change).replace(", }", "}")
+    with pytest.raises(error, match=why):
+        fx.assemble(fx.at(fx.loads(text), {"stage": 1.0}))
