@@ -11,6 +11,7 @@ from flexura.analysis import CheckReport as CheckReport
 from flexura.analysis import ClosedLoop as ClosedLoop
 from flexura.analysis import Constraints as Constraints
 from flexura.analysis import FrequencyResponse as FrequencyResponse
+from flexura.analysis import Heat as Heat
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
 from flexura.analysis import Preload as Preload
@@ -24,6 +25,7 @@ from flexura.analysis import closed_loop as closed_loop
 from flexura.analysis import compliance as compliance
 from flexura.analysis import constraints as constraints
 from flexura.analysis import frequency_response as frequency_response
+from flexura.analysis import heat as heat
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes
 from flexura.analysis import preload as preload

@@ -172,3 +172,69 @@ def test_what_is_refused(change, error, why):
     text = GUIDE.replace("GROUND", "").replace(*change).replace(", }", "}")
     with pytest.raises(error, match=why):
         fx.assemble(fx.at(fx.loads(text), {"stage": 1.0}))
+
+
+ROD = """
+flexura: 1
+name: rod
+corrections: none
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, conductivity: 167 W/(m*K), heat_capacity: 900 J/(kg*K)}}
+parameters: {width: {value: 10 mm, minimum: 1 mm, maximum: 20 mm}}
+sections: {s: {shape: rectangle, width: width, thickness: 1 mm}}
+nodes: {a: [0, 0, 0], b: [100 mm, 0, 0]}
+links: {rod: {nodes: [a, b], section: s, material: m, reference: z, elements: 20}}
+bodies: {tip: {centre: [100 mm, 0, 0], carries: [b], solid: {shape: box, size: [1 mm, 60 mm, 60 mm], material: m}, elastic: false}}
+thermal_contacts: {film: {between: [tip, air], conductance: FILM}}
+ground: {a: clamped}
+temperatures: {on: {tip: {power: 0.5 W}}, through: {rod: {power: 0.5 W}}, hot: {tip: 3 K, rod: {power: 0 W}}}
+"""
+LEADS = 167 * B * H / L  # W/K
+
+
+def rod(film="1 nW/K"):
+    return fx.loads(ROD.replace("FILM", film))
+
+
+def test_heat_flows_to_the_ground():
+    """P L / k A at the end of a rod, half of it on the mean; half as much where it goes in all along, 2/3 on the mean."""
+    found = fx.heat(rod(), n=1)
+    on, through, hot = found.states
+    assert on.temperatures["tip"] == pytest.approx(0.5 / LEADS, rel=1e-7)
+    assert on.temperatures["rod"] == pytest.approx(0.25 / LEADS, rel=1e-7)
+    assert on.drift["tip"][0] == pytest.approx(ALPHA * 0.25 / LEADS * L, rel=1e-6)
+    assert through.temperatures["tip"] == pytest.approx(0.25 / LEADS, rel=1e-6)
+    assert through.temperatures["rod"] == pytest.approx(2 / 3 * 0.25 / LEADS, rel=2e-3)  # elements: 1/n^2
+    assert hot.temperatures["rod"] == pytest.approx(1.5, rel=1e-6)
+    [film] = fx.heat(rod(f"{LEADS} W/K"), states=["on"], n=1).states
+    assert film.temperatures["tip"] == pytest.approx(0.25 / LEADS, rel=1e-7)
+
+
+def test_it_takes_its_time():
+    """The slowest: x tan x = M_rod / M_tip of a rod with a mass at its end (Incropera and DeWitt 2007, section 5.5)."""
+    ratio = 10e-3 * 1e-3 * 0.1 / (1e-3 * 0.06 * 0.06)
+    root = brentq(lambda x: x * np.tan(x) - ratio, 1e-3, np.pi / 2 - 1e-3)
+    expected = 2700 * 900 * L**2 / 167 / root**2
+    assert fx.heat(rod(), states=["on"], n=1).time_constants_s[0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_the_way_back_is_in_what_is_asked_with_slopes():
+    asked_for = ["drift(tip.x, on)", "drift(tip.x)", "f1 at on = 1", "shift(tip.x) at on = 1"]
+    slopes = fx.questions(rod(), asked_for).slopes({}, ["width"])
+    assert slopes.is_exact.all(), slopes.reason
+    ask = fx.questions(rod(), asked_for)
+    step = 1e-5
+    high, low = (ask.values({"width": 0.01 + sign * step}).value[0] for sign in (1, -1))
+    expected = (high - low) / (2 * step)
+    assert slopes.slope[:, 0] == pytest.approx(expected, rel=1e-4, abs=1e-9 * np.abs(expected).max())
+    assert slopes.slope[0, 0] == pytest.approx(-slopes.value[0] / 0.01, rel=1e-6)
+
+
+def test_points_that_stay():
+    """A stage on one leaf that is warmer: it grows from the leaf's end, which the leaf pushes up."""
+    model = guide("ground_material: m")
+    [uniform] = fx.heat(model, states=["temperature"], n=2).states
+    assert uniform.athermal["stage"] == pytest.approx((0, 0, 0), abs=1e-8)  # all grows from the origin
+    leaves, stage = fx.heat(guide(), states=["leaves", "stage"], n=2).states
+    assert leaves.athermal["stage"] is None
+    assert stage.athermal["stage"] == pytest.approx((0.03, 0, 0.05), abs=1e-6)  # between the ends of the leaves
+    assert np.abs(stage.frequency_hz / uniform.frequency_hz - 1).max() < 0.05

@@ -53,6 +53,9 @@ from flexura.analysis.static.constraints import Release as Release
 from flexura.analysis.static.constraints import constraints as constraints
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
+from flexura.analysis.static.heat import Heat as Heat
+from flexura.analysis.static.heat import WarmState as WarmState
+from flexura.analysis.static.heat import heat as heat
 from flexura.analysis.static.kinetostatics import Kinetostatics as Kinetostatics
 from flexura.analysis.static.kinetostatics import kinetostatics as kinetostatics
 from flexura.analysis.static.statics import ActuatorState as ActuatorState

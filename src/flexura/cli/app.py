@@ -83,6 +83,11 @@ COMMANDS = {
         "constraints_command",
         "Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact.",
     ),
+    "heat": _Command(
+        "response",
+        "heat_command",
+        "What temperatures do: drift of points, stress, buckling and frequencies, and how soon they are reached.",
+    ),
     "kinetostatics": _Command(
         "response",
         "kinetostatics_command",

@@ -71,6 +71,26 @@ def constraints_command(
     return Answer(constraints(mechanism, parameters, between=pair))
 
 
+@command("strict", out="Write the drift of nodes: .csv or .parquet.")
+def heat_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    state: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="STATE", help="One of the states described, or `temperature`: everything 1 K warmer. Repeatable."
+        ),
+    ] = None,
+    node: Nodes = None,
+    n: Annotated[int, typer.Option("--n", "-n", min=1, help="Number of frequencies.")] = 3,
+) -> Answer:
+    """What temperatures do: drift of points, stress, buckling and frequencies, and how soon they are reached."""
+    from flexura.analysis import heat
+
+    return Answer(heat(mechanism, parameters, states=state, nodes=node, n=n))
+
+
 @command("plot", "dpi", "strict")
 def kinetostatics_command(
     mechanism: Mechanism,

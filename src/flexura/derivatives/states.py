@@ -26,11 +26,10 @@ from flexura.errors import SolverError
 from flexura.linalg import critical_shapes
 from flexura.mechanism import DISPLACEMENTS
 from flexura.motion import (
-    MovingModel,
-    PosedDesign,
     at_pose,
     buckling_factor,
     reached,
+    warming_load,
 )
 from flexura.records import Record
 from flexura.reduction import flexibility
@@ -352,19 +351,9 @@ class LinearState(State):
     def drift(self, temperature: str, to: str) -> Any:
         """As `State.drift` (theory eq. W4)."""
         node, _, axis = to.rpartition(".")
-        number = int(self._at.plan.topology.numbers([node])[0])
-        posed = self._at.posed
-        if posed is None:
-            model = MovingModel.of(self._at)
-            load, growth = model.load_of(temperature, model.rest)
-            turn: Array = np.eye(3)
-        else:
-            assert isinstance(posed, PosedDesign)
-            model, state = posed.model, posed.pose.state
-            load, growth = model.load_of(temperature, state.frames, state.loads.actuators)
-            turn = state.frames.R[model.root[number]]
-        grown = (turn @ growth[number].reshape(2, 3, 1)).reshape(6)[DISPLACEMENTS.index(axis)]
-        return self.row(to) @ self.response(load[:, None])[:, 0] + grown
+        load, grown = warming_load(self._at, temperature)
+        beside = grown[int(self._at.plan.topology.numbers([node])[0]), DISPLACEMENTS.index(axis)]
+        return self.row(to) @ self.response(load[:, None])[:, 0] + beside
 
     def _stiffness_changes(self, X: Array, loaded: bool = True) -> Array:
         """K' X (P, n, k), with or without the geometric stiffness of described loads; NaN at kinks."""

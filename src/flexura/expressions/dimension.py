@@ -92,6 +92,11 @@ STRAIN_PER_VOLT = NUMBER.times(VOLTAGE, -1)
 TEMPERATURE = Dimension(temperature=Fraction(1))
 STRAIN_PER_KELVIN = NUMBER.times(TEMPERATURE, -1)
 TEMPERATURE_GRADIENT = TEMPERATURE.times(LENGTH, -1)
+POWER = _dim(length=2, mass=1, time=-3)
+CONDUCTANCE = POWER.times(TEMPERATURE, -1)
+CONDUCTIVITY = CONDUCTANCE.times(LENGTH, -1)
+HEAT_TRANSFER = CONDUCTANCE.times(AREA, -1)
+HEAT_CAPACITY = _dim(length=2, time=-2).times(TEMPERATURE, -1)
 _FACTOR = re.compile(r"([A-Za-z]+|1)(?:\*\*(?:(-?\d{1,3})|\((-?\d{1,3}(?:/\d{1,3})?)\)))?")
 _COHERENT = {
     "1": NUMBER,

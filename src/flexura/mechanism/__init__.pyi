@@ -167,8 +167,10 @@ from flexura.mechanism.studies import Range as Range
 from flexura.mechanism.studies import Spread as Spread
 from flexura.mechanism.studies import SweepStudy as SweepStudy
 from flexura.mechanism.studies import ToleranceStudy as ToleranceStudy
+from flexura.mechanism.temperatures import AIR as AIR
 from flexura.mechanism.temperatures import GROUND as GROUND
 from flexura.mechanism.temperatures import UNIFORM as UNIFORM
+from flexura.mechanism.temperatures import ThermalContact as ThermalContact
 from flexura.mechanism.temperatures import Warmer as Warmer
 from flexura.mechanism.temperatures import Warming as Warming
 from flexura.mechanism.temperatures import warmings as warmings

@@ -33,7 +33,7 @@ from flexura.mechanism.quantity import (
 from flexura.mechanism.section import Section
 from flexura.mechanism.solid_part import SolidPart
 from flexura.mechanism.studies import DescribedStudy, Label, PublishedValue, Question
-from flexura.mechanism.temperatures import Warmer
+from flexura.mechanism.temperatures import ThermalContact, Warmer
 from flexura.results import Displayed
 from flexura.tables import Facts, Item, Table, quantity
 
@@ -305,6 +305,8 @@ class Mechanism(Substructure, Displayed):
     temperatures: dict[Name, dict[str, Warmer]] = {}
     """States of temperature by name: how much warmer members, bodies, parts, instances and the `ground` are; `*`
     matches any run of characters, and what is named later goes before what is named earlier."""
+    thermal_contacts: dict[Name, ThermalContact] = {}
+    """What leads heat, beside members: joints, air."""
     ground_material: str | None = None
     """What the ground expands as where it is warmer; without it the ground keeps its size."""
     disturbances: dict[Name, Disturbance] = {}

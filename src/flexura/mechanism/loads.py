@@ -8,7 +8,17 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from flexura.mechanism.base import Part, axis_direction, refuse
 from flexura.mechanism.channels import Actuator, MomentActuator, PiezoStack, StrainActuator
-from flexura.mechanism.quantity import CONTEXT_KEY, Acceleration, Angle, Force, Length, Moment, Number, Temperature, Voltage
+from flexura.mechanism.quantity import (
+    CONTEXT_KEY,
+    Acceleration,
+    Angle,
+    Force,
+    Length,
+    Moment,
+    Number,
+    Temperature,
+    Voltage,
+)
 from flexura.mechanism.temperatures import Warming
 
 STANDARD_GRAVITY = 9.80665

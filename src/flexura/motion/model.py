@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual
+from flexura.duals import Dual, zeros
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.elements import (
     Bars,
@@ -120,7 +120,7 @@ class MovingModel(Laid):
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
         m, N and N m by name."""
-        total = np.zeros(self.dof.shape, like=frames.x)
+        total = zeros(self.dof.shape, frames.x, self.design.values)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
         for elements, response in zip(self.elements, responses, strict=True):
             at, flat = elements.node.ravel(), response.force.reshape(-1, 6)

@@ -261,7 +261,10 @@ def _loads(model: MovingModel) -> tuple[Loads, list[str]]:
     ports = _inputs(design, commands)
     units = ["N m" if name.rpartition(".")[2] in FORCES[3:] else "N" for name in forces]
     texts = [f"{name} = {size:.4g} {unit}" for (name, size), unit in zip(forces.items(), units, strict=True)]
-    texts += [f"{p.channel.name} = {c:.4g} {p.channel.unit}".removesuffix(" 1") for p, c in zip(ports, commands.values(), strict=True)]
+    texts += [
+        f"{p.channel.name} = {c:.4g} {p.channel.unit}".removesuffix(" 1")
+        for p, c in zip(ports, commands.values(), strict=True)
+    ]
     return loads_with(model, forces, commands), texts
 
 
@@ -288,6 +291,24 @@ def loads_with(model: MovingModel, force: Mapping[str, Any], command: Mapping[st
     for number, wrench in wrenches.items():
         dead[number] = dead[number] + wrench if number in dead else wrench
     return Loads(dead, {}, described.gravity, actuators)
+
+
+def warming_load(design: Design, state: str) -> tuple[Array, Array]:
+    """Forces (n,) by one unit of a state of temperature on a design where it is, N and N m, and what nodes (n_nodes, 6)
+    move by it beside the frames that they follow, m and rad, global axes, both linear (theory eqs. W3-W4).
+
+    Raises as `Temperatures.of`, and OptionError for what expands in a way that is not known.
+    """
+    if design.posed is None:
+        model = MovingModel.of(design)
+        load, growth = model.load_of(state, model.rest)
+        return load, growth[:-1]
+    posed = design.posed
+    assert isinstance(posed, PosedDesign)
+    model, there = posed.model, posed.pose.state
+    load, growth = model.load_of(state, there.frames, there.loads.actuators)
+    turned = there.frames.R[model.root][:, None] @ growth.reshape(-1, 2, 3, 1)
+    return load, turned.reshape(-1, 6)[:-1]
 
 
 def pose_of(model: OfDesign) -> PosedDesign | None:

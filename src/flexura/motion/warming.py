@@ -40,8 +40,8 @@ def expansion(reach: Array, strain: Array, gradient: Array) -> tuple[Array, Arra
 
 
 class Warmed(NamedTuple):
-    """Elements in states of temperature, and the displacements and rotations (n + 1, 6) of nodes as seen from the frames
-    that they follow."""
+    """Elements in states of temperature, and the displacements and rotations (n + 1, 6) of nodes as seen from the
+    frames that they follow."""
 
     elements: tuple[Group, ...]
     growth: Array
@@ -66,24 +66,23 @@ class _States:
     def __init__(self, model: Laid, shares: Mapping[str, Any]) -> None:
         plan = model.design.plan
         self.model = model
-        states = [plan.temperatures.of(name, plan.topology, model.design.values) for name in shares]
+        states = [plan.temperatures.of(name, model.design) for name in shares]
         self.warm: dict[str, list[tuple[Any, Warmth]]] = {}
         for share, state in zip(shares.values(), states, strict=True):
             for name, own in state.items():
                 self.warm.setdefault(name, []).append((share, own))
         n = len(model.dof)
-        self.strain: Array = np.zeros(n, like=model.rest.x)
-        self.gradient: Array = np.zeros((n, 3), like=model.rest.x)
-        self.moved: Array = np.zeros((n, 2, 3), like=model.rest.x)
+        self.strain: Array = np.zeros(n, like=model.design.values)
+        self.gradient: Array = np.zeros((n, 3), like=model.design.values)
+        self.moved: Array = np.zeros((n, 2, 3), like=model.design.values)
         """Free strain at frames of what they carry, its gradient, 1/m, and displacement and rotation of held frames."""
         self._ground()
         self._bodies()
 
-    def _free(self, name: str, points: Array, middle: Array) -> tuple[Array, Array]:
+    def _free(self, name: str, points: Array, middle: Array) -> tuple[Any, Any]:
         """Free strain of a thing at points (..., 3), and its gradient (3,)."""
-        own = self.warm[name]
-        strain = sum(share * w.expansion * w.at(points, middle) for share, w in own)
-        return np.asarray(strain, like=points), np.asarray(sum(s * w.expansion * w.gradient for s, w in own), like=points)
+        rates = [(share * own.expansion, own) for share, own in self.warm[name]]
+        return sum(r * own.at(points, middle) for r, own in rates), sum(r * own.gradient for r, own in rates)
 
     def _ground(self) -> None:
         """The ground takes along what it holds, as seen from the global origin."""
@@ -105,10 +104,8 @@ class _States:
         for name, number in bodies.items():
             root = int(topology.root[number])
             centre = model.rest.x[number]
-            if name in self.warm:
-                free = self._free(name, model.rest.x[root], centre)
-            else:
-                free = np.zeros(()), np.zeros(3)
+            cold = np.zeros(()), np.zeros(3)
+            free = self._free(name, model.rest.x[root], centre) if name in self.warm else cold
             if root in owner and not all(
                 np.allclose(plain(a), plain(b), rtol=ALIKE, atol=0)
                 for a, b in zip(free, (self.strain[root], self.gradient[root]), strict=True)
@@ -159,8 +156,8 @@ class _States:
         ends = group.ends(self.model.rest)
         middle = ends.position.mean(axis=1)
         length = np.linalg.norm(ends.position[:, 1] - ends.position[:, 0], axis=1)
-        rest = group.rest + np.zeros_like(group.rest)
-        moduli, size = (np.ones(len(names), like=group.rest) for _ in range(2))
+        rest = group.rest + np.zeros(group.rest.shape, like=self.model.design.values)
+        moduli, size = (np.ones(len(names), like=self.model.design.values) for _ in range(2))
         for name, rows in at.items():
             own = middle[rows]
             centre = ends.position[rows].reshape(-1, 3).mean(axis=0)
@@ -186,17 +183,16 @@ class _States:
 
     def _layers(self, name: str, group: PoseElements, rows: list[int], points: Array, middle: Array) -> Array:
         """Free strains (e, 6) of the elements of a layered member, of a temperature that is the same in all layers."""
-        path, _, key = name.rpartition(".")
+        *steps, key = name.split(".")
+        path = tuple(steps)
         topology, values = self.model.design.plan.topology, self.model.design.values
-        copies = next(
-            own for own in topology.copies.values() if key in own.part.members and tuple(path.split(".") if path else ()) in own.paths
-        )
+        copies = next(own for own in topology.copies.values() if key in own.part.members and path in own.paths)
         member = list(copies.part.members).index(key)
         N, M = copies.part.table.blocking(member, "temperature", values)
-        number = copies.number[copies.paths.index(tuple(path.split(".") if path else ()))]
+        number = copies.number[copies.paths.index(path)]
         sign = -1 if np.linalg.det(plain(self.model.design.geometry.Q[number])) < 0 else 1
         along = group.axes[rows, 0][:, :, 0]
-        wrench = np.zeros((len(rows), 6), like=points)
+        wrench = np.zeros((len(rows), 6), like=self.model.design.values)
         for share, own in self.warm[name]:
             if np.abs(np.cross(along, own.gradient)).max() > ALIKE * max(np.abs(plain(own.gradient)).max(), 1e-300):
                 raise OptionError(f"{name}: layers are warmer all through; a gradient across them is not known")
@@ -206,7 +202,9 @@ class _States:
         free: Any = np.linalg.solve(group.strain.stiffness[rows, :6, :6], wrench[..., None])
         return free[..., 0]
 
-    def _parts(self, grown: Superelements, turned: Array, group: Superelements, names: tuple[str, ...]) -> Superelements:
+    def _parts(
+        self, grown: Superelements, turned: Array, group: Superelements, names: tuple[str, ...]
+    ) -> Superelements:
         """Superelements, bodies that bend and diaphragms, one each, of nodes that these take along."""
         [name] = names
         x = (self.model.rest.x[group.node[:, : group.count]] + group.arm)[0]

@@ -193,6 +193,23 @@ class Elements:
             K_g[..., at, :, :, :] = tapered_geometric_basis(*moduli, *arguments, STATIONS, WEIGHTS)
         return K_g
 
+    @property
+    def volume(self) -> Array:
+        """Volume of the elements (..., e), m^3."""
+        return self._along(lambda area: area)
+
+    @property
+    def resistance(self) -> Array:
+        """Length over area of the elements (..., e), 1/m, which resists what flows along them."""
+        return self._along(lambda area: 1 / area)
+
+    def _along(self, of: Callable[[Array], Array]) -> Array:
+        """Integrals (..., e) along the elements of what follows from their area."""
+        along = self.length * of(self._sections.A)
+        for at, sections in self._stations:
+            along[..., at] = self.length[..., at] * (of(sections.A) @ WEIGHTS)
+        return along
+
     @cached_property
     def torsion(self) -> Distortion:
         """How the elements (..., e) twist, beyond what K says."""

@@ -14,6 +14,7 @@ from flexura.analysis import Release as Release
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
 from flexura.analysis import StrokePose as StrokePose
+from flexura.analysis import WarmState as WarmState
 from flexura.errors import Problem as Problem
 from flexura.fem import Drawing as Drawing
 from flexura.fem import PartFace as PartFace

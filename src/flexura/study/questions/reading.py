@@ -289,11 +289,9 @@ class Reader:
                 return unit_of_response(read[1].channel, Channel("", "rotation" if moment else "displacement"))
             case "force":
                 return "N*m" if read[0].turns else "N"
-            case "reach" | "shift" | "parasitic":
-                return "rad" if read[0].turns else "m"
-            case "drift":
+            case "reach" | "shift" | "parasitic" | "drift":
                 unit = "rad" if read[0].turns else "m"
-                return f"{unit}/K" if read[1:] in ((), (UNIFORM,)) else unit
+                return f"{unit}/K" if kind.name == "drift" and read[1:] in ((), (UNIFORM,)) else unit
             case "centre_shift":
                 if not read[0].turns:
                     raise OptionError(f"centre_shift({read[0]}): of a rotation, e.g. {read[0].node}.rz")
