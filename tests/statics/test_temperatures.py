@@ -40,7 +40,9 @@ def asked(model, *texts):
 def test_a_free_bar_expands_without_stress():
     """Uniform, along it, and across it: elongation, and the circle that a gradient bends it to."""
     model = bar()
-    x, along, z, turned = asked(model, "drift(b.x, hot)", "drift(b.x, along)", "drift(b.z, bowed)", "drift(b.ry, bowed)")
+    x, along, z, turned = asked(
+        model, "drift(b.x, hot)", "drift(b.x, along)", "drift(b.z, bowed)", "drift(b.ry, bowed)"
+    )
     assert x == pytest.approx(ALPHA * 10 * L, rel=1e-7)
     assert along == pytest.approx(ALPHA * 2 * L, rel=1e-7)
     assert turned == pytest.approx(ALPHA * 100 * L, rel=1e-6)
@@ -156,8 +158,12 @@ def test_drift_is_the_shift_at_first():
     model = guide()
     drift, shift = asked(model, "drift(stage.z)", "shift(stage.z) at temperature = 0.1 K")
     assert shift == pytest.approx(0.1 * drift, rel=1e-4)
-    posed = asked(model, "drift(stage.z) at stage.x = 2 mm", "shift(stage.z) at stage.x = 2 mm, temperature = 0.01 K",
-                  "shift(stage.z) at stage.x = 2 mm")
+    posed = asked(
+        model,
+        "drift(stage.z) at stage.x = 2 mm",
+        "shift(stage.z) at stage.x = 2 mm, temperature = 0.01 K",
+        "shift(stage.z) at stage.x = 2 mm",
+    )
     assert posed[0] == pytest.approx((posed[1] - posed[2]) / 0.01, rel=0.05)
 
 
@@ -238,3 +244,38 @@ def test_points_that_stay():
     assert leaves.athermal["stage"] is None
     assert stage.athermal["stage"] == pytest.approx((0.03, 0, 0.05), abs=1e-6)  # between the ends of the leaves
     assert np.abs(stage.frequency_hz / uniform.frequency_hz - 1).max() < 0.05
+
+
+PART = """
+flexura: 1
+name: slab
+materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, softening: -400 um/m/K}}
+parts:
+  slab:
+    outline: [[0, 0], [100 mm, 0], [100 mm, 10 mm], [0, 10 mm]]
+    thickness: 10 mm
+    material: m
+    mesh_tolerance: 0.2
+    interfaces: {left: {x: 0 mm}, right: {x: 100 mm}}
+ground: {slab.left: clamped GROUND}
+temperatures: {hot: {slab: 10 K}, bowed: {slab: {gradient: [0, 0.1 K/mm, 0]}}}
+"""
+
+
+def test_parts_expand():
+    """A slab from a drawing: free, and bowed as a bar."""
+    model = fx.with_solid_parts(fx.loads(PART.replace(" GROUND", "")))
+    x, y, turned, cold, hot = asked(
+        model,
+        "drift(slab.right.x, hot)",
+        "drift(slab.right.y, bowed)",
+        "drift(slab.right.rz, bowed)",
+        "f1 at hot = 1e-6",
+        "f1 at hot = 1",
+    )
+    assert x == pytest.approx(ALPHA * 10 * L, rel=1e-6)
+    assert turned == pytest.approx(-ALPHA * 100 * L, rel=1e-5)
+    assert y == pytest.approx(-ALPHA * 100 * L**2 / 2, rel=1e-5)
+    # its mass is told by one piece, and stays as it lies
+    assert hot / cold == pytest.approx(np.sqrt((1 - 4e-3) * (1 + 10 * ALPHA)), rel=6e-5)
+    assert asked(model, "stress at hot = 1")[0] < 1e3

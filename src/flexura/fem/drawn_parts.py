@@ -32,6 +32,7 @@ from flexura.mechanism import (
     copies,
     edges_of,
     evaluated,
+    expanding,
     matching,
     parameter_values,
     scalars,
@@ -142,6 +143,7 @@ def _made(
     stress = None if variation else reduced.stress and replace(reduced.stress, yield_stress=limits)
     surface = Surface(reduced.points, reduced.facets, reduced.rows, stress)
     element = Superelement(
+        **expanding([model.material(metal.name) for metal in materials.values()]),
         nodes=names,
         amplitudes=len(reduced.K) - 6 * len(names),
         stiffness=Matrix(reduced.K, surface),

@@ -49,6 +49,7 @@ from flexura.mechanism import (
     Superelement,
     composites,
     evaluated,
+    expanding,
     has_solid_members,
     matching,
     mesh_sizes,
@@ -328,7 +329,9 @@ def _superelement(
     if len(losses) > 1:
         rule = f"member {component.members[0].name} and those fused with it have different loss factors"
         raise OptionError(f"{rule}; give them all one loss_factor, or some of them fidelity: beam")
+    metals = [model.plan.mechanism.material(part.members[_short(own)].material) for own in component.members]
     return Superelement(
+        **expanding(metals),
         nodes=tuple(part.node_names[number - placed.offset[0]] for number in component.nodes),
         amplitudes=reduced.amplitudes,
         stiffness=Matrix((K + K.T) / 2),
@@ -381,6 +384,7 @@ def _sheet(
     T = la.block_diag(*placed.to_pads, np.eye(count))
     K, M, E = (T.T @ A @ T for A in (unit.K, unit.M, E))
     return Superelement(
+        **expanding([metal]),
         nodes=described.nodes,
         amplitudes=count,
         stiffness=Matrix((K + K.T) / 2, placed.surface(unit.surface, T)),

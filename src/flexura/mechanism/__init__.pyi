@@ -110,6 +110,7 @@ from flexura.mechanism.loads import Prescribed as Prescribed
 from flexura.mechanism.loads import command_of as command_of
 from flexura.mechanism.material import CATALOGUE as CATALOGUE
 from flexura.mechanism.material import Material as Material
+from flexura.mechanism.material import expanding as expanding
 from flexura.mechanism.member import CORRECTIONS as CORRECTIONS
 from flexura.mechanism.member import Faces as Faces
 from flexura.mechanism.member import Flexure as Flexure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Self
 
 from pydantic import model_validator
@@ -16,6 +17,7 @@ from flexura.mechanism.quantity import (
     Number,
     PerKelvin,
     PositivePressure,
+    Scalar,
 )
 
 
@@ -113,3 +115,10 @@ CATALOGUE: dict[str, Material] = {
     ),
 }  # fmt: skip
 """Materials that a description may name without defining them."""
+
+
+def expanding(materials: Iterable[Material]) -> dict[str, Scalar | None]:
+    """How a part of some materials expands and softens; None where these differ."""
+    names, own = ("expansion", "softening"), list(materials)
+    each = {name: {getattr(material, name) for material in own} for name in names}
+    return {name: next(iter(found)) if len(found) == 1 else None for name, found in each.items()}

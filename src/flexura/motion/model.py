@@ -100,6 +100,10 @@ class MovingModel(Laid):
     def _latest_warmed(self) -> Latest[Warmed]:
         return Latest()
 
+    def warms(self, actuators: Mapping[str, Any]) -> bool:
+        """Whether any of some commands is a state of temperature."""
+        return any(name not in self.actuators for name in actuators)
+
     def growth(self, actuators: Mapping[str, float]) -> Array:
         """Displacements and rotations (n + 1, 6) of nodes as seen from the frames that they follow, by what is warmer
         under commands."""

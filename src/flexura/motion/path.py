@@ -21,7 +21,7 @@ from flexura.errors import SolverError
 from flexura.linalg import count_below, leading
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import NEWTON_CONVERGED, NEWTON_STEPS, Equations, Equilibrium
-from flexura.motion.model import NO_LOADS, Loads
+from flexura.motion.model import NO_LOADS, SMALL_SHARE, Loads
 from flexura.motion.pose import Pose
 from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
 
@@ -237,7 +237,7 @@ class Arc:
         self.first = first
         self.last = last
         scale = equations.scale**2
-        response = equations.solver(state.tangent)(self._missing(state.frames), last.targets - first.targets)[0]
+        response = equations.solver(state.tangent)(self._missing(state.frames, 0.0), last.targets - first.targets)[0]
         square = float(np.mean(scale * response**2))
         self.weight: Array = scale / len(scale) / max(square, LEAST_RESPONSE**2)
         """Weights (n,) of squared displacements in the length of a path: the linear response of a state to all of the
@@ -356,7 +356,7 @@ class Arc:
             tangent, missing = equations.tangent(frames, point.loads, multipliers)
             solve = equations.solver(tangent)
             q_load, drive_load = solve(missing, point.targets - equations.travelled(frames))
-            by_share, drive_by_share = solve(self._missing(frames), self.last.targets - self.first.targets)
+            by_share, drive_by_share = solve(self._missing(frames, share), self.last.targets - self.first.targets)
             moved = equations.free(displacement(at.state.frames, frames))
             left = length - along @ (moved + q_load) - at.rising * (share - at.share)
             change = float(left / (along @ by_share + at.rising))
@@ -386,7 +386,7 @@ class Arc:
     def _along(self, state: Equilibrium, share: float, forward: Array, rising: float) -> Along:
         """A state with its unit tangent, in the sense of another one."""
         solve = self.equations.solver(state.tangent)
-        q, _ = solve(self._missing(state.frames), self.last.targets - self.first.targets)
+        q, _ = solve(self._missing(state.frames, share), self.last.targets - self.first.targets)
         length = float(np.sqrt(self.weight @ q**2 + 1.0))
         sense = -1.0 if self.weight @ (q * forward) + rising < 0 else 1.0
         return Along(state, share, sense * q / length, sense / length, np.zeros(len(q)), 0.0)
@@ -399,11 +399,15 @@ class Arc:
         curve, bend = (moved - length * at.forward) / length**2, (share - length * at.rising) / length**2
         return at._replace(curve=curve, bend=bend), length
 
-    def _missing(self, frames: Frames) -> Array:
-        """Forces (n,) that the loads of the whole path add in a state."""
-        ends, model = (self.first.loads, self.last.loads), self.equations.model
+    def _missing(self, frames: Frames, share: float) -> Array:
+        """Forces (n,) that the loads of the whole path add in a state, as they do where a share of them is on: what
+        expands is stretched while it does not move, and pushes the more the larger the share."""
+        ends, model, over = (self.first.loads, self.last.loads), self.equations.model, 1.0
+        if model.warms(ends[1].actuators) or model.warms(ends[0].actuators):
+            ends = ends[0].mixed(ends[1], share - SMALL_SHARE), ends[0].mixed(ends[1], share + SMALL_SHARE)
+            over = 2 * SMALL_SHARE
         low, high = (loads.forces(model, frames) for loads in ends)
         if any(loads.actuators for loads in ends) or (ends[0].gravity != ends[1].gravity).any():
             low, high = (force - model.forces(frames, loads.gravity, loads.actuators).force
                          for force, loads in zip((low, high), ends, strict=True))  # fmt: skip
-        return self.equations.free(high - low)
+        return self.equations.free(high - low) / over

@@ -56,10 +56,20 @@ class Polynomial:
             _joined([part.quartic for part in parts], [len(part.stiffness) for part in parts], poses),
         )
 
-    def scaled(self, factor: Array) -> Polynomial:
-        """So many times (e,) as stiff."""
-        each = (own * factor.reshape(-1, *[1] * (own.ndim - 1)) for own in (self.stiffness, self.cubic, self.quartic))
-        return Polynomial(*each)
+    def scaled(self, moduli: Array, length: Array, turns: NDArray[np.bool_]) -> Polynomial:
+        """Of elements (e,) whose moduli and all whose lengths are so many times as large: strains are as large by
+        deformations (d,) that grow along, but for those that `turns` says are rotations."""
+
+        def grown(term: Array) -> Array:
+            if not term.size:
+                return term
+            term = term * (moduli * length**3).reshape(-1, *[1] * (term.ndim - 1))
+            for axis in range(1, term.ndim):
+                by = np.where(turns[: term.shape[axis]], 1.0, 1 / length[:, None])
+                term = term * by.reshape(len(by), *[1] * (axis - 1), -1, *[1] * (term.ndim - axis - 1))
+            return term
+
+        return Polynomial(*(grown(term) for term in (self.stiffness, self.cubic, self.quartic)))
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energies (e,), N m, their gradients (e, d) and Hessians (e, d, d) at deformations (e, d)."""

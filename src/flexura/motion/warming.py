@@ -227,7 +227,11 @@ class _States:
         local = (group.axes[0].T @ relative.reshape(-1, 2, 3, 1))[..., 0].reshape(-1, 6)
         after = group.logs_at(self.model.rest).after[0]
         rest = group.rest + (after @ local[..., None])[..., 0][None]
-        soft = 1 + self._softening(name, x.mean(axis=0), x.mean(axis=0)) if name in self.warm else 1.0
-        size = 1 + first
-        energy = group.energy.scaled(np.reshape(soft * size, 1)) if name in self.warm else group.energy
+        if name not in self.warm:
+            return replace(grown, rest=rest)
+        turns = np.arange(group.energy.stiffness.shape[-1]) % 6 >= 3
+        turns[6 * (group.count - 1) :] = False
+        middle = x.mean(axis=0)
+        moduli, length = (np.reshape(1 + own, 1) for own in (self._softening(name, middle, middle), first))
+        energy = group.energy.scaled(moduli, length, turns)
         return replace(grown, rest=rest, energy=energy)

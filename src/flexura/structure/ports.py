@@ -458,6 +458,9 @@ class Ports:
                     return None, DOF_NAMES.index(dof)
         hint = suggestion(name, known, f"described {what}s") if known else ""
         rule = f"there is no {what} {name!r}: it is a described {_PARTS[what]}, or a DOF such as NODE.tx"
+        if name in warmings(self.plan.mechanism.temperatures):
+            rule = f"{name} is a state of temperature, which is no {what}"
+            hint = "it is on at a pose (`at`), over a stroke and in `heat`"
         raise OptionError(f"{rule}; {hint}" if hint else rule)
 
 

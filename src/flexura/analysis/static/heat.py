@@ -27,6 +27,9 @@ from flexura.tables import Facts, Item, Table, in_hz, number, percent, quantity
 SINGULAR = 1e-9
 """Of what a body expands and turns by the least share of the most at which it has a point that stays."""
 
+MOST_THINGS = 8
+"""Things whose temperatures a notebook shows."""
+
 FAR = 1e3
 """Sizes of the mechanism within which points that stay are told."""
 
@@ -78,7 +81,7 @@ class Heat(Tabular):
         raise OptionError(f"there is no state {name!r}; there are {', '.join(own.name for own in self.states)}")
 
     def _title(self) -> str:
-        return f"{self.name}: states of temperature"
+        return "states of temperature"
 
     def presentation(self) -> Iterator[Item]:
         for own in self.states:
@@ -92,7 +95,7 @@ class Heat(Tabular):
             yield Table(columns, "nodes", f"{own.name}: drift {per}")
             athermal = {name: point for name, point in own.athermal.items() if point is not None}
             facts: dict[str, Any] = {
-                "warmer by": {name: quantity(t, "K", 3) for name, t in list(own.temperatures.items())[:6]},
+                "warmer by": _told(own.temperatures),
                 "stays where": {
                     name: ", ".join(quantity(x, "m", 4) for x in point) for name, point in athermal.items()
                 },
@@ -214,17 +217,22 @@ def _linear(full: FullOrderModel, state: str, nodes: Sequence[str]) -> WarmState
     load, beside = warming_load(design, state)
     u = flexibility(full).held(load[:, None])[:, 0]
     moved = full.node_displacements(u[:, None])[:, :, 0] + beside
+    size = float(np.ptp(design.positions[plan.topology.has_position], axis=0).max())
+    least = SINGULAR * np.abs(moved[:, :3]).max(initial=0.0)
+    moved = np.where(np.abs(moved) > least / np.repeat([1.0, size], 3), moved, 0.0)
     numbers = dict(zip(plan.topology.node_names, range(plan.topology.n_nodes), strict=True))
     warm = plan.temperatures.of(state, design)
     temperatures = {name: float(own.temperature) for name, own in warm.items()}
-    size = float(np.ptp(design.positions[plan.topology.has_position], axis=0).max())
     athermal: dict[str, tuple[float, float, float] | None] = {}
     for body in plan.moving_bodies:
         strain, gradient = 0.0, np.zeros(3)
         if body in warm:
             strain, gradient = float(warm[body].expansion * warm[body].temperature), warm[body].gradient
         point = None if gradient.any() else _still(moved[numbers[body]], strain, size)
-        athermal[body] = None if point is None else _triple(design.positions[numbers[body]] + point)
+        if point is not None:
+            place = design.positions[numbers[body]] + point
+            point = np.where(np.abs(place) > SINGULAR * size, place, 0.0)
+        athermal[body] = None if point is None else _triple(point)
     unit = "K" if warmings(plan.mechanism.temperatures)[state].quantity == "temperature" else ""
     return WarmState(state, unit, temperatures, {node: moved[numbers[node]] for node in nodes}, athermal)
 
@@ -242,6 +250,15 @@ def _still(moved: Array, strain: float, size: float) -> Array | None:
     if np.linalg.norm(point) > FAR * size:
         return None
     return point if np.linalg.norm(lost) <= SINGULAR * np.linalg.norm(moved[:3]) else None
+
+
+def _told(temperatures: Mapping[str, float]) -> str | dict[str, str]:
+    """How much warmer things are; in one word where all are alike."""
+    if len(temperatures) > 1 and np.ptp(list(temperatures.values())) == 0:
+        return f"all {len(temperatures)} by {quantity(next(iter(temperatures.values())), 'K', 3)}"
+    shown = dict(list(temperatures.items())[:MOST_THINGS])
+    more = {"...": f"{len(temperatures) - MOST_THINGS} more"} if len(temperatures) > MOST_THINGS else {}
+    return {name: quantity(t, "K", 3) for name, t in shown.items()} | more
 
 
 def _triple(point: Array) -> tuple[float, float, float]:
