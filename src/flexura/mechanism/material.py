@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Self
+from typing import Any, Self
 
 from pydantic import model_validator
 
@@ -17,7 +17,6 @@ from flexura.mechanism.quantity import (
     Number,
     PerKelvin,
     PositivePressure,
-    Scalar,
 )
 
 
@@ -117,7 +116,7 @@ CATALOGUE: dict[str, Material] = {
 """Materials that a description may name without defining them."""
 
 
-def expanding(materials: Iterable[Material]) -> dict[str, Scalar | None]:
+def expanding(materials: Iterable[Material]) -> dict[str, Any]:
     """How a part of some materials expands and softens; None where these differ."""
     names, own = ("expansion", "softening"), list(materials)
     each = {name: {getattr(material, name) for material in own} for name in names}

@@ -6,7 +6,7 @@ Bodies and parts have one temperature each, members one in each element, with ha
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from flexura.arrays import Array, Index
+from flexura.arrays import Array, Bools, Index
 from flexura.duals import Dual, plain, slope_of, with_slopes_of
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import AIR, GROUND, Layout
@@ -101,7 +101,7 @@ class HeatNetwork:
         if not len(free) or len(free) > DENSE_PLACES or not stored[free].any():
             return np.zeros(0), unknown
         G = _matrix(paths, where.count)[free][:, free].toarray()
-        values = la.eigh(np.diag(stored[free]), G, eigvals_only=True)[::-1]
+        values: Any = la.eigh(np.diag(stored[free]), G, eigvals_only=True)[::-1]
         return values[:SHOWN_CONSTANTS][values[:SHOWN_CONSTANTS] > 0], unknown
 
     def _paths(self, design: Design, where: _Places) -> _Path:
@@ -197,8 +197,9 @@ class _Places:
                         self.element_rows[prefix + key] = np.arange(first + start, first + stop)
                     first += len(part.connectivity)
         joined = sp.coo_matrix((np.ones(len(pairs)), np.array(pairs).T), shape=(n + 2, n + 2))
-        count, self._place = connected_components(joined, directed=False)
+        count, place = connected_components(joined, directed=False)
         self.count: int = int(count)
+        self._place: Index = place.astype(np.intp)
         self._nodes = nodes
         self._names = {name: k for k, name in enumerate(topology.node_names)}
         self.element_ends: Index = self._place[np.concatenate([np.zeros((0, 2), dtype=np.intp), *ends])]
@@ -224,11 +225,11 @@ def _matrix(paths: _Path, count: int) -> sp.csc_matrix:
     return sp.csc_matrix((np.concatenate([g, g, -g, -g]), (rows, columns)), shape=(count, count))
 
 
-def _reached(count: int, places: Index, at: Iterable[int]) -> Array:
+def _reached(count: int, places: Index, at: Index) -> Bools:
     """Places (n,) from which heat can go to some."""
     graph = sp.coo_matrix((np.ones(len(places)), places.T), shape=(count, count))
     _, label = connected_components(graph, directed=False)
-    return np.isin(label, label[list(at)])
+    return np.isin(label, label[at])
 
 
 def _refuse_isolated(where: _Places, paths: _Path, free: Index, at: Index, power: Any) -> None:

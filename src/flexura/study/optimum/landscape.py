@@ -95,6 +95,10 @@ class Sample:
         return float(max(-self.margins.min(initial=0.0), 0.0))
 
 
+DECIMALS = 10
+"""Of a position in the box: designs nearer than that are one, which methods at a bound would ask for again and again."""
+
+
 @dataclass
 class Landscape:
     """A goal and limits of designs in a box; counts the `evaluations` of a design with its slopes and the designs
@@ -111,7 +115,7 @@ class Landscape:
 
     def at(self, z: Array) -> Sample:
         """The design at a position. Raises FailedDesign."""
-        z = np.clip(np.asarray(z, dtype=float), 0.0, 1.0)
+        z = np.round(np.clip(np.asarray(z, dtype=float), 0.0, 1.0), DECIMALS)
         key = z.tobytes()
         if key not in self._latest:
             checkpoint()
