@@ -96,7 +96,7 @@ class Sample:
 
 
 DECIMALS = 10
-"""Of a position in the box: designs nearer than that are one, which methods at a bound would ask for again and again."""
+"""Of a position in the box: designs nearer than that are one, for which methods at a bound ask again and again."""
 
 
 @dataclass
