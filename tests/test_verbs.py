@@ -40,6 +40,7 @@ SHELL = {
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "constraints": ((flexura.constraints,), set()),
+    "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
     "budget": ((flexura.budget,), set()),

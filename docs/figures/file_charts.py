@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.stats import qmc
 
 from flexura.beam import notch
+from flexura.structure import Design, Plan
 from flexura.systems import filter_of, spectrum_of
 
 ORANGE, BLUE, RED = "#b8530a", "#1a5fb4", "#990d40"
@@ -347,6 +348,23 @@ actuators:
 """
 
 
+def temperatures() -> Sheet:
+    """Temperatures along the leaves of a stage that is heated."""
+    fragment = """\
+temperatures:
+  driven: {carriage: {power: 0.5 W}}"""
+    described = mechanism(GUIDE, COIL + fragment)
+    design = Design.of(Plan(described))
+    warm = design.plan.temperatures.of("driven", design)
+    sheet = Sheet("A stage that is heated: temperatures along its leaves", fragment, 230)
+    leaf = next(own.elements for own in warm.values() if own.elements is not None)
+    chart = Chart(
+        sheet, Area(sheet.left + 60, 60, sheet.left + 300, 180), (0, 1), (0, 1.05 * float(leaf.max())), ("x / L", "K")
+    )
+    chart.curve((np.arange(len(leaf)) + 0.5) / len(leaf), leaf)
+    return sheet
+
+
 def disturbances() -> Sheet:
     """Densities over frequency, on logarithmic axes."""
     fragment = """\
@@ -399,5 +417,5 @@ controllers:
 
 
 PICTURES: tuple[Callable[[], Sheet], ...] = (
-    *(materials, contours, reduction, damping, modal_test, disturbances, controllers, requirements, studies, published),
+    *(materials, contours, reduction, damping, modal_test, temperatures, disturbances, controllers, requirements, studies, published),
 )

@@ -43,6 +43,8 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Actuators": ACTUATORS,
     "Sensors": SENSORS,
     "Damping": (describe.Damping,),
+    "Temperatures": (describe.Warmer,),
+    "Thermal contacts": (describe.ThermalContact,),
     "Disturbances": (describe.Disturbance,),
     "Test": (describe.ModalTest, describe.HammerPoint, describe.Accelerometer),
     "Substructures": (describe.Substructure,),

@@ -177,6 +177,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "ComplexModes": lambda: system().modal(3).complex_modes,
     "ComplianceSpectrum": lambda: fx.kinetostatics(guide(), platform=NODE).spectrum,
     "Constraints": lambda: fx.constraints(guide()),
+    "Heat": lambda: fx.heat(guide(), states=["temperature"], n=2),
     "Correlation": lambda: fx.correlate(stage(), test=virtual_test().measurement),
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,

@@ -95,7 +95,10 @@ flexures:
     material: steel
     reference: z
     elements: 8
-    profile: {type: layered, width: 10 mm, layers: [{thickness: 1 mm, material: steel}, {thickness: 0.5 mm, material: brass}]}
+    profile:
+      type: layered
+      width: 10 mm
+      layers: [{thickness: 1 mm, material: steel}, {thickness: 0.5 mm, material: brass}]
 ground: {a: clamped}
 temperatures: {hot: {strip: 10 K}}
 """
@@ -119,7 +122,12 @@ nodes: {a: [0, 0, 0], c: [60 mm, 0, 0], b: [0, 0, 50 mm], d: [60 mm, 0, 50 mm]}
 links:
   one: {nodes: [a, b], section: s, material: m, reference: x, elements: 4}
   two: {nodes: [c, d], section: s, material: m, reference: x, elements: 4}
-bodies: {stage: {centre: [30 mm, 0, 60 mm], carries: [b, d], solid: {shape: box, size: [80 mm, 10 mm, 20 mm], material: m}, elastic: false}}
+bodies:
+  stage:
+    centre: [30 mm, 0, 60 mm]
+    carries: [b, d]
+    solid: {shape: box, size: [80 mm, 10 mm, 20 mm], material: m}
+    elastic: false
 ground: {a: clamped, c: clamped}
 GROUND
 temperatures:
@@ -184,12 +192,18 @@ ROD = """
 flexura: 1
 name: rod
 corrections: none
-materials: {m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, conductivity: 167 W/(m*K), heat_capacity: 900 J/(kg*K)}}
+materials:
+  m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, conductivity: 167 W/(m*K), heat_capacity: 900 J/(kg*K)}
 parameters: {width: {value: 10 mm, minimum: 1 mm, maximum: 20 mm}}
 sections: {s: {shape: rectangle, width: width, thickness: 1 mm}}
 nodes: {a: [0, 0, 0], b: [100 mm, 0, 0]}
 links: {rod: {nodes: [a, b], section: s, material: m, reference: z, elements: 20}}
-bodies: {tip: {centre: [100 mm, 0, 0], carries: [b], solid: {shape: box, size: [1 mm, 60 mm, 60 mm], material: m}, elastic: false}}
+bodies:
+  tip:
+    centre: [100 mm, 0, 0]
+    carries: [b]
+    solid: {shape: box, size: [1 mm, 60 mm, 60 mm], material: m}
+    elastic: false
 thermal_contacts: {film: {between: [tip, air], conductance: FILM}}
 ground: {a: clamped}
 temperatures: {on: {tip: {power: 0.5 W}}, through: {rod: {power: 0.5 W}}, hot: {tip: 3 K, rod: {power: 0 W}}}
@@ -202,7 +216,7 @@ def rod(film="1 nW/K"):
 
 
 def test_heat_flows_to_the_ground():
-    """P L / k A at the end of a rod, half of it on the mean; half as much where it goes in all along, 2/3 on the mean."""
+    """P L / k A at the end of a rod, half of it on the mean; half as much where it goes in evenly, 2/3 on the mean."""
     found = fx.heat(rod(), n=1)
     on, through, hot = found.states
     assert on.temperatures["tip"] == pytest.approx(0.5 / LEADS, rel=1e-7)

@@ -89,8 +89,10 @@ from flexura.mechanism import Superelement as Superelement
 from flexura.mechanism import Support as Support
 from flexura.mechanism import SweepStudy as SweepStudy
 from flexura.mechanism import TabulatedContour as TabulatedContour
+from flexura.mechanism import ThermalContact as ThermalContact
 from flexura.mechanism import ToleranceStudy as ToleranceStudy
 from flexura.mechanism import Tube as Tube
 from flexura.mechanism import TwoAxisNotch as TwoAxisNotch
 from flexura.mechanism import VShapedContour as VShapedContour
+from flexura.mechanism import Warmer as Warmer
 from flexura.mechanism import with_own_copies as with_own_copies

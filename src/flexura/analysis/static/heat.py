@@ -30,6 +30,12 @@ SINGULAR = 1e-9
 MOST_THINGS = 8
 """Things whose temperatures a notebook shows."""
 
+UNSTRESSED = 1e9
+"""Yield stress over what is round-off."""
+
+NOWHERE = 1e-8
+"""Coordinate over the size of the mechanism that is zero."""
+
 FAR = 1e3
 """Sizes of the mechanism within which points that stay are told."""
 
@@ -40,7 +46,8 @@ class WarmState(Record):
 
     `drift` (6,) by node is per `unit`, m and rad, linear. `temperatures`, K, are those by which things are warmer, on
     the mean. `athermal` (3,) by body is the point, m, that does not move with it, on the body or beyond; None where
-    none is near. `frequency_hz` (n,), `factor_to_yield` (None where no yield stress is known) and `buckling_factor`
+    none is near. `frequency_hz` (n,), `factor_to_yield` (None where none is known or nothing is
+    stressed) and `buckling_factor`
     (None where nothing buckles) are those of the state, or of 1 K; None where there is no equilibrium.
     """
 
@@ -178,7 +185,7 @@ def heat(
             replace(
                 first,
                 frequency_hz=_frequencies(there, n),
-                factor_to_yield=margin if margin is not None and np.isfinite(margin) else None,
+                factor_to_yield=margin if margin is not None and margin < UNSTRESSED else None,
                 buckling_factor=buckling_factor(pose.pose),
             )
         )
@@ -231,7 +238,7 @@ def _linear(full: FullOrderModel, state: str, nodes: Sequence[str]) -> WarmState
         point = None if gradient.any() else _still(moved[numbers[body]], strain, size)
         if point is not None:
             place = design.positions[numbers[body]] + point
-            point = np.where(np.abs(place) > SINGULAR * size, place, 0.0)
+            point = np.where(np.abs(place) > NOWHERE * size, place, 0.0)
         athermal[body] = None if point is None else _triple(point)
     unit = "K" if warmings(plan.mechanism.temperatures)[state].quantity == "temperature" else ""
     return WarmState(state, unit, temperatures, {node: moved[numbers[node]] for node in nodes}, athermal)

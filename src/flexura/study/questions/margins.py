@@ -32,6 +32,7 @@ FEWEST_MODES = 6
 """Modes that are looked at at least, as `modes` has them."""
 
 NO_EVIDENCE = {
+    "drift": "drift by temperatures",
     "reach": "a stroke until something yields",
     "parasitic": "a parasitic motion",
     "centre_shift": "a centre shift",
