@@ -365,6 +365,26 @@ temperatures:
     return sheet
 
 
+def thermal_contacts() -> Sheet:
+    """How a stage gets warm that is heated and stands in air."""
+    fragment = """\
+temperatures:
+  driven: {carriage: {power: 0.5 W}}
+thermal_contacts:
+  air: {between: [carriage, air],
+        coefficient: 5 W/(m^2*K),
+        area: 60 cm^2}"""
+    design = Design.of(Plan(mechanism(GUIDE, COIL + fragment)))
+    (slowest, *_), _ = design.plan.temperatures.network.time_constants(design)
+    sheet = Sheet("A film of air, and how a heated stage gets warm", fragment, 230)
+    seconds = np.linspace(0, 5 * slowest, 100)
+    warm = 1 - np.exp(-seconds / slowest)
+    chart = Chart(sheet, Area(sheet.left + 60, 60, sheet.left + 300, 180), (0, 5 * slowest), (0, 1.05), ("t", "T"))
+    chart.curve(seconds, warm)
+    chart.mark(float(slowest), f"{slowest / 60:.0f} min")
+    return sheet
+
+
 def disturbances() -> Sheet:
     """Densities over frequency, on logarithmic axes."""
     fragment = """\
@@ -417,5 +437,18 @@ controllers:
 
 
 PICTURES: tuple[Callable[[], Sheet], ...] = (
-    *(materials, contours, reduction, damping, modal_test, temperatures, disturbances, controllers, requirements, studies, published),
+    *(
+        materials,
+        contours,
+        reduction,
+        damping,
+        modal_test,
+        temperatures,
+        thermal_contacts,
+        disturbances,
+        controllers,
+        requirements,
+        studies,
+        published,
+    ),
 )

@@ -138,9 +138,10 @@ def test_catalogue():
     assert set(described) == set(describe.CATALOGUE)
     for name, material in describe.CATALOGUE.items():
         values = (material.E, material.nu, material.G, material.rho, material.yield_stress)
-        for cell, value, unit in zip(described[name], values, (1e9, 1, 1e9, 1, 1e6), strict=False):
+        values += (material.expansion, material.softening, material.conductivity, material.heat_capacity)
+        for cell, value, unit in zip(described[name], values, (1e9, 1, 1e9, 1, 1e6, 1e-6, 1e-6, 1, 1), strict=False):
             assert cell == ("" if value is None else f"{value / unit:.6g}"), name
-        assert described[name][5].rstrip(" |") == material.source
+        assert described[name][9].rstrip(" |") == material.source
 
 
 def test_functions_and_dofs():

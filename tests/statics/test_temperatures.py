@@ -193,7 +193,8 @@ flexura: 1
 name: rod
 corrections: none
 materials:
-  m: {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, conductivity: 167 W/(m*K), heat_capacity: 900 J/(kg*K)}
+  m:
+    {E: 70 GPa, nu: 0.3, rho: 2700 kg/m^3, expansion: 23 um/m/K, conductivity: 167 W/(m*K), heat_capacity: 900 J/(kg*K)}
 parameters: {width: {value: 10 mm, minimum: 1 mm, maximum: 20 mm}}
 sections: {s: {shape: rectangle, width: width, thickness: 1 mm}}
 nodes: {a: [0, 0, 0], b: [100 mm, 0, 0]}
@@ -257,6 +258,7 @@ def test_points_that_stay():
     leaves, stage = fx.heat(guide(), states=["leaves", "stage"], n=2).states
     assert leaves.athermal["stage"] is None
     assert stage.athermal["stage"] == pytest.approx((0.03, 0, 0.05), abs=1e-6)  # between the ends of the leaves
+    assert stage.frequency_hz is not None and uniform.frequency_hz is not None
     assert np.abs(stage.frequency_hz / uniform.frequency_hz - 1).max() < 0.05
 
 

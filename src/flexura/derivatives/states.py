@@ -349,7 +349,7 @@ class LinearState(State):
         return Dual(u, np.moveaxis(slope, 1, 0))
 
     def drift(self, temperature: str, to: str) -> Any:
-        """As `State.drift` (theory eq. W4)."""
+        """As `State.drift` (theory eq. W16)."""
         node, _, axis = to.rpartition(".")
         load, grown = warming_load(self._at, temperature)
         beside = grown[int(self._at.plan.topology.numbers([node])[0]), DISPLACEMENTS.index(axis)]

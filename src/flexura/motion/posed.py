@@ -295,7 +295,7 @@ def loads_with(model: MovingModel, force: Mapping[str, Any], command: Mapping[st
 
 def warming_load(design: Design, state: str) -> tuple[Array, Array]:
     """Forces (n,) by one unit of a state of temperature on a design where it is, N and N m, and what nodes (n_nodes, 6)
-    move by it beside the frames that they follow, m and rad, global axes, both linear (theory eqs. W3-W4).
+    move by it beside the frames that they follow, m and rad, global axes, both linear (theory eqs. W15-W16).
 
     Raises as `Temperatures.of`, and OptionError for what expands in a way that is not known.
     """

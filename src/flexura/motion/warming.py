@@ -1,7 +1,7 @@
 """Elements that are warmer: what expands takes its ends along, and what it does not may take it is under force.
 
 Temperatures are linear in place in every thing by itself, so that free expansion of a homogeneous thing has no stress;
-its displacement from a point is that of eq. W1 of the theory (Boley and Weiner 1960, sections 3.2 and 9.1).
+its displacement from a point is that of eq. W13 of the theory (Boley and Weiner 1960, sections 3.2 and 9.1).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,12 +19,10 @@ from flexura.errors import OptionError
 from flexura.mechanism import GROUND
 from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Group, PoseElements
+from flexura.motion.layout import Laid
 from flexura.motion.se3 import rotation
 from flexura.motion.superelements import Superelements
 from flexura.structure import Warmth
-
-if TYPE_CHECKING:
-    from flexura.motion.layout import Laid
 
 ALIKE = 1e-9
 """Difference of free strains, relative, up to which two are one."""
@@ -32,7 +30,7 @@ ALIKE = 1e-9
 
 def expansion(reach: Array, strain: Array, gradient: Array) -> tuple[Array, Array]:
     """Displacement and rotation (..., 3) of points at `reach` (..., 3) from where the free strain is `strain` (...),
-    which has a gradient (..., 3), 1/m, in a body that nothing holds, as seen from there (theory eq. W1)."""
+    which has a gradient (..., 3), 1/m, in a body that nothing holds, as seen from there (theory eq. W13)."""
     along = (gradient * reach).sum(axis=-1)
     square = (reach * reach).sum(axis=-1)
     moved = (strain + along)[..., None] * reach - (square / 2)[..., None] * gradient

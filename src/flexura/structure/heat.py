@@ -7,7 +7,7 @@ Bodies and parts have one temperature each, members one in each element, with ha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg as la
@@ -19,16 +19,33 @@ from flexura.arrays import Array, Bools, Index
 from flexura.duals import Dual, plain, slope_of, with_slopes_of
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import AIR, GROUND, Layout
+from flexura.structure.elements import Elements
 from flexura.structure.values import ValueTable
-
-if TYPE_CHECKING:
-    from flexura.structure.design import Design
 
 DENSE_PLACES = 2000
 """Places of a network up to which all its time constants are worked out."""
 
 SHOWN_CONSTANTS = 6
 """Time constants that are told, the slowest first."""
+
+
+class Evaluated(Protocol):
+    """One design of a plan: its values (s,), and its elements."""
+
+    @property
+    def plan(self) -> Any:
+        """The plan."""
+        ...
+
+    @property
+    def values(self) -> Array:
+        """The values."""
+        ...
+
+    @property
+    def elements(self) -> Elements:
+        """Elements of all prototypes in one table."""
+        ...
 
 
 class _Path(NamedTuple):
@@ -61,7 +78,7 @@ class HeatNetwork:
             for key, own in mechanism.thermal_contacts.items()
         }
 
-    def steady(self, design: Design, heat: Mapping[str, Any], held: Mapping[str, Any]) -> dict[str, Any]:
+    def steady(self, design: Evaluated, heat: Mapping[str, Any], held: Mapping[str, Any]) -> dict[str, Any]:
         """Lasting temperatures, K, of bodies, parts and the ground by name, and of members those of their elements
         (e,), with `heat`, W, into some and others `held` at temperatures.
 
@@ -89,7 +106,7 @@ class HeatNetwork:
         found: dict[str, Any] = {name: temperature[where.of(name)] for name in where.single}
         return found | {name: means[rows] for name, rows in where.element_rows.items()}
 
-    def time_constants(self, design: Design) -> tuple[Array, list[str]]:
+    def time_constants(self, design: Evaluated) -> tuple[Array, list[str]]:
         """The slowest time constants, s, with which temperatures settle while the ground and the air keep theirs, and
         what has no heat capacity, which is then left out."""
         where = _Places(design)
@@ -104,7 +121,7 @@ class HeatNetwork:
         values: Any = la.eigh(np.diag(stored[free]), G, eigvals_only=True)[::-1]
         return values[:SHOWN_CONSTANTS][values[:SHOWN_CONSTANTS] > 0], unknown
 
-    def _paths(self, design: Design, where: _Places) -> _Path:
+    def _paths(self, design: Evaluated, where: _Places) -> _Path:
         """What leads heat. Raises ModelError and OptionError."""
         values, plan = design.values, design.plan
         places = [where.element_ends]
@@ -136,7 +153,7 @@ class HeatNetwork:
             np.concatenate([np.zeros((0, 2), dtype=np.intp), *places]), np.concatenate(conductances or [np.zeros(0)])
         )
 
-    def _stored(self, design: Design, where: _Places) -> tuple[Array, list[str]]:
+    def _stored(self, design: Evaluated, where: _Places) -> tuple[Array, list[str]]:
         """Heat capacities (n,) of places, J/K, and the names of what has none that is known."""
         values, plan = plain(design.values), design.plan
         stored, unknown = np.zeros(where.count), list[str]()
@@ -167,7 +184,7 @@ class HeatNetwork:
 class _Places:
     """Which nodes have one temperature: those of one body or part, and all that the ground holds."""
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: Evaluated) -> None:
         topology = design.plan.topology
         n = topology.n_nodes
         ground, air = n, n + 1

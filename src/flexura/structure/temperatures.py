@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,12 +12,9 @@ from flexura.arrays import Array
 from flexura.duals import plain
 from flexura.errors import ModelError, OptionError, Problem
 from flexura.mechanism import GROUND, UNIFORM, Flexure, Layered, Layout, Link, Material, Mechanism, Warmer
-from flexura.structure.heat import HeatNetwork
+from flexura.structure.heat import Evaluated, HeatNetwork
 from flexura.structure.topology import Topology
 from flexura.structure.values import ValueTable
-
-if TYPE_CHECKING:
-    from flexura.structure.design import Design
 
 
 class _Thing(NamedTuple):
@@ -115,18 +112,18 @@ class Temperatures:
         """Whether heat flows in a state, which makes its temperatures."""
         return any(own.power is not None for own in self._states[state])
 
-    def of(self, state: str, design: Design) -> dict[str, Warmth]:
+    def of(self, state: str, design: Evaluated) -> dict[str, Warmth]:
         """All that is warmer in a state of one design, by name as placed.
 
         Raises ModelError for names of nothing, and OptionError for what has no coefficient of expansion, or where heat
         flows for what it is not known.
         """
         things, values = dict(self._placed(design.plan.topology)), design.values
-        said = self._said(state, things)
+        told = self._described_by(state, things)
         found = dict[str, Warmth]()
         if self.flows(state):
-            heat = {name: values[own.power] for name, own in said.items() if own.power is not None}
-            held = {name: values[own.field[0]] for name, own in said.items() if own.field is not None}
+            heat = {name: values[own.power] for name, own in told.items() if own.power is not None}
+            held = {name: values[own.field[0]] for name, own in told.items() if own.field is not None}
             still = np.zeros(3)
             for name, own in self.network.steady(design, heat, held).items():
                 if name in things:
@@ -135,7 +132,7 @@ class Temperatures:
                     mean = own if elements is None else own.mean()
                     coefficients = values[thing.expansion], values[thing.softening]
                     found[name] = Warmth(thing.kind, mean, still, None, *coefficients, elements)
-        for name, own in said.items():
+        for name, own in told.items():
             if own.field is not None:
                 thing, warm = things[name], values[own.field]
                 about = None if own.about is None else values[own.about]
@@ -149,16 +146,16 @@ class Temperatures:
             )
         return {name: own for name, own in found.items() if _is_warm(own)}
 
-    def _said(self, state: str, things: dict[str, _Thing]) -> dict[str, _State]:
+    def _described_by(self, state: str, things: dict[str, _Thing]) -> dict[str, _State]:
         """What is said of things by name; what is said later goes before. Raises ModelError for names of nothing."""
-        said = dict[str, _State]()
+        told = dict[str, _State]()
         for own in self._states[state]:
             matches = [name for name in things if _matches(own.text, name)]
             if not matches and own.text != "*":
                 rule = "there is no such member, body, part or instance"
                 raise ModelError([Problem(("temperatures", state, own.text), own.text, rule, f"or `{GROUND}`")])
-            said |= dict.fromkeys(matches, own)
-        return said
+            told |= dict.fromkeys(matches, own)
+        return told
 
     def _placed(self, topology: Topology) -> Iterator[tuple[str, _Thing]]:
         yield GROUND, self._ground

@@ -65,7 +65,7 @@ class WarmState(Record):
 
 @dataclass(frozen=True, repr=False)
 class Heat(Tabular):
-    """What states of temperature do to a mechanism (theory eqs. W1-W6).
+    """What states of temperature do to a mechanism (theory eqs. W13-W18).
 
     `frequency_hz` (n,) are those before it is warmer, `time_constants_s` those with which temperatures settle, the
     slowest first; none where nothing conducts.
@@ -144,7 +144,7 @@ def heat(
     n: int = 3,
 ) -> Heat:
     """What states of temperature do to a mechanism: those that are described, or `states` by name (wildcards allowed),
-    `temperature` being that everything is 1 K warmer (theory eqs. W1-W6).
+    `temperature` being that everything is 1 K warmer (theory eqs. W13-W18).
 
     Of each the drift of `nodes`, by default of all moving bodies, linear, the points of bodies that stay where they
     are, and with large displacements the `n` lowest frequencies, and what is left until it yields and buckles; of those
@@ -246,7 +246,7 @@ def _linear(full: FullOrderModel, state: str, nodes: Sequence[str]) -> WarmState
 
 def _still(moved: Array, strain: float, size: float) -> Array | None:
     """From a node of a body that moves (6,) and expands alike all over, the point (3,) that stays where it is, the
-    nearest of several (theory eq. W5); None where there is none near."""
+    nearest of several (theory eq. W17); None where there is none near."""
     spread = strain * np.eye(3) + skew(moved[3:])
     left, sizes, right = np.linalg.svd(spread)
     kept = sizes > SINGULAR * sizes.max(initial=0.0)

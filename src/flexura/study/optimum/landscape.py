@@ -115,7 +115,7 @@ class Landscape:
 
     def at(self, z: Array) -> Sample:
         """The design at a position. Raises FailedDesign."""
-        z = np.round(np.clip(np.asarray(z, dtype=float), 0.0, 1.0), DECIMALS)
+        z = np.asarray(np.round(np.clip(np.asarray(z, dtype=float), 0.0, 1.0), DECIMALS), dtype=float)
         key = z.tobytes()
         if key not in self._latest:
             checkpoint()

@@ -14,7 +14,6 @@ import numpy as np
 from flexura.analysis import part_yield_stresses
 from flexura.errors import ExpressionError, FlexuraError, OptionError
 from flexura.expressions import FREQUENCY as HERTZ
-from flexura.expressions import NUMBER
 from flexura.mechanism import DOF_NAMES, FORCES, UNIFORM, is_pattern, matching, parameter_dimensions, suggestion
 from flexura.structure import Channel, Design, InputPort, OutputPort, Plan, Ports, actuator_names, unit_of_response
 from flexura.study.questions.grammar import NOWHERE, STROKE, Asked, Place, Where
@@ -377,7 +376,7 @@ class Reader:
             else:
                 found = [Held(freedom.name, place.value, "rad" if freedom.turns else "m")]
         expected, dimension = parse_unit(found[0].unit)[1], place.dimension
-        is_plain = dimension is None and (not place.value or expected == NUMBER)
+        is_plain = dimension is None and (not place.value or found[0].unit == "1")
         if dimension != expected and not is_plain:
             kind = {"m": "a length is expected, e.g. in mm", "rad": "an angle is expected, in deg or rad"}
             given = "has no unit" if dimension is None else f"is in {dimension.unit() or 'rad'}"
