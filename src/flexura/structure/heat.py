@@ -30,7 +30,7 @@ SHOWN_CONSTANTS = 6
 
 
 class Evaluated(Protocol):
-    """One design of a plan: its values (s,), and its elements."""
+    """One design of a plan: its values (s,), and where everything is."""
 
     @property
     def plan(self) -> Any:
@@ -43,8 +43,8 @@ class Evaluated(Protocol):
         ...
 
     @property
-    def elements(self) -> Elements:
-        """Elements of all prototypes in one table."""
+    def geometry(self) -> Any:
+        """The geometry."""
         ...
 
 
@@ -125,7 +125,7 @@ class HeatNetwork:
         """What leads heat. Raises ModelError and OptionError."""
         values, plan = design.values, design.plan
         places = [where.element_ends]
-        start, resistance = 0, design.elements.resistance
+        start, resistance = 0, _elements(design).resistance
         by_part = dict[str, Any]()
         for name, part in plan.parts.items():
             stop = start + len(part.connectivity)
@@ -158,7 +158,7 @@ class HeatNetwork:
         values, plan = plain(design.values), design.plan
         stored, unknown = np.zeros(where.count), list[str]()
         rho = plain(plan.members.moduli(values)[1])[plan.members.element_member]
-        mass = rho * plain(design.elements.volume)
+        mass = rho * plain(_elements(design).volume)
         start, by_part = 0, dict[str, Array]()
         for name, part in plan.parts.items():
             stop = start + len(part.connectivity)
@@ -233,6 +233,10 @@ class _Places:
             return self.element_ends[self.element_rows[name]].ravel()
         known = self._nodes.get(name) or ([self._names[name]] if name in self._names else [])
         return self._place[known]
+
+
+def _elements(design: Evaluated) -> Elements:
+    return design.plan.elements(design.values, design.geometry)
 
 
 def _matrix(paths: _Path, count: int) -> sp.csc_matrix:
