@@ -4,6 +4,7 @@ mesh as a part against CalculiX.
     python benchmarks/solid.py [NAME ...]
     python benchmarks/solid.py --assembly
     python benchmarks/solid.py --mesh
+    python benchmarks/solid.py --large [SIZE ...]
 
 One BLAS thread, six modes, two meshes each, a process of its own for every run, one run each: two minutes in all. Times
 are those of the processor, which other programs disturb least. `--assembly` makes K and M of
@@ -11,7 +12,9 @@ quadratic cells on the same mesh by both libraries, best of three; the time of s
 order of integration is exact for straight cells, and as high as ours for others. `--mesh` writes decks of 10-node
 tetrahedra of a frame with four notches, webs 0.3 mm, by netgen, and lets CalculiX and `flexura model` find six
 frequencies of each: CalculiX those of the elements in the deck, flexura of order 3 on the same mesh, with what the mesh
-may be off by, and proven for what is reduced.
+may be off by, and proven for what is reduced. `--large` lets `flexura model` find six frequencies of meshes of a block
+60 x 60 x 20 mm with 25 holes, of cells of these sizes, mm: with factors where they fit into what memory is free, else
+by conjugate gradients.
 """
 
 from __future__ import annotations
@@ -107,6 +110,36 @@ def meshes() -> None:
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
+def large(sizes: list[float]) -> None:
+    """One row of a table for every size of cells."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+    from netgen import occ
+
+    from helpers.solid_meshes import by_netgen, deck
+
+    block = occ.Box((0, 0, 0), (60, 60, 20))
+    for x in range(10, 60, 10):
+        for y in range(10, 60, 10):
+            block = block - occ.Cylinder(occ.Pnt(x, y, -1), occ.Z, 3, 22)
+    words = "E: {E} Pa, nu: {nu}, rho: {rho} kg/m^3".format(**FRAME)
+    print("| cells | DOFs | processor time | memory | first frequency | off for the mesh |")
+    print("|---|---|---|---|---|---|")
+    for size in sizes:
+        with tempfile.TemporaryDirectory() as folder:
+            made = by_netgen(block, size, 2.0)
+            deck(file := Path(folder) / "block.inp", made, {"LEFT": made.on(0, 0.0), "RIGHT": made.on(0, 60.0)})
+            command = [FLEXURA, "model", str(file), "--unit", "mm", "--material", words, "--hold", "LEFT"]
+            out = Path(folder) / "out"
+            seconds, memory = measured([*command, "--interface", "tip: RIGHT", "--json"], Path(folder) / "cache", out)
+            first = json.loads(out.read_text())["modes"][0]
+        sides = np.sort(made.cells[:, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]].reshape(-1, 3), axis=1)
+        edges = len(made.points) - len(corners := np.unique(made.cells[:, :4]))
+        dofs = 3 * (len(corners) + 2 * edges + len(np.unique(sides, axis=0)))
+        cells = [str(len(made.cells)), str(dofs), f"{seconds:.0f} s", f"{memory / 1024:.1f} GiB"]
+        cells += [f"{first['frequency_hz']:.2f} Hz", percent(first["mesh_error"]).lstrip("+")]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
 def best(make: Callable[[], object], runs: int = 3) -> float:
     """Least processor time of some runs, s."""
     found = []
@@ -186,5 +219,7 @@ if __name__ == "__main__":
         assembly()
     elif sys.argv[1:] == ["--mesh"]:
         meshes()
+    elif sys.argv[1:2] == ["--large"]:
+        large([float(size) for size in sys.argv[2:]] or [2.0, 1.5, 1.1])
     else:
         main(sys.argv[1:])

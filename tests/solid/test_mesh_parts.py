@@ -13,9 +13,11 @@ import scipy.sparse.linalg as spla
 import flexura as fx
 from flexura.analysis import Modes
 from flexura.errors import ModelError, OptionError
+from flexura.fem import curved, monoliths
 from flexura.fem.curved import CurvedElements
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.given_meshes import given_mesh
+from flexura.records import Kept
 from flexura.solid.interchange.calculix import run_calculix
 from helpers.calculix import read_frequencies
 from helpers.shell import flexura
@@ -377,6 +379,29 @@ def test_what_does_not_fit_into_memory_is_refused_before_it_is_made(tmp_path, mo
     file = deck(tmp_path / "bar.inp", bar())
     with pytest.raises(OptionError, match=r"DOFs, which take some .* GB are free"):
         fx.with_solid_parts(fx.part_model(file, unit="mm", material=METAL, hold="plane x = 0 mm"))
+
+
+@pytest.mark.parametrize(("shape", "follow"), [("tetra", "rigid"), ("tetra", "averaged"), ("hexahedron", "rigid")])
+def test_what_is_not_factorised_is_solved_by_conjugate_gradients(tmp_path, monkeypatch, shape, follow):
+    """Order 3 by factors of order 2 has the frequencies that it has by its own."""
+    monkeypatch.setenv("FLEXURA_CACHE", "off")
+    made, said = bar(shape, counts=(6, 2, 2)), []
+    deck(tmp_path / "bar.inp", made, {"LEFT": made.on(0, 0.0), "TIP": made.on(0, 20.0)})
+    interfaces = {"base": {"face": "LEFT", "follow": follow}, "tip": {"face": "TIP", "follow": "averaged"}}
+    part = {"mesh": str(tmp_path / "bar.inp"), "unit": "mm", "material": "Al-7075-T6", "interfaces": interfaces}
+    mechanism = fx.loads(json.dumps({"parts": {"bar": part}}))
+
+    def frequencies():
+        monkeypatch.setattr(monoliths, "IN_MEMORY", Kept(most=1))
+        return fx.modes(
+            fx.with_solid_parts(mechanism, progress=lambda *told: said.append(str(told))), n=12
+        ).frequency_hz
+
+    known = frequencies()
+    assert not any("conjugate gradients" in text for text in said)
+    monkeypatch.setattr(curved, "memory_of", lambda dofs: np.inf)
+    assert frequencies()[6:] == pytest.approx(known[6:], rel=1e-6)
+    assert sum("conjugate gradients" in text for text in said) == 2
 
 
 def test_descriptions_say_what_is_wrong_with_meshes(tmp_path):
