@@ -34,7 +34,8 @@ class CurvedElements:
     """The matrices of a mesh with elements of some order, of `materials` by the names that its solids have.
 
     `K`, N/m, and `M`, kg, are those of the `free` DOFs, numbers among all of `space`: those not on faces named
-    `held`; `dofs` their number. Raises OptionError, before they are made, where they and their factors would not fit
+    `held`; `dofs` their number. Where factors of order `reduced` on the mesh would not fit into memory, K is one of
+    `TwoOrders`. Raises OptionError, before they are made, where they and their factors would not fit
     into memory.
     """
 
@@ -46,7 +47,7 @@ class CurvedElements:
         announce: Callable[[str], None] = lambda _: None,
         *,
         held: str = "",
-        iterates: bool = False,
+        reduced: int = 0,
     ) -> None:
         self._ng = need("ngsolve", "solid")
         self.mesh: Any = mesh
@@ -56,7 +57,7 @@ class CurvedElements:
         self.space: Any = self._ng.VectorH1(mesh, order=order, dirichlet=held)
         self.free: Index = np.flatnonzero(np.array(self.space.FreeDofs()))
         self.dofs: int = len(self.free)
-        is_iterated = iterates and is_large(mesh, order)
+        is_iterated = is_large(mesh, reduced)
         needed, free = memory_of(self.dofs), available_memory()
         if is_iterated:
             needed = iterative_memory(mesh, self.dofs)
@@ -130,15 +131,16 @@ class CurvedElements:
     @cached_property
     def rigid_motions(self) -> Array:
         """Coefficients (all, 6) of three translations and of three rotations about the global origin."""
-        ng = self._ng
-        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
-        motions = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
-        field = ng.GridFunction(self.space)
-        coefficients = np.empty((self.space.ndof, 6))
-        for k, motion in enumerate(motions):
-            field.Set(ng.CoefficientFunction(motion))
-            coefficients[:, k] = field.vec.FV().NumPy()
-        return coefficients
+        ng, coordinates = self._ng, []
+        field = ng.GridFunction(ng.H1(self.mesh, order=self.order))
+        for function in (ng.CF(1.0), ng.x, ng.y, ng.z):
+            with ng.TaskManager():
+                field.Set(function)
+            coordinates.append(np.array(field.vec.FV().NumPy()))
+        one, x, y, z = coordinates * np.array([1.0, MILLIMETRE, MILLIMETRE, MILLIMETRE])[:, None]
+        no = np.zeros(len(one))
+        motions = [(one, no, no), (no, one, no), (no, no, one), (no, -z, y), (z, no, -x), (-y, x, no)]
+        return np.array(motions).reshape(6, -1).T.copy()
 
     @property
     def mass(self) -> float:
@@ -220,8 +222,8 @@ def memory_of(dofs: float) -> float:
 
 
 def is_large(mesh: Any, order: int) -> bool:
-    """Whether factors of elements of some order do not fit into memory."""
-    return memory_of(dofs_of_order(mesh, order)) > available_memory()
+    """Whether factors of elements of some order do not fit into memory; of none they do."""
+    return order > 0 and memory_of(dofs_of_order(mesh, order)) > available_memory()
 
 
 def iterative_memory(mesh: Any, dofs: float) -> float:

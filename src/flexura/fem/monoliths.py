@@ -30,7 +30,7 @@ from flexura.fem.given_meshes import GivenMesh
 from flexura.fem.part_stress import surface_stress
 from flexura.fem.reduced import balanced
 from flexura.fem.surfaces import STORED, SurfaceStress
-from flexura.fem.two_orders import SPARE_MODES, TwoOrders, lowest_modes
+from flexura.fem.two_orders import CLOSE, ROUGH, SPARE_MODES, TwoOrders, lowest_modes
 from flexura.fem.varying import Family, Varied, family_of
 from flexura.linalg import Factor, factorise_large
 from flexura.records import Kept
@@ -187,7 +187,7 @@ def _reduced(
     while True:
         low, coarse = mesher.refined(materials, wanted, announce)
         low.release()
-        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce, iterates=True)
+        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce, reduced=ORDER)
         announce("reducing")
         high = reduced(elements, low)
         worst = _mesh_errors(low, high, high.fewest, mesher.shares)[1] / 2
@@ -269,7 +269,7 @@ class _Mesher:
         while True:
             announce(f"mesh {(step := step + 1)}")
             mesh = self.mesh()
-            reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce, iterates=True), self._joints)
+            reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce, reduced=ORDER), self._joints)
             energies = reduction.unsmooth
             worst = reduction.roughness / 2
             self._resize(mesh, energies.sum(axis=1), AIM * float(energies.sum()) * wanted / worst)
@@ -300,7 +300,7 @@ class _Given:
         self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
     ) -> tuple[_Reduction, float]:
         """The part with elements of the lower order, and the error that is wanted."""
-        elements = CurvedElements(self._mesh, ORDER - 1, materials, announce, iterates=True)
+        elements = CurvedElements(self._mesh, ORDER - 1, materials, announce, reduced=ORDER)
         return _Reduction(elements, self._joints), wanted
 
 
@@ -348,7 +348,7 @@ class _Reduction:
         self._rigid = elements.rigid_motions[self._free] * self._unit if len(self._pins) else np.empty((n, 0))
         self._B = self._means[:, self._free]
         ways = (False, True) if isinstance(elements.K, TwoOrders) else (False,)
-        self._X = {about: self._pinned_solve(self._B.T, about) for about in ways}
+        self._X = {about: self._pinned_solve(self._B.T, 1.0 if about else CLOSE) for about in ways}
         self._small = {about: self._bordered(self._X[about]) for about in ways}
         self.psi: Array = self._constraint_modes()
         self._values, self._vectors = np.empty(0), np.empty((n, 0))
@@ -382,16 +382,16 @@ class _Reduction:
         if isinstance(self.elements.K, TwoOrders):
             self.elements.K.release()
 
-    def _pinned_solve(self, loads: Array, about: bool = False) -> Array:
-        """Displacements of the free DOFs under loads (f, k), with the pins held; with `about` what
-        preconditions them."""
+    def _pinned_solve(self, loads: Array, close: float = CLOSE) -> Array:
+        """Displacements of the free DOFs under loads (f, k), with the pins held, as close as iterations are
+        to come, where these solve: at 1 what preconditions."""
         out, K = np.zeros(loads.shape), self.elements.K
         if not loads.shape[1]:
             return out
         if isinstance(K, TwoOrders):
             forces = np.zeros((K.shape[0], loads.shape[1]))
             forces[self._free[self._kept]] = loads[self._kept]
-            return (K.precondition(forces) if about else K.solve(forces))[self._free]
+            return (K.precondition(forces) if close == 1 else K.solve(forces, close))[self._free]
         out[self._kept] = self._factor.solve(np.ascontiguousarray(loads[self._kept]))
         return out
 
@@ -400,12 +400,12 @@ class _Reduction:
         S, G = self._B @ X, self._B @ self._rigid if len(self._pins) else np.empty((len(self._B), 0))
         return np.block([[S, -G], [G.T, np.zeros((G.shape[1],) * 2)]])
 
-    def _solve(self, loads: Array, means: Array | float = 0.0, about: bool = False) -> Array:
+    def _solve(self, loads: Array, means: Array | float = 0.0, close: float = CLOSE) -> Array:
         """Displacements (f, k) under loads (f, k) with given means of the averaged joints."""
-        count = len(self._B)
+        count, about = len(self._B), close == 1
         if about and count:  # what preconditions is rounded, and reactions are large
             loads = loads - self._B.T @ self._reactions(self._X[about].T @ loads, loads, about)[:count]
-        x = self._pinned_solve(loads, about)
+        x = self._pinned_solve(loads, close)
         if not count:
             return x
         small = self._reactions(self._B @ x - means, loads, about)
@@ -469,7 +469,7 @@ class _Reduction:
 
         def about(forces: Array) -> Array:
             out = np.zeros(forces.shape)
-            out[self._free] = self._solve(forces[self._free], about=True)
+            out[self._free] = self._solve(forces[self._free], close=1.0)
             return out
 
         known = self._vectors
@@ -537,7 +537,7 @@ class _Reduction:
         at = np.arange(self._c + count, basis.shape[1])
         loads = (M @ basis[:, at])[self._free]
         shares = inner.T @ (M @ basis[:, at])
-        rest = loads.T @ self._solve(loads) - (shares.T / values) @ shares
+        rest = loads.T @ self._solve(loads, close=ROUGH) - (shares.T / values) @ shares
         found, vectors = la.eigh((rest + rest.T) / 2)
         Q = np.zeros((basis.shape[1],) * 2)
         Q[np.ix_(at, at)] = (vectors * np.maximum(found, 0.0)) @ vectors.T

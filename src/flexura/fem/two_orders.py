@@ -9,6 +9,7 @@ Babuska, Craig, Mandel and Pitkaranta 1991). That is the preconditioner of conju
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
 from typing import Any
 
@@ -21,8 +22,9 @@ from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg import Factor, SingularError, factorise_large
 
-CLOSE = 1e-6
-"""Error of a solution over itself, in the norm of energy, at which conjugate gradients end."""
+CLOSE, ROUGH = 1e-6, 1e-3
+"""Error of a solution over itself, in the norm of energy, at which conjugate gradients end, and where but its energy,
+which is off by the square, is asked for."""
 
 CLOSE_MODES = 1e-8
 """Relative error of squared frequencies, estimated by residuals, at which modes are taken."""
@@ -33,14 +35,36 @@ MOST_STEPS = 200
 SPARE_MODES = 3
 """Modes that are sought beside those that are wanted."""
 
-BLOCK = 16
-"""Right sides that are solved at a time."""
+BLOCK = 8
+"""Right sides that are solved at a time, for what they take of memory."""
 
 LOWEST = 0.1
 """Least eigenvalue that Chebyshev steps damp over the largest one."""
 
 DEPENDENT = 1e-10
 """Part of a direction that others lack, squared, below which it is left out."""
+
+
+class _Halves:
+    """A sparse matrix whose halves are multiplied side by side."""
+
+    def __init__(self, A: sp.csr_matrix) -> None:
+        self._cut, self._parts = A.shape[0] // 2, (A[: A.shape[0] // 2], A[A.shape[0] // 2 :])
+
+    @property
+    def whole(self) -> sp.csr_matrix:
+        """The matrix."""
+        return sp.csr_matrix(sp.vstack(self._parts))
+
+    def __matmul__(self, x: Array) -> Array:
+        with ThreadPoolExecutor(2) as both:
+            return np.concatenate(list(both.map(lambda part: part @ x, self._parts)))
+
+    def transposed(self, x: Array) -> Array:
+        """What its transpose makes of x."""
+        with ThreadPoolExecutor(2) as both:
+            first, second = both.map(lambda part, own: part.T @ own, self._parts, np.split(x, [self._cut]))
+        return first + second
 
 
 class TwoOrders:
@@ -53,15 +77,15 @@ class TwoOrders:
         self._low, self._rest = np.flatnonzero(low), np.flatnonzero(~low)
         self._nodes = nodes
         rest = K[self._rest]
-        self._cross, self._D = rest[:, self._low], rest[:, self._rest]
+        self._cross, self._D = _Halves(rest[:, self._low]), _Halves(rest[:, self._rest])
         del rest
-        self._A = K[self._low][:, self._low]
+        self._A = _Halves(K[self._low][:, self._low])
         self._kept = np.ones(K.shape[0], dtype=bool)
 
     def __matmul__(self, x: Array) -> Array:
         low, rest = x[self._low], x[self._rest]
         out = np.empty(x.shape)
-        out[self._low] = self._A @ low + self._cross.T @ rest
+        out[self._low] = self._A @ low + self._cross.transposed(rest)
         out[self._rest] = self._cross @ low + self._D @ rest
         return out
 
@@ -79,7 +103,7 @@ class TwoOrders:
     @cached_property
     def _factor(self) -> Factor:
         kept = np.flatnonzero(self._kept[self._low])
-        A = sp.csc_matrix(self._A[kept][:, kept])
+        A = sp.csc_matrix(self._A.whole[kept][:, kept])
         try:
             return factorise_large(A, single=True)
         except SingularError:  # for rounding to single precision
@@ -94,7 +118,7 @@ class TwoOrders:
         place = np.empty(count, dtype=np.intp)
         place[order] = np.arange(count) - np.searchsorted(node[order], node[order])
         size = int(place.max(initial=0)) + 1
-        at = self._D.tocoo()
+        at = self._D.whole.tocoo()
         own = node[at.row] == node[at.col]
         row, column, value = at.row[own], at.col[own], at.data[own]
         del at
@@ -102,8 +126,9 @@ class TwoOrders:
         blocks[node[row], place[row], place[column]] = value
         inverse = np.linalg.inv(blocks)[node[row], place[row], place[column]]
         inverse *= self._kept[self._rest][row] & self._kept[self._rest][column]
-        B = sp.csr_matrix((inverse, (row, column)), shape=self._D.shape)
-        x, largest = np.cos(np.arange(count) ** 2.0), 1.0
+        B = sp.csr_matrix((inverse, (row, column)), shape=(count, count))
+        x: Any = np.cos(np.arange(count) ** 2.0)
+        largest = 1.0
         for _ in range(12):
             x = B @ (self._D @ x)
             largest = float(np.linalg.norm(x)) or 1.0
@@ -118,29 +143,31 @@ class TwoOrders:
 
     def precondition(self, r: Array) -> Array:
         """About K^-1 r of forces r (n, k), with what is not kept held."""
+        if r.shape[1] > BLOCK:
+            return np.hstack([self.precondition(r[:, :BLOCK]), self.precondition(r[:, BLOCK:])])
         low, rest = r[self._low], r[self._rest]
         kept = np.flatnonzero(self._kept[self._low])
         x = self._smoothed(rest)
         y = np.zeros(low.shape)
-        y[kept] = self._factor.solve((low - self._cross.T @ x)[kept])
+        y[kept] = self._factor.solve((low - self._cross.transposed(x))[kept])
         x += self._smoothed(rest - self._cross @ y - self._D @ x)
         out = np.empty(r.shape)
         out[self._low], out[self._rest] = y, x
         return out
 
-    def solve(self, forces: Array) -> Array:
-        """Displacements (n, k) under forces (n, k), with what is not kept held. Raises SolverError where steps do not
-        end."""
+    def solve(self, forces: Array, close: float = CLOSE) -> Array:
+        """Displacements (n, k) under forces (n, k), with what is not kept held, to an error over themselves. Raises
+        SolverError where steps do not end."""
         out = np.empty(forces.shape)
         for first in range(0, forces.shape[1], BLOCK):
-            out[:, first : first + BLOCK] = self._solved(forces[:, first : first + BLOCK])
+            out[:, first : first + BLOCK] = self._solved(forces[:, first : first + BLOCK], close)
         return out
 
-    def _solved(self, forces: Array) -> Array:
+    def _solved(self, forces: Array, close: float) -> Array:
         r = forces * self._kept[:, None]
         x, z = np.zeros(r.shape), self.precondition(r)
         p, left = z, _dots(r, z)
-        wanted = CLOSE**2 * left
+        wanted = close**2 * left
         for _ in range(MOST_STEPS):
             checkpoint()
             q = self @ p
@@ -153,7 +180,11 @@ class TwoOrders:
             if (left <= wanted).all():
                 return x
             p = z + left / np.maximum(before, np.finfo(float).tiny) * p
-        raise SolverError(f"conjugate gradients leave {np.sqrt(np.nanmax(left / wanted)) * CLOSE:.1g} of a solution")
+        raise SolverError(f"conjugate gradients leave {np.sqrt(np.nanmax(left / wanted)) * close:.1g} of a solution")
+
+
+def _thrice(K: Any, M: Any, x: Array) -> list[Array]:
+    return [x, K @ x, M @ x]
 
 
 def _dots(a: Array, b: Array) -> Array:
@@ -169,24 +200,30 @@ def lowest_modes(
     eigenvalues are off by, from above, is estimated by residuals of what is returned. Raises SolverError where that
     does not become small.
     """
-    S, KS, MS, m = start, K @ start, M @ start, start.shape[1]
+    # X, what residuals add, and how X changed last: beside them what K and M make of each
+    blocks = [_thrice(K, M, start)]
     for _ in range(MOST_STEPS):
         checkpoint()
-        gram = S.T @ MS
+        gram, energy = (np.block([[a[0].T @ b[k] for b in blocks] for a in blocks]) for k in (2, 1))
         size = 1 / np.sqrt(gram.diagonal())
         parts, turn = la.eigh(gram * np.outer(size, size))
         T = size[:, None] * turn[:, parts > DEPENDENT * parts[-1]]
-        values, turn = la.eigh(T.T @ (S.T @ KS) @ T, T.T @ gram @ T, subset_by_index=(0, min(m, T.shape[1]) - 1))
+        m = start.shape[1]
+        values, turn = la.eigh(T.T @ energy @ T, T.T @ gram @ T, subset_by_index=(0, min(m, T.shape[1]) - 1))
         T = T @ turn
-        X, KX, MX = (A @ T for A in (S, KS, MS))
-        R = (KX - MX * values) * kept[:, None]
-        W = precondition(R)
-        off = _dots(R, W) / values
+        moved = [np.zeros((len(start), T.shape[1])) for _ in range(3)]
+        cuts = np.cumsum([block[0].shape[1] for block in blocks])
+        for block, rows in zip(blocks[1:], np.split(T, cuts)[1:], strict=False):
+            for k in range(3):
+                moved[k] += block[k] @ rows
+        X = [own @ T[: cuts[0]] + more for own, more in zip(blocks[0], moved, strict=True)]
+        del blocks
+        W = precondition((X[1] - X[2] * values) * kept[:, None])
+        off = (_dots(X[1], W) - _dots(X[2], W) * values) / values
         if (np.abs(off[:count]) <= CLOSE_MODES).all():
-            return values[:count], X[:, :count]
+            return values[:count], X[0][:, :count]
         going = off > CLOSE_MODES
-        W = W[:, going]
-        P = [A[:, m:] @ T[m:][:, going] for A in (S, KS, MS)] if S.shape[1] > m else [S[:, :0]] * 3
-        S, KS, MS = (np.hstack(own) for own in ((X, W, P[0]), (KX, K @ W, P[1]), (MX, M @ W, P[2])))
-        m = X.shape[1]
+        blocks = [X, _thrice(K, M, W[:, going]), [own[:, going] for own in moved]]
+        if not moved[0].any():
+            blocks.pop()
     raise SolverError(f"modes with the interfaces held are off by {off[:count].max():.1g} after {MOST_STEPS} steps")
