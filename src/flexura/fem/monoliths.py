@@ -187,7 +187,9 @@ def _reduced(
     while True:
         low, coarse = mesher.refined(materials, wanted, announce)
         low.release()
-        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce, reduced=ORDER)
+        # other sizes of what varies are factorised
+        iterated = ORDER if varied is None else 0
+        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce, reduced=iterated)
         announce("reducing")
         high = reduced(elements, low)
         worst = _mesh_errors(low, high, high.fewest, mesher.shares)[1] / 2
