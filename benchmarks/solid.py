@@ -4,6 +4,7 @@ mesh as a part against CalculiX.
     python benchmarks/solid.py [NAME ...]
     python benchmarks/solid.py --assembly
     python benchmarks/solid.py --mesh
+    python benchmarks/solid.py --large [ROWS ...]
 
 One BLAS thread, six modes, two meshes each, a process of its own for every run, one run each: two minutes in all. Times
 are those of the processor, which other programs disturb least. `--assembly` makes K and M of
@@ -11,7 +12,9 @@ quadratic cells on the same mesh by both libraries, best of three; the time of s
 order of integration is exact for straight cells, and as high as ours for others. `--mesh` writes decks of 10-node
 tetrahedra of a frame with four notches, webs 0.3 mm, by netgen, and lets CalculiX and `flexura model` find six
 frequencies of each: CalculiX those of the elements in the deck, flexura of order 3 on the same mesh, with what the mesh
-may be off by, and proven for what is reduced.
+may be off by, and proven for what is reduced. `--large` lets `flexura model` find six frequencies of meshes of a block
+80 x 20 mm with so many rows of seven holes, 10 mm longer than these: by factors, and as if these did not fit into
+memory, by conjugate gradients.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +77,14 @@ def main(names: list[str]) -> None:
 FRAME = {"E": 71.7e9, "nu": 0.33, "rho": 2810.0}
 """Material of the frame."""
 
+BY_WAY = """
+from flexura.__main__ import main
+from flexura.fem import curved
+curved.memory_of = lambda dofs: float("{}")
+main()
+"""
+"""The program, which believes that factors take so much memory."""
+
 
 def meshes() -> None:
     """One row of a table for every mesh."""
@@ -105,6 +117,44 @@ def meshes() -> None:
         first = f"{known[0]:.2f} and {hz[0]:.2f} Hz"
         cells = [str(len(made.cells)), *spent, first, percent(off).lstrip("+"), f"{percent(least)} to {percent(most)}"]
         print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def large(rows: list[int]) -> None:
+    """Two lines of a table for every number of rows of holes."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+    from netgen import occ
+
+    from helpers.solid_meshes import Made, by_netgen, deck
+
+    words = "E: {E} Pa, nu: {nu}, rho: {rho} kg/m^3".format(**FRAME)
+    print("| cells | DOFs | by | processor time | memory | frequencies | off for the mesh |")
+    print("|---|---|---|---|---|---|---|")
+    for length in (10 * (number + 1) for number in rows):
+        block = occ.Box((0, 0, 0), (length, 80, 20))
+        for x in range(10, length, 10):
+            for y in range(10, 80, 10):
+                block = block - occ.Cylinder(occ.Pnt(x, y, -1), occ.Z, 3, 22)
+        made = by_netgen(block, 12.0, 2.0)
+        used, at = np.unique(made.cells[:, :4], return_inverse=True)
+        made = Made(made.points[used], at.reshape(-1, 4))  # straight, since curved ones may be folded
+        edges, sides = (
+            np.unique(np.sort(made.cells[:, list(combinations(range(4), k))], axis=2).reshape(-1, k), axis=0)
+            for k in (2, 3)
+        )
+        sized = [str(len(made.cells)), str(3 * (len(made.points) + 2 * len(edges) + len(sides)))]
+        for way, needed in (("factors", "0"), ("conjugate gradients", "inf")):
+            command = [sys.executable, "-c", BY_WAY.format(needed)]
+            with tempfile.TemporaryDirectory() as folder:
+                faces = {"LEFT": made.on(0, 0.0), "RIGHT": made.on(0, float(length))}
+                deck(file := Path(folder) / "block.inp", made, faces)
+                command += ["model", str(file), "--unit", "mm", "--material", words, "--hold", "LEFT"]
+                command += ["--interface", "tip: RIGHT", "--json"]
+                seconds, memory = measured(command, Path(folder) / "cache", out := Path(folder) / "out")
+                modes = json.loads(out.read_text())["modes"]
+            cells = [*sized, way, f"{seconds:.0f} s", f"{memory / 1024:.1f} GiB"]
+            cells += [f"{modes[k]['frequency_hz']:.3f} Hz" for k in (0, -1)]
+            cells[-2:] = [" to ".join(cells[-2:]), percent(max(mode["mesh_error"] for mode in modes)).lstrip("+")]
+            print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def best(make: Callable[[], object], runs: int = 3) -> float:
@@ -186,5 +236,7 @@ if __name__ == "__main__":
         assembly()
     elif sys.argv[1:] == ["--mesh"]:
         meshes()
+    elif sys.argv[1:2] == ["--large"]:
+        large([int(number) for number in sys.argv[2:]] or [1])
     else:
         main(sys.argv[1:])

@@ -8,14 +8,17 @@ import shutil
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 import flexura as fx
 from flexura.analysis import Modes
-from flexura.errors import ModelError, OptionError
+from flexura.errors import ModelError, OptionError, SolverError
+from flexura.fem import curved, monoliths, two_orders
 from flexura.fem.curved import CurvedElements
 from flexura.fem.geometry import SolidMaterial
 from flexura.fem.given_meshes import given_mesh
+from flexura.records import Kept
 from flexura.solid.interchange.calculix import run_calculix
 from helpers.calculix import read_frequencies
 from helpers.shell import flexura
@@ -370,13 +373,64 @@ def test_damaged_files_are_read_or_refused(tmp_path):
 
 
 def test_what_does_not_fit_into_memory_is_refused_before_it_is_made(tmp_path, monkeypatch):
-    from flexura.fem import curved
-
     monkeypatch.setenv("FLEXURA_CACHE", "off")
     monkeypatch.setattr(curved, "available_memory", lambda: 1e5)
     file = deck(tmp_path / "bar.inp", bar())
     with pytest.raises(OptionError, match=r"DOFs, which take some .* GB are free"):
         fx.with_solid_parts(fx.part_model(file, unit="mm", material=METAL, hold="plane x = 0 mm"))
+
+
+@pytest.mark.parametrize(("shape", "follow"), [("tetra", "rigid"), ("tetra", "averaged"), ("hexahedron", "rigid")])
+def test_what_is_not_factorised_is_solved_by_conjugate_gradients(tmp_path, monkeypatch, shape, follow):
+    """Order 3 by factors of order 2 has the frequencies and the compliance that it has by its own."""
+    monkeypatch.setenv("FLEXURA_CACHE", "off")
+    made, said = bar(shape, counts=(6, 2, 2)), []
+    deck(tmp_path / "bar.inp", made, {"LEFT": made.on(0, 0.0), "TIP": made.on(0, 20.0)})
+    interfaces = {"base": {"face": "LEFT", "follow": follow}, "tip": {"face": "TIP", "follow": "averaged"}}
+    part = {"mesh": str(tmp_path / "bar.inp"), "unit": "mm", "material": "Al-7075-T6", "interfaces": interfaces}
+
+    def found():
+        monkeypatch.setattr(monoliths, "IN_MEMORY", Kept(most=1))
+        free, held = (
+            fx.with_solid_parts(
+                fx.loads(json.dumps({"parts": {"bar": part}, **ground})), progress=lambda *told: said.append(str(told))
+            )
+            for ground in ({}, {"ground": {"bar.base": "clamped"}})
+        )
+        return fx.modes(free, n=12, order="full").frequency_hz[6:], fx.compliance(held, nodes=["bar.tip"])
+
+    known, compliance = found()
+    assert not any("conjugate gradients" in text for text in said)
+    monkeypatch.setattr(curved, "memory_of", lambda dofs: np.inf)
+    hz, other = found()
+    assert sum("conjugate gradients" in text for text in said) == 2
+    assert hz == pytest.approx(known, rel=1e-6)
+    size = np.sqrt(compliance.diagonal())
+    assert other / np.outer(size, size) == pytest.approx(compliance / np.outer(size, size), abs=1e-6)
+
+
+def test_iterations_that_do_not_end_say_so(tmp_path, monkeypatch):
+    monkeypatch.setenv("FLEXURA_CACHE", "off")
+    monkeypatch.setattr(curved, "memory_of", lambda dofs: np.inf)
+    monkeypatch.setattr(two_orders, "MOST_STEPS", 2)
+    made = bar(counts=(6, 2, 2))
+    file = deck(tmp_path / "bar.inp", made, {"LEFT": made.on(0, 0.0)})
+    with pytest.raises(
+        SolverError, match=r"squared frequencies .* off after 2 steps; a mesh whose cells are less dist"
+    ):
+        fx.with_solid_parts(fx.part_model(file, unit="mm", material=METAL, hold="LEFT"))
+
+
+def test_a_poor_preconditioner_makes_no_solution():
+    """What is not definite, and steps that lose digits, end in an error and not in numbers that are wrong."""
+    K = sp.csr_matrix(np.diag([2.0, 3.0, 5.0]))
+    equations = two_orders.TwoOrders(K, np.ones(3, dtype=bool), np.arange(3))
+    forces = np.ones((3, 2))
+    assert equations.solve(forces) == pytest.approx(forces / K.diagonal()[:, None], rel=1e-6)
+    for poor in (lambda r: -r, lambda r: r * np.array([[1.0], [-1.0], [1.0]]), lambda r: r * np.nan):
+        equations.precondition = poor
+        with pytest.raises(SolverError, match="conjugate gradients are"):
+            equations.solve(forces)
 
 
 def test_descriptions_say_what_is_wrong_with_meshes(tmp_path):

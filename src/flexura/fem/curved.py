@@ -13,20 +13,29 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.arrays import Array, Index
+from flexura.arrays import Array, Bools, Index
 from flexura.errors import OptionError, need
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
+from flexura.fem.two_orders import TwoOrders
 from flexura.linalg import available_memory
 
 MEMORY = 300.0
 """Bytes of matrices and factors over DOFs^(4/3), measured with Pardiso from 50 000 to 370 000 DOFs."""
+
+ITERATIVE, SINGLE = 5200.0, 90.0
+"""Bytes over DOFs of matrices and vectors where conjugate gradients solve, and over DOFs^(4/3) of the lower order of
+its factor in single precision: their sum is that measured with Pardiso at 1 450 000 DOFs."""
+
+DISTORTED = 6.0
+"""Largest over least stretch of a cell, whose equations are factorised with those of the lower order."""
 
 
 class CurvedElements:
     """The matrices of a mesh with elements of some order, of `materials` by the names that its solids have.
 
     `K`, N/m, and `M`, kg, are those of the `free` DOFs, numbers among all of `space`: those not on faces named
-    `held`; `dofs` their number. Raises OptionError, before they are made, where they and their factors would not fit
+    `held`; `dofs` their number. Where factors of order `reduced` on the mesh would not fit into memory, K is one of
+    `TwoOrders`. Raises OptionError, before they are made, where they and their factors would not fit
     into memory.
     """
 
@@ -38,6 +47,7 @@ class CurvedElements:
         announce: Callable[[str], None] = lambda _: None,
         *,
         held: str = "",
+        reduced: int = 0,
     ) -> None:
         self._ng = need("ngsolve", "solid")
         self.mesh: Any = mesh
@@ -47,19 +57,56 @@ class CurvedElements:
         self.space: Any = self._ng.VectorH1(mesh, order=order, dirichlet=held)
         self.free: Index = np.flatnonzero(np.array(self.space.FreeDofs()))
         self.dofs: int = len(self.free)
-        refuse_memory(self.dofs, order)
-        memory = f"about {memory_of(self.dofs) / 1e9:.2g} GB of {available_memory() / 1e9:.3g} GB that are free"
-        announce(f"{mesh.ne} cells of order {order}, {self.dofs} DOFs, {memory}")
-        self.K, self.M = self._matrices()
+        is_iterated = is_large(mesh, reduced)
+        needed, free = memory_of(self.dofs), available_memory()
+        if is_iterated:
+            needed = iterative_memory(mesh, self.dofs)
+        _refuse(self.dofs, needed, free, order)
+        memory = f"about {needed / 1e9:.2g} GB of {free / 1e9:.3g} GB that are free"
+        way = ", by conjugate gradients" if is_iterated else ""
+        announce(f"{mesh.ne} cells of order {order}, {self.dofs} DOFs, {memory}{way}")
+        self.M: sp.csr_matrix = self._mass()
+        self.K: Any = self._stiffness()
+        if is_iterated:
+            self.K = TwoOrders(self.K, self._low, np.tile(np.arange(self.space.ndof // 3), 3))
 
-    def _matrices(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    def _stiffness(self) -> sp.csr_matrix:
         ng = self._ng
-        mu, lame, rho = self._constants
+        mu, lame, _ = self._constants
         u, v = self.space.TnT()
         strain, other = ng.Sym(ng.Grad(u)), ng.Sym(ng.Grad(v))
         K = ng.BilinearForm((2 * mu * ng.InnerProduct(strain, other) + lame * ng.div(u) * ng.div(v)) * ng.dx)
-        M = ng.BilinearForm(rho * u * v * ng.dx)
-        return self._sparse(K) * MILLIMETRE, self._sparse(M) * MILLIMETRE**3
+        return self._of_free(self._sparse(K, MILLIMETRE))
+
+    def _mass(self) -> sp.csr_matrix:
+        ng = self._ng
+        u, v = ng.H1(self.mesh, order=self.order).TnT()
+        M = self._sparse(ng.BilinearForm(self._constants[2] * u * v * ng.dx), MILLIMETRE**3)
+        return self._of_free(sp.csr_matrix(sp.block_diag([M] * 3, format="csr")))
+
+    def raised(self, vectors: Array) -> Array:
+        """Vectors (n, k) of the same fields as those of one order less on the same mesh of tetrahedra, of order 2."""
+        nv, edges = self.mesh.nv, self.mesh.nedge
+        first = np.append(np.arange(nv), nv + (self.order - 1) * np.arange(edges))
+        out = np.zeros((3, self.space.ndof // 3, vectors.shape[1]))
+        out[:, first] = vectors.reshape(3, -1, vectors.shape[1])[:, : nv + edges]
+        return out.reshape(-1, vectors.shape[1])
+
+    @property
+    def _low(self) -> Bools:
+        """Which DOFs (n,) the lower order has, or belong to distorted cells, whose equations no smoothing solves."""
+        ng, mesh = self._ng, self.mesh
+        scalar = ng.H1(mesh, order=self.order)
+        low = np.full(scalar.ndof, self.order < 3)
+        low[: mesh.nv] = True
+        low[mesh.nv + (self.order - 1) * np.arange(mesh.nedge)] = True  # the first one of every edge
+        if low.all() or any(cell.type != ng.ET.TET for cell in mesh.Elements(ng.VOL)):
+            return np.tile(low, 3)
+        points = mesh.MapToAllElements(ng.IntegrationRule(ng.TET, 4), ng.VOL)
+        J = np.asarray(ng.specialcf.JacobianMatrix(3)(points)).reshape(mesh.ne, -1, 3, 3)
+        for cell in np.flatnonzero(np.linalg.cond(J).max(axis=1) > DISTORTED):
+            low[list(scalar.GetDofNrs(ng.ElementId(ng.VOL, int(cell))))] = True
+        return np.tile(low, 3)
 
     @cached_property
     def _constants(self) -> tuple[Any, Any, Any]:
@@ -70,26 +117,30 @@ class CurvedElements:
         lame = self._ng.CF([m.E * m.nu / ((1 + m.nu) * (1 - 2 * m.nu)) for m in solids])
         return mu, lame, self._ng.CF([m.rho for m in solids])
 
-    def _sparse(self, form: Any) -> sp.csr_matrix:
+    def _sparse(self, form: Any, unit: float) -> sp.csr_matrix:
         with self._ng.TaskManager():
             form.Assemble()
-        row, column, value = form.mat.COO()
-        n = self.space.ndof
-        full = sp.csr_matrix((np.array(value), (np.array(row), np.array(column))), shape=(n, n))
-        return full if self.dofs == n else full[self.free][:, self.free]
+        value, column, start = (np.array(own) for own in form.mat.CSR())
+        value *= unit
+        n = len(start) - 1
+        return sp.csr_matrix((value, column, start.astype(np.int32)), shape=(n, n))
+
+    def _of_free(self, full: sp.csr_matrix) -> sp.csr_matrix:
+        return full if self.dofs == full.shape[0] else full[self.free][:, self.free]
 
     @cached_property
     def rigid_motions(self) -> Array:
         """Coefficients (all, 6) of three translations and of three rotations about the global origin."""
-        ng = self._ng
-        x, y, z = ng.x * MILLIMETRE, ng.y * MILLIMETRE, ng.z * MILLIMETRE
-        motions = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, -z, y), (z, 0, -x), (-y, x, 0)]
-        field = ng.GridFunction(self.space)
-        coefficients = np.empty((self.space.ndof, 6))
-        for k, motion in enumerate(motions):
-            field.Set(ng.CoefficientFunction(motion))
-            coefficients[:, k] = field.vec.FV().NumPy()
-        return coefficients
+        ng, coordinates = self._ng, []
+        field = ng.GridFunction(ng.H1(self.mesh, order=self.order))
+        for function in (ng.CF(1.0), ng.x, ng.y, ng.z):
+            with ng.TaskManager():
+                field.Set(function)
+            coordinates.append(np.array(field.vec.FV().NumPy()))
+        one, x, y, z = coordinates * np.array([1.0, MILLIMETRE, MILLIMETRE, MILLIMETRE])[:, None]
+        no = np.zeros(len(one))
+        motions = [(one, no, no), (no, one, no), (no, no, one), (no, -z, y), (z, no, -x), (-y, x, no)]
+        return np.array(motions).reshape(6, -1).T.copy()
 
     @property
     def mass(self) -> float:
@@ -170,9 +221,22 @@ def memory_of(dofs: float) -> float:
     return MEMORY * dofs ** (4 / 3)
 
 
+def is_large(mesh: Any, order: int) -> bool:
+    """Whether factors of elements of some order do not fit into memory; of none they do."""
+    return order > 0 and memory_of(dofs_of_order(mesh, order)) > available_memory()
+
+
+def iterative_memory(mesh: Any, dofs: float) -> float:
+    """Bytes that conjugate gradients take for so many DOFs, with factors of the lower order, by experience."""
+    return ITERATIVE * dofs + SINGLE * dofs_of_order(mesh, 2) ** (4 / 3)
+
+
 def refuse_memory(dofs: float, order: int) -> None:
     """Raise OptionError where so many DOFs do not fit into memory."""
-    memory, free = memory_of(dofs), available_memory()
+    _refuse(dofs, memory_of(dofs), available_memory(), order)
+
+
+def _refuse(dofs: float, memory: float, free: float, order: int) -> None:
     if memory > free:
         raise OptionError(
             f"the whole part would have about {dofs:.2g} DOFs, which take some {memory / 1e9:.2g} GB, and "

@@ -24,14 +24,15 @@ from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError, need
 from flexura.fem.cache import Arrays, content_key, remembered
 from flexura.fem.cad import Drawing, PartFace, faces_of, mesh_name
-from flexura.fem.curved import CurvedElements, dofs_of_order, fit_forms, refuse_memory
+from flexura.fem.curved import CurvedElements, fit_forms, is_large
 from flexura.fem.geometry import MILLIMETRE, SolidMaterial
 from flexura.fem.given_meshes import GivenMesh
 from flexura.fem.part_stress import surface_stress
 from flexura.fem.reduced import balanced
 from flexura.fem.surfaces import STORED, SurfaceStress
+from flexura.fem.two_orders import CLOSE, ROUGH, SPARE_MODES, TwoOrders, lowest_modes
 from flexura.fem.varying import Family, Varied, family_of
-from flexura.linalg import factorise_large
+from flexura.linalg import Factor, factorise_large
 from flexura.records import Kept
 
 REVISION = 7
@@ -176,8 +177,8 @@ def _reduced(
     announce: Callable[[str], None],
     varied: Varied | None,
 ) -> Arrays:
-    def reduced(elements: CurvedElements) -> _Reduction:
-        return _Reduction(elements, joints)
+    def reduced(elements: CurvedElements, low: _Reduction | None = None) -> _Reduction:
+        return _Reduction(elements, joints, low)
 
     is_given = isinstance(drawing.shape, GivenMesh)
     mesher = _Given(drawing, joints) if is_given else _Mesher(drawing, joints)
@@ -185,14 +186,18 @@ def _reduced(
     attempt = 0
     while True:
         low, coarse = mesher.refined(materials, wanted, announce)
-        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce)
+        low.release()
+        # other sizes of what varies are factorised
+        iterated = ORDER if varied is None else 0
+        elements = CurvedElements(low.elements.mesh, ORDER, materials, announce, reduced=iterated)
         announce("reducing")
-        high = reduced(elements)
+        high = reduced(elements, low)
         worst = _mesh_errors(low, high, high.fewest, mesher.shares)[1] / 2
         announce(f"frequencies may be off by {100 * worst:.2g} % for the mesh")
         if worst <= tolerance or is_given or (attempt := attempt + 1) > MORE:
             break
         wanted = coarse * max(0.2, 0.8 * tolerance / worst)
+        del low, high, elements  # before others take as much memory
     announce("modes with the interfaces held")
     count, complete = high.choose(up_to_hz)
     off, _ = _mesh_errors(low, high, count, mesher.shares)
@@ -262,17 +267,18 @@ class _Mesher:
     ) -> tuple[_Reduction, float]:
         """The part with elements of the lower order on a mesh on which frequencies are off by what is wanted, relative,
         about, and by how much they are."""
-        for step in range(ROUNDS):
-            announce(f"mesh {step + 1}")
+        step = 0
+        while True:
+            announce(f"mesh {(step := step + 1)}")
             mesh = self.mesh()
-            reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce), self._joints)
+            reduction = _Reduction(CurvedElements(mesh, ORDER - 1, materials, announce, reduced=ORDER), self._joints)
             energies = reduction.unsmooth
             worst = reduction.roughness / 2
             self._resize(mesh, energies.sum(axis=1), AIM * float(energies.sum()) * wanted / worst)
             announce(f"off by {100 * worst:.2g} %, {100 * wanted:.2g} % wanted")
-            if worst <= CLOSE_ENOUGH * wanted:
-                break
-        return reduction, worst
+            if worst <= CLOSE_ENOUGH * wanted or step == ROUNDS:
+                return reduction, worst
+            del reduction  # before the next one takes as much memory
 
     def _resize(self, mesh: Any, energies: Array, total: float) -> None:
         """Sizes of the next mesh, on which each cell has the same energy, of some total."""
@@ -296,25 +302,26 @@ class _Given:
         self, materials: Mapping[str, SolidMaterial], wanted: float, announce: Callable[[str], None]
     ) -> tuple[_Reduction, float]:
         """The part with elements of the lower order, and the error that is wanted."""
-        refuse_memory(dofs_of_order(self._mesh, ORDER), ORDER)
-        return _Reduction(CurvedElements(self._mesh, ORDER - 1, materials, announce), self._joints), wanted
+        elements = CurvedElements(self._mesh, ORDER - 1, materials, announce, reduced=ORDER)
+        return _Reduction(elements, self._joints), wanted
 
 
 class _Reduction:
     """Shapes of a meshed part: of least energy for motions of its joints, and modes with these held."""
 
-    def __init__(self, elements: CurvedElements, joints: Sequence[Joint]) -> None:
-        self.elements = elements
+    def __init__(self, elements: CurvedElements, joints: Sequence[Joint], low: _Reduction | None = None) -> None:
+        self.elements, self._lower = elements, low
         ng, space = need("ngsolve", "solid"), elements.space
         n, mesh = space.ndof, elements.mesh
         self._c = 6 * len(joints)
+        self._places = [np.array(joint.place) for joint in joints]
         points = np.array([v.point for v in mesh.vertices]) * MILLIMETRE
         self._size = float(np.ptp(points, axis=0).max())
         self._unit = np.repeat([1.0, 1 / self._size], 3)
         follow, owner = np.zeros((n, self._c)), np.full(n, -1)
         means, at = [], []
         for k, joint in enumerate(joints):
-            place = np.array(joint.place)
+            place = self._places[k]
             columns = np.arange(6 * k, 6 * k + 6)
             region = mesh.Boundaries("|".join(map(mesh_name, joint.faces)))
             motions = elements.rigid_motions @ rigid_arm(-place)
@@ -336,16 +343,15 @@ class _Reduction:
         self._follow = follow
         self._averaged: Index = np.array(at, dtype=np.intp)
         self._means = np.vstack([np.empty((0, n)), *means])
-        K = elements.K.tocsr()
-        self._K, self._M = (A[self._free][:, self._free] for A in (K, elements.M.tocsr()))
         self._pins = self._pinned(points) if not (owner >= 0).any() else np.empty(0, dtype=np.intp)
-        kept = np.setdiff1d(np.arange(len(self._free)), self._pins)
-        self._kept = kept
-        self._factor = factorise_large(sp.csc_matrix(self._K[kept][:, kept]))
+        self._kept = np.setdiff1d(np.arange(len(self._free)), self._pins)
+        if isinstance(elements.K, TwoOrders):
+            elements.K.hold(self._free[self._kept])
         self._rigid = elements.rigid_motions[self._free] * self._unit if len(self._pins) else np.empty((n, 0))
         self._B = self._means[:, self._free]
-        self._X = self._pinned_solve(self._B.T)
-        self._small = self._bordered()
+        ways = (False, True) if isinstance(elements.K, TwoOrders) else (False,)
+        self._X = {about: self._pinned_solve(self._B.T, 1.0 if about else CLOSE) for about in ways}
+        self._small = {about: self._bordered(self._X[about]) for about in ways}
         self.psi: Array = self._constraint_modes()
         self._values, self._vectors = np.empty(0), np.empty((n, 0))
         self._known = (-1, np.empty(0), np.empty((n, 0)))
@@ -363,41 +369,73 @@ class _Reduction:
         pivots = la.qr((self.elements.rigid_motions[rows] * self._unit).T, pivoting=True, mode="r")[1]
         return np.sort(rows[pivots[:6]])
 
-    def _pinned_solve(self, loads: Array) -> Array:
-        """Displacements of the free DOFs under loads (f, k), with the pins held."""
-        out = np.zeros(loads.shape)
-        if loads.shape[1]:
-            out[self._kept] = self._factor.solve(np.ascontiguousarray(loads[self._kept]))
+    @cached_property
+    def _factor(self) -> Factor:
+        kept = self._free[self._kept]
+        return factorise_large(sp.csc_matrix(self.elements.K[kept][:, kept]))
+
+    def release(self) -> None:
+        """Work out what is asked for later, and give back the memory of factors of many DOFs."""
+        if not is_large(self.elements.mesh, ORDER):
+            return
+        self._modes(2 * MODES + 1)
+        _ = self._static
+        self.__dict__.pop("_factor", None)
+        if isinstance(self.elements.K, TwoOrders):
+            self.elements.K.release()
+
+    def _pinned_solve(self, loads: Array, close: float = CLOSE) -> Array:
+        """Displacements of the free DOFs under loads (f, k), with the pins held, as close as iterations are
+        to come, where these solve: at 1 what preconditions."""
+        out, K = np.zeros(loads.shape), self.elements.K
+        if not loads.shape[1]:
+            return out
+        if isinstance(K, TwoOrders):
+            forces = np.zeros((K.shape[0], loads.shape[1]))
+            forces[self._free[self._kept]] = loads[self._kept]
+            return (K.precondition(forces) if close == 1 else K.solve(forces, close))[self._free]
+        out[self._kept] = self._factor.solve(np.ascontiguousarray(loads[self._kept]))
         return out
 
-    def _bordered(self) -> Array:
+    def _bordered(self, X: Array) -> Array:
         """The matrix of forces of means and rigid motions of a part whose means are held."""
-        S, G = self._B @ self._X, self._B @ self._rigid if len(self._pins) else np.empty((len(self._B), 0))
+        S, G = self._B @ X, self._B @ self._rigid if len(self._pins) else np.empty((len(self._B), 0))
         return np.block([[S, -G], [G.T, np.zeros((G.shape[1],) * 2)]])
 
-    def _solve(self, loads: Array, means: Array | float = 0.0) -> Array:
+    def _solve(self, loads: Array, means: Array | float = 0.0, close: float = CLOSE) -> Array:
         """Displacements (f, k) under loads (f, k) with given means of the averaged joints."""
-        x = self._pinned_solve(loads)
-        if not len(self._B):
+        count, about = len(self._B), close == 1
+        if about and count:  # what preconditions is rounded, and reactions are large
+            loads = loads - self._B.T @ self._reactions(self._X[about].T @ loads, loads, about)[:count]
+        x = self._pinned_solve(loads, close)
+        if not count:
             return x
-        right = np.vstack(
-            [self._B @ x - means, self._rigid.T @ loads if len(self._pins) else np.empty((0, x.shape[1]))]
-        )
-        small = la.solve(self._small, right)
-        count = len(self._B)
-        x = x - self._X @ small[:count]
+        small = self._reactions(self._B @ x - means, loads, about)
+        x = x - self._X[about] @ small[:count]
         return x + self._rigid @ small[count:] if len(self._pins) else x
+
+    def _with_means_held(self, x: Array) -> Array:
+        count = len(self._B)
+        return x - self._X[False] @ la.solve(self._small[False][:count, :count], self._B @ x) if count else x
+
+    def _reactions(self, off: Array, loads: Array, about: bool) -> Array:
+        """Forces of means that are off, and rigid motions of a part whose means are held."""
+        rigid = self._rigid.T @ loads if len(self._pins) else np.empty((0, loads.shape[1]))
+        return la.solve(self._small[about], np.vstack([off, rigid]))
 
     def _constraint_modes(self) -> Array:
         """Shapes (n, c) of least energy for unit motions of the joints."""
-        n = self.elements.space.ndof
-        loads = -(self.elements.K.tocsr()[self._free] @ self._follow)
+        n, rest = self.elements.space.ndof, slice(6, None)  # the first joint moves when all else does not
+        loads = -(self.elements.K @ self._follow[:, rest])[self._free]
         means = np.zeros((len(self._B), self._c))
         means[np.arange(len(self._B)), self._averaged] = np.tile(1 / self._unit, len(self._B) // 6)
         means -= self._means @ self._follow
         psi = np.zeros((n, self._c))
-        psi[self._free] = self._solve(loads, means)
-        return psi + self._follow
+        psi[self._free, rest] = self._solve(loads, means[:, rest])
+        psi[:, rest] += self._follow[:, rest]
+        arms = [rigid_arm(place - self._places[0]) for place in self._places[1:]]
+        psi[:, :6] = self.elements.rigid_motions @ rigid_arm(-self._places[0])
+        return psi - np.pad(psi[:, rest] @ np.vstack(arms), ((0, 0), (0, self._c - 6))) if arms else psi
 
     def _modes(self, count: int) -> None:
         """Work out so many modes with the joints held, where they are not known."""
@@ -407,6 +445,10 @@ class _Reduction:
         count = min(count, size - len(self._B) - 1)
         if len(self._values) >= count:
             return
+        if isinstance(self.elements.K, TwoOrders):
+            self._iterated_modes(count)
+            return
+        K, M = (A.tocsr()[self._free][:, self._free] for A in (self.elements.K, self.elements.M))
 
         def solve(b: Array) -> Array:
             checkpoint()
@@ -414,15 +456,31 @@ class _Reduction:
 
         operator = spla.LinearOperator((size, size), matvec=solve, dtype=float)
         try:
-            values, vectors = spla.eigsh(
-                self._K, count, M=self._M, sigma=0.0, OPinv=operator, v0=np.cos(np.arange(size)), tol=1e-8
-            )
+            values, vectors = spla.eigsh(K, count, M=M, sigma=0.0, OPinv=operator, v0=np.cos(np.arange(size)), tol=1e-8)
         except spla.ArpackError as error:
             raise SolverError(f"the modes of a part with its interfaces held did not converge: {error}") from None
         order = np.argsort(values)
         self._values = values[order]
         self._vectors = np.zeros((self.elements.space.ndof, count))
         self._vectors[self._free] = vectors[:, order]
+
+    def _iterated_modes(self, count: int) -> None:
+        """The same by conjugate gradients, from those that are known."""
+        n, kept = self.elements.space.ndof, np.zeros(self.elements.space.ndof, dtype=bool)
+        kept[self._free] = True
+
+        def about(forces: Array) -> Array:
+            out = np.zeros(forces.shape)
+            out[self._free] = self._solve(forces[self._free], close=1.0)
+            return out
+
+        known = self._vectors
+        if not known.size and self._lower is not None and self._lower._values.size:
+            known = self.elements.raised(self._lower._vectors) * kept[:, None]
+            known[self._free] = self._with_means_held(known[self._free])
+        waves = np.cos(np.outer(np.arange(n), 1.0 + np.arange(count + SPARE_MODES - known.shape[1])))
+        start = np.hstack([known, about(self.elements.M @ waves)])
+        self._values, self._vectors = lowest_modes(self.elements.K, self.elements.M, start, count, kept, about)
 
     def modes(self, count: int) -> tuple[Array, Array]:
         """Squared angular frequencies (m,) and shapes (n, m) of the lowest modes with the joints held."""
@@ -481,7 +539,7 @@ class _Reduction:
         at = np.arange(self._c + count, basis.shape[1])
         loads = (M @ basis[:, at])[self._free]
         shares = inner.T @ (M @ basis[:, at])
-        rest = loads.T @ self._solve(loads) - (shares.T / values) @ shares
+        rest = loads.T @ self._solve(loads, close=ROUGH) - (shares.T / values) @ shares
         found, vectors = la.eigh((rest + rest.T) / 2)
         Q = np.zeros((basis.shape[1],) * 2)
         Q[np.ix_(at, at)] = (vectors * np.maximum(found, 0.0)) @ vectors.T

@@ -45,6 +45,9 @@ SUPERLU_FILL = 3.3
 """Numbers in the factors of a cube of n DOFs over n^(5/3), 12 bytes each, with minimum degree ordering: measured up to
 14 000 DOFs; slender solids need about half."""
 
+SINGLE = {1: 1, 2: 2, 28: 1}
+"""Pardiso's parameters, by place, for single precision: values are given, order by nested dissection, four bytes."""
+
 DEFINITE, INDEFINITE = 2, -2
 """Pardiso's kinds of real symmetric matrices."""
 
@@ -215,17 +218,23 @@ def available_memory() -> float:
 
 
 def factorise_large(
-    A: Any, *, definite: bool = True, memory: float | None = None, progress: Progress | None = None
+    A: Any,
+    *,
+    definite: bool = True,
+    memory: float | None = None,
+    progress: Progress | None = None,
+    single: bool = False,
 ) -> Factor:
     """Factors of a sparse symmetric A (n, n), positive definite where `definite` says so.
 
-    The memory is estimated first. Raises SolverError when that is more than `memory`, bytes (default: what is
-    available), and SingularError, which is one, when A is singular or not definite.
+    With `single` the numbers of the factors have four bytes where the library can do that: they precondition, in half
+    the memory. The memory is estimated first. Raises SolverError when that is more than `memory`, bytes (default: what
+    is available), and SingularError, which is one, when A is singular or not definite.
     """
     limit = available_memory() if memory is None else memory
     solver = _pardiso_solver()
     if solver is not None:
-        return Pardiso(solver, A, definite, limit, progress or (lambda _stage, _fraction: None))
+        return Pardiso(solver, A, definite, limit, progress or (lambda _stage, _fraction: None), single)
     n = A.shape[0]
     _refuse(12 * SUPERLU_FILL * n ** (5 / 3), limit, n)
     return SuperLU(A)
@@ -282,7 +291,7 @@ class _Held:
     def __del__(self) -> None:
         try:
             self.solver.set_phase(-1)
-            self.solver._call_pardiso(self.A, np.zeros((self.A.shape[0], 1), order="F"))
+            self.solver._call_pardiso(self.A, np.zeros((self.A.shape[0], 1), dtype=self.A.dtype, order="F"))
         except Exception:  # the interpreter may be at its end
             return
 
@@ -295,7 +304,9 @@ class Pardiso(Factor):
 
     name = "pardiso"
 
-    def __init__(self, solver: Any, A: Any, definite: bool, limit: float, progress: Progress) -> None:
+    def __init__(
+        self, solver: Any, A: Any, definite: bool, limit: float, progress: Progress, single: bool = False
+    ) -> None:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         n = A.shape[0]
@@ -304,8 +315,12 @@ class Pardiso(Factor):
         entries = np.append(at.data, np.zeros(n))  # Pardiso wants every diagonal entry, zero or not
         upper = sp.csr_matrix((entries, (np.append(at.row, diagonal), np.append(at.col, diagonal))), shape=A.shape)
         upper.sort_indices()
-        self._held = _Held(solver, upper, DEFINITE if definite else INDEFINITE)
-        nothing = np.zeros((n, 1), order="F")
+        self._type: Any = np.float32 if single else np.float64
+        if single:
+            for place, value in SINGLE.items():
+                solver.set_iparm(place, value)
+        self._held = _Held(solver, sp.csr_matrix(upper, dtype=self._type), DEFINITE if definite else INDEFINITE)
+        nothing = np.zeros((n, 1), dtype=self._type, order="F")
         try:
             progress("analyse", 0.0)
             self._held.phase(11, nothing)
@@ -323,7 +338,7 @@ class Pardiso(Factor):
 
     def solve_scaled(self, b: Array) -> Array:
         """(D A D)^-1 b."""
-        return self._held.phase(33, np.asfortranarray(b))
+        return self._held.phase(33, np.asfortranarray(b, dtype=self._type))
 
     @property
     def memory(self) -> float:
