@@ -16,12 +16,12 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.full_order import assemble
-from flexura.mechanism import DOF_NAMES, UNIFORM, Mechanism, Prescribed, matching, warmings
+from flexura.mechanism import DOF_NAMES, GROUND, UNIFORM, Mechanism, Prescribed, matching, warmings
 from flexura.motion import buckling_factor, pose_of, warming_load
 from flexura.records import Record
 from flexura.reduction import flexibility
 from flexura.results import Tabular
-from flexura.structure import FullOrderModel, Plan, one_design
+from flexura.structure import FullOrderModel, Plan, Warmth, one_design
 from flexura.tables import Facts, Item, Table, in_hz, number, percent, quantity
 
 SINGULAR = 1e-9
@@ -29,6 +29,12 @@ SINGULAR = 1e-9
 
 MOST_THINGS = 8
 """Things whose temperatures a notebook shows."""
+
+MOST_NAMED = 4
+"""Members that a note names."""
+
+NEAR_ROOM = 100.0
+"""K, within which coefficients are taken for constant."""
 
 UNSTRESSED = 1e9
 """Yield stress over what is round-off."""
@@ -197,6 +203,9 @@ def heat(
             more = " and others" if len(unknown) > 5 else ""
             notes.append(f"time constants leave out {', '.join(unknown[:5])}{more}: no heat capacity is known")
         notes.append("heat flows through members and thermal contacts; bodies and parts have one temperature each")
+    notes += _left_out(
+        plan, {name: own for state in chosen for name, own in plan.temperatures.of(state, full.design).items()}
+    )
     if plan.mechanism.ground_material is None:
         notes.append("the ground keeps its size: `ground_material` says what it expands as")
     return Heat(plan.name, cold, tuple(warm), constants, tuple(notes), tuple(warnings))
@@ -257,6 +266,18 @@ def _still(moved: Array, strain: float, size: float) -> Array | None:
     if np.linalg.norm(point) > FAR * size:
         return None
     return point if np.linalg.norm(lost) <= SINGULAR * np.linalg.norm(moved[:3]) else None
+
+
+def _left_out(plan: Plan, warm: Mapping[str, Warmth]) -> Iterator[str]:
+    """What of warm things is not in it."""
+    stiff = [name for name, own in warm.items() if own.kind not in (GROUND, "body") and np.isnan(own.softening)]
+    if stiff:
+        more = f" and {len(stiff) - MOST_NAMED} more" if len(stiff) > MOST_NAMED else ""
+        yield f"moduli stay of {', '.join(stiff[:MOST_NAMED])}{more}: their materials have no `softening`"
+    if any(part.springs or part.channels.piezos for part in plan.parts.values()):
+        yield "springs and piezo stacks keep their size"
+    if max((abs(float(own.temperature)) for own in warm.values()), default=0.0) > NEAR_ROOM:
+        yield f"coefficients are those near room temperature, and some of this is more than {NEAR_ROOM:g} K from it"
 
 
 def _told(temperatures: Mapping[str, float]) -> str | dict[str, str]:
