@@ -112,6 +112,7 @@ def test_every_kind_answers_or_says_why(example):
     given |= {"output": next(iter(model.sensors), dof), "input": given["actuator"]}
     given["parameter"] = next(iter(model.parameters))
     given["disturbance"] = next(iter(model.disturbances), "floor")
+    given["temperature"] = "temperature"
     for kind in KINDS.values():
         hertz = iter(("1 Hz", "2 Hz"))
         inside = ", ".join(next(hertz) if own == "hertz" else given[own] for own in kind.arguments)
