@@ -41,6 +41,7 @@ BASE_UNITS: dict[str, dict[str, int]] = {
     "m/s^2": {"m": 1, "s": -2},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
     "K": {"K": 1},
+    "1": {},
     "rad": {"rad": 1},
     "rad/s": {"rad": 1, "s": -1},
     "rad/s^2": {"rad": 1, "s": -2},
