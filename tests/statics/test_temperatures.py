@@ -295,3 +295,12 @@ def test_parts_expand():
     # its mass is told by one piece, and stays as it lies
     assert hot / cold == pytest.approx(np.sqrt((1 - 4e-3) * (1 + 10 * ALPHA)), rel=6e-5)
     assert asked(model, "stress at hot = 1")[0] < 1e3
+
+
+def test_a_state_is_named_by_its_own_name():
+    """No wildcard stands for one, and no actuator has the same."""
+    with pytest.raises(OptionError, match="is no displacement"):
+        fx.at(guide(), {"*": 1.0})
+    coil = GUIDE.replace("GROUND", "actuators: {stage: {type: force, nodes: [stage], direction: x}}")
+    with pytest.raises(ModelError, match="an actuator has this name"):
+        fx.assemble(fx.loads(coil))

@@ -61,14 +61,14 @@ def add_once(values: dict[str, Any], name: str, value: Any, rule: str = "has a v
 def prescribed_of(mechanism: Any, texts: list[str]) -> dict[str, float]:
     """Displacements and commands of actuators by name, SI. Raises OptionError for text that is none, and for what is
     named twice."""
-    from flexura.mechanism import Layout, command_of, is_rotation, matching
+    from flexura.mechanism import Layout, command_of, is_rotation
 
-    actuators = Layout(mechanism).commands()
+    layout = Layout(mechanism)
     values: dict[str, float] = {}
     for text in texts:
         name, equals, number = text.partition("=")
         name = name.strip()
-        command = next((command_of(actuators[match]) for match in matching(name, actuators)), None)
+        command = next(map(command_of, layout.commanded(name).values()), None)
         kind = POSED[command or ("rotation" if is_rotation(name) else "displacement")]
         with named("--at", text):
             if not equals or not name:

@@ -95,9 +95,12 @@ class Layout:
         ]
         return self.own_nodes(name) + of_children
 
-    def commands(self) -> dict[str, Actuator | Warming]:
-        """What may be commanded: actuators as placed, and states of temperature."""
-        return {**warmings(self.mechanism.temperatures), **self.actuators()}
+    def commanded(self, text: str) -> dict[str, Actuator | Warming]:
+        """What a text commands, by name: the actuators as placed that it stands for, or the state of temperature of
+        that name, for which no wildcard stands."""
+        actuators, states = self.actuators(), warmings(self.mechanism.temperatures)
+        found: dict[str, Actuator | Warming] = {name: actuators[name] for name in matching(text, actuators)}
+        return found or ({text: states[text]} if text in states else {})
 
     def actuators(self) -> dict[str, Actuator]:
         """Actuators as placed, by `NAME` or `INSTANCE.NAME`."""
@@ -194,16 +197,16 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
     Raises OptionError for what is neither; nodes that are not there and what is held are named by whatever uses the
     mechanism.
     """
-    actuators = Layout(mechanism).commands()
+    layout = Layout(mechanism)
     found: dict[str, dict[str, float]] = {}
     for name, value in move.items():
         if isinstance(value, str | bool) or np.ndim(value) != 0 or not np.isfinite(value):
             raise OptionError(f"{name}: {value!r} is refused; a pose takes finite numbers in SI")
-        driven = matching(name, actuators)
+        driven = layout.commanded(name)
         node, _, axis = name.rpartition(".")
         if driven:
-            for actuator in driven:
-                command = command_of(actuators[actuator])
+            for actuator, own in driven.items():
+                command = command_of(own)
                 if command is None:
                     rule = "it accelerates the base, which is at rest there; leave it out"
                     raise OptionError(f"{actuator} has no place in a pose: {rule}")
@@ -211,7 +214,8 @@ def at(mechanism: Mechanism, move: Mapping[str, float]) -> Mechanism:
         elif node and axis in (*DISPLACEMENTS, *FORCES):
             found.setdefault(node, {})[axis] = float(value)
         else:
-            known = f", or one of the actuators {', '.join(actuators)}" if actuators else ""
+            actuators = ", ".join(layout.actuators())
+            known = f", or one of the actuators {actuators}" if actuators else ""
             raise OptionError(
                 f"{name!r} is no displacement: write NODE.AXIS, an axis of {', '.join(DISPLACEMENTS)}, or a force of"
                 f" {', '.join(FORCES)}{known}"

@@ -77,19 +77,14 @@ class MovingModel(Laid):
     def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
         """The elements, those of actuators under their commands, by name; all that is warmer under those of states of
         temperature."""
-        elements = self._warmed({name: share for name, share in actuators.items() if name not in self.actuators})
-        for name, command in actuators.items():
-            if name not in self.actuators:
-                continue
-            number = self.actuators[name]
+        shares = self.shares(actuators)
+        elements = list(self._warming(shares).elements if shares else self.elements)
+        for name in actuators.keys() - shares.keys():
+            number, command = self.actuators[name], actuators[name]
             element = elements[number]
             assert isinstance(element, Bars | PoseElements | Push)
             elements[number] = element.driven(command)
         return elements
-
-    def _warmed(self, shares: Mapping[str, Any]) -> list[Group]:
-        """The elements in states of temperature, of each a share."""
-        return list(self._warming(shares).elements) if shares else list(self.elements)
 
     def _warming(self, shares: Mapping[str, Any]) -> Warmed:
         if any(isinstance(share, Dual) for share in shares.values()):
@@ -100,26 +95,27 @@ class MovingModel(Laid):
     def _latest_warmed(self) -> Latest[Warmed]:
         return Latest()
 
-    def warms(self, actuators: Mapping[str, Any]) -> bool:
-        """Whether any of some commands is a state of temperature."""
-        return any(name not in self.actuators for name in actuators)
+    def shares(self, actuators: Mapping[str, Any]) -> dict[str, Any]:
+        """Those of some commands that are of states of temperature."""
+        return {name: share for name, share in actuators.items() if name not in self.actuators}
 
     def growth(self, actuators: Mapping[str, float]) -> Array:
         """Displacements and rotations (n + 1, 6) of nodes as seen from the frames that they follow, by what is warmer
         under commands."""
-        shares = {name: share for name, share in actuators.items() if name not in self.actuators}
+        shares = self.shares(actuators)
         return self._warming(shares).growth if shares else np.zeros((len(self.dof), 6))
 
     def load_of(self, state: str, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> tuple[Array, Array]:
         """Forces (n,) on the free displacements by one unit of a state of temperature in a state of the frames, N and
         N m, and the `growth` (n + 1, 6) of nodes by it, linear from there."""
         none, before = np.zeros(3), actuators.get(state, 0.0)
-        less, more = ({**actuators, state: before + sign * SMALL_SHARE} for sign in (-1, 1))
-        change = (self.forces(frames, none, more).force - self.forces(frames, none, less).force) / (2 * SMALL_SHARE)
+        commands = ({**actuators, state: before + sign * SMALL_SHARE} for sign in (-1, 1))
+        less, more = ((self.forces(frames, none, own).force, self.growth(own)) for own in commands)
+        change, growth = ((b - a) / (2 * SMALL_SHARE) for a, b in zip(less, more, strict=True))
         free = self.dof >= 0
         load = np.zeros(self.n_dof, like=change)
         load[self.dof[free]] = -change[free]
-        return load, (self.growth(more) - self.growth(less)) / (2 * SMALL_SHARE)
+        return load, growth
 
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,

@@ -403,7 +403,7 @@ class Arc:
         """Forces (n,) that the loads of the whole path add in a state, as they do where a share of them is on: what
         expands is stretched while it does not move, and pushes the more the larger the share."""
         ends, model, over = (self.first.loads, self.last.loads), self.equations.model, 1.0
-        if model.warms(ends[1].actuators) or model.warms(ends[0].actuators):
+        if any(model.shares(loads.actuators) for loads in ends):
             ends = ends[0].mixed(ends[1], share - SMALL_SHARE), ends[0].mixed(ends[1], share + SMALL_SHARE)
             over = 2 * SMALL_SHARE
         low, high = (loads.forces(model, frames) for loads in ends)

@@ -202,12 +202,11 @@ def _prescribed(
 ) -> tuple[dict[str, Index], dict[str, Index], dict[str, Index]]:
     """Entries of prescribed displacements and of forces by NODE.AXIS, of commands of actuators by name as placed."""
     displacements, forces, commands = dict[str, Index](), dict[str, Index](), dict[str, Index]()
-    actuators = layout.commands() if targets else {}
     for name, target in targets.items():
         for key in target.given:
             entries = table.entries(getattr(target, key))
             if key in COMMANDS:
-                commands.update(dict.fromkeys(matching(name, actuators), entries))
+                commands.update(dict.fromkeys(layout.commanded(name), entries))
             else:
                 (forces if key in FORCES else displacements)[f"{name}.{key}"] = entries
     return displacements, forces, commands

@@ -456,7 +456,7 @@ def _at_low_order(
         return [at.state for at in path.states] + path.ended
 
     ends = (points.undeformed, points.first, points.last)
-    if any(full.model.warms(point.loads.actuators) for point in ends):
+    if any(full.model.shares(point.loads.actuators) for point in ends):
         raise OptionError("states of temperature are known at full order alone: order='full'")
     loaded = [node for point in ends for node in (*point.loads.dead, *point.loads.follower)]
     best = low_order_motion(full, [*requested.nodes.values(), *loaded], states, requested.modes)

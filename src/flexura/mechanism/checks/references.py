@@ -14,7 +14,7 @@ from flexura.mechanism.checks.disturbances import check_disturbances
 from flexura.mechanism.checks.survey import Survey, Use, number_of_copies, prefix, suggestion
 from flexura.mechanism.description import Mechanism, Substructure
 from flexura.mechanism.instances import origin_of
-from flexura.mechanism.layout import TOP, is_pattern, matching
+from flexura.mechanism.layout import TOP, is_pattern
 from flexura.mechanism.loads import COMMANDS, DISPLACEMENTS, Moved, Prescribed, command_of
 from flexura.mechanism.material import CATALOGUE
 from flexura.mechanism.member import Link
@@ -347,6 +347,10 @@ def _loads(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
 
 def _pose_and_motion(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
     mechanism, motion = survey.layout.mechanism, survey.layout.mechanism.motion
+    for name in mechanism.temperatures.keys() & survey.layout.actuators().keys():
+        survey.report(
+            ("temperatures", name), name, "an actuator has this name", "a state of temperature is a command too"
+        )
     yield from _prescribed(survey, nodes, ("at",), mechanism.at)
     if motion is None:
         return
@@ -360,16 +364,16 @@ def _pose_and_motion(survey: Survey, nodes: _Nodes) -> Iterator[Use]:
 
 def _prescribed(survey: Survey, nodes: _Nodes, at: Path, entries: Mapping[str, Prescribed | Moved]) -> Iterator[Use]:
     """Nodes that are moved, and actuators with a command."""
-    mechanism, actuators = survey.layout.mechanism, survey.layout.commands()
+    mechanism, actuators = survey.layout.mechanism, survey.layout.actuators()
     held = {n: s.held for text, s in mechanism.ground.items() for n in nodes.matches(text)}
     for text, entry in entries.items():
         path, given = (*at, text), entry.given
         if given[0] in COMMANDS:
-            driven = matching(text, actuators)
+            driven = survey.layout.commanded(text)
             if not driven:
                 survey.report(path, text, "there is no such actuator", suggestion(text, actuators, "actuators"))
-            for name in driven:
-                command = command_of(actuators[name])
+            for name, own in driven.items():
+                command = command_of(own)
                 if command != given[0]:
                     hint = f"its command is {command}" if command else "the base is at rest at a pose"
                     survey.report((*path, given[0]), text, f"{name} has no command of this kind", hint)

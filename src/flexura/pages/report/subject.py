@@ -18,7 +18,6 @@ from flexura.mechanism import (
     MotionSensor,
     command_of,
     is_rotation,
-    matching,
     parameter_dimensions,
 )
 from flexura.structure import FullOrderModel, InputPort, Plan, Ports
@@ -50,10 +49,10 @@ class Commands:
         """Those of a mechanism from a file, with parameters and a pose in SI."""
         dimensions = parameter_dimensions(mechanism.parameters)
         settings = [f"{name}={_quantity(value, dimensions.get(name))}" for name, value in parameters.items()]
-        actuators = Layout(mechanism).commands()
+        layout = Layout(mechanism)
         pose = []
         for name, value in at.items():
-            own = next((command_of(actuators[key]) for key in matching(name, actuators)), None)
+            own = next(map(command_of, layout.commanded(name).values()), None)
             kind = own or ("rotation" if is_rotation(name) else "displacement")
             pose.append(f"{name}={format_number(value)} {POSED[kind]}")
         return Commands(file, tuple(settings), tuple(pose))

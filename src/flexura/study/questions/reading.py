@@ -361,7 +361,7 @@ class Reader:
     def _held(self, place: Place) -> list[Held]:
         """What is prescribed by one place of a pose."""
         name = self.stroke() if place.name == STROKE and not place.pushes else place.name
-        driven = [] if place.pushes else matching(name, self.plan.layout.commands())
+        driven = [] if place.pushes else list(self.plan.layout.commanded(name))
         if driven:
             ports = self.ports.commands(driven)
             moving = next((port for port in ports if port.base is not None), None)
