@@ -184,8 +184,9 @@ def test_drift_is_the_shift_at_first():
 )
 def test_what_is_refused(change, error, why):
     text = GUIDE.replace("GROUND", "").replace(*change).replace(", }", "}")
-    with pytest.raises(error, match=why):
-        fx.assemble(fx.at(fx.loads(text), {"stage": 1.0}))
+    for refuses in (lambda: fx.check(fx.loads(text)), lambda: fx.assemble(fx.at(fx.loads(text), {"stage": 1.0}))):
+        with pytest.raises(error, match=why):
+            refuses()
 
 
 ROD = """

@@ -231,15 +231,21 @@ def test_studies_take_requirements_without_saying_them_twice():
     mechanism = guide("requirements: {first: f1 >= 60 Hz, straight: parasitic(x) <= 50 um at x = 2 mm}\n")
     table = fx.sweep(mechanism, vary="thickness=0.4mm:0.7mm:4", ask="mass")
     f1, parasitic = (table.to_columns()[name] for name in ("f1 [Hz]", "parasitic(carriage.x) at carriage.x = 2 mm [m]"))
-    met = [own.met for own in table.requirements]
+    met = [own.met for own in table.requirement_counts]
     assert met == [int((f1 >= 60).sum()), int((parasitic <= 5e-5).sum()), int(((f1 >= 60) & (parasitic <= 5e-5)).sum())]
     assert 0 < met[0] < 4
-    assert fx.sweep(mechanism, vary="thickness=0.4mm:0.7mm:4", ask="mass", requirements=False).requirements == ()
+    alone = fx.sweep(mechanism, vary="thickness=0.4mm:0.7mm:4", ask="mass", requirements=False)
+    assert alone.requirements == alone.requirement_counts == ()
     spread = fx.tolerance(mechanism, vary="thickness=± 0.05 mm", require="f1 >= 60 Hz", samples=256, indices=False)
     assert [own.text for own in spread.yields] == ["f1 >= 60 Hz", "parasitic(x) <= 50 um at x = 2 mm", "all of them"]
     best = fx.optimize(mechanism, vary="length=40mm:80mm", minimise="mass - 1 kg * f1 / 1 GHz", starts=2)
     assert best.subject_to == tuple(mechanism.requirements.values())
     assert value(mechanism, "f1", length=best.variables[0].value) >= 60 * (1 - 1e-6)
+    nominal = fx.requirements(mechanism).to_dict()["requirements"]
+    for study in (table, spread):
+        assert study.to_dict()["requirements"] == nominal
+    [first, straight] = fx.requirements(mechanism, best.optimum).requirements
+    assert best.requirements == (first, straight) and straight.value != nominal[1]["value"]
 
 
 def test_a_check_ends_with_them_and_its_exit_says_whether_they_are_met(tmp_path):

@@ -316,14 +316,17 @@ class CommandReader:
     def __init__(self, mechanism: Any, parameters: dict[str, float]) -> None:
         self._mechanism, self._parameters = mechanism, parameters
 
-    def values(self, option: str, texts: Iterable[str] | None, *, impulse: bool = False) -> dict[str, float]:
-        """Values by name of an option NAME=VALUE, SI; those of an `impulse` in the unit of the input times s.
+    def values(
+        self, option: str, texts: Iterable[str] | None, *, impulse: bool = False, output: bool = False
+    ) -> dict[str, float]:
+        """Values by name of an option NAME=VALUE, SI; those of an `impulse` in the unit of the input times s, and with
+        `output` those of outputs.
 
         Raises OptionError for text that is none, units of another quantity and names that are given twice.
         """
         values: dict[str, float] = {}
         for text in texts or []:
-            name, (value,) = self.amounts(option, text, "NAME=VALUE", impulse=impulse)
+            name, (value,) = self.amounts(option, text, "NAME=VALUE", impulse=impulse, output=output)
             with named(option, text):
                 add_once(values, name, value)
         return values
@@ -337,6 +340,7 @@ class CommandReader:
         *,
         optional: bool = False,
         impulse: bool = False,
+        output: bool = False,
     ) -> tuple[str, list[float]]:
         """A name, its amount, and `others`, each with its own reader; all or none of these when `optional`.
 
@@ -347,29 +351,43 @@ class CommandReader:
         with named(option, text):
             if not equals or not (len(more) == len(others) or (optional and not more)):
                 raise OptionError(f"{form} is expected; a value is a number with a unit of the input, as in 3 um")
-            amount = self._amount(name, first, impulse)
+            amount = self._amount(name, first, impulse, output)
             return name, [amount, *(read(part) for read, part in zip(others, more, strict=False))]
 
-    def _amount(self, name: str, text: str, impulse: bool) -> float:
-        """An amount, SI, of which the unit is that of every input that the name stands for."""
+    def _amount(self, name: str, text: str, impulse: bool, output: bool) -> float:
+        """An amount, SI, of which the unit is that of every input, or output, that the name stands for."""
         if re.match(r"\s*[+-]?(nan|inf)", text, re.IGNORECASE):
             raise OptionError("a number must be finite")
         value, exponents = parse_quantity(text)
         written = split_quantity(text)[1]
         if not written and not value:
             return value
-        for placed in self._ports.inputs([name]):
-            quantity, unit = placed.channel.quantity, placed.channel.unit
+        for channel in self._channels(name, output):
+            quantity, unit = channel.quantity, channel.unit
             unit = _times_second(unit) if impulse else unit
             if not written:
-                raise OptionError(f"{text.strip()!r} has no unit; {placed.channel.name} takes {quantity} in {unit}")
+                raise OptionError(f"{text.strip()!r} has no unit; {channel.name} takes {quantity} in {unit}")
             if exponents != parse_unit(unit)[1] or not _counts_as(written, unit):
                 word = f"impulses of {quantity}" if impulse else quantity
                 raise OptionError(
-                    f"{written} is no unit of {placed.channel.name}, which takes {word} in {unit}; "
+                    f"{written} is no unit of {channel.name}, which takes {word} in {unit}; "
                     f"write it in {unit} or a unit of the same kind"
                 )
         return value
+
+    def _channels(self, name: str, output: bool) -> list[Any]:
+        """What a name stands for; references and noises of controllers are in the unit of their sensor, commands in
+        that of their actuator."""
+        from flexura.analysis import OF_CONTROLLERS, each_loop
+
+        loop, _, end = name.rpartition(".")
+        if f".{end}" in OF_CONTROLLERS:
+            loops = each_loop(self._mechanism.controllers, self._ports.plan)
+            if loop in loops and output == (end == "command"):
+                own = loops[loop]
+                output = not output
+                name = own.sensor if output else own.actuator
+        return [placed.channel for placed in (self._ports.outputs([name]) if output else self._ports.inputs([name]))]
 
     @cached_property
     def _ports(self) -> Any:

@@ -243,12 +243,22 @@ def budget_command(
     loop: Annotated[
         Literal["open", "closed"] | None, typer.Option(help="Closed where controllers are described, by default.")
     ] = None,
+    move: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="How long does it ring after, e.g. 'servo.reference=10 um'?"),
+    ] = None,
+    over: Annotated[str | None, typer.Option(metavar="TIME", help="That a move takes, e.g. 5ms; none.")] = None,
+    within: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Band to settle in, e.g. 'gauge=20 nm'; 3 sigma by default."),
+    ] = None,
     order: Annotated[Order, typer.Option(help="Proven low order, or full order.")] = "low",
     damping: Ratio = None,
 ) -> Answer:
     """Dynamic error budget: RMS and 3 sigma of outputs under the disturbances described, by source and by mode."""
     from flexura.analysis import budget
 
+    amounts = CommandReader(mechanism, parameters)
     result = budget(
         mechanism,
         parameters,
@@ -256,6 +266,9 @@ def budget_command(
         sources=source,
         band=None if band is None else band_of(band),
         points=points,
+        moves=amounts.values("--move", move),
+        over=time_of("--over", over, "5ms") or 0.0,
+        within=amounts.values("--within", within, output=True),
         loop=loop,
         order=order,
         damping=damping,

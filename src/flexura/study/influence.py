@@ -16,7 +16,8 @@ from flexura.full_order import plan_of
 from flexura.mechanism import HELD, Mechanism
 from flexura.results import Tabular
 from flexura.structure import Plan, one_design
-from flexura.study.questions import Margins, OfThePart, Slopes, questions
+from flexura.study.questions import Margins, Slopes, questions
+from flexura.study.requirements import OfThePart
 from flexura.tables import Item, Table, quantity
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -29,7 +30,7 @@ from flexura.study.questions import (
     relation,
     worst_pose,
 )
-from flexura.tables import Item, Table, counted, quantity
+from flexura.tables import Item, Line, Table, counted, quantity
 
 Verdict = Literal["met", "missed", "not known"]
 
@@ -141,6 +142,32 @@ def _sentence(own: Requirement) -> str:
     return f"{own.name} is {own.verdict}: {own.text}, and {is_now}{where}{part if own.verdict == 'not known' else ''}"
 
 
+class OfThePart:
+    """A result with model errors of what is asked, and verdicts on requirements, at one design."""
+
+    margins: Margins | None
+
+    @property
+    def model_error(self) -> dict[str, tuple[float, float] | None]:
+        """By question, where the part's value lies: between 1 + low and 1 + high times that of the nominal design, or
+        of the optimum; None where there is no evidence."""
+        return self.margins.intervals if self.margins is not None else {}
+
+    @property
+    def model_error_reason(self) -> dict[str, str]:
+        """Why questions have no model error."""
+        return self.margins.reasons if self.margins is not None else {}
+
+    @cached_property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """The requirements of the description at the same design; none where they are not wanted."""
+        return _judged_at(self.margins) if self.margins is not None and self.margins.required else ()
+
+    def margin_facts(self) -> Iterator[Item]:
+        """A line for each quantity: how far the part may be from what is said of it."""
+        yield from map(Line, self.margins.lines if self.margins is not None else ())
+
+
 def described_relations(plan: Plan) -> dict[str, Relation]:
     """The requirements of a description as relations, by name. Raises OptionError for what cannot be asked and for
     requirements that contradict each other, with their names."""
@@ -185,13 +212,22 @@ def requirements(model: Mechanism | Plan, parameters: Mapping[str, float] | None
     """
     plan = plan_of(model, parameters)
     at, relations = one_design(parameters), described_relations(plan)
-    asked = tuple(dict.fromkeys(own for each in relations.values() for own in each.quantities))
-    answers = Questions(plan, asked).values(at) if asked else Answers.of(1, 0)
+    found = _judged_at(Margins(plan, at, (), "this design", required=relations))
+    notes = Questions(plan, _asked_of(relations)).notes if relations else ()
+    return Requirements(plan.mechanism.name, found, tuple(_limits(plan, at, relations)), notes)
+
+
+def _asked_of(relations: Mapping[str, Relation]) -> tuple[Quantity, ...]:
+    return tuple(dict.fromkeys(own for each in relations.values() for own in each.quantities))
+
+
+def _judged_at(of: Margins) -> tuple[Requirement, ...]:
+    """What is required of a design, with verdicts."""
+    asked = _asked_of(of.required)
+    answers = Questions(of.plan, asked).values(of.parameters) if asked else Answers.of(1, 0)
     known = {own.text: float(answers.value[0, k]) for k, own in enumerate(asked)}
-    margins = Margins(plan, at, (), "this design", [own.sides[0] for own in relations.values()], known)
-    found = [_judged(name, own, asked, answers, known, margins) for name, own in relations.items()]
-    notes = Questions(plan, asked).notes if asked else ()
-    return Requirements(plan.mechanism.name, tuple(found), tuple(_limits(plan, at, relations)), notes)
+    margins = replace(of, quantities=(), formulas=[own.sides[0] for own in of.required.values()], values=known)
+    return tuple(_judged(name, own, asked, answers, known, margins) for name, own in of.required.items())
 
 
 def _limits(plan: Plan, at: Mapping[str, float], relations: Mapping[str, Relation]) -> Iterator[Diagnostic]:

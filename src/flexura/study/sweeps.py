@@ -67,8 +67,8 @@ def sweep(
     required = described_relations(plan) if requirements else {}
     asked = with_required(questions(plan, options["ask"]), required.values())
     table = run(asked, space, fixed, folder=folder, workers=workers, scheduler=scheduler, progress=progress)
-    margins = Margins(plan, fixed, asked.quantities)
-    return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins, required=required)
+    margins = Margins(plan, fixed, asked.quantities, required=required)
+    return replace(table, remarks=(*table.remarks, *asked.notes), margins=margins)
 
 
 def described_sweep(mechanism: Mechanism, name: str, parameters: Mapping[str, float]) -> dict[str, Any]:

@@ -25,6 +25,8 @@ from flexura.systems.second_order import DampingLaw as DampingLaw
 from flexura.systems.second_order import SecondOrder as SecondOrder
 from flexura.systems.second_order import damping_law as damping_law
 from flexura.systems.second_order import stiffening as stiffening
+from flexura.systems.settling import decay as decay
+from flexura.systems.settling import settling_time as settling_time
 from flexura.systems.spectra import Spectrum as Spectrum
 from flexura.systems.spectra import spectrum_of as spectrum_of
 from flexura.systems.state_space import FAINT as FAINT

@@ -187,11 +187,14 @@ class CheckReport(Result):
 def check(model: Mechanism | Plan, parameters: Mapping[str, float] | None = None) -> CheckReport:
     """The model summary of a mechanism, and every warning about it.
 
-    Raises ModelError when the description cannot be used at all.
+    Raises ModelError when the description cannot be used at all, and OptionError for `temperatures` of what has no
+    coefficient of expansion.
     """
     plan = plan_of(model, parameters).at_rest()
     stage("assembling the full order")
     full = assemble(plan, parameters)
+    for state in plan.temperatures.described:
+        plan.temperatures.of(state, full.design)
     used = plan.scoped_values(parameters)
     given, declared = parameters or {}, plan.mechanism.parameters
     corrections, ends = corrected(full)

@@ -5,10 +5,12 @@ from flexura.analysis.responses.budget import chosen_disturbances as chosen_dist
 from flexura.analysis.responses.budget import disturbed as disturbed
 from flexura.analysis.responses.budget import disturbed_modes as disturbed_modes
 from flexura.analysis.responses.budget import sources_in as sources_in
+from flexura.analysis.responses.closed_loop import OF_CONTROLLERS as OF_CONTROLLERS
 from flexura.analysis.responses.closed_loop import ClosedLoop as ClosedLoop
 from flexura.analysis.responses.closed_loop import Loop as Loop
 from flexura.analysis.responses.closed_loop import closed_loop as closed_loop
 from flexura.analysis.responses.closed_loop import closed_model as closed_model
+from flexura.analysis.responses.closed_loop import each_loop as each_loop
 from flexura.analysis.responses.curves import Pair as Pair
 from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from flexura.analysis.responses.frequency_response import (
     resonances_of,
     system_up_to,
 )
+from flexura.analysis.responses.settling import Moves, Settling, settled
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError
@@ -63,7 +64,7 @@ class Budget(Tabular):
     `mean_square` (s, p) is that of every source, `by_part` (s, g, p) its shares by the `parts` (g,) of the response:
     modes, those left out and what goes directly; they add up to the whole, and may be negative where modes oppose each
     other. `density` (s, f, p) is one-sided, squared units per Hz, at `frequency_hz` (f,), and `up_to` (s, f, p) the
-    mean square of frequencies up to there. `notes` say what it was worked out from.
+    mean square of frequencies up to there. `settling` is that after moves; `notes` say what it was worked out from.
     """
 
     _shown = ("name", "outputs", "sources")
@@ -81,6 +82,8 @@ class Budget(Tabular):
     notes: tuple[str, ...] = ()
     known: tuple[Diagnostic, ...] = ()
     unproven: SecondOrder | None = None
+    settling: tuple[Settling, ...] = ()
+    move_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rms(self) -> Array:
@@ -159,6 +162,23 @@ class Budget(Tabular):
         yield Table(rows, "parts", title="shares of mean squares by mode")
         if len(listed) < len(self.parts):
             yield Line(f"{len(self.parts) - len(listed)} parts below {100 * SMALL:g} % everywhere are not listed")
+        if own := self.settling:
+            units = {c.name: c.unit for c in self.outputs}
+            yield Table(
+                {
+                    "after a move": [self._move(s) for s in own],
+                    "point": [s.point for s in own],
+                    "ends at": [quantity(s.final, units[s.point], 4) for s in own],
+                    "within": [quantity(s.within, units[s.point], 3) for s in own],
+                    "after": ["never" if np.isposinf(s.time_s) else quantity(s.time_s, "s", 3) for s in own],
+                },
+                "moves",
+                title="settling",
+            )
+
+    def _move(self, own: Settling) -> str:
+        by = quantity(own.by, self.move_units[own.move], 4)
+        return f"{own.move} by {by}" + (f" over {quantity(own.over_s, 's', 3)}" if own.over_s else "")
 
     def _data(self) -> dict[str, Any]:
         return {
@@ -182,6 +202,7 @@ class Budget(Tabular):
             "modes": [{"name": name, "share": float(own)} for name, own in zip(self.parts, shares, strict=True)],
             "amplitude_density": self.amplitude_density[:, k],
             "cumulative": self.cumulative[:, k],
+            "settling": [own for own in self.settling if own.point == channel.name],
         }
 
     def _columns(self) -> dict[str, Any]:
@@ -281,6 +302,9 @@ def budget(
     outputs: Sequence[str] | None = None,
     disturbances: Mapping[str, Disturbance] | None = None,
     sources: Sequence[str] | None = None,
+    moves: Mapping[str, float] | None = None,
+    over: float = 0.0,
+    within: Mapping[str, float] | None = None,
     loop: LoopState | None = None,
     frequency_hz: ArrayLike | None = None,
     band: tuple[float, float] | None = None,
@@ -304,6 +328,11 @@ def budget(
     unless it is to be `open`; only then noise of a sensor in a loop shakes anything, and outputs are what moves. Noise
     of sensors in no loop is in what they read. Outputs may be commands, `NAME.command`.
 
+    `moves` are inputs, references of controllers `NAME.reference` among them, and by how much each is moved, SI, at
+    constant speed `over` so many s, at once by default: then the time is told that every output takes from the end of
+    the move until it stays within a band about where it ends, exactly (eq. T40), three sigma or that of `within`, by
+    output, SI.
+
     `order`: low (reduced until frequencies up to twice the highest one of the densities are proven, or by `keep`,
     `keep_below`, `reduction`, `tolerance`, `up_to` as in `reduce`), or full. Structural damping becomes viscous as in
     time response, and modes left out act by residual modes and their static gain.
@@ -323,10 +352,10 @@ def budget(
     if closes and (reducing or not is_whole):
         raise OptionError("loops are closed around the full-order model of a mechanism: it is not reduced")
     found = sources_in(model, parameters, chosen_disturbances(_plan(model).mechanism, disturbances, sources))
-    inputs = list(dict.fromkeys(name for source in found for name in source.inputs))
+    moving, read = Moves.of(moves, over, within), RequestedCurves(frequency_hz, band, points)
+    inputs = list(dict.fromkeys([*(name for source in found for name in source.inputs), *moving.by]))
     if closes:
-        read = RequestedCurves(frequency_hz, band, points)
-        return _closed_budget(model, parameters, outputs, found, inputs, damping, read)
+        return _closed_budget(model, parameters, outputs, found, inputs, damping, read, moving)
     ends = [float(s.spectrum.stop[-1]) for s in found]
     top = max((end for end in ends if np.isfinite(end)), default=0.0)
     if isinstance(model, ModalSystem):
@@ -337,8 +366,7 @@ def budget(
         built = system_up_to(model, parameters, top=top, order=order, reducing=reducing, **channels)
         unproven = None if isinstance(model, Plan) and not reducing else built
         modes = disturbed_modes(built, found)
-    hz = _band(modes, found, RequestedCurves(frequency_hz, band, points))
-    return _budget(modes, found, hz, unproven)
+    return _budget(modes, found, _band(modes, found, read), moving, unproven)
 
 
 def _plan(model: Any) -> Plan:
@@ -375,7 +403,14 @@ def disturbed_modes(built: System, found: Sequence[Source]) -> ModalSystem:
 
 def disturbed(modes: ModalSystem, found: Sequence[Source]) -> list[PoleForm]:
     """The response of the outputs to the noises of each source, modes left out by residual ones, damping viscous."""
-    form = pole_form((with_residual_modes(modes) if modes.order else modes).viscous(), modes.order)
+    return _disturbed(_form(modes), modes, found)
+
+
+def _form(modes: ModalSystem) -> PoleForm:
+    return pole_form((with_residual_modes(modes) if modes.order else modes).viscous(), modes.order)
+
+
+def _disturbed(form: PoleForm, modes: ModalSystem, found: Sequence[Source]) -> list[PoleForm]:
     return [form.driven_by(s.weights(modes.inputs), s.read(modes.outputs), s.spectrum.is_bounded) for s in found]
 
 
@@ -396,7 +431,7 @@ def _band(modes: ModalSystem, found: list[Source], curves: RequestedCurves) -> A
     return requested.grid(resonances_of(modes, requested.hz))
 
 
-def _budget(modes: ModalSystem, found: list[Source], hz: Array, unproven: SecondOrder | None) -> Budget:
+def _budget(modes: ModalSystem, found: list[Source], hz: Array, moves: Moves, unproven: SecondOrder | None) -> Budget:
     """With loops open."""
     model = modes.system.model
     kind = "full-order" if isinstance(model, FullOrderModel) else "low-order"
@@ -407,7 +442,11 @@ def _budget(modes: ModalSystem, found: list[Source], hz: Array, unproven: Second
     if not all(s.spectrum.is_bounded for s in found) and modes.system.residual.any():
         notes.append("static gain that the modes lack is left out of densities without an end")
     known = known_limits(modes, hz[[0, -1]])
-    return _told(modes, disturbed(modes, found), found, modes.outputs, hz, tuple(notes), known=known, unproven=unproven)
+    form = _form(modes)
+    told = _told(
+        modes, _disturbed(form, modes, found), found, modes.outputs, hz, tuple(notes), known=known, unproven=unproven
+    )
+    return _with_settling(told, form, modes.inputs, moves)
 
 
 def _closed_budget(
@@ -418,9 +457,11 @@ def _closed_budget(
     inputs: list[str],
     damping: Any,
     curves: RequestedCurves,
+    moves: Moves,
 ) -> Budget:
     """With loops closed: noises of their sensors are inputs, and outputs are what moves."""
     outputs = [outputs] if isinstance(outputs, str) else outputs
+    inputs = [name for name in inputs if not name.endswith(OF_CONTROLLERS)]
     outside = None if outputs is None else [name for name in outputs if not name.endswith(OF_CONTROLLERS)]
     closed = closed_loop(model, parameters, inputs=inputs, outputs=outside, damping=damping)
     whole, own = closed.model, closed.sensors
@@ -439,7 +480,13 @@ def _closed_budget(
         forms.append(form.driven_by(weights, apart))
     known = (*closed.warnings, *known_limits(closed.modes, np.array([0.0, closed.modes.frequency_hz[-1]])))
     hz = _band(closed.modes, found, curves)
-    return _told(closed.modes, forms, found, chosen, hz, closed.notes, loop="closed", known=known)
+    told = _told(closed.modes, forms, found, chosen, hz, closed.notes, loop="closed", known=known)
+    return _with_settling(told, form, whole.inputs, moves)
+
+
+def _with_settling(told: Budget, form: PoleForm, inputs: Sequence[Channel], moves: Moves) -> Budget:
+    own = settled(form, inputs, told.outputs, moves, told.three_sigma)
+    return replace(told, settling=own, move_units={c.name: c.unit for c in inputs})
 
 
 def _told(

@@ -155,7 +155,7 @@ def closed_loop(
     described = plan.mechanism.controllers if controllers is None else controllers
     if not described:
         raise OptionError("no loop can be closed: describe `controllers`, e.g. servo: {sensor: x, actuator: coil, ...}")
-    loops = _expanded({name: evaluated(own, values) for name, own in described.items()}, plan)
+    loops = each_loop({name: evaluated(own, values) for name, own in described.items()}, plan)
     driven, read = [own.actuator for own in loops.values()], [own.sensor for own in loops.values()]
     outside = system(model, parameters, inputs=inputs, outputs=outputs, order="full", damping=damping)
     ins, outs = ([c.name for c in own] for own in (outside.inputs, outside.outputs))
@@ -205,7 +205,7 @@ def closed_model(
     return replace(found.model, notes=found.notes, warnings=found.warnings).selected(*names)
 
 
-def _expanded(described: Mapping[str, Controller], plan: Plan) -> dict[str, Controller]:
+def each_loop(described: Mapping[str, Controller], plan: Plan) -> dict[str, Controller]:
     """Controllers with wildcards as one for each pair. Raises OptionError where they do not pair."""
     found: dict[str, Controller] = {}
     for name, own in described.items():

@@ -17,7 +17,8 @@ from flexura.records import Record
 from flexura.results import Tabular
 from flexura.study.engine.shards import Folder, arrow_table
 from flexura.study.engine.work import DESIGN, PROVEN, REASON, Columns, bounds_of, jumps_of, type_of
-from flexura.study.questions import Margins, OfThePart, Relation, are_proven
+from flexura.study.questions import Margins, are_proven
+from flexura.study.requirements import OfThePart
 from flexura.tables import Facts, Item, Table, counted, ends, quantity
 from flexura.tables import number as digits
 
@@ -135,12 +136,12 @@ class StudyTable(OfThePart, Tabular):
     `columns` are headings with SI units in brackets: `design`, its number of `designs`, counted from 0; the parameters
     that vary (`parameters`), what is `asked`, with proven bounds behind it where there are some, `is proven`, and
     `reason`: why a quantity is missing (NaN). `folder` is where the shards are, None of a study in memory.
-    `margins` are model errors at the nominal design, None of a study that is opened, as are no requirements `required`.
+    `margins` are model errors and requirements of the nominal design, None of a study that is opened.
     """
 
     _shown = ("name", "done", "designs", "asked", "folder")
     _told = ("name", "folder", "designs", "done", "columns", "asked", "parameters", "fixed", "space", "failed")
-    _told += ("unproven", "reasons", "model_error", "model_error_reason", "requirements")
+    _told += ("unproven", "reasons", "model_error", "model_error_reason", "requirements", "requirement_counts")
 
     name: str
     designs: int
@@ -157,7 +158,6 @@ class StudyTable(OfThePart, Tabular):
     remarks: tuple[str, ...] = field(default=(), repr=False)
     known: Summary | None = field(default=None, repr=False)
     margins: Margins | None = field(default=None, repr=False)
-    required: Mapping[str, Relation] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return self.done
@@ -183,22 +183,23 @@ class StudyTable(OfThePart, Tabular):
         return summary
 
     @cached_property
-    def requirements(self) -> tuple[RequirementCount, ...]:
+    def requirement_counts(self) -> tuple[RequirementCount, ...]:
         """How many of the designs that are done meet each requirement of the description, the last of them all; a
         design of which a number is not known meets none that needs it."""
-        if not self.required:
+        required = {} if self.margins is None else self.margins.required
+        if not required:
             return ()
-        headings = {own.text: own.column for each in self.required.values() for own in each.quantities}
-        met, all_met = dict.fromkeys(self.required, 0), 0
+        headings = {own.text: own.column for each in required.values() for own in each.quantities}
+        met, all_met = dict.fromkeys(required, 0), 0
         for block in self.blocks([PROVEN, *dict.fromkeys(headings.values())]):
             values = {text: block[heading] for text, heading in headings.items()}
             every = np.ones(len(block[PROVEN]), dtype=bool)
-            for name, own in self.required.items():
+            for name, own in required.items():
                 passes = np.broadcast_to(np.nan_to_num(own.evaluate(values), nan=-1.0) >= 0, every.shape)
                 met[name] += int(passes.sum())
                 every &= passes
             all_met += int(every.sum())
-        counts = [RequirementCount(name, self.required[name].text, count, self.done) for name, count in met.items()]
+        counts = [RequirementCount(name, required[name].text, count, self.done) for name, count in met.items()]
         return (*counts, RequirementCount(ALL_REQUIREMENTS, "", all_met, self.done)) if len(counts) > 1 else (*counts,)
 
     @property
@@ -378,10 +379,12 @@ class StudyTable(OfThePart, Tabular):
         rows = zip(*self.extremes(), strict=True)
         headings = ("quantity", "lowest", "in design", "highest", "at design")
         yield Table(dict(zip(headings, rows, strict=False)), "quantities")
-        if self.requirements:
-            met = [f"{own.met} of {own.designs}" for own in self.requirements]
-            names, texts = ([getattr(own, key) for own in self.requirements] for key in ("name", "text"))
-            yield Table({"requirement": names, "": texts, "met by designs": met}, "requirements")
+        if counts := self.requirement_counts:
+            met = [f"{own.met} of {own.designs}" for own in counts]
+            names, texts = ([getattr(own, key) for own in counts] for key in ("name", "text"))
+            nominal = [own.verdict for own in self.requirements] + [""] * (len(counts) - len(self.requirements))
+            table = {"requirement": names, "": texts, "met by designs": met, "nominal design": nominal}
+            yield Table(table, "requirements")
         yield from self.margin_facts()
         counts = {"failed": self.failed or "", "not proven": self.unproven or ""}
         yield Facts({**counts, "kept in": "" if self.folder is None else str(self.folder)})

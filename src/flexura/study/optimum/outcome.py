@@ -69,7 +69,8 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     design = {**task.fixed, **dict(zip(task.names, map(float, x), strict=True))}
     proofs, warnings = proof(task.plan.mechanism, design, asked, numbers)
     active = tuple(_active(task, chosen, solved, quantities)) if solved is not None and not violations else ()
-    margins = Margins(task.plan, design, asked, "nearest design" if violations else "optimum", [aim.formula], numbers)
+    where = "nearest design" if violations else "optimum"
+    margins = Margins(task.plan, design, asked, where, [aim.formula], numbers, task.required)
     return Optimum(
         name=task.plan.mechanism.name,
         goal=aim.text,
@@ -107,7 +108,7 @@ def pareto_of(task: Task, mixed: Mixed, front: Front, seed: int) -> Pareto:
         middle = len(designs) // 2
         at = {**task.fixed, **dict(zip(task.names, designs[middle].tolist(), strict=True))}
         numbers = dict(zip(task.wording.places, quantities[middle].tolist(), strict=True))
-        margins = Margins(task.plan, at, (), f"design {middle}", formulas, numbers)
+        margins = Margins(task.plan, at, (), f"design {middle}", formulas, numbers, task.required)
     else:
         text = "no design was found that meets the limits: there is no front"
         warnings.append(Diagnostic("limit", "", float("nan"), 0.0, "1", text))

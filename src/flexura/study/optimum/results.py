@@ -19,7 +19,8 @@ from flexura.mechanism import Mechanism, parameter_dimensions
 from flexura.modelfile import Changed, variant_text
 from flexura.records import Record
 from flexura.results import Tabular
-from flexura.study.questions import Margins, OfThePart
+from flexura.study.questions import Margins
+from flexura.study.requirements import OfThePart
 from flexura.tables import Item, Line, Table, counted, percent, quantity, scale_for
 from flexura.units import format_quantity
 
@@ -182,7 +183,7 @@ class Optimum(_Outcome):
         *("name", "goal", "unit", "subject_to", "optimum", "value", "active", "multipliers", "proof", "kkt_residual"),
         "variables",
         *("violations", "nearest", "starts", "method", "seed", "evaluations", "tried", "failures"),
-        *("model_error", "model_error_reason"),
+        *("model_error", "model_error_reason", "requirements"),
     )
 
     goal: str
@@ -288,7 +289,7 @@ class Pareto(_Outcome):
     _shown = ("name", "goals", "values")
     _told = (
         *("name", "goals", "units", "names", "designs", "values", "residual", "seed", "evaluations", "tried"),
-        *("failures", "model_error", "model_error_reason"),
+        *("failures", "model_error", "model_error_reason", "requirements"),
     )
 
     goals: tuple[str, ...]

@@ -36,13 +36,15 @@ class Aim:
 
 @dataclass(frozen=True)
 class Task:
-    """Variables, aims and limits of a plan, of which parameters have `fixed` values, SI."""
+    """Variables, aims and limits of a plan, of which parameters have `fixed` values, SI; `required` of its description,
+    by name, are among the limits."""
 
     plan: Plan
     fixed: Mapping[str, float]
     variables: tuple[Variable, ...]
     aims: tuple[Aim, ...]
     limits: tuple[Relation, ...]
+    required: Mapping[str, Relation]
 
     @property
     def formulas(self) -> list[Formula]:
@@ -151,8 +153,9 @@ def task_of(plan: Plan, fixed: Mapping[str, float], asked: Mapping[str, Any]) ->
         if variable.kind != "choice" and not variable.low < variable.high:
             raise OptionError(f"{variable.name}: the range from {variable.low:g} to {variable.high:g} is empty")
     limits = [relation(plan, text) for text in texts["subject_to"]]
-    limits += others_of(described_relations(plan), limits) if asked["requirements"] else []
-    return Task(plan, fixed, varied, tuple(aims), tuple(limits))
+    required = described_relations(plan) if asked["requirements"] else {}
+    limits += others_of(required, limits)
+    return Task(plan, fixed, varied, tuple(aims), tuple(limits), required)
 
 
 def _with_bounds(plan: Plan, vary: Any, fixed: Mapping[str, float]) -> Varied:

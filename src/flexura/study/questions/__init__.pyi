@@ -8,7 +8,6 @@ from flexura.study.questions.kinds import Pose as Pose
 from flexura.study.questions.kinds import Quantity as Quantity
 from flexura.study.questions.kinds import pose_text as pose_text
 from flexura.study.questions.margins import Margins as Margins
-from flexura.study.questions.margins import OfThePart as OfThePart
 from flexura.study.questions.questions import Questions as Questions
 from flexura.study.questions.questions import questions as questions
 from flexura.study.questions.single import limits_at as limits_at

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,12 +13,11 @@ from flexura.arrays import Array
 from flexura.records import Record
 from flexura.structure import Plan
 from flexura.study.questions.blocks import FAILURES, STATIC, ends_of, reason_of
-from flexura.study.questions.formulas import Formula
+from flexura.study.questions.formulas import Formula, Relation
 from flexura.study.questions.kinds import FREQUENCY, WORST, Pose, Quantity, Worst
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.states import PosedState
-from flexura.tables import Item, Line
 
 Interval = tuple[float, float]
 Worker = Callable[[OneDesign, Sequence[Quantity]], "dict[str, Moved]"]
@@ -68,7 +67,8 @@ class Moved:
 @dataclass(frozen=True, repr=False)
 class Margins(Record):
     """Model errors of what is asked of one design, `where` that is, and of formulas of it with the `values` (SI, by
-    text) of what is in them. Worked out when first asked for: as long as modes take."""
+    text) of what is in them; `required` of it are relations by name. Worked out when first asked for: as long as modes
+    take."""
 
     _shown = ("where",)
 
@@ -78,6 +78,7 @@ class Margins(Record):
     where: str = "nominal design"
     formulas: Sequence[Formula] = ()
     values: Mapping[str, float] | None = None
+    required: Mapping[str, Relation] = field(default_factory=dict)
 
     @cached_property
     def intervals(self) -> dict[str, Interval | None]:
@@ -199,27 +200,6 @@ class Margins(Record):
             except FAILURES as error:
                 moved[pose, work] = {quantity.text: Moved(0.0, reason_of(error)) for quantity in quantities}
         return moved
-
-
-class OfThePart:
-    """A result with model errors of what is asked, at one design."""
-
-    margins: Margins | None
-
-    @property
-    def model_error(self) -> dict[str, Interval | None]:
-        """By question, where the part's value lies: between 1 + low and 1 + high times that of the nominal design, or
-        of the optimum; None where there is no evidence."""
-        return self.margins.intervals if self.margins is not None else {}
-
-    @property
-    def model_error_reason(self) -> dict[str, str]:
-        """Why questions have no model error."""
-        return self.margins.reasons if self.margins is not None else {}
-
-    def margin_facts(self) -> Iterator[Item]:
-        """A line for each quantity: how far the part may be from what is said of it."""
-        yield from map(Line, self.margins.lines if self.margins is not None else ())
 
 
 def _frequencies(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:

@@ -11,7 +11,8 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.errors import Diagnostic, OptionError
 from flexura.results import Tabular
-from flexura.study.questions import Margins, OfThePart
+from flexura.study.questions import Margins
+from flexura.study.requirements import OfThePart
 from flexura.study.tolerances.nets import Estimate, SobolIndices, share_interval
 from flexura.study.tolerances.worst_case import Extreme
 from flexura.tables import Item, Line, Table, quantity
@@ -88,7 +89,7 @@ class Tolerance(OfThePart, Tabular):
     _told = (
         *("name", "sizes", "tolerances", "quantities", "shares", "confidence", "yields", "correlation", "indices"),
         *("samples", "scramblings", "seed", "failed", "reasons", "tighten_first"),
-        *("model_error", "model_error_reason"),
+        *("model_error", "model_error_reason", "requirements"),
     )
 
     name: str

@@ -129,7 +129,7 @@ def tolerance(
         drawn=drawn,
         warnings=tuple(_warnings(table, nets.samples, reasons)),
         notes=(*_notes(sizes, nets, spreads), *asked.notes),
-        margins=Margins(plan, fixed, asked.quantities),
+        margins=Margins(plan, fixed, asked.quantities, required=described_relations(plan) if requirements else {}),
     )
 
 
