@@ -47,6 +47,7 @@ from flexura.full_order import assemble as assemble
 from flexura.io import export as export
 from flexura.io import read_measurement as read_measurement
 from flexura.io import to_control as to_control
+from flexura.io import to_scipy as to_scipy
 from flexura.io import write_measurement as write_measurement
 from flexura.mechanism import Mechanism as Mechanism
 from flexura.mechanism import at as at

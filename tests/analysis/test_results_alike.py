@@ -131,7 +131,7 @@ def test_verbs_return_results() -> None:
         for name, kind in returned.items()
         if not {several.sub(r"\1", one) for one in kind.split(" | ")} <= public(Result)
     }
-    others = {"sliders", "to_control", "describe.with_own_copies", "questions", "formula", "relation"}
+    others = {"sliders", "to_control", "to_scipy", "describe.with_own_copies", "questions", "formula", "relation"}
     assert {n for n, kind in odd.items() if not re.fullmatch(OTHERS, kind)} == others
 
 

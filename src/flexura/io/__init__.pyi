@@ -1,4 +1,5 @@
 from flexura.io.arrays import to_control as to_control
+from flexura.io.arrays import to_scipy as to_scipy
 from flexura.io.fmu import FLAGS as FLAGS
 from flexura.io.fmu import SOURCES as SOURCES
 from flexura.io.fmu import c_sources as c_sources

@@ -1,9 +1,8 @@
-"""State spaces, second-order models and responses for NumPy, HDF5, MATLAB, Matrix Market and python-control."""
+"""State spaces, second-order models and responses for NumPy, HDF5, MATLAB, Matrix Market, python-control and SciPy."""
 
 from __future__ import annotations
 
 import csv
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from flexura.io.contents import (
     contents,
     is_sparse,
     model_error_notes,
+    plain_name,
     refuse_clashes,
     second_order,
     signal_names,
@@ -29,6 +29,7 @@ from flexura.systems import StateSpace
 
 if TYPE_CHECKING:
     import control
+    from scipy import signal
 
 _MATLAB_NAMES = {
     "dt": "Ts",
@@ -199,19 +200,32 @@ def to_control(model: StateSpace) -> control.StateSpace:
     with dead time: `discretised` has it inside.
     """
     library: Any = need("control", "control")
-    if model.delay and not model.is_discrete:
-        raise OptionError(
-            f"python-control has no dead time, and this model has {model.delay} s: export model.discretised(step),"
-            " which contains it, or set the delay to zero"
-        )
-    plain = [tuple(_plain(name) for name in names) for names in signal_names(model)]
+    _refuse_dead_time(model, "python-control")
+    plain = [tuple(plain_name(name) for name in names) for names in signal_names(model)]
     refuse_clashes([name for names in plain for name in names], " once dots have become underscores")
     inputs, outputs, states = plain
     matrices = (model.A, model.B, model.C, model.D)
     time = model.dt if model.dt is not None else 0
-    names = {"name": _plain(model.name), "inputs": inputs, "outputs": outputs, "states": states}
+    names = {"name": plain_name(model.name), "inputs": inputs, "outputs": outputs, "states": states}
     return library.StateSpace(*matrices, time, **names, remove_useless_states=False)
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"\W+", "_", name).strip("_") or "signal"
+@verb
+def to_scipy(model: StateSpace) -> signal.StateSpace:
+    """The model as `scipy.signal.StateSpace`, continuous or with its step; names of signals are not part of one.
+
+    Raises OptionError for a continuous model with dead time: `discretised` has it inside.
+    """
+    from scipy import signal
+
+    _refuse_dead_time(model, "SciPy")
+    step = {} if model.dt is None else {"dt": model.dt}
+    return signal.StateSpace(model.A, model.B, model.C, model.D, **step)
+
+
+def _refuse_dead_time(model: StateSpace, who: str) -> None:
+    if model.delay and not model.is_discrete:
+        raise OptionError(
+            f"{who} has no dead time, and this model has {model.delay} s: export model.discretised(step),"
+            " which contains it, or set the delay to zero"
+        )

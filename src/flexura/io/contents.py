@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -204,3 +205,8 @@ def refuse_clashes(names: list[str], what: str = "") -> None:
     odd = [name for name in names if not name.strip() or not name.isprintable()]
     if odd:
         raise OptionError(f"{odd[0]!r} is no name: a name is one line of text")
+
+
+def plain_name(name: str) -> str:
+    """A name of letters, digits and underscores alone."""
+    return re.sub(r"\W+", "_", name).strip("_") or "signal"

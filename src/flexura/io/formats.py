@@ -18,6 +18,7 @@ from flexura.io.fmu import write_fmu
 from flexura.io.meshes import write_vtu
 from flexura.io.simscape import write_simscape
 from flexura.io.tables import read_csv, write_csv
+from flexura.io.texts import write_m, write_modelica
 from flexura.io.uff import read_uff, write_results_uff, write_uff
 from flexura.lazy import plugins
 from flexura.mechanism import Damping
@@ -68,6 +69,8 @@ _ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL)
 FORMATS = {
     "fmu": Format((".fmu",), (STATE_SPACE,), "FMI 2.0 co-simulation and model exchange", write_fmu),
     "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
+    "m": Format((".m",), (STATE_SPACE,), "function of MATLAB and Octave that returns an `ss`", write_m),
+    "modelica": Format((".mo",), (STATE_SPACE,), "block of Modelica", write_modelica),
     "simscape": Format(
         (), (LOW,), "MATLAB file for Reduced Order Flexible Solid of Simscape Multibody", write_simscape
     ),
