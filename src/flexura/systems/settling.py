@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -49,7 +51,7 @@ def settling_time(amplitude: Complex, p: Complex, band: float) -> float:
     if (p.real >= -UNDAMPED * np.abs(p)).any():
         return float("inf")
 
-    def left(t: Array | float) -> Array:
+    def left(t: Any) -> Array:
         return np.abs((amplitude * np.exp(np.multiply.outer(t, p))).sum(axis=-1).real)
 
     last = _latest(size, p.real, band)
