@@ -107,10 +107,10 @@ def test_studies_ask_parts_that_vary(varied):
 
 def test_webs_of_notches_become_thicker(tmp_path):
     """Two circular notches of radius 2 mm with a web of 1 mm: what a wire leaves on each side, 0.05 mm, makes it 1.1 mm
-    and the radius 1.95 mm. Each of the two meshes may be off by 1 %."""
+    and the radius 1.95 mm. Each of the two meshes may be off by 3 %, and is by less than 1 %."""
     file = drawn(NOTCHED, "lines", tmp_path)
-    model = fx.with_solid_parts(described(file, 20e-3, ["kerf"], offset="kerf", mesh_tolerance=0.01))
-    anew = frequencies(described(file, 20e-3, offset="0.05 mm", by=0.05e-3, mesh_tolerance=0.01))
+    model = fx.with_solid_parts(described(file, 20e-3, ["kerf"], offset="kerf", mesh_tolerance=0.03))
+    anew = frequencies(described(file, 20e-3, offset="0.05 mm", by=0.05e-3, mesh_tolerance=0.03))
     found = frequencies(model, kerf=0.05e-3)
     assert found == pytest.approx(anew, rel=0.01)
     assert found[0] > 1.05 * frequencies(model)[0]
@@ -124,7 +124,7 @@ def bored(length, bore, parameters):
         "holes": [{"centre": x, "diameter": bore}],
         "thickness": "6 mm",
         "material": "metal",
-        "mesh_tolerance": 0.01,
+        "mesh_tolerance": 0.03,
         "interfaces": {"base": {"x": "0 mm"}, "tip": {"face": "end"}},
     }
     return fx.loads(

@@ -213,17 +213,17 @@ def requirements(model: Mechanism | Plan, parameters: Mapping[str, float] | None
     plan = plan_of(model, parameters)
     at, relations = one_design(parameters), described_relations(plan)
     found = _judged_at(Margins(plan, at, (), "this design", required=relations))
-    notes = Questions(plan, _asked_of(relations)).notes if relations else ()
+    notes = Questions(plan, _quantities_in(relations)).notes if relations else ()
     return Requirements(plan.mechanism.name, found, tuple(_limits(plan, at, relations)), notes)
 
 
-def _asked_of(relations: Mapping[str, Relation]) -> tuple[Quantity, ...]:
+def _quantities_in(relations: Mapping[str, Relation]) -> tuple[Quantity, ...]:
     return tuple(dict.fromkeys(own for each in relations.values() for own in each.quantities))
 
 
 def _judged_at(of: Margins) -> tuple[Requirement, ...]:
     """What is required of a design, with verdicts."""
-    asked = _asked_of(of.required)
+    asked = _quantities_in(of.required)
     answers = Questions(of.plan, asked).values(of.parameters) if asked else Answers.of(1, 0)
     known = {own.text: float(answers.value[0, k]) for k, own in enumerate(asked)}
     margins = replace(of, quantities=(), formulas=[own.sides[0] for own in of.required.values()], values=known)
