@@ -43,13 +43,15 @@ demo: $(STAMP)
 
 # CalculiX (GPL, run as a program of its own) for solid models; chromium for tests of pages
 PACKAGES := chromium calculix-ccx
+# a compiler for Arm, and qemu, which runs what it makes, for tests of C for microcontrollers
+ARM := gcc-arm-linux-gnueabihf libc6-dev-armhf-cross qemu-user
 packages: $(STAMP)
 	@echo "Optional: CalculiX (GPL 2, a program of its own); see docs/releasing.md#licences-of-what-is-optional"
-	@command -v ccx >/dev/null && command -v chromium >/dev/null && exit 0; \
+	@command -v ccx >/dev/null && command -v chromium >/dev/null && command -v qemu-arm >/dev/null && exit 0; \
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES)) >/dev/null 2>&1 && exit 0; \
+	  (apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(PACKAGES) $(ARM)) >/dev/null 2>&1 && exit 0; \
 	fi; \
-	echo "Tests of CalculiX and of pages in a browser are skipped where these are missing. On Debian: apt-get install $(PACKAGES)"
+	echo "Tests of CalculiX, of pages in a browser and of Arm processors are skipped where these are missing. On Debian: apt-get install $(PACKAGES) $(ARM)"
 
 # files of tests are shared between processes: a BLAS thread, a process and its fixtures for each; commands that tests
 # start find their code compiled

@@ -1,4 +1,4 @@
-"""Cost of one control step of a reduced model: as an FMU's C code, the same through ctypes, and in NumPy.
+"""Cost of one control step of a reduced model: as C in float32, as C of an FMU, that through ctypes, and in NumPy.
 
     python benchmarks/control_step.py [MODES]
 
@@ -79,6 +79,33 @@ int main(int argc, char **argv)
 """
 
 
+SINGLE_LOOP = """
+#include "plant.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+int main(int argc, char **argv)
+{
+    const int steps = atoi(argv[1]);
+    static plant_state one;
+    float u[PLANT_INPUTS], y[PLANT_OUTPUTS] = {0}, sum = 0.0f;
+    struct timespec a, b;
+    (void)argc;
+    plant_init(&one);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &a);
+    for (int k = 0; k < steps; k++) {
+        for (int i = 0; i < 3; i++)
+            u[i] = 1.0f - 10.0f * y[i];
+        plant_step(&one, u, y);
+        sum += y[0];
+    }
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &b);
+    printf("%.17g %.9g\\n", ((b.tv_sec - a.tv_sec) + 1e-9 * (b.tv_nsec - a.tv_nsec)) / steps, (double)sum);
+    return 0;
+}
+"""
+
+
 def platform(modes: int) -> StateSpace:
     """Force along z and moments about x and y at the platform to displacement and rotations; 1 % damping."""
     found = fx.modes(fx.load(ROOT / "examples" / "rpr" / "rpr.yaml"), n=modes, order="full")
@@ -115,6 +142,21 @@ def in_c(model: StateSpace, steps: int, change: float = 0.0) -> tuple[float, flo
         ]
     found = [[float(word) for word in run.stdout.split()] for run in runs]
     return statistics.median(first for first, _ in found), found[0][1]
+
+
+def in_single_precision(model: StateSpace, steps: int) -> float:
+    """Seconds per step of a C loop around the functions in float32, compiled apart from it."""
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        fx.export(model.discretised(STEP), folder / "plant.c")
+        (folder / "main.c").write_text(SINGLE_LOOP)
+        flags = ["-std=c99", "-O2", "-D_POSIX_C_SOURCE=199309L", "-Wall", "-Werror"]
+        subprocess.run([shutil.which("cc") or "cc", *flags, "-o", "loop", "main.c", "plant.c"], cwd=folder, check=True)
+        runs = [
+            subprocess.run([folder / "loop", str(steps)], capture_output=True, text=True, check=True)
+            for _ in range(REPEATS)
+        ]
+    return statistics.median(float(run.stdout.split()[0]) for run in runs)
 
 
 def through_ctypes(model: StateSpace, steps: int) -> float:
@@ -177,6 +219,7 @@ def main() -> None:
     _, sum_short = in_c(model, steps)
     result = {
         "states": model.order,
+        "c_float32_ns": round(1e9 * in_single_precision(model, 20 * steps), 1),
         "c_modal_ns": round(1e9 * modal, 1),
         "c_coupled_ns": round(1e9 * dense, 1),
         "c_modal_changed_step_ns": round(1e9 * in_c(model, steps, 0.1)[0], 1),

@@ -62,7 +62,11 @@ SHELL = {
     "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (
-        (flexura.export, flexura.state_space, flexura.system, flexura.StateSpace.discretised, flexura.budget),
+        (
+            flexura.export,
+            *(flexura.state_space, flexura.system, flexura.StateSpace.discretised, flexura.observer, flexura.shaper),
+            flexura.budget,
+        ),
         {"what"},  # of the things that are exported
     ),
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),

@@ -14,7 +14,9 @@ from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Heat as Heat
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
+from flexura.analysis import Observer as Observer
 from flexura.analysis import Preload as Preload
+from flexura.analysis import Shaper as Shaper
 from flexura.analysis import Statics as Statics
 from flexura.analysis import Stresses as Stresses
 from flexura.analysis import Stroke as Stroke
@@ -28,8 +30,10 @@ from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import heat as heat
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes
+from flexura.analysis import observer as observer
 from flexura.analysis import preload as preload
 from flexura.analysis import read_signals as read_signals
+from flexura.analysis import shaper as shaper
 from flexura.analysis import signals as signals
 from flexura.analysis import statics as statics
 from flexura.analysis import stroke as stroke

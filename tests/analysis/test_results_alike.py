@@ -40,6 +40,7 @@ from helpers.public_names import public_names
 EXAMPLES = GUIDE.parents[1]
 
 DIMENSIONLESS = {
+    *("error of frequency", "left of mode 1"),
     *("relative error", "relative", "mac", "space mac", "likeness", "damping ratio", "loss factor", "confidence"),
     *("identified damping ratio", "frequency spread", "damping spread", "modal phase collinearity", "independence"),
     *("uncertainty", "difference", "beams", "roots", "bodies", "ground"),

@@ -56,6 +56,7 @@ COMMANDS = {
     "place-sensors": f"place-sensors {PIVOT} --sensors 2 -n 1 --plot OUT",
     "correlate": f"correlate {GUIDE} {CORPUS}measured/guide.uff -n 1 --plot OUT",
     "export fmu": f"export {GUIDE} --out OUT/a.fmu {ENDS} -n 1",
+    "export c": f"export {GUIDE} --out OUT/a.c {ENDS} -n 1 --dt 0.1ms --damping 0.01",
     "export mat": f"export {GUIDE} --out OUT/a.mat {ENDS} -n 1",
     "export npz": f"export {GUIDE} --out OUT/a.npz {ENDS} -n 1",
     "export hdf5": f"export {GUIDE} --out OUT/a.h5 {ENDS} -n 1",

@@ -101,6 +101,24 @@ def servo() -> fx.Mechanism:
     return fx.loads(SERVO_TEXT)
 
 
+@cache
+def sensed() -> fx.Mechanism:
+    """The guide with a coil and a gauge, and white noise in both."""
+    return fx.loads(
+        GUIDE_TEXT
+        + """
+damping: 0.01
+actuators:
+  coil: {type: force, nodes: [carriage], direction: x}
+sensors:
+  gauge: {type: displacement, nodes: [carriage], direction: x}
+disturbances:
+  amplifier: {input: coil, density: 20 uN/sqrt(Hz)}
+  noise: {sensor: gauge, density: 50 pm/sqrt(Hz)}
+"""
+    )
+
+
 def natural_frequencies() -> fx.NaturalFrequencies:
     return fx.natural_frequencies(guide(), {"thickness": np.array([5e-4, 6e-4])}, n=3)
 
@@ -198,6 +216,11 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "NaturalFrequencies": natural_frequencies,
     "Neglected": neglected,
     "NestedModel": lambda: fx.models.nested(fx.reduce(guide()), [NODE], keep=0),
+    "Observer": lambda: fx.observer(sensed(), dt=1e-4, n=2),
+    "Shaper": lambda: fx.shaper(servo(), dt=1e-4),
+    "SinglePrecision": lambda: fx.models.single_precision(
+        fx.state_space(fx.system(sensed(), order="full"), n=2).discretised(1e-4)
+    ),
     "Optimum": lambda: fx.optimize(guide(), vary={"thickness": (4e-4, 6e-4)}, minimise="mass", starts=2),
     "Pareto": lambda: fx.optimize(
         guide(), vary={"thickness": [4e-4, 5e-4, 6e-4]}, maximise="f1", minimise="mass", points=2

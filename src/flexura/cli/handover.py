@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -32,7 +33,7 @@ from flexura.errors import LimitError, OptionError
 if TYPE_CHECKING:
     pass
 
-What = Literal["state-space", "low", "full", "modes", "response"]
+What = Literal["state-space", "low", "full", "modes", "response", "observer", "shaper"]
 
 KINDS: dict[str, What] = {
     "state space": "state-space",
@@ -40,6 +41,8 @@ KINDS: dict[str, What] = {
     "full-order model": "full",
     "modes": "modes",
     "frequency response": "response",
+    "observer": "observer",
+    "shaper": "shaper",
 }
 """What a format takes, in the words of the shell; without a word it gets the first that it takes."""
 
@@ -49,7 +52,8 @@ def export_command(
     out: Annotated[Path, typer.Option(metavar="FILE", help="Write this file, in the format of its suffix.")],
     format: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix has none.")] = None,
     what: Annotated[
-        What | None, typer.Option(help="State space, low- or full-order matrices, modes, response.")
+        What | None,
+        typer.Option(help="State space, low- or full-order matrices, modes, response, Kalman observer, input shaper."),
     ] = None,
     input: Inputs = None,
     output: Outputs = None,
@@ -71,6 +75,17 @@ def export_command(
         typer.Option(metavar="FROM,TO", help="Band of a response, or that a state space is for, e.g. '5,200 Hz'."),
     ] = None,
     damping: Ratio = None,
+    source: Annotated[
+        list[str] | None,
+        typer.Option("--source", metavar="NAME", help="Disturbance of an observer (* allowed). May be repeated."),
+    ] = None,
+    kind: Annotated[Literal["ZV", "ZVD", "EI"], typer.Option(help="Of shaper.")] = "ZV",
+    mode: Annotated[
+        list[int] | None, typer.Option("--mode", min=1, help="Mode that is shaped (1). May be repeated.")
+    ] = None,
+    vibration: Annotated[
+        float, typer.Option(metavar="RATIO", help="Share that an EI shaper leaves at its frequency.")
+    ] = 0.05,
     loop: Loop = "open",
     keep: Annotated[
         int | None,
@@ -83,23 +98,29 @@ def export_command(
 ) -> None:
     """Write a state space (full-order, static gain kept), matrices, modes or responses for other tools."""
     from flexura.io import export, format_of, formats, scalar_notes
+    from flexura.systems import single_precision
 
-    kind = what or KINDS[formats()[format_of(out, format)].takes[0]]
+    wanted = what or KINDS[formats()[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
     limit, span = limit_of("--up-to", up_to), band_of(band)
     thing: Any
-    if kind == "state-space":
+    if wanted == "state-space":
         ends = {"inputs": input, "outputs": output, "damping": damping}
         lag = quantity_of("--delay", delay, "s", "0.1ms")
         kept = {"n": n, "up_to": limit, "residual_modes": residual_modes, "balanced": balanced, "band": span}
         thing = state_space_of(mechanism, parameters, loop, ends, {**kept, "delay": lag})
         if dt is not None:
             thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold)
-    elif kind == "modes":
+    elif wanted in ("observer", "shaper"):
+        ends = {"inputs": input, "outputs": output, "sources": source, "n": n, "up_to": limit, "delay": delay}
+        shape = {"kind": kind, "modes": mode or (1,), "vibration": vibration}
+        about = shape if wanted == "shaper" else ends
+        thing = sampled(mechanism, parameters, wanted, dt, {**about, "damping": damping})
+    elif wanted == "modes":
         from flexura.analysis import modes
 
         thing = modes(mechanism, parameters, n=n or 6)
-    elif kind == "response":
+    elif wanted == "response":
         from flexura.analysis import frequency_response
 
         if span is None:
@@ -107,21 +128,29 @@ def export_command(
         thing = frequency_response(
             mechanism, parameters, inputs=input, outputs=output, band=span, damping=damping, loop=loop
         )
-    elif kind == "full":
+    elif wanted == "full":
         from flexura.full_order import assemble
 
         thing = assemble(mechanism, parameters)
     else:
         thing = low_order(mechanism, parameters, keep, n, limit)
-    warnings = getattr(thing, "warnings", ())
-    if strict and warnings:
-        raise LimitError(warnings)
+    told = thing
+    if format_of(out, format) == "c" and wanted in ("state-space", "observer"):
+        told = single_precision(thing.estimator if wanted == "observer" else thing)
+    if strict and getattr(told, "warnings", ()):
+        raise LimitError(told.warnings)
     written = [str(path) for path in export(thing, out, format=format)]
-    notes = [*getattr(thing, "notes", ()), *(scalar_notes(thing) if format_of(out, format) == "uff" else ())]
+    more = scalar_notes(thing) if format_of(out, format) == "uff" else ()
+    print_written(told, written, more, as_json)
+
+
+def print_written(told: Any, written: list[str], more: Iterable[str], as_json: bool) -> None:
+    """Print the notes and warnings of what was written, and where it is."""
+    notes, warnings = [*getattr(told, "notes", ()), *more], getattr(told, "warnings", ())
     if as_json:
-        lost = getattr(thing, "neglected", None)
-        more = {} if lost is None else {"neglected": lost.to_dict()}
-        print_json({"files": written, "notes": notes, "warnings": [w.to_dict() for w in warnings], **more})
+        lost = getattr(told, "neglected", None)
+        bound = {} if lost is None else {"neglected": lost.to_dict()}
+        print_json({"files": written, "notes": notes, "warnings": [w.to_dict() for w in warnings], **bound})
     else:
         for line in (*notes, *(f"warning: {w}" for w in warnings), *(f"wrote {path}" for path in written)):
             typer.echo(line)
@@ -144,6 +173,20 @@ def state_space_of(
     if kept["n"] is None and kept["up_to"] is None:
         kept["n"] = 6
     return state_space(system(mechanism, parameters, order="full", **ends), **kept)
+
+
+def sampled(mechanism: Any, parameters: dict[str, float], wanted: What, dt: str | None, about: dict[str, Any]) -> Any:
+    """An observer or an input shaper in steps. Raises OptionError without one."""
+    from flexura.analysis import observer, shaper
+
+    if dt is None:
+        raise OptionError(f"--what {wanted} goes in steps: --dt 0.1ms")
+    step = quantity_of("--dt", dt, "s", "0.1ms")
+    if wanted == "shaper":
+        return shaper(mechanism, parameters, dt=step, **about)
+    return observer(
+        mechanism, parameters, dt=step, **{**about, "delay": quantity_of("--delay", about["delay"], "s", "")}
+    )
 
 
 def low_order(

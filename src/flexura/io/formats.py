@@ -8,11 +8,12 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from flexura.analysis import Modes
+from flexura.analysis import Modes, Observer, Shaper
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.io.archives import read_hdf5, read_npz, write_measured_hdf5, write_measured_npz
 from flexura.io.arrays import write_hdf5, write_mat, write_matrix_market, write_npz
+from flexura.io.c_code import write_c
 from flexura.io.contents import Response
 from flexura.io.fmu import write_fmu
 from flexura.io.meshes import write_vtu
@@ -24,11 +25,14 @@ from flexura.lazy import plugins
 from flexura.mechanism import Damping
 from flexura.reduction import LowOrderModel, NestedModel
 from flexura.structure import FullOrderModel
-from flexura.systems import StateSpace
+from flexura.systems import SinglePrecision, StateSpace
 from flexura.testing.measurement import Measurement
 
-STATE_SPACE, RESPONSE, MODES, LOW, FULL = (
+STATE_SPACE, STEPS, OBSERVER, SHAPER, RESPONSE, MODES, LOW, FULL = (
     "state space",
+    "state space in float32",
+    "observer",
+    "shaper",
     "frequency response",
     "modes",
     "low-order model",
@@ -48,9 +52,10 @@ class MeasuredFormat:
 
 @dataclass(frozen=True)
 class Format:
-    """A file format: its suffixes, what it takes (`state space`, `frequency response`, `modes`, `low-order model`,
-    `full-order model`; first what the shell writes where nothing is said), what a file in it is, `write(result, path,
-    **options)`, which returns the paths, and what reads and writes measured data in it."""
+    """A file format: its suffixes, what it takes (`state space`, `state space in float32`, `observer`, `shaper`,
+    `frequency response`, `modes`, `low-order model`, `full-order model`; first what the shell writes where nothing is
+    said), what a file in it is, `write(result, path, **options)`, which returns the paths, and what reads and writes
+    measured data in it."""
 
     suffixes: tuple[str, ...]
     takes: tuple[str, ...]
@@ -71,6 +76,7 @@ FORMATS = {
     "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
     "m": Format((".m",), (STATE_SPACE,), "function of MATLAB and Octave that returns an `ss`", write_m),
     "modelica": Format((".mo",), (STATE_SPACE,), "block of Modelica", write_modelica),
+    "c": Format((".c",), (STATE_SPACE, STEPS, OBSERVER, SHAPER), "C99 in float32 for microcontrollers", write_c),
     "simscape": Format(
         (), (LOW,), "MATLAB file for Reduced Order Flexible Solid of Simscape Multibody", write_simscape
     ),
@@ -117,13 +123,13 @@ def export(
 ) -> list[Path]:
     """Write a model or a result for another program; the `format` is that of the suffix by default.
 
-    `result` is a state space, a frequency response, modes, or a low-order or full-order model; `FORMATS` says which
-    format takes which, and which of these: `damping` as in `system`, which makes C of a model (npz, hdf5, mat,
-    matrix-market); `damping_ratio` of all modes, `frames` by name and `keep` modes with these held (simscape); the
-    largest displacement `amplitude`, m or rad, of each shape (vtu); `geometry`, modes or a model that the nodes of a
-    response are those of (uff); `binary`, the library beside the sources (fmu). Every file appears complete or not at
-    all. Returns the paths. Raises OptionError for unknown formats, objects that the format does not take, options that
-    it has not and files that cannot be written.
+    `result` is a state space, an observer, a shaper, a frequency response, modes, or a low-order or full-order model;
+    `FORMATS` says which format takes which, and which of these: `damping` as in `system`, which makes C of a model
+    (npz, hdf5, mat, matrix-market); `damping_ratio` of all modes, `frames` by name and `keep` modes with these held
+    (simscape); the largest displacement `amplitude`, m or rad, of each shape (vtu); `geometry`, modes or a model that
+    the nodes of a response are those of (uff); `binary`, the library beside the sources (fmu). Every file appears
+    complete or not at all. Returns the paths. Raises OptionError for unknown formats, objects that the format does not
+    take, options that it has not and files that cannot be written.
     """
     name = format_of(path, format)
     exported = _exported()
@@ -176,6 +182,10 @@ def kind_of(what: Any) -> str:
         return kind_of(what[0])
     if isinstance(what, StateSpace):
         return STATE_SPACE
+    if isinstance(what, SinglePrecision):
+        return STEPS
+    if isinstance(what, Observer | Shaper):
+        return OBSERVER if isinstance(what, Observer) else SHAPER
     if isinstance(what, Modes):
         return MODES
     if isinstance(what, FullOrderModel):

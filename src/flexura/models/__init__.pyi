@@ -13,4 +13,6 @@ from flexura.reduction import certify as certify
 from flexura.reduction import condense as condense
 from flexura.reduction import interface_reduction as interface_reduction
 from flexura.reduction import nested as nested
+from flexura.systems import SinglePrecision as SinglePrecision
 from flexura.systems import neglected_bound as neglected_bound
+from flexura.systems import single_precision as single_precision

@@ -2,6 +2,10 @@ from flexura.systems.control import Closed as Closed
 from flexura.systems.control import Filter as Filter
 from flexura.systems.control import closed as closed
 from flexura.systems.control import filter_of as filter_of
+from flexura.systems.kalman import Kalman as Kalman
+from flexura.systems.kalman import Noise as Noise
+from flexura.systems.kalman import covariance_of_step as covariance_of_step
+from flexura.systems.kalman import kalman as kalman
 from flexura.systems.left_out import NEAR as NEAR
 from flexura.systems.left_out import UNDAMPED as UNDAMPED
 from flexura.systems.left_out import band_limits as band_limits
@@ -27,6 +31,9 @@ from flexura.systems.second_order import damping_law as damping_law
 from flexura.systems.second_order import stiffening as stiffening
 from flexura.systems.settling import decay as decay
 from flexura.systems.settling import settling_time as settling_time
+from flexura.systems.single_precision import UNIT as UNIT
+from flexura.systems.single_precision import SinglePrecision as SinglePrecision
+from flexura.systems.single_precision import single_precision as single_precision
 from flexura.systems.spectra import Spectrum as Spectrum
 from flexura.systems.spectra import spectrum_of as spectrum_of
 from flexura.systems.state_space import FAINT as FAINT
