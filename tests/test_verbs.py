@@ -70,6 +70,12 @@ SHELL = {
         {"what"},  # of the things that are exported
     ),
     "identify": ((flexura.identify, flexura.read_measurement), {"data"}),
+    "couple": (
+        (flexura.couple, flexura.virtual_points, flexura.frequency_response),
+        {"parts"},  # as NAME=FILE
+    ),
+    "decouple": ((flexura.decouple, flexura.virtual_points, flexura.frequency_response), {"whole", "part"}),
+    "virtual-points": ((flexura.virtual_points, flexura.read_measurement), {"data"}),
     "report": ((flexura.report,), set()),
     "schema": ((flexura.schema,), set()),
     "live": ((flexura.live,), set()),

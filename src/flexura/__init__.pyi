@@ -111,6 +111,13 @@ from flexura.testing.correlation import correlate as correlate
 from flexura.testing.identification import identify as identify
 from flexura.testing.measurement import IdentifiedModes as IdentifiedModes
 from flexura.testing.measurement import Measurement as Measurement
+from flexura.testing.substructuring import CoupledResponse as CoupledResponse
+from flexura.testing.substructuring import Join as Join
+from flexura.testing.substructuring import VirtualPoint as VirtualPoint
+from flexura.testing.substructuring import VirtualPointResponse as VirtualPointResponse
+from flexura.testing.substructuring import couple as couple
+from flexura.testing.substructuring import decouple as decouple
+from flexura.testing.substructuring import virtual_points as virtual_points
 from flexura.testing.updating import Calibration as Calibration
 from flexura.testing.updating import calibrate as calibrate
 from flexura.testing.virtual import SensorPlacement as SensorPlacement

@@ -129,10 +129,10 @@ class Diagnostic:
     a description takes for granted or may not mean.
 
     `kind` is rotation, displacement, stiffness, equilibrium, contact, command, force, stress, buckling, resonance,
-    proof, tolerance, mesh, misfit, convergence, study, designs of it that are missing or failed, or limit, one that was
-    asked for and is not met, or one of those of `check`; `place` names the node, member, channel, kind of data or
-    design, empty where it is the whole; `value` and `limit` are in `unit`, SI, `1` for plain numbers. `text` is the
-    whole sentence, or, where there are `places`, what is said of all of these.
+    proof, tolerance, mesh, misfit, convergence, consistency, condition, noise, lines, window, study, designs of it that
+    are missing or failed, or limit, one that was asked for and is not met, or one of those of `check`; `place` names
+    the node, member, channel, kind of data or design, empty where it is the whole; `value` and `limit` are in `unit`,
+    SI, `1` for plain numbers. `text` is the whole sentence, or, where there are `places`, what is said of all of these.
     """
 
     kind: str

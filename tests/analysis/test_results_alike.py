@@ -52,6 +52,8 @@ DIMENSIONLESS = {
 """Columns of floats that are plain numbers."""
 
 UNITLESS = {
+    "consistency",
+    "lowest consistency",
     *("averages", "coherence", "CoMAC", "gain", "condition"),
     *(
         "in sigma",

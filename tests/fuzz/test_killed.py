@@ -22,6 +22,7 @@ GUIDE, PIVOT, FLOATING = (
 )
 ENDS = "-i carriage.tx -o carriage.tx"
 CORPUS = "tests/fuzz/corpus/"
+INTERFACE, FREE = "tests/fuzz/interface.csv", "tests/fuzz/corpus/model/floating.yaml"
 COMMANDS = {
     "modes": f"modes {PIVOT} -n 1 --plot OUT/a --json",
     "statics": f"statics {GUIDE} --load carriage=2,0,0N --plot OUT/a",
@@ -50,6 +51,9 @@ COMMANDS = {
     "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv --plot OUT",
     "sweep": f"sweep {GUIDE} --vary thickness=0.2mm:0.6mm:200 --ask f1 --out OUT/a.csv --plot OUT",
     "identify": f"identify {CORPUS}measured/modes.csv --plot OUT",
+    "couple": f"couple A={INTERFACE} B={INTERFACE} --join A.s1=B.s1 --out OUT/a.uff --plot OUT",
+    "decouple": f"decouple {INTERFACE} {FREE} --join s1=a.tx --out OUT/a.uff --plot OUT",
+    "virtual-points": f"virtual-points {INTERFACE} --point top=0,0,0 --out OUT/a.uff --plot OUT",
     "estimate-frf": f"estimate-frf {CORPUS}measured/hit.csv --exponential 0.1 --out OUT/a.h5",
     "calibrate": f"calibrate {GUIDE} {CORPUS}frequencies/guide.csv --free thickness --out OUT/a.yaml --plot OUT",
     "optimize": f"optimize {GUIDE} --vary thickness=0.4mm:0.6mm --maximise f1 --starts 2 --out OUT/a.yaml --plot OUT",

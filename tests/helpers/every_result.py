@@ -184,6 +184,17 @@ def understanding() -> fx.Understanding:
     return replace(found, modes=(mode,), cells=8000, dofs=130000)
 
 
+def coupled() -> fx.CoupledResponse:
+    measured = replace(frequency_response(), name=NAME)
+    joins = [(f"A.{NODE}.tx", f"B.{NODE}.tx")]
+    return fx.couple({"A": measured, "B": measured}, joins=joins, noise={"A": 1e-9})
+
+
+def virtual_points() -> fx.VirtualPointResponse:
+    point = fx.VirtualPoint((0.0, 0.0, 0.065), ("tx",), (f"{NODE}.tx",), (f"{NODE}.tx",))
+    return fx.virtual_points(frequency_response(), {"point": point}, name=NAME)
+
+
 MAKERS: dict[str, Callable[[], Result]] = {
     "Budget": lambda: fx.budget(servo(), outputs=[f"{NODE}.tx", f"{NODE}.rz"], frequency_hz=HZ),
     "Calibration": calibration,
@@ -197,6 +208,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Constraints": lambda: fx.constraints(guide()),
     "Heat": lambda: fx.heat(guide(), states=["temperature"], n=2),
     "Correlation": lambda: fx.correlate(stage(), test=virtual_test().measurement),
+    "CoupledResponse": coupled,
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,
     "FrequencyResponse": frequency_response,
@@ -254,6 +266,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
         (WholeMode(54.1, 2e-3, 54.35, 0.999, 4.6e-3, 1e-3, -2e-3, -1e-3, None), WholeMode(803.0, 4e-3)),
         *(3, 1.0, 4000, 90000, 0.05, 20.0, ("ground: held on a face",)),
     ),
+    "VirtualPointResponse": virtual_points,
     "VirtualTest": virtual_test,
 }
 """How to make one of each public class of results, by its name."""

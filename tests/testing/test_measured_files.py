@@ -310,6 +310,18 @@ def edited(old, new):
     return CSV.replace(old, new, 1)
 
 
+def test_csv_tells_response_and_force_of_a_driving_point_apart(tmp_path):
+    """Both have one name; a file of channels may give units to either."""
+    path = tmp_path / "x.csv"
+    path.write_text("frequency [Hz],p / p [g/N] real,p / p [g/N] imag\n10,1,0\n20,2,0\n")
+    (frf,) = read_measurement(path).frfs
+    assert [c.quantity for c in (*frf.outputs, *frf.inputs)] == ["acceleration", "force"]
+    (tmp_path / "x.channels.yaml").write_text("p: {node: a, direction: z, unit: g, force: lbf}\n")
+    (given,) = read_measurement(path).frfs
+    assert [c.quantity for c in (*given.outputs, *given.inputs)] == ["acceleration", "force"]
+    assert np.allclose(given.response, frf.response / 4.4482216152605)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

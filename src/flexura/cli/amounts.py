@@ -118,6 +118,33 @@ def loads_of(texts: list[str] | None, option: str = "--load") -> dict[str, list[
     return loads
 
 
+def points_of(texts: list[str] | None) -> dict[str, list[float]]:
+    """Positions (3,) by name, m. Raises OptionError for text that is none, and for points that are named twice."""
+    kind = Kind("a length", "m", "'tip=40,0,62 mm'")
+    points: dict[str, list[float]] = {}
+    for text in texts or []:
+        name, equals, numbers = text.partition("=")
+        with named("--point", text):
+            parts = numbers.split(",")
+            if not equals or not name.strip() or len(parts) != 3:
+                raise OptionError(f"NAME=X,Y,Z is expected, with a unit, e.g. {kind.example}")
+            add_once(points, name.strip(), _amounts(parts, [kind] * 3), "has a position already; give one")
+    return points
+
+
+def shares_of(option: str, texts: list[str] | None) -> dict[str, float]:
+    """Ratios by name. Raises OptionError for text that is none, and for what is named twice."""
+    shares: dict[str, float] = {}
+    for text in texts or []:
+        name, _, ratio = text.partition("=")
+        with named(option, text):
+            try:
+                add_once(shares, name.strip(), float(ratio))
+            except ValueError:
+                raise OptionError("NAME=RATIO is expected, e.g. frame=0.01") from None
+    return shares
+
+
 def mounts_of(texts: list[str] | None) -> dict[str, list[float]]:
     """Tolerances (2,) or (6,) of mounts by node, m and rad. Raises OptionError for text that is none, and for nodes
     that are named twice."""

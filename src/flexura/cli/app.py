@@ -151,6 +151,21 @@ COMMANDS = {
         "estimate_frf_command",
         "Frequency responses from hits: windows, averages, coherence; bad records are named and left out.",
     ),
+    "couple": _Command(
+        "substructuring",
+        "couple_command",
+        "Parts coupled to one assembly by their frequency responses, measured or computed.",
+    ),
+    "decouple": _Command(
+        "substructuring",
+        "decouple_command",
+        "What is left of a whole when a part of it is taken out, by their frequency responses.",
+    ),
+    "virtual-points": _Command(
+        "substructuring",
+        "virtual_points_command",
+        "Responses at virtual points in the place of the channels around them, by least squares.",
+    ),
     "virtual-test": _Command(
         "testing",
         "virtual_test_command",

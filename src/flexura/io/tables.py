@@ -108,9 +108,14 @@ def _seconds(unit: str, path: Path) -> float:
     return float(factor)
 
 
-def _channel(path: Path, name: str, unit: str, descriptions: ChannelDescriptions) -> tuple[MeasuredChannel, float]:
+def _channel(
+    path: Path, name: str, unit: str, descriptions: ChannelDescriptions, is_reference: bool = False
+) -> tuple[MeasuredChannel, float]:
+    """A channel and its factor to SI; the reference of a driving point has the name of its response, not its unit."""
     described = descriptions.get(name, ChannelDescription())
-    quantity, factor = quantity_of(described.unit or unit, described.quantity, f"{path}: {name}")
+    is_other_end = is_reference and described.force is not None
+    known = (described.force, None) if is_other_end else (described.unit, described.quantity)
+    quantity, factor = quantity_of(known[0] or unit, known[1], f"{path}: {name}")
     return MeasuredChannel(name, quantity), factor
 
 
@@ -174,21 +179,21 @@ def _responses(
     ]
     if lacking:
         raise OptionError(f"{path}: there is no column {lacking[0]}")
-    known: dict[str, tuple[MeasuredChannel, float]] = {}
+    above_of: dict[str, tuple[MeasuredChannel, float]] = {}
+    below_of: dict[str, tuple[MeasuredChannel, float]] = {}
     for out, into in columns:
         above, below = _units_of(columns[out, into]["real"][0], f"{path}: {out} / {into}")
-        known.setdefault(out, _channel(path, out, above, descriptions))
-        known.setdefault(into, _channel(path, into, below, descriptions))
+        above_of.setdefault(out, _channel(path, out, above, descriptions))
+        below_of.setdefault(into, _channel(path, into, below, descriptions, is_reference=True))
     H = np.empty((len(hz), len(outs), len(ins)), dtype=complex)
     has_coherence = all("coherence" in parts for parts in columns.values())
     gamma = np.empty(H.shape) if has_coherence else None
     for (out, into), parts in columns.items():
         at = (slice(None), outs.index(out), ins.index(into))
-        H[at] = (parts["real"][1] + 1j * parts["imag"][1]) * (known[out][1] / known[into][1])
+        H[at] = (parts["real"][1] + 1j * parts["imag"][1]) * (above_of[out][1] / below_of[into][1])
         if gamma is not None:
             gamma[at] = parts["coherence"][1]
-    channels = ([known[n][0] for n in names] for names in (ins, outs))
-    inputs, outputs = (tuple(c) for c in channels)
+    inputs, outputs = tuple(below_of[n][0] for n in ins), tuple(above_of[n][0] for n in outs)
     averages = int(remarks["averages"]) if remarks.get("averages", "").isdigit() else None
     try:
         decay = float(remarks.get("decay", 0.0))

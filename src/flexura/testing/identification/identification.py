@@ -50,6 +50,7 @@ from flexura.testing.measurement import (
     estimate_frf,
     response_matrices,
 )
+from flexura.testing.substructuring import ScatteredResponse
 
 Data = Measurement | MeasuredFRF | FrequencyResponse | Sequence[MeasuredFRF]
 Setups = Literal["each", "together"]
@@ -165,7 +166,8 @@ def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
         return data.name, frfs, (*data.notes, *(note for frf in frfs for note in frf.notes))
     if isinstance(data, FrequencyResponse):
         inputs, outputs = (tuple(_placed(c) for c in channels) for channels in (data.inputs, data.outputs))
-        return data.name, (MeasuredFRF(data.frequency_hz, data.response, inputs, outputs),), ()
+        decay = data.decay if isinstance(data, ScatteredResponse) else 0.0
+        return data.name, (MeasuredFRF(data.frequency_hz, data.response, inputs, outputs, decay=decay),), ()
     if isinstance(data, MeasuredFRF):
         return data.setup or "measurement", (data,), data.notes
     return "measurement", tuple(data), tuple(note for frf in data for note in frf.notes)

@@ -28,5 +28,8 @@ from flexura.testing.measurement.measurement import repeated_note as repeated_no
 from flexura.testing.measurement.measurement import responses as responses
 from flexura.testing.measurement.measurement import setups_of as setups_of
 from flexura.testing.measurement.response_matrices import ResponseMatrix as ResponseMatrix
+from flexura.testing.measurement.response_matrices import filled as filled
 from flexura.testing.measurement.response_matrices import key_of as key_of
+from flexura.testing.measurement.response_matrices import refuse_infinite as refuse_infinite
+from flexura.testing.measurement.response_matrices import refuse_other_lines as refuse_other_lines
 from flexura.testing.measurement.response_matrices import response_matrices as response_matrices

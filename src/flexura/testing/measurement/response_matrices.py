@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
-from flexura.structure import UNITS
+from flexura.structure import UNITS, Channel
 from flexura.tables import ends, in_hz
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.measurement import MeasuredFRF, grouped
@@ -137,17 +137,8 @@ def response_matrices(
 
 def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] | None) -> ResponseMatrix:
     where = f"setup {setup!r}: " if setup else ""
+    refuse_other_lines(frfs, where)
     hz = frfs[0].frequency_hz
-    for frf in frfs[1:]:
-        if len(frf.frequency_hz) != len(hz) or not np.allclose(frf.frequency_hz, hz, rtol=1e-9, atol=0):
-            raise OptionError(
-                f"{where}frequency responses have different lines, {_grid(hz)} and {_grid(frf.frequency_hz)}; "
-                "sample all records of a setup alike"
-            )
-        if abs(frf.decay - frfs[0].decay) > 1e-9 * abs(frfs[0].decay):
-            raise OptionError(
-                f"{where}exponential windows differ, decay {frfs[0].decay:g} and {frf.decay:g} 1/s; give setups names"
-            )
     lines = _lines(hz, band, where)
     inputs = {key_of(c): c for frf in frfs for c in frf.inputs}
     outputs = {key_of(c): c for frf in frfs for c in frf.outputs}
@@ -158,9 +149,10 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
             f"{where}{forces[0].name} / {motions[0].name} is a force per motion (impedance): modes take motions per"
             " force; invert it, all channels at once"
         )
-    H, coherence = _filled(frfs, inputs, outputs, where)
+    H, coherence = filled(frfs, inputs, outputs, where)
     H, coherence, hz = H[lines], coherence[lines], hz[lines]
-    _refuse_bad(H, list(inputs.values()), list(outputs.values()), hz, where)
+    refuse_infinite(H, list(inputs.values()), list(outputs.values()), hz, where)
+    _refuse_silent(H, list(inputs.values()), list(outputs.values()), where)
     s = np.asarray(2j * np.pi * hz + frfs[0].decay, dtype=np.complex128)
     powers = np.array([POWER.get(c.quantity, 0) for c in outputs.values()])
     power = int(powers.max())
@@ -197,6 +189,21 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
     )
 
 
+def refuse_other_lines(frfs: Sequence[MeasuredFRF], where: str) -> None:
+    """Raise OptionError for lines or exponential windows that differ."""
+    hz = frfs[0].frequency_hz
+    for frf in frfs[1:]:
+        if len(frf.frequency_hz) != len(hz) or not np.allclose(frf.frequency_hz, hz, rtol=1e-9, atol=0):
+            raise OptionError(
+                f"{where}frequency responses have different lines, {_grid(hz)} and {_grid(frf.frequency_hz)}; "
+                "sample all records of a setup alike"
+            )
+        if abs(frf.decay - frfs[0].decay) > 1e-9 * abs(frfs[0].decay):
+            raise OptionError(
+                f"{where}exponential windows differ, decay {frfs[0].decay:g} and {frf.decay:g} 1/s; give setups names"
+            )
+
+
 def _grid(hz: Array) -> str:
     return f"{len(hz)} from {ends((hz[0], hz[-1]), 'Hz', 6)}" if len(hz) else "none"
 
@@ -218,7 +225,7 @@ def _lines(hz: Array, band: tuple[float, float] | None, where: str) -> NDArray[n
     return lines
 
 
-def _filled(
+def filled(
     frfs: Sequence[MeasuredFRF], inputs: dict[Key, MeasuredChannel], outputs: dict[Key, MeasuredChannel], where: str
 ) -> tuple[Complex, Array]:
     """All pairs in one matrix and their coherence, 1 where it is unknown. Raises OptionError for missing pairs."""
@@ -240,14 +247,16 @@ def _filled(
     return H, coherence
 
 
-def _refuse_bad(
-    H: Complex, inputs: Sequence[MeasuredChannel], outputs: Sequence[MeasuredChannel], hz: Array, where: str
-) -> None:
-    """Raise OptionError for values that are not finite, and for channels without any signal."""
+def refuse_infinite(H: Complex, inputs: Sequence[Channel], outputs: Sequence[Channel], hz: Array, where: str) -> None:
+    """Raise OptionError for values that are not finite."""
     bad = ~np.isfinite(H)
     if bad.any():
         k, i, j = np.argwhere(bad)[0]
         raise OptionError(f"{where}{outputs[i].name} / {inputs[j].name} is not finite at {in_hz(hz[k], 6)}")
+
+
+def _refuse_silent(H: Complex, inputs: Sequence[Channel], outputs: Sequence[Channel], where: str) -> None:
+    """Raise OptionError for channels without any signal."""
     dead = np.abs(H).max(axis=0) == 0
     for channels, silent in ((outputs, dead.all(axis=1)), (inputs, dead.all(axis=0))):
         if silent.any():

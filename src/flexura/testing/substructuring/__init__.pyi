@@ -1,0 +1,12 @@
+from flexura.testing.substructuring.joins import Join as Join
+from flexura.testing.substructuring.parts import Part as Part
+from flexura.testing.substructuring.parts import ScatteredResponse as ScatteredResponse
+from flexura.testing.substructuring.parts import as_measured as as_measured
+from flexura.testing.substructuring.parts import part_of as part_of
+from flexura.testing.substructuring.parts import read_alike as read_alike
+from flexura.testing.substructuring.substructures import CoupledResponse as CoupledResponse
+from flexura.testing.substructuring.substructures import couple as couple
+from flexura.testing.substructuring.substructures import decouple as decouple
+from flexura.testing.substructuring.virtual_points import VirtualPoint as VirtualPoint
+from flexura.testing.substructuring.virtual_points import VirtualPointResponse as VirtualPointResponse
+from flexura.testing.substructuring.virtual_points import virtual_points as virtual_points
