@@ -62,6 +62,8 @@ COMMANDS = {
     "export fmu": f"export {GUIDE} --out OUT/a.fmu {ENDS} -n 1",
     "export c": f"export {GUIDE} --out OUT/a.c {ENDS} -n 1 --dt 0.1ms --damping 0.01",
     "export mat": f"export {GUIDE} --out OUT/a.mat {ENDS} -n 1",
+    "export m": f"export {GUIDE} --out OUT/a.m {ENDS} -n 1",
+    "export modelica": f"export {GUIDE} --out OUT/a.mo {ENDS} -n 1",
     "export npz": f"export {GUIDE} --out OUT/a.npz {ENDS} -n 1",
     "export hdf5": f"export {GUIDE} --out OUT/a.h5 {ENDS} -n 1",
     "export matrix-market": f"export {GUIDE} --out OUT/a.mtx",
