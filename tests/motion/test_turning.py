@@ -13,7 +13,7 @@ from flexura.motion.path import displacement
 from flexura.motion.se3 import Logarithm, exponential, rotation
 from flexura.motion.substructures import partition
 from flexura.motion.superelements import Polynomial
-from flexura.motion.turning import expanded
+from flexura.motion.expansion import expanded
 from helpers.large_motion import Moved, straight_beams
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

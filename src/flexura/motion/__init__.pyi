@@ -1,3 +1,5 @@
+from flexura.motion.comparison import Comparison as Comparison
+from flexura.motion.comparison import against_full as against_full
 from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
@@ -38,6 +40,4 @@ from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.substructures import kept_frames as kept_frames
-from flexura.motion.turning import Comparison as Comparison
 from flexura.motion.turning import TurningModel as TurningModel
-from flexura.motion.turning import against_full as against_full

@@ -35,6 +35,9 @@ _WAGNER = ("w0", "w1", "w2")
 """Strains of fibres by twist, beside those that motions have of first order."""
 _AT = {name: i for i, name in enumerate((*_NAMES, *_WAGNER))}
 
+CURVATURES = ((_AT["c2"], _AT["theta2"]), (_AT["c3"], _AT["theta3"]))
+"""Places of curvatures of degree 2 among motions, and of what bends likewise."""
+
 _SECOND_ORDER = (
     # of products of a bent and of a sheared part of s; theory eq. G10
     ("u", "s2", "s2", 3 / 5),
@@ -455,12 +458,12 @@ def _bowing(length: Array, bent: dict[str, Array], torsion: Distortion) -> Bowin
         rows[here, :, 0, _AT[theta]], rows[here, :, 0, _AT[inner]] = 1.0, second
         rows[here, :, 0, _AT[across]] = (sign * bent[across] / length)[here, None] * POINTS
     plate, nu, searle, free = np.moveaxis(torsion.bow, -1, 0)
-    return Bowing(plate / length, nu, searle / length**2, free, rows)
+    return Bowing(plate / length, nu, searle / length**2, free[:, None] * np.ones(len(POINTS)), rows)
 
 
 def linear_strain(k: Array) -> Strain:
     """Strains d of elements with natural stiffness k (e, 6, 6): springs, and whatever else is known at rest alone."""
     e, none = len(k), np.zeros(len(k))
-    flat = Bowing(none, none, none, none, np.zeros((e, len(POINTS), 2, 6)))
+    flat = Bowing(none, none, none, np.zeros((e, len(POINTS))), np.zeros((e, len(POINTS), 2, 6)))
     place = np.zeros(e, dtype=np.intp)
     return Strain(k, np.zeros((e, 6, 6, 6)), np.ones((e, 3)), np.zeros((e, len(_OF_NEXT))), place, flat)

@@ -11,7 +11,7 @@ from flexura.analysis.responses.time_limits import Excitation
 from flexura.analysis.strokes import LowOrderMotion, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.errors import Diagnostic, OptionError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
@@ -35,7 +35,7 @@ from flexura.systems import System
 from flexura.tables import in_hz, quantity
 
 MODES = 6
-"""Frequencies at rest by which the low order is judged, and to which damping ratios are fitted."""
+"""Frequencies at rest by which the low order is judged at most, and to which damping ratios are fitted."""
 
 COMPARED = 12
 """States that are compared with the full order."""
@@ -71,7 +71,11 @@ def large_time_response(
     low_order: LowOrderMotion | None = None
     if order == "low":
         nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
-        found = low_order_motion(equations, nodes, run, MODES)
+
+        def probe(equations: Equations) -> list[Equilibrium]:
+            return [_resting(equations, own) for own in loads.like_those_of_the_motion()]
+
+        found = low_order_motion(equations, nodes, run, _resolved(equations, excitation.dt), probe)
         low_order, chosen = found.motion, runs[found.run]
     else:
         run(equations)
@@ -89,6 +93,12 @@ def large_time_response(
         warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
     warnings += () if low_order is None else low_order.warnings
     return chosen.response, tuple(notes), tuple(warnings)
+
+
+def _resolved(equations: Equations, dt: float) -> int:
+    """How many of the lowest frequencies at rest have enough steps in a period, at least one."""
+    values = Pose(equations, equations.solve(equations.model.rest)).modes(MODES).values
+    return max(int((values < (2 * np.pi / (COARSE * dt)) ** 2).sum()), 1)
 
 
 class _LoadsOverTime:
@@ -111,6 +121,12 @@ class _LoadsOverTime:
             else:
                 actuators[lever.name] = value * lever.unit
         return Loads(dead, {}, self._gravity, actuators)
+
+    def like_those_of_the_motion(self) -> list[Loads]:
+        """Loads at the start, and where each input is at its largest."""
+        u = self.excitation.u
+        largest = sorted({int(np.abs(row).argmax()) for row in u})
+        return [self.under(self.excitation.start), *(self.under(u[:, k]) for k in largest if u[:, k].any())]
 
     def at(self, number: int) -> Loads:
         """Loads at the time with a number."""
@@ -207,7 +223,7 @@ class _Reading(NamedTuple):
 
 
 def _resting(equations: Equations, loads: Loads) -> Equilibrium:
-    """The static state under loads. Raises OptionError where there is none."""
+    """The static state under loads. Raises SolverError where there is none."""
     zero = np.empty(0)
     rest = equations.model.rest
     if not loads.any:
@@ -215,7 +231,7 @@ def _resting(equations: Equations, loads: Loads) -> Equilibrium:
         return Equilibrium(rest, zero, loads, tangent, 0)
     state = Path.from_rest(equations, Point(zero, loads))
     if isinstance(state, Stopped):
-        raise OptionError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
+        raise SolverError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
     return state
 
 
