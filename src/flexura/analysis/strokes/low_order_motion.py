@@ -107,7 +107,8 @@ def low_order_motion(
 ) -> Converged:
     """The low order on which a motion is as near to the full one as is wanted, or as it gets.
 
-    `run` finds the states of the motion, `probe` a few states like them, which cost less and are made good first. The
+    `run` finds the states of the motion, `probe` a few states of equilibrium like them, which cost less and are made
+    good first; frequencies are compared there, else at the ends of the motion. The
     frames of `nodes`, by number, are kept, and `n` frequencies compared. Where no state is found, leaves are made
     finer, and all substructures where there are none. Raises SolverError for what `run` does then, too, and for
     substructures without equilibrium when undeformed.
@@ -117,10 +118,11 @@ def low_order_motion(
     kept[[drive.root for drive in full.drives]] = True
     exact = Pose(full, full.solve(full.model.rest, targets=np.zeros(len(full.drives))))
     turning = _with_modes(TurningModel.of(full.model, kept), exact, n)
-    if probe is not None:
-        found = _Search(full, exact, n, probe).best(turning, REFINEMENTS)
-        turning = found.turning
-    return _Search(full, exact, n, run).best(turning, REFINEMENTS).converged
+    if probe is None:
+        return _Search(full, exact, n, run).best(turning, REFINEMENTS).converged
+    found = _Search(full, exact, n, probe).best(turning, REFINEMENTS)
+    known = found.converged.motion.frequency_error
+    return _Search(full, exact, n, run, known).best(found.turning, REFINEMENTS).converged
 
 
 class _Found(NamedTuple):
@@ -136,12 +138,14 @@ class _Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """Looks for the low order for a `run`, whose n frequencies are those of the `exact` pose when undeformed."""
+    """Looks for the low order for a `run`, whose n frequencies are those of the `exact` pose when undeformed; states
+    that are none of equilibrium have no frequencies, and their error is `known`."""
 
     full: Equations
     exact: Pose
     n: int
     run: Callable[[Equations], list[Equilibrium]]
+    known: float | None = None
 
     def best(self, turning: TurningModel, attempts: int) -> _Found:
         """The best low order from one that is tried first."""
@@ -172,15 +176,25 @@ class _Search(NamedTuple):
         states = self.run(equations)
         compared = against_full(turning, equations, self.full, states)
         error = float(compared.error.max(initial=0.0))
-        ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
-        poses = [(Pose(equations, low), Pose(self.full, there)) for low, there in ends]
-        poses.append((_undeformed(equations), self.exact))
-        frequency_error = max(_frequency_error(*pair, self.n) for pair in poses)
+        frequency_error = self.known
+        if frequency_error is None:
+            ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
+            poses = [(Pose(equations, low), Pose(self.full, self._settled(there))) for low, there in ends]
+            poses.append((_undeformed(equations), self.exact))
+            frequency_error = max(_frequency_error(*pair, self.n) for pair in poses)
         leaves = {own[0].of.name: len(own[0].elements.node) for own in turning.leaves.values()}
         motion = LowOrderMotion(
             turning.low.n_dof, self.full.model.n_dof, error, frequency_error, turning.made_finer, leaves
         )
         return _Found(turning, Converged(number, compared.states, motion)), compared
+
+    def _settled(self, state: Equilibrium) -> Equilibrium:
+        """The state of equilibrium of the full order next to one where only what is inside has settled: forces along
+        leaves are those of a small part of their thickness, and make much of frequencies."""
+        try:
+            return self.full.solve(state.frames, state.loads, self.full.travelled(state.frames))
+        except SolverError:
+            return state
 
     def _finer(self, found: _Found, compared: Comparison) -> TurningModel | None:
         """A finer low order where one is wanted."""
