@@ -128,9 +128,11 @@ class _LoadsOverTime:
         largest = sorted({int(np.abs(row).argmax()) for row in u})
         return [self.under(self.excitation.start), *(self.under(u[:, k]) for k in largest if u[:, k].any())]
 
-    def at(self, number: int) -> Loads:
-        """Loads at the time with a number."""
-        return self.under(self.excitation.u[:, number])
+    def at(self, number: float) -> Loads:
+        """Loads at the time with a number, on straight lines between whole ones."""
+        u, first = self.excitation.u, int(number)
+        share = number - first
+        return self.under(u[:, first] if not share else (1 - share) * u[:, first] + share * u[:, first + 1])
 
 
 class _Run(NamedTuple):
