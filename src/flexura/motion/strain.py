@@ -27,6 +27,9 @@ from flexura.structure import EVEN, Distortion
 INNER_STEPS = 6
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""
 
+NEAR = 0.02
+"""Largest change of deformations, m and rad, from those of the last state for motions inside to begin there."""
+
 INNER_SETTLED = 1e-9
 """Largest last step of these, rad, whose effect on forces is of its square."""
 
@@ -117,6 +120,12 @@ class _Inside(NamedTuple):
     hessian: Array
 
 
+class _Last:
+    """Motions (e, q) of the last state, from which those inside are looked for in one that is near it."""
+
+    q: Array | None = None
+
+
 @dataclass(frozen=True)
 class Strain:
     """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
@@ -154,6 +163,10 @@ class Strain:
             bowing=replace(self.bowing, plate=self.bowing.plate * grown),
         )
 
+    @cached_property
+    def _last(self) -> _Last:
+        return _Last()
+
     @property
     def _warping(self) -> int:
         """Number w of rates of warping at the ends of an element."""
@@ -171,6 +184,9 @@ class Strain:
         q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
         follows = isinstance(q, Dual)  # slopes settle a step after values
+        last = None if follows else self._last.q
+        if last is not None and np.abs(last[:, :6] - d).max(initial=0.0) < NEAR:
+            q[:, 6:] = last[:, 6:]
         for _ in range(INNER_STEPS + follows):
             energy, gradient, hessian = self._derivatives(q)
             inside = self._inside(gradient, hessian)
@@ -179,6 +195,8 @@ class Strain:
                     break
                 follows = False
             q[:, 6:] -= inside.step
+        if not follows:
+            self._last.q = q
         return q, energy, gradient, hessian, inside
 
     def _inside(self, gradient: Array, hessian: Array) -> _Inside:
