@@ -7,6 +7,7 @@ from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
 from flexura.motion.limits import beyond as beyond
 from flexura.motion.limits import stiffness_errors as stiffness_errors
