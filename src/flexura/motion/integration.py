@@ -21,8 +21,9 @@ from flexura.motion.path import displacement
 from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.tables import quantity
 
-STEP_CONVERGED = 1e-6, 1e-10
-"""What is left of a step by Newton's method: over what accelerations change in it, and over itself."""
+STEP_CONVERGED = 1e-3, 1e-6, 1e-10
+"""What is left of a step by Newton's method: over its local error, over what accelerations change in it, and over
+itself; the larger one of the first two."""
 
 STEP_ITERATIONS = 12
 """Iterations with one matrix after which it is made anew; twice as many end the motion."""
@@ -234,8 +235,10 @@ class Integrator:
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError("a step does not settle")
             rate = min(size / before, 0.999) if done > 1 else self._rate
-            moved, bent = (float(np.abs(change * scale).max(initial=0.0)) for change in (D, h**2 * accelerated))
-            if size * rate / (1 - rate) <= STEP_CONVERGED[0] * bent + STEP_CONVERGED[1] * moved + NO_STEP:
+            off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
+            error, bent, moved = (float(np.abs(d * scale).max(initial=0.0)) for d in (off, h**2 * accelerated, D))
+            small = max(STEP_CONVERGED[0] * error, STEP_CONVERGED[1] * bent) + STEP_CONVERGED[2] * moved + NO_STEP
+            if size * rate / (1 - rate) <= small:
                 break
             if done == STEP_ITERATIONS or (done > 1 and rate > SLOW_RATE):
                 self._factor = None
@@ -246,8 +249,7 @@ class Integrator:
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
         state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
-        off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
-        return _Stepped(state, after, float(np.abs(off * scale).max(initial=0.0)))
+        return _Stepped(state, after, error)
 
     def _missing(self, state: MotionState, loads: Loads) -> Array:
         """Forces (n,) that are missing for equilibrium with inertia and damping."""
