@@ -133,8 +133,9 @@ class _Found(NamedTuple):
 
     @property
     def error(self) -> float:
-        """The larger one of its errors."""
-        return max(self.converged.motion.error, self.converged.motion.frequency_error)
+        """The larger one of its errors, over what is wanted."""
+        motion = self.converged.motion
+        return max(motion.error / FORCE_TOLERANCE, motion.frequency_error / ROUGH_LEAVES)
 
 
 class _Search(NamedTuple):
