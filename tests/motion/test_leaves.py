@@ -1,4 +1,4 @@
-"""Leaves of few elements at low order: against the full order in many elements, at rest, over a stroke and over time."""
+"""Leaves of few elements at low order: against the full order, at rest, over a stroke and over time."""
 
 from functools import cache
 from pathlib import Path

@@ -37,7 +37,8 @@ class Bowing:
     """What it takes to keep elements (e,) flat across.
 
     `plate`, N m, is plate stiffness times width over length, `nu` Poisson's ratio, `searle` 12 (1 - nu^2) b^4/t^2
-    L^2, `free` (e, 3) the share of its free bow that a strip has at `POINTS` between ends that are held flat. `rows` (e, 3, 2, s) make of
+    L^2, `free` (e, 3) the share of its free bow that a strip has at `POINTS` between ends that are held
+    flat. `rows` (e, 3, 2, s) make of
     strains (e, s) curvature where the strip bows and rate of twist at `POINTS`, both times length.
     """
 

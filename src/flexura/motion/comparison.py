@@ -152,7 +152,7 @@ def _error(equations: Equations, kept: Flags, state: Equilibrium, missing: Array
         return np.inf
     step, more = equations.solver(state.tangent)(equations.free(missing), np.zeros(len(state.drive)))
     moved = equations.free(displacement(equations.model.rest, state.frames))
-    scale = equations.scale * equations.free(np.repeat(kept[:, None], 6, axis=1))
+    scale = equations.scale * equations.free(np.repeat(kept[:, None].astype(float), 6, axis=1))
     size = float(np.abs(moved * scale).max(initial=0.0))
     if size == 0.0:
         return 0.0

@@ -1,4 +1,4 @@
-"""Energies of substructures by their deformation, up to the fourth order, with all inside in equilibrium (Koiter 1945)."""
+"""Energies of substructures by their deformation, up to the fourth order, all inside in equilibrium (Koiter 1945)."""
 
 from __future__ import annotations
 

@@ -171,10 +171,9 @@ class Integrator:
                 stepped = None
                 self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
             else:
-                if self.tolerance is not None and stepped.error > self.tolerance * self._largest:
-                    if way.level < MOST_HALVINGS:
-                        stepped = None
-                        self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
+                if self._is_rough(stepped) and way.level < MOST_HALVINGS:
+                    stepped = None
+                    self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
             if stepped is None:
                 if way.level == MOST_HALVINGS:
                     at = quantity((number - 1 + done) * self.dt, "s", 6)
@@ -191,9 +190,12 @@ class Integrator:
             self._saw(state.frames)
             shortest = min(self.steps.shortest, self._h)
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
-            is_easy = self.tolerance is None or stepped.error < EASY * self.tolerance * self._largest
-            way.longer(is_easy, done)
+            way.longer(not self._is_rough(stepped, EASY), done)
         return state
+
+    def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
+        """Whether the local error of a step is more than a share of what is tolerated."""
+        return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
     def _set(self, h: float, way: _Way) -> None:
         """Take steps of a length from now on: the auxiliary accelerations are those of another time then."""
@@ -228,7 +230,8 @@ class Integrator:
             now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
             if self._factor is None:
                 self._renew(now.frames, loads)
-            correction = self._factor.solve(self._missing(now, loads))
+            factor: Any = self._factor
+            correction = factor.solve(self._missing(now, loads))
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1

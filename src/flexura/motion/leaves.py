@@ -131,7 +131,7 @@ class Leaf:
 def _as_stiff(coarse: PoseElements, fine: PoseElements) -> PoseElements:
     """Few elements with the stiffness at rest, but for twist, of those that they stand for (theory eq. G41), and with
     masses along and about the axis halfway between consistent ones and lumped ones."""
-    k, index = _summed(fine, len(coarse.node)), np.ix_(range(len(coarse.node)), NOT_TWIST, NOT_TWIST)
+    k, index = _summed(fine, len(coarse.node)), np.ix_(np.arange(len(coarse.node)), NOT_TWIST, NOT_TWIST)
     stiffness, mass = coarse.strain.stiffness.copy(), coarse.mass.copy()
     stiffness[index] = k
     for at, bends in CURVATURES:
@@ -151,7 +151,7 @@ def _spread(values: Array, n: int) -> Array:
     of_piece = values[((np.arange(n)[:, None] + at) * len(values) / n).astype(np.intp)]
     means = of_piece @ legendre.legvander(2 * at - 1, 2) / SAMPLES
     parabola = np.moveaxis(means * [1, 3, 5], -1, 0)
-    return np.clip(legendre.legval(POINTS, parabola, tensor=True), values.min(), values.max())
+    return np.asarray(np.clip(legendre.legval(POINTS, parabola), values.min(), values.max()), dtype=float)
 
 
 def _summed(fine: PoseElements, n: int) -> Array:
@@ -178,5 +178,4 @@ def _summed(fine: PoseElements, n: int) -> Array:
         X[:3, 3:] = -skew(reach)
         X = X[np.ix_(NOT_TWIST, NOT_TWIST)]
         total[piece] += X @ own @ X.T
-    return np.linalg.inv(total)
-
+    return np.asarray(np.linalg.inv(total), dtype=float)

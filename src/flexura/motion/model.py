@@ -227,7 +227,7 @@ class MovingModel(Laid):
     def _summed(self, forces: Sequence[Array]) -> Array:
         """Forces (n + 1, 6) on the frames by those of `elements` (e, 6k)."""
         flat = np.concatenate([force.ravel() for force in forces]) if forces else np.empty(0)
-        return np.bincount(self._places_of_forces, flat, self.dof.size).reshape(self.dof.shape)
+        return np.asarray(np.bincount(self._places_of_forces, flat, self.dof.size).reshape(self.dof.shape), dtype=float)
 
     @cached_property
     def _places_of_forces(self) -> Index:

@@ -1,5 +1,5 @@
-"""The low-order model that turns: each substructure a superelement in its own frame, with an energy of fourth order, or,
-where a leaf moves too far for that, a few elements that bend."""
+"""The low-order model that turns: each substructure a superelement in its own frame, with an energy of fourth order,
+or, where a leaf moves too far for that, a few elements that bend."""
 
 from __future__ import annotations
 

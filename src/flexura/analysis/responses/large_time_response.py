@@ -66,9 +66,9 @@ def large_time_response(
     """Outputs (p, N) of a system of full order with large displacements and rotations (theory eqs. G33-G35), and notes
     and warnings of them.
 
-    Loads and gravity that are described are on all the time; accelerations of the base are gravity the other way. Raises
-    OptionError for damping that has no motion over time, for readings that are none of nodes and for a base that turns,
-    SolverError where a step does not settle.
+    Loads and gravity that are described are on all the time; the base that is accelerated is gravity the other way.
+    Raises OptionError for damping that has no motion over time, for readings that are none of nodes and for a base that
+    turns, SolverError where a step does not settle.
     """
     stepping.refuse_impossible()
     full = built.model
@@ -207,7 +207,7 @@ def _integrated(
     response = np.zeros((len(readings), count))
     compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
     samples, speed, force = list[Equilibrium](), 0.0, 0.0
-    integrator = Integrator(equations, damping, dt, *stepping)
+    integrator = Integrator(equations, damping, dt, stepping.rho_infinity, stepping.local_error)
     for number, state in enumerate(integrator.through(at_start.frames, velocity, loads.at, count)):
         checkpoint()
         motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
