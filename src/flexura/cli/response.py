@@ -323,7 +323,7 @@ def time_response_command(
     ] = 0.9,
     local_error: Annotated[
         float | None,
-        typer.Option(metavar="SHARE", help="Local error of a step of large motion, over the motion, e.g. 1e-4."),
+        typer.Option(metavar="REL", help="Local error of a step of large motion, over the motion, e.g. 1e-4."),
     ] = None,
 ) -> Answer:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
