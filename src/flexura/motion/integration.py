@@ -118,7 +118,8 @@ class Integrator:
     """Generalised-alpha for a model under loads, of a spectral radius `rho` at high frequencies.
 
     Steps are `dt`, s, or halves, quarters ... of it where they do not settle, and where their local error is larger
-    than a `tolerance`, over the largest motion so far (theory eqs. G42-G43). `steps` tells what was taken.
+    than a `tolerance`, over the largest motion so far (Zienkiewicz and Xie
+    1991, Earthq. Eng. Struct. Dyn. 20). `steps` tells what was taken.
     """
 
     def __init__(
