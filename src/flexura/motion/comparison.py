@@ -91,7 +91,7 @@ def _compared_leaves(
     """Likewise of equal leaves, whose own inner frames are in equilibrium for this as those of the full order are."""
     few = turning.as_substructure(leaves[0])
     d = np.array([[leaf.ends.deformation(state.frames)[0] for leaf in leaves] for state in states])
-    inside = [[(leaf.own_inside(state.frames), leaf.fine_inside(state.frames)) for leaf in leaves] for state in states]
+    inside = [[(leaf.few_inside(state.frames), leaf.fine_inside(state.frames)) for leaf in leaves] for state in states]
     own, full = (
         (np.array([at[k][0] for row in inside for at in row]), np.array([at[k][1] for row in inside for at in row]))
         for k in (0, 1)

@@ -81,7 +81,7 @@ class Meshes:
         inside = mesh.rest.x[coarse.node[:-1, 1]]
         frames = np.concatenate([fine.node[:1, 0], substructure.frames[2 : n + 1], fine.node[-1:, 1]])
         node = np.stack([frames[:-1], frames[1:]], axis=1)
-        return Leaf(substructure, fine, replace(_as_stiff(coarse, fine), node=node), inside)
+        return Leaf(substructure, fine, replace(_equally_stiff(coarse, fine), node=node), inside)
 
 
 @dataclass(frozen=True)
@@ -122,13 +122,13 @@ class Leaf:
         at = [order[frame] for frame in self.of.frames[2:].tolist()]
         return self.of.seen(frames, x[at], R[at])
 
-    def own_inside(self, frames: Frames) -> tuple[Array, Array]:
+    def few_inside(self, frames: Frames) -> tuple[Array, Array]:
         """Where its own inner frames are, likewise."""
         own = self.elements.node[:-1, 1]
         return self.of.seen(frames, frames.x[own], frames.R[own])
 
 
-def _as_stiff(coarse: PoseElements, fine: PoseElements) -> PoseElements:
+def _equally_stiff(coarse: PoseElements, fine: PoseElements) -> PoseElements:
     """Few elements with the stiffness at rest, but for twist, of those that they stand for (theory eq. G41), and with
     masses along and about the axis halfway between consistent ones and lumped ones."""
     k, index = _summed(fine, len(coarse.node)), np.ix_(np.arange(len(coarse.node)), NOT_TWIST, NOT_TWIST)
