@@ -71,7 +71,7 @@ class Damping(NamedTuple):
     beta: float
 
 
-class _Course:
+class _Pace:
     """Where a motion is: auxiliary accelerations, how accelerations change, 1/s, and how often dt is halved."""
 
     def __init__(self, a: Array, jerk: Array) -> None:
@@ -155,54 +155,54 @@ class Integrator:
         state = state._replace(acceleration=acceleration)
         self._saw(start)
         yield state
-        course = _Course(acceleration, np.zeros(len(velocity)))
+        pace = _Pace(acceleration, np.zeros(len(velocity)))
         for number in range(1, count):
-            state = self._sample(state, course, loads, number)
+            state = self._sample(state, pace, loads, number)
             yield state
 
-    def _sample(self, state: MotionState, course: _Course, loads: Callable[[float], Loads], number: int) -> MotionState:
+    def _sample(self, state: MotionState, pace: _Pace, loads: Callable[[float], Loads], number: int) -> MotionState:
         """The state at the next sample, in as many steps as it takes."""
         done = 0.0
         while done < 1.0:
-            part = 0.5**course.level
-            self._set(part * self.dt, course)
+            part = 0.5**pace.level
+            self._set(part * self.dt, pace)
             try:
-                stepped = self._step(state, course, loads(number - 1 + done + part))
+                stepped = self._step(state, pace, loads(number - 1 + done + part))
             except SolverError:
                 stepped = None
                 self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
             else:
-                if self._is_rough(stepped) and course.level < MOST_HALVINGS:
+                if self._is_rough(stepped) and pace.level < MOST_HALVINGS:
                     stepped = None
                     self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
             if stepped is None:
-                if course.level == MOST_HALVINGS:
+                if pace.level == MOST_HALVINGS:
                     at = quantity((number - 1 + done) * self.dt, "s", 6)
                     raise SolverError(
                         f"the motion does not settle at {at}, in steps of {quantity(self._h, 's', 2)} either: shorten"
                         " the step, or take a rho_infinity below 1 where something has no mass"
                     )
-                course.shorter()
+                pace.shorter()
                 self._factor = None
                 continue
             done += part
-            course.went_on(stepped, state, self._h)
+            pace.went_on(stepped, state, self._h)
             state = stepped.state
             self._saw(state.frames)
             shortest = min(self.steps.shortest, self._h)
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
-            course.longer(not self._is_rough(stepped, EASY), done)
+            pace.longer(not self._is_rough(stepped, EASY), done)
         return state
 
     def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
         """Whether the local error of a step is more than a share of what is tolerated."""
         return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
-    def _set(self, h: float, course: _Course) -> None:
+    def _set(self, h: float, pace: _Pace) -> None:
         """Take steps of a length from now on: the auxiliary accelerations are those of another time then."""
         if h == self._h:
             return
-        course.a = course.a + (self.am - self.af) * (h - self._h) * course.jerk
+        pace.a = pace.a + (self.am - self.af) * (h - self._h) * pace.jerk
         self._h, self._factor, self._rate = h, None, 0.5
 
     def _saw(self, frames: Frames) -> None:
@@ -218,11 +218,11 @@ class Integrator:
         h = self._h
         return self.gamma / (self.beta * h), (1 - self.am) / (self.beta * h**2 * (1 - self.af))
 
-    def _step(self, last: MotionState, course: _Course, loads: Loads) -> _Stepped:
+    def _step(self, last: MotionState, pace: _Pace, loads: Loads) -> _Stepped:
         """The next state."""
-        h, (by_v, by_a), a = self._h, self._by_step, course.a
+        h, (by_v, by_a), a = self._h, self._by_step, pace.a
         equations, scale = self.equations, self.equations.scale
-        accelerated = last.acceleration + h * course.jerk
+        accelerated = last.acceleration + h * pace.jerk
         after = ((1 - self.af) * accelerated + self.af * last.acceleration - self.am * a) / (1 - self.am)
         D = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)

@@ -125,7 +125,7 @@ def low_order_motion(
     return _Search(full, exact, n, run, known).best(found.turning, REFINEMENTS).converged
 
 
-class _Found(NamedTuple):
+class _Candidate(NamedTuple):
     """A low order and what it led to."""
 
     turning: TurningModel
@@ -148,9 +148,9 @@ class _Search(NamedTuple):
     run: Callable[[Equations], list[Equilibrium]]
     known: float | None = None
 
-    def best(self, turning: TurningModel, attempts: int) -> _Found:
+    def best(self, turning: TurningModel, attempts: int) -> _Candidate:
         """The best low order from one that is tried first."""
-        best: _Found | None = None
+        best: _Candidate | None = None
         number = 0
         for remaining in reversed(range(attempts)):
             try:
@@ -171,7 +171,7 @@ class _Search(NamedTuple):
         assert best is not None
         return best
 
-    def _tried(self, turning: TurningModel, number: int) -> tuple[_Found, Comparison]:
+    def _tried(self, turning: TurningModel, number: int) -> tuple[_Candidate, Comparison]:
         """A low order, by the number of its run, beside the full one."""
         equations = Equations(turning.low, self.full.drives)
         states = self.run(equations)
@@ -187,7 +187,7 @@ class _Search(NamedTuple):
         motion = LowOrderMotion(
             turning.low.n_dof, self.full.model.n_dof, error, frequency_error, turning.made_finer, leaves
         )
-        return _Found(turning, Converged(number, compared.states, motion)), compared
+        return _Candidate(turning, Converged(number, compared.states, motion)), compared
 
     def _settled(self, state: Equilibrium) -> Equilibrium:
         """The state of equilibrium of the full order next to one where only what is inside has settled: forces along
@@ -197,7 +197,7 @@ class _Search(NamedTuple):
         except SolverError:
             return state
 
-    def _finer(self, found: _Found, compared: Comparison) -> TurningModel | None:
+    def _finer(self, found: _Candidate, compared: Comparison) -> TurningModel | None:
         """A finer low order where one is wanted."""
         turning, motion = found.turning, found.converged.motion
         if motion.error > FORCE_TOLERANCE:
