@@ -74,7 +74,7 @@ def over_time(model: MovingModel) -> tuple[Array, float]:
     platform = int(model.design.plan.topology.numbers(["platform"])[0])
     root = int(model.root[platform])
 
-    def loads(number: int) -> Loads:
+    def loads(number: float) -> Loads:
         at = 2 * np.pi * DT * number * np.array([4.0, 3.0, 2.0])
         wrench = np.append([0.0, 0.0], [5.0, 0.02, 0.02] * np.sin(at))
         return Loads({platform: np.append(wrench, 0.0)}, {}, np.zeros(3))

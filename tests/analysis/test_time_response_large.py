@@ -118,6 +118,9 @@ def test_dashpots_damp_as_in_small_motion() -> None:
         ({"motion": "large", "keep": 2}, "belong to small motion"),
         ({"motion": "large", "damping": {"loss_factor": 0.01}}, "structural damping"),
         ({"motion": "large", "rho_infinity": 2.0}, "between 0 and 1"),
+        ({"motion": "large", "local_error": 0.0}, "share of the motion"),
+        ({"local_error": 1e-4}, "large motion"),
+        ({"motion": "large", "impulses": {"ground.rx": 1.0}}, "turns the base"),
     ],
 )
 def test_what_does_not_fit_is_refused(more: dict[str, Any], message: str) -> None:
@@ -129,3 +132,32 @@ def test_coarse_steps_are_told() -> None:
     signal = {"carriage.tx": lambda t: 1e-3 * np.sin(2 * np.pi * 20 * t)}
     found = fx.time_response(GUIDE, inputs=signal, outputs=["carriage.tx"], dt=5e-3, duration=0.2, motion="large")
     assert any(own.kind == "step" for own in found.warnings)
+
+
+def test_a_base_that_is_accelerated_is_that_of_small_motion() -> None:
+    """Displacements relative to the base, accelerations with it."""
+    signal = {"ground.tx": lambda t: 0.5 * np.sin(2 * np.pi * 15 * t)}
+    outputs = ["carriage.tx", "carriage.tx:acceleration"]
+    linear, large = (
+        fx.time_response(GUIDE, inputs=signal, outputs=outputs, dt=1.25e-4, duration=0.015, damping=0.0, **more)
+        for more in ({}, {"motion": "large", "order": "full", "rho_infinity": 0.8})
+    )
+    size = np.abs(linear.response).max(axis=1)
+    assert (np.abs(large.response - linear.response).max(axis=1) / size < [2e-3, 4e-3]).all()
+
+
+@pytest.mark.parametrize(("local_error", "why"), [(None, "did not settle"), (1e-3, "local error")])
+def test_steps_that_were_halved_are_told(local_error: float | None, why: str) -> None:
+    """Let go at once from a fifth of its length, in steps of a twentieth of its period."""
+    found = fx.time_response(
+        GUIDE,
+        start={"carriage.tx": 60.0},
+        outputs=["carriage.tx"],
+        dt=1e-3,
+        duration=0.008,
+        motion="large",
+        rho_infinity=0.8,
+        local_error=local_error,
+    )
+    (note,) = (own for own in found.notes if "were halved" in own)
+    assert "for 8 samples" in note and why in note

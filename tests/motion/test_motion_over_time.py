@@ -133,3 +133,27 @@ def test_damping_acts_on_deformation_not_on_turning() -> None:
         model.rest, velocity, at_constant(NO_LOADS), 201
     )
     assert last.velocity[model.dof[root, 5]] == pytest.approx(10 * np.exp(-0.5 * 0.2), rel=1e-6)
+
+
+def test_local_errors_choose_the_steps() -> None:
+    """The pendulum of 120 degrees in samples of a tenth of its period: the tolerance takes as many steps as it needs,
+    and what is left of the period falls with it."""
+    model = MovingModel.of(fx.assemble(fx.loads(PENDULUM)).design)
+    swing, g, inertia = np.radians(120), 9.81, 2e-3 + 0.5 * 0.2**2
+    exact = 4 * np.sqrt(inertia / (0.5 * g * 0.2)) * ellipk(np.sin(swing / 2) ** 2)
+    R = rotation(np.array([0.0, swing, 0.0]))
+    start = model.rest._replace(x=model.rest.x @ R.T, R=np.broadcast_to(R, model.rest.R.shape).copy())
+    start.R[-1] = np.eye(3)
+    root = int(np.flatnonzero(model.dof[:, 3] >= 0)[0])
+    off, taken = [], []
+    for tolerance in (1e-3, 1e-5):  # of a method of second order: global errors fall with the power 2/3
+        integrator = Integrator(Equations(model), UNDAMPED, exact / 10, 0.8, tolerance)
+        loads = at_constant(Loads({}, {}, np.array([0, 0, -g])))
+        *_, last = integrator.through(start, np.zeros(model.n_dof), loads, 11)
+        off.append(np.abs(last.frames.x[root] - start.x[root]).max() / 0.2)
+        taken.append(integrator.steps.taken)
+        assert integrator.steps.not_accurate > 0
+        assert integrator.steps.shortest < exact / 10
+    assert off[1] < 1e-3
+    assert off[1] < off[0] / 10
+    assert 10 < taken[0] < taken[1] < 4000

@@ -9,11 +9,11 @@ import pytest
 
 import flexura as fx
 from flexura.motion import Equilibrium, MovingModel, Pose, TurningModel, against_full, kept_frames
+from flexura.motion.expansion import expanded
 from flexura.motion.path import displacement
 from flexura.motion.se3 import Logarithm, exponential, rotation
 from flexura.motion.substructures import partition
 from flexura.motion.superelements import Polynomial
-from flexura.motion.turning import expanded
 from helpers.large_motion import Moved, straight_beams
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

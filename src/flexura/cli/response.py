@@ -321,6 +321,10 @@ def time_response_command(
         float,
         typer.Option(metavar="FACTOR", min=0.0, max=1.0, help="Spectral radius at high frequencies in large motion."),
     ] = 0.9,
+    local_error: Annotated[
+        float | None,
+        typer.Option(metavar="REL", help="Local error of a step of large motion, over the motion, e.g. 1e-4."),
+    ] = None,
 ) -> Answer:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
     from flexura.analysis import read_signals, time_response
@@ -367,5 +371,6 @@ def time_response_command(
         order=order,
         loop=loop,
         rho_infinity=rho_infinity,
+        local_error=local_error,
     )
     return Answer(result, pictures="draw_time")

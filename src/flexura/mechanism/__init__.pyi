@@ -67,6 +67,7 @@ from flexura.mechanism.description import needs_meshes as needs_meshes
 from flexura.mechanism.description import refined as refined
 from flexura.mechanism.description import sheets as sheets
 from flexura.mechanism.description import solid_members as solid_members
+from flexura.mechanism.description import with_elements as with_elements
 from flexura.mechanism.description import with_parts_placed as with_parts_placed
 from flexura.mechanism.description import with_rigid_bodies as with_rigid_bodies
 from flexura.mechanism.description import with_rigid_roots as with_rigid_roots

@@ -381,11 +381,22 @@ class Mechanism(Substructure, Displayed):
 def refined(mechanism: Mechanism, times: int) -> Mechanism:
     """The mechanism with every member cut into so many times the elements."""
 
-    def finer(part: P) -> P:
-        return part.with_members(lambda member: member.replaced({"elements": times * member.elements}))
+    return _with_elements(mechanism, lambda elements: times * elements)
 
-    parts = {name: finer(part) for name, part in mechanism.substructures.items()}
-    return finer(mechanism).replaced({"substructures": parts})
+
+def with_elements(mechanism: Mechanism, most: int) -> Mechanism:
+    """The mechanism with no member of more than so many elements."""
+    return _with_elements(mechanism, lambda elements: min(most, elements))
+
+
+def _with_elements(mechanism: Mechanism, number: Callable[[int], int]) -> Mechanism:
+    """The mechanism with other numbers of elements in every member."""
+
+    def meshed(part: P) -> P:
+        return part.with_members(lambda member: member.replaced({"elements": number(member.elements)}))
+
+    parts = {name: meshed(part) for name, part in mechanism.substructures.items()}
+    return meshed(mechanism).replaced({"substructures": parts})
 
 
 def sheets(mechanism: Mechanism, name: str) -> dict[str, Diaphragm | FlatSpring]:

@@ -1,3 +1,5 @@
+from flexura.motion.comparison import Comparison as Comparison
+from flexura.motion.comparison import against_full as against_full
 from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
@@ -5,6 +7,7 @@ from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
 from flexura.motion.limits import beyond as beyond
 from flexura.motion.limits import stiffness_errors as stiffness_errors
@@ -38,6 +41,4 @@ from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.substructures import kept_frames as kept_frames
-from flexura.motion.turning import Comparison as Comparison
 from flexura.motion.turning import TurningModel as TurningModel
-from flexura.motion.turning import against_full as against_full

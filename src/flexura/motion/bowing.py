@@ -37,7 +37,8 @@ class Bowing:
     """What it takes to keep elements (e,) flat across.
 
     `plate`, N m, is plate stiffness times width over length, `nu` Poisson's ratio, `searle` 12 (1 - nu^2) b^4/t^2
-    L^2, `free` the share of its free bow that a strip has between ends that are held flat. `rows` (e, 3, 2, s) make of
+    L^2, `free` (e, 3) the share of its free bow that a strip has at `POINTS` between ends that are held
+    flat. `rows` (e, 3, 2, s) make of
     strains (e, s) curvature where the strip bows and rate of twist at `POINTS`, both times length.
     """
 
@@ -54,9 +55,9 @@ class Bowing:
 
     def added(self, strain: Array) -> tuple[Array, Array, Array]:
         """Energy (e,), force (e, s) and stiffness (e, s, s) by the strains (e, s) (theory eq. G40)."""
-        plate, nu, searle, free = (each[:, None] for each in (self.plate, self.nu, self.searle, self.free))
+        plate, nu, searle = (each[:, None] for each in (self.plate, self.nu, self.searle))
         bent, twist = np.moveaxis((self.rows @ strain[:, None, :, None])[..., 0], -1, 0)
-        lost, by_y, by_yy = _lost(searle * bent**2, free)
+        lost, by_y, by_yy = _lost(searle * bent**2, self.free)
         change, weight = 2 * searle * bent, plate * WEIGHTS
         first, second = by_y * change, by_yy * change**2 + by_y * 2 * searle
         square, mixed = np.stack([nu**2 * bent**2 / 2, nu * twist**2]), 2 * nu * twist * first[1]
@@ -71,7 +72,7 @@ class Bowing:
 
 def _lost(y: Array, free: Array) -> tuple[Array, Array, Array]:
     """The shares of its free bow (2, e, p) that a strip loses by its curvature, y (e, p), in bending and in twist, and
-    their first and second derivatives by y (theory eqs. G39-G40)."""
+    their first and second derivatives by y, of `free` (e, p) (theory eqs. G39-G40)."""
     part = _SHARES / (1 + y[..., None] / _ROOTS)
     bow, first = part.sum(axis=-1), -(part**2 / _SHARES / _ROOTS).sum(axis=-1)
     second = 2 * (part**3 / (_SHARES * _ROOTS) ** 2).sum(axis=-1)

@@ -295,7 +295,9 @@ def turned(force: Array) -> Array:
     return out
 
 
-YZX, ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
+_FIRST = np.eye(3)[:, [1, 2, 0, 2, 0, 1]]
+_SECOND = np.eye(3)[:, [2, 0, 1, 1, 2, 0]]
+"""Components whose products are those of a vector product, those that count negative last."""
 
 
 def accelerating(
@@ -310,34 +312,50 @@ def accelerating(
     """
     e, k = velocity.shape[:2]
     p = arm.shape[1]
-    placed, rate = slice(0, p), velocity[:, :p, 3:]
-    back, mean = np.swapaxes(axes, -1, -2)[:, None], skew(turning @ rate)[:, None].swapaxes(-1, -2)
-    reach = skew(arm)
-    swing = -_by(reach, rate)
-    v, a = (rates.reshape(e, k, 2, 3).copy() for rates in (velocity, acceleration))
-    v[:, placed, 0] += swing
-    a[:, placed, 0] += _by(skew(rate), swing) - _by(reach, acceleration[:, :p, 3:])
-    a[:, placed] -= v[:, placed] @ mean
-    rates = np.stack([v, a], axis=-1)
-    rates[:, placed] = back[:, None] @ rates[:, placed]
-    forces = (mass @ rates.reshape(e, 6 * k, 2)).reshape(e, k, 2, 3, 2)
-    kinetic = 0.5 * float(np.vdot(forces[..., 0], rates[..., 0]))
-    forces[:, placed] = axes[:, None, None] @ forces[:, placed]
-    momentum, force = forces[:, placed, ..., 0], forces[..., 1].copy()
-    force[:, placed] += momentum @ mean
-    turned = _products(momentum, v[:, placed])
-    force[:, placed, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]
-    force[:, placed, 1] += _by(reach, force[:, placed, 0])
+    rate = velocity[:, :p, 3:]
+    mean = (turning @ rate)[:, None, None]
+    rates = np.stack([velocity, acceleration], axis=1).reshape(e, 2, k, 2, 3)
+    v, a = rates[:, 0, :p], rates[:, 1, :p]
+    swing = products(rate, arm)
+    v[:, :, 0] += swing
+    a[:, :, 0] += products(rate, swing) + products(acceleration[:, :p, 3:], arm)
+    a -= products(mean, v)
+    moved = v.copy()
+    rates[:, :, :p] = (rates[:, :, :p].reshape(e, -1, 3) @ axes).reshape(e, 2, p, 2, 3)
+    forces = (rates.reshape(e, 2, 6 * k) @ np.swapaxes(mass, 1, 2)).reshape(e, 2, k, 2, 3)
+    kinetic = 0.5 * float(np.vdot(forces[:, 0], rates[:, 0]))
+    back = np.swapaxes(axes, 1, 2)
+    if p < k:
+        forces[:, :, :p] = (forces[:, :, :p].reshape(e, -1, 3) @ back).reshape(e, 2, p, 2, 3)
+    else:
+        forces = (forces.reshape(e, -1, 3) @ back).reshape(e, 2, k, 2, 3)
+    momentum, force = forces[:, 0, :p], forces[:, 1]
+    force[:, :p] += products(mean, momentum)
+    turned = products(momentum, moved)
+    force[:, :p, 1] += turned[:, :, 1] - turning[:, None] * turned.sum(axis=(1, 2))[:, None]
+    force[:, :p, 1] += products(arm, force[:, :p, 0])
     return force.reshape(e, 6 * k), kinetic
 
 
-def _by(matrices: Array, vectors: Array) -> Array:
-    return (matrices @ vectors[..., None])[..., 0]
+def accelerating_bodies(inertia: Array, R: Array, velocity: Array, acceleration: Array) -> tuple[Array, float]:
+    """Forces (e, 6) on frames with rotations R (e, 3, 3) that accelerate what they carry, `inertia` (e, 6, 6) in their
+    own axes, and its kinetic energy, N m (theory eq. G33)."""
+    v, a = velocity.reshape(-1, 2, 3), acceleration.reshape(-1, 2, 3)
+    w = v[:, 1:]
+    rates = np.concatenate([v, a - products(w, v)], axis=1) @ R
+    own = rates.reshape(-1, 2, 6) @ np.swapaxes(inertia, 1, 2)
+    kinetic = 0.5 * float(np.vdot(own[:, 0], rates[:, :2]))
+    forces = own.reshape(-1, 4, 3) @ np.swapaxes(R, 1, 2)
+    momentum = forces[:, :2]
+    force = forces[:, 2:] + products(w, momentum)
+    force[:, 1] += products(v[:, 0], momentum[:, 0])
+    return force.reshape(-1, 6), kinetic
 
 
-def _products(a: Array, b: Array) -> Array:
+def products(a: Array, b: Array) -> Array:
     """Vector products along the last axis, quicker than those of NumPy where there are few."""
-    return a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX]
+    both = (a @ _FIRST) * (b @ _SECOND)
+    return both[..., :3] - both[..., 3:]
 
 
 @dataclass(frozen=True)

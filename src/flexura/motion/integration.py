@@ -17,20 +17,40 @@ from flexura.linalg import factorise
 from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
 from flexura.motion.model import Loads
+from flexura.motion.path import displacement
 from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.tables import quantity
 
-STEP_CONVERGED = 1e-6, 1e-10
-"""What is left of a step by Newton's method: over what accelerations change in it, and over itself."""
+STEP_CONVERGED = 1e-3, 1e-6, 1e-10
+"""What is left of a step by Newton's method: over its local error, over what accelerations change in it, and over
+itself; the larger one of the first two."""
 
 STEP_ITERATIONS = 12
 """Iterations with one matrix after which it is made anew; twice as many end the motion."""
 
-SLOW_RATE = 0.3
-"""Part of the error that an iteration leaves, from which the matrix is made anew for the next step."""
+SLOW_RATE = 0.2
+"""Part of the error that an iteration leaves, from which the matrix is made anew."""
+
+SLOW_STEP = 4
+"""Iterations of a step from which the matrix is made anew for the next one."""
 
 LEAST_RATE = 0.01
 """Part that an iteration is expected to leave at least."""
+
+OLDER = 1.5
+"""Growth of the part that an iteration is expected to leave, where a step took a single one."""
+
+MOST_HALVINGS = 12
+"""Times that dt is halved at most."""
+
+MOST_PATIENT = 64
+"""Steps after which a longer one is tried again at most."""
+
+EASY = 0.08
+"""Share of the tolerance below which a step twice as long will do."""
+
+LEAST_MOTION = 1e-4
+"""Motion, over the size of the mechanism or in rad, to which local errors are related at least."""
 
 NO_STEP = 1e-14
 """Step over the size of the mechanism, or in rad, that counts as none."""
@@ -51,26 +71,81 @@ class Damping(NamedTuple):
     beta: float
 
 
-class Integrator:
-    """Generalised-alpha for a model under loads in steps of dt, s, of a spectral radius `rho` at high frequencies."""
+class _Pace:
+    """Where a motion is: auxiliary accelerations, how accelerations change, 1/s, and how often dt is halved."""
 
-    def __init__(self, equations: Equations, damping: Damping, dt: float, rho: float) -> None:
+    def __init__(self, a: Array, jerk: Array) -> None:
+        self.a, self.jerk = a, jerk
+        self.level, self._since, self._patience = 0, 0, 1
+
+    def shorter(self) -> None:
+        """Halve the step; where a longer one was just tried in vain, wait longer with the next one."""
+        if self._since == 0 and self._patience > 1:
+            self._patience = min(2 * self._patience, MOST_PATIENT)
+        self.level, self._since = self.level + 1, 0
+        self._patience = max(self._patience, 2)
+
+    def longer(self, is_easy: bool, done: float) -> None:
+        """Double the step after some easy ones, where a sample is a whole number of them away."""
+        self._since += 1
+        if self.level and is_easy and self._since >= self._patience and (done * 2 ** (self.level - 1)) % 1 == 0:
+            self.level, self._since = self.level - 1, 0
+
+    def went_on(self, stepped: _Stepped, last: MotionState, h: float) -> None:
+        """After a step."""
+        self.a, self.jerk = stepped.a, (stepped.state.acceleration - last.acceleration) / h
+
+
+class StepsTaken(NamedTuple):
+    """Numbers of steps taken and of steps tried again at half the length, because they did not settle or for their
+    local error, and the shortest one that was taken, s."""
+
+    taken: int = 0
+    not_settled: int = 0
+    not_accurate: int = 0
+    shortest: float = np.inf
+
+
+class _Stepped(NamedTuple):
+    """The state after a step, the auxiliary accelerations there, and the local error of the displacements."""
+
+    state: MotionState
+    a: Array
+    error: float
+
+
+class Integrator:
+    """Generalised-alpha for a model under loads, of a spectral radius `rho` at high frequencies.
+
+    Steps are `dt`, s, or halves, quarters ... of it where they do not settle, and where their local error is larger
+    than a `tolerance`, over the largest motion so far (Zienkiewicz and Xie
+    1991, Earthq. Eng. Struct. Dyn. 20). `steps` tells what was taken.
+    """
+
+    def __init__(
+        self, equations: Equations, damping: Damping, dt: float, rho: float, tolerance: float | None = None
+    ) -> None:
         self.equations = equations
         self.damping = damping
         self.dt = dt
+        self.tolerance = tolerance
         self.am: float = (2 * rho - 1) / (rho + 1)
         self.af: float = rho / (rho + 1)
         self.gamma: float = 0.5 + self.af - self.am
         self.beta: float = (self.gamma + 0.5) ** 2 / 4
+        self.steps = StepsTaken()
+        self._h = dt
         self._factor: Any = None
         self._rate = 0.5
+        self._largest = LEAST_MOTION
 
     def through(
-        self, start: Frames, velocity: Array, loads: Callable[[int], Loads], count: int
+        self, start: Frames, velocity: Array, loads: Callable[[float], Loads], count: int
     ) -> Iterator[MotionState]:
-        """States at the times 0, dt, ... (count - 1) dt, under loads by number of the time.
+        """States at the times 0, dt, ... (count - 1) dt, under loads by number of the time, with parts of it where
+        steps are shorter.
 
-        Raises SolverError where a step does not settle.
+        Raises SolverError where the shortest step does not settle.
         """
         state = MotionState(start, velocity, np.zeros(len(velocity)))
         missing = self._missing(state, loads(0))
@@ -78,53 +153,107 @@ class Integrator:
         # masses times accelerations alone would be singular where something has no mass
         acceleration = self._factor.solve(missing) * self._by_step[1]
         state = state._replace(acceleration=acceleration)
-        a = acceleration
+        self._saw(start)
         yield state
+        pace = _Pace(acceleration, np.zeros(len(velocity)))
         for number in range(1, count):
-            try:
-                state, a = self._step(state, a, loads(number))
-            except SolverError:
-                raise SolverError(
-                    f"the motion does not settle at {quantity(number * self.dt, 's', 6)}: shorten the step"
-                ) from None
+            state = self._sample(state, pace, loads, number)
             yield state
+
+    def _sample(self, state: MotionState, pace: _Pace, loads: Callable[[float], Loads], number: int) -> MotionState:
+        """The state at the next sample, in as many steps as it takes."""
+        done = 0.0
+        while done < 1.0:
+            part = 0.5**pace.level
+            self._set(part * self.dt, pace)
+            try:
+                stepped = self._step(state, pace, loads(number - 1 + done + part))
+            except SolverError:
+                stepped = None
+                self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
+            else:
+                if self._is_rough(stepped) and pace.level < MOST_HALVINGS:
+                    stepped = None
+                    self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
+            if stepped is None:
+                if pace.level == MOST_HALVINGS:
+                    at = quantity((number - 1 + done) * self.dt, "s", 6)
+                    raise SolverError(
+                        f"the motion does not settle at {at}, in steps of {quantity(self._h, 's', 2)} either: shorten"
+                        " the step, or take a rho_infinity below 1 where something has no mass"
+                    )
+                pace.shorter()
+                self._factor = None
+                continue
+            done += part
+            pace.went_on(stepped, state, self._h)
+            state = stepped.state
+            self._saw(state.frames)
+            shortest = min(self.steps.shortest, self._h)
+            self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
+            pace.longer(not self._is_rough(stepped, EASY), done)
+        return state
+
+    def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
+        """Whether the local error of a step is more than a share of what is tolerated."""
+        return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
+
+    def _set(self, h: float, pace: _Pace) -> None:
+        """Take steps of a length from now on: the auxiliary accelerations are those of another time then."""
+        if h == self._h:
+            return
+        pace.a = pace.a + (self.am - self.af) * (h - self._h) * pace.jerk
+        self._h, self._factor, self._rate = h, None, 0.5
+
+    def _saw(self, frames: Frames) -> None:
+        """Keep the largest motion so far, over the size of the mechanism or in rad."""
+        if self.tolerance is not None:
+            equations = self.equations
+            moved = equations.free(displacement(equations.model.rest, frames)) * equations.scale
+            self._largest = max(self._largest, float(np.abs(moved).max(initial=0.0)))
 
     @property
     def _by_step(self) -> tuple[float, float]:
         """Derivatives of velocities and accelerations by the displacements of a step."""
-        h = self.dt
+        h = self._h
         return self.gamma / (self.beta * h), (1 - self.am) / (self.beta * h**2 * (1 - self.af))
 
-    def _step(self, last: MotionState, a: Array, loads: Loads) -> tuple[MotionState, Array]:
-        """The next state, and the auxiliary accelerations there."""
-        h, (by_v, by_a) = self.dt, self._by_step
+    def _step(self, last: MotionState, pace: _Pace, loads: Loads) -> _Stepped:
+        """The next state."""
+        h, (by_v, by_a), a = self._h, self._by_step, pace.a
         equations, scale = self.equations, self.equations.scale
-        after = (last.acceleration - self.am * a) / (1 - self.am)
+        accelerated = last.acceleration + h * pace.jerk
+        after = ((1 - self.af) * accelerated + self.af * last.acceleration - self.am * a) / (1 - self.am)
         D = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)
-        accelerated, size, done = last.acceleration, np.inf, 0
+        size, done = np.inf, 0
         while True:
             now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
-            correction = self._factor.solve(self._missing(now, loads))
+            if self._factor is None:
+                self._renew(now.frames, loads)
+            factor: Any = self._factor
+            correction = factor.solve(self._missing(now, loads))
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError("a step does not settle")
             rate = min(size / before, 0.999) if done > 1 else self._rate
-            moved, bent = (float(np.abs(change * scale).max(initial=0.0)) for change in (D, h**2 * accelerated))
-            if size * rate / (1 - rate) <= STEP_CONVERGED[0] * bent + STEP_CONVERGED[1] * moved + NO_STEP:
+            off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
+            error, bent, moved = (float(np.abs(d * scale).max(initial=0.0)) for d in (off, h**2 * accelerated, D))
+            small = max(STEP_CONVERGED[0] * error, STEP_CONVERGED[1] * bent) + STEP_CONVERGED[2] * moved + NO_STEP
+            if size * rate / (1 - rate) <= small:
                 break
-            if done == STEP_ITERATIONS or (done > 1 and rate > 0.5):
-                self._renew(now.frames, loads)
+            if done == STEP_ITERATIONS or (done > 1 and rate > SLOW_RATE):
+                self._factor = None
         if done > 1:
             self._rate = max(rate, LEAST_RATE)
-            if rate > SLOW_RATE:
+            if done >= SLOW_STEP:
                 self._factor = None
+        else:  # nothing was measured, and the matrix has grown older
+            self._rate = min(OLDER * self._rate, 0.5)
         state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
-        if self._factor is None:
-            self._renew(state.frames, loads)
-        return state, after
+        return _Stepped(state, after, error)
 
     def _missing(self, state: MotionState, loads: Loads) -> Array:
         """Forces (n,) that are missing for equilibrium with inertia and damping."""

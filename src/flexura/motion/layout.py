@@ -125,9 +125,9 @@ class _Builder:
             actuators += at.stacks()
             actuators += at.pushes()
             at.masses()
-        joined = [(_joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
+        together = [(joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
                   for kind in (beams, springs) if kind]  # fmt: skip
-        return [*joined, *others], actuators
+        return [*together, *others], actuators
 
 
 class _Copy:
@@ -325,9 +325,9 @@ class _Copy:
             self.builder.weight[self._frames(node)[0]] += M[:, :3]
 
 
-def _joined(groups: Sequence[Any]) -> Any:
+def joined(groups: Sequence[Any]) -> Any:
     """Data of one kind in one table."""
     if not is_dataclass(groups[0]):
         return np.concatenate(groups)
     first: Any = groups[0]
-    return replace(first, **{f.name: _joined([getattr(g, f.name) for g in groups]) for f in fields(first)})
+    return replace(first, **{f.name: joined([getattr(g, f.name) for g in groups]) for f in fields(first)})

@@ -24,7 +24,7 @@ from flexura.motion.elements import (
     Push,
     Rates,
     Response,
-    accelerating,
+    accelerating_bodies,
     turned,
 )
 from flexura.motion.layout import Laid, laid_out
@@ -207,26 +207,38 @@ class MovingModel(Laid):
     ) -> Kinetics:
         """Forces (n + 1, 6) on the frames that hold, damp and accelerate the mechanism in a state of motion against its
         weight and its actuators, and its strain energy and kinetic energy (theory eqs. G33-G34)."""
-        total, strain, kinetic = np.zeros(self.dof.shape), 0.0, 0.0
-        for elements in self.commanded(actuators):
-            response = elements.kinetics(frames, rates)
-            at, flat = elements.node.ravel(), response.force.reshape(-1, 6)
-            for column in range(6):
-                total[:, column] += np.bincount(at, flat[:, column], len(total))
-            strain, kinetic = strain + response.strain, kinetic + response.kinetic
+        responses = [elements.kinetics(frames, rates) for elements in self.commanded(actuators)]
+        total = self._summed([response.force for response in responses])
+        strain = sum(response.strain for response in responses)
+        kinetic = sum(response.kinetic for response in responses)
         for dashpot in self.dashpots:
             held = dashpot.material(frames)[0] @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
             np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
         heavy = self._heavy
-        velocity, acceleration = rates.velocity[heavy, None], rates.acceleration[heavy, None]
-        none = np.zeros((len(heavy), 1, 3))
-        force, more = accelerating(self.inertia[heavy], frames.R[heavy], none, np.ones(1), velocity, acceleration)
+        velocity, acceleration = rates.velocity[heavy], rates.acceleration[heavy]
+        force, more = accelerating_bodies(self._heavy_inertia, frames.R[heavy], velocity, acceleration)
         total[heavy] += force
         if gravity.any():
             total -= self._weights(frames, gravity)[0]
             inside, _ = self.sagging.response(frames, gravity)
             np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return Kinetics(total, strain, kinetic + more)
+
+    def _summed(self, forces: Sequence[Array]) -> Array:
+        """Forces (n + 1, 6) on the frames by those of `elements` (e, 6k)."""
+        flat = np.concatenate([force.ravel() for force in forces]) if forces else np.empty(0)
+        return np.asarray(np.bincount(self._places_of_forces, flat, self.dof.size).reshape(self.dof.shape), dtype=float)
+
+    @cached_property
+    def _places_of_forces(self) -> Index:
+        """Where forces of elements go, by number of the frame and of the component."""
+        nodes = [elements.node.ravel() for elements in self.elements]
+        at = np.concatenate(nodes) if nodes else np.empty(0, dtype=np.intp)
+        return (6 * at[:, None] + np.arange(6)).ravel()
+
+    @cached_property
+    def _heavy_inertia(self) -> Array:
+        return self.inertia[self._heavy]
 
     @cached_property
     def _heavy(self) -> Index:

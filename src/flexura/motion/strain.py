@@ -27,6 +27,9 @@ from flexura.structure import EVEN, Distortion
 INNER_STEPS = 6
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""
 
+NEAR = 0.02
+"""Largest change of deformations, m and rad, from those of the last state for motions inside to begin there."""
+
 INNER_SETTLED = 1e-9
 """Largest last step of these, rad, whose effect on forces is of its square."""
 
@@ -34,6 +37,9 @@ _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
 _WAGNER = ("w0", "w1", "w2")
 """Strains of fibres by twist, beside those that motions have of first order."""
 _AT = {name: i for i, name in enumerate((*_NAMES, *_WAGNER))}
+
+CURVATURES = ((_AT["c2"], _AT["theta2"]), (_AT["c3"], _AT["theta3"]))
+"""Places of curvatures of degree 2 among motions, and of what bends likewise."""
 
 _SECOND_ORDER = (
     # of products of a bent and of a sheared part of s; theory eq. G10
@@ -114,6 +120,12 @@ class _Inside(NamedTuple):
     hessian: Array
 
 
+class _Last:
+    """Motions (e, q) of the last state, from which those inside are looked for in one that is near it."""
+
+    q: Array | None = None
+
+
 @dataclass(frozen=True)
 class Strain:
     """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
@@ -151,6 +163,10 @@ class Strain:
             bowing=replace(self.bowing, plate=self.bowing.plate * grown),
         )
 
+    @cached_property
+    def _last(self) -> _Last:
+        return _Last()
+
     @property
     def _warping(self) -> int:
         """Number w of rates of warping at the ends of an element."""
@@ -168,6 +184,9 @@ class Strain:
         q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
         follows = isinstance(q, Dual)  # slopes settle a step after values
+        last = None if follows else self._last.q
+        if last is not None and np.abs(last[:, :6] - d).max(initial=0.0) < NEAR:
+            q[:, 6:] = last[:, 6:]
         for _ in range(INNER_STEPS + follows):
             energy, gradient, hessian = self._derivatives(q)
             inside = self._inside(gradient, hessian)
@@ -176,6 +195,8 @@ class Strain:
                     break
                 follows = False
             q[:, 6:] -= inside.step
+        if not follows:
+            self._last.q = q
         return q, energy, gradient, hessian, inside
 
     def _inside(self, gradient: Array, hessian: Array) -> _Inside:
@@ -455,12 +476,12 @@ def _bowing(length: Array, bent: dict[str, Array], torsion: Distortion) -> Bowin
         rows[here, :, 0, _AT[theta]], rows[here, :, 0, _AT[inner]] = 1.0, second
         rows[here, :, 0, _AT[across]] = (sign * bent[across] / length)[here, None] * POINTS
     plate, nu, searle, free = np.moveaxis(torsion.bow, -1, 0)
-    return Bowing(plate / length, nu, searle / length**2, free, rows)
+    return Bowing(plate / length, nu, searle / length**2, free[:, None] * np.ones(len(POINTS)), rows)
 
 
 def linear_strain(k: Array) -> Strain:
     """Strains d of elements with natural stiffness k (e, 6, 6): springs, and whatever else is known at rest alone."""
     e, none = len(k), np.zeros(len(k))
-    flat = Bowing(none, none, none, none, np.zeros((e, len(POINTS), 2, 6)))
+    flat = Bowing(none, none, none, np.zeros((e, len(POINTS))), np.zeros((e, len(POINTS), 2, 6)))
     place = np.zeros(e, dtype=np.intp)
     return Strain(k, np.zeros((e, 6, 6, 6)), np.ones((e, 3)), np.zeros((e, len(_OF_NEXT))), place, flat)

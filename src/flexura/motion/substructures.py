@@ -171,9 +171,16 @@ class Substructure:
         """How the frames inside follow the others (6i, 6k) at rest."""
         return -self._matrices[2]
 
-    def condensed(self, d: Array) -> Condensed:
-        """What it answers with at deformations (m, d)."""
-        return _Tiled(self, len(d), hold=1).at(d)
+    def condensed(self, d: Array, inside: tuple[Array, Array] | None = None) -> Condensed:
+        """What it answers with at deformations (m, d); the frames inside are looked for about x (m, i, 3) and
+        R (m, i, 3, 3), as seen from the first, by default where they are in small motions."""
+        return _Tiled(self, len(d), hold=1).at(d, inside)
+
+    def seen(self, frames: Frames, x: Array, R: Array) -> tuple[Array, Array]:
+        """Positions x (i, 3) and rotations R (i, 3, 3) as seen from its first frame, in its axes."""
+        first = self.frames[0]
+        axes = frames.R[first] @ self.turn
+        return (x - frames.x[first] - frames.R[first] @ self.arm[0]) @ axes, axes.T @ R @ self.turn
 
 
 class _Tiled:
@@ -215,8 +222,8 @@ class _Tiled:
         follow = factorise(K[:inner, :inner].tocsc()).solve(right.reshape(inner, b)).reshape(m, i, b)
         return _blocks(K[inner:, inner:], m, b, b) - np.swapaxes(below, 1, 2) @ follow, follow
 
-    def at(self, d: Array) -> Condensed:
-        """What each answers with at deformations (m, d)."""
+    def at(self, d: Array, inside: tuple[Array, Array] | None) -> Condensed:
+        """What each answers with at deformations (m, d), the frames inside being about there."""
         of, m, k = self.of, self.count, self.of.k
         rest = np.zeros((k - 1, 6))
         rest[:, :3] = of.rest[1:k]
@@ -226,6 +233,8 @@ class _Tiled:
         step[:, 1:k] = np.concatenate([x - of.rest[1:k], turn], axis=-1)
         step[:, k:] = (step[:, :k].reshape(m, -1) @ of.following.T).reshape(m, -1, 6)
         frames = self.rest.moved(step.reshape(-1, 6))
+        if inside is not None:
+            frames.x.reshape(m, -1, 3)[:, k:], frames.R.reshape(m, -1, 3, 3)[:, k:] = inside
         K, force, frames, settled = self._settled(frames)
         K, _ = self.condensed(K)
         log = Logarithm(R, x)

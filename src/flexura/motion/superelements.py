@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import plain, zeros
-from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, accelerating
+from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, accelerating, products
 from flexura.motion.se3 import Logarithm
 
 
@@ -70,6 +70,25 @@ class Polynomial:
             return term
 
         return Polynomial(*(grown(term) for term in (self.stiffness, self.cubic, self.quartic)))
+
+    def force(self, d: Array) -> tuple[Array, Array]:
+        """Energies (e,), N m, and their gradients (e, d) at deformations (e, d)."""
+        gradient = (self.stiffness @ d[..., None])[..., 0]
+        energy = (d * gradient).sum(axis=1) / 2
+        if not self.cubic.size:
+            return energy, gradient
+        e, n = d.shape[0], self.cubic.shape[-1]
+        pose = d[:, :n]
+        along, column = pose[:, None], pose[..., None]
+        by_pose = along @ self.cubic.reshape(e, n, n * n)
+        more = (by_pose.reshape(e, n, n) @ column)[..., 0] / 2
+        energy = energy + (pose * more).sum(axis=1) / 3
+        if self.quartic.size:
+            by_pose = along @ (along @ self.quartic.reshape(e, n, n**3)).reshape(e, n, n * n)
+            third = (by_pose.reshape(e, n, n) @ column)[..., 0] / 6
+            energy, more = energy + (pose * third).sum(axis=1) / 4, more + third
+        gradient[:, :n] += more
+        return energy, gradient
 
     def response(self, d: Array) -> tuple[Array, Array, Array]:
         """Energies (e,), N m, their gradients (e, d) and Hessians (e, d, d) at deformations (e, d)."""
@@ -243,14 +262,37 @@ class Superelements:
         ends = self._ends(frames)
         log = _seen_from_first(ends)
         velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
-        energy, n, hessian = self.energy.response(self._deformation(frames, log))
-        B = self._rows(ends.twists(), log)
+        d, inner = self._deformation(frames, log), 6 * (self.count - 1)
         if rates.damping:
-            n = n + rates.damping * (hessian @ (B @ velocity.reshape(len(B), -1, 1)))[..., 0]
-        held = (n[:, None] @ B)[:, 0]
+            energy, n, hessian = self.energy.response(d)
+            n = n + rates.damping * (hessian @ self._deforming(ends, log, velocity)[..., None])[..., 0]
+        else:
+            energy, n = self.energy.force(d)
+        held = self._at_frames(ends, log, n[:, :inner].reshape(len(n), -1, 6, 1))
+        if inner < n.shape[1]:
+            held = np.concatenate([held, n[:, inner:]], axis=1)
         first = np.eye(self.count)[0]
         inertial, kinetic = accelerating(self.mass, ends.axes[:, 0], ends.arm, first, velocity, acceleration)
         return Kinetics(held + inertial, float(energy.sum()), kinetic)
+
+    def _deforming(self, ends: Ends, log: Logarithm, velocity: Array) -> Array:
+        """Rates (e, d) of the deformation by velocities (e, k, 6) of the frames: the product with `rows`."""
+        e, placed = len(velocity), velocity[:, : self.count].reshape(-1, self.count, 2, 3)
+        moving = placed.copy()
+        moving[:, :, 0] += products(placed[:, :, 1], ends.arm)
+        h = (moving @ ends.axes).reshape(e, -1, 6, 1)
+        rates = (log.after @ h[:, 1:] - log.before @ h[:, :1]).reshape(e, -1)
+        return np.concatenate([rates, velocity[:, self.count :].reshape(e, -1)], axis=1)
+
+    def _at_frames(self, ends: Ends, log: Logarithm, n: Array) -> Array:
+        """Forces (e, 6 count) on the placed frames by those conjugate to the deformation, n (e, count - 1, 6, 1): the
+        product with the transposed `rows`."""
+        others = np.swapaxes(log.after, -1, -2) @ n
+        first = -(np.swapaxes(log.before, -1, -2) @ n).sum(axis=1, keepdims=True)
+        own = np.concatenate([first, others], axis=1).reshape(len(n), -1, 2, 3)
+        forces = own @ np.swapaxes(ends.axes, -1, -2)
+        forces[:, :, 1] += products(ends.arm, forces[:, :, 0])
+        return forces.reshape(len(n), -1)
 
 
 def _seen_from_first(ends: Ends) -> Logarithm:

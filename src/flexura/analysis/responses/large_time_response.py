@@ -11,7 +11,7 @@ from flexura.analysis.responses.time_limits import Excitation
 from flexura.analysis.strokes import LowOrderMotion, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.errors import Diagnostic, OptionError
+from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
@@ -25,17 +25,18 @@ from flexura.motion import (
     Path,
     Point,
     Pose,
+    StepsTaken,
     Stopped,
     commanded,
     described_loads,
     rotation_vector,
 )
-from flexura.structure import Channel, FullOrderModel, OutputPort
+from flexura.structure import Channel, FullOrderModel, InputPort, OutputPort
 from flexura.systems import System
-from flexura.tables import in_hz, quantity
+from flexura.tables import counted, in_hz, quantity
 
 MODES = 6
-"""Frequencies at rest by which the low order is judged, and to which damping ratios are fitted."""
+"""Frequencies at rest by which the low order is judged at most, and to which damping ratios are fitted."""
 
 COMPARED = 12
 """States that are compared with the full order."""
@@ -44,17 +45,32 @@ COARSE = 20
 """Steps per period of the motion below which they count as coarse: periods are then off by 1 %."""
 
 
+class Stepping(NamedTuple):
+    """The spectral radius `rho_infinity` of the method, and the `local_error` of a step, over the largest motion, above
+    which it is taken in shorter ones."""
+
+    rho_infinity: float
+    local_error: float | None
+
+    def refuse_impossible(self) -> None:
+        """Raise OptionError for numbers that no step can have."""
+        if not 0 <= self.rho_infinity <= 1:
+            raise OptionError(f"rho_infinity lies between 0 and 1, not {self.rho_infinity}")
+        if self.local_error is not None and not 0 < self.local_error < 1:
+            raise OptionError(f"local_error is a share of the motion, between 0 and 1, not {self.local_error}")
+
+
 def large_time_response(
-    built: System, excitation: Excitation, rho_infinity: float, order: str
+    built: System, excitation: Excitation, stepping: Stepping, order: str
 ) -> tuple[Array, tuple[str, ...], tuple[Diagnostic, ...]]:
     """Outputs (p, N) of a system of full order with large displacements and rotations (theory eqs. G33-G35), and notes
-    and warnings of them; `rho_infinity` is the spectral radius of the method.
+    and warnings of them.
 
-    Loads and gravity that are described are on all the time. Raises OptionError for damping that has no motion over
-    time and for readings that are none of nodes, SolverError where a step does not settle.
+    Loads and gravity that are described are on all the time; the base that is accelerated is gravity the other way.
+    Raises OptionError for damping that has no motion over time, for readings that are none of nodes and for a base that
+    turns, SolverError where a step does not settle.
     """
-    if not 0 <= rho_infinity <= 1:
-        raise OptionError(f"rho_infinity lies between 0 and 1, not {rho_infinity}")
+    stepping.refuse_impossible()
     full = built.model
     assert isinstance(full, FullOrderModel)
     moving = MovingModel.of(full.design)
@@ -65,20 +81,25 @@ def large_time_response(
     runs: list[_Run] = []
 
     def run(equations: Equations) -> list[Equilibrium]:
-        runs.append(_integrated(equations, loads, damping, readings, rho_infinity))
+        runs.append(_integrated(equations, loads, damping, readings, stepping))
         return runs[-1].samples
 
     low_order: LowOrderMotion | None = None
     if order == "low":
         nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
-        found = low_order_motion(equations, nodes, run, MODES)
+
+        def probe(equations: Equations) -> list[Equilibrium]:
+            return [_resting(equations, own) for own in loads.like_those_of_the_motion()]
+
+        found = low_order_motion(equations, nodes, run, _resolved(equations, excitation.dt), probe)
         low_order, chosen = found.motion, runs[found.run]
     else:
         run(equations)
         chosen = runs[-1]
     notes = [
-        f"large displacements and rotations, generalised-alpha, rho_infinity {rho_infinity:g}, error of order dt^2,"
-        f" {chosen.per_period:.3g} steps in a period of the motion",
+        f"large displacements and rotations, generalised-alpha, rho_infinity {stepping.rho_infinity:g}, error of order"
+        f" dt^2, {chosen.per_period:.3g} steps in a period of the motion",
+        *_steps_taken(chosen.steps, len(excitation.time) - 1),
         *damped,
         *([] if low_order is None else [low_order.note]),
     ]
@@ -91,6 +112,12 @@ def large_time_response(
     return chosen.response, tuple(notes), tuple(warnings)
 
 
+def _resolved(equations: Equations, dt: float) -> int:
+    """How many of the lowest frequencies at rest have enough steps in a period, at least one."""
+    values = Pose(equations, equations.solve(equations.model.rest)).modes(MODES).values
+    return max(int((values < (2 * np.pi / (COARSE * dt)) ** 2).sum()), 1)
+
+
 class _LoadsOverTime:
     """Loads that are described, and those of the inputs at each time."""
 
@@ -99,34 +126,73 @@ class _LoadsOverTime:
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
         self._gravity = described.gravity
-        self._levers = [commanded(model, port) for port in built.input_ports]
-        self.nodes = [*self._dead, *(lever.node for lever in self._levers if lever.node is not None)]
+        ports = built.input_ports
+        self._base = np.array([_base(port) for port in ports])
+        self._levers = [commanded(model, port) if port.base is None else None for port in ports]
+        self.nodes = [*self._dead, *(own.node for own in self._levers if own is not None and own.node is not None)]
 
     def under(self, values: Array) -> Loads:
         """Loads under inputs (m,)."""
         dead, actuators = dict(self._dead), dict[str, float]()
         for lever, value in zip(self._levers, values.tolist(), strict=True):
+            if lever is None:
+                continue
             if lever.node is not None:
                 dead[lever.node] = dead.get(lever.node, 0.0) + value * lever.unit
             else:
                 actuators[lever.name] = value * lever.unit
-        return Loads(dead, {}, self._gravity, actuators)
+        return Loads(dead, {}, self._gravity - values @ self._base, actuators)
 
-    def at(self, number: int) -> Loads:
-        """Loads at the time with a number."""
-        return self.under(self.excitation.u[:, number])
+    def base_at(self, number: int) -> Array:
+        """Accelerations (3,) of the base at the time with a number, m/s^2."""
+        return self.excitation.u[:, number] @ self._base
+
+    def like_those_of_the_motion(self) -> list[Loads]:
+        """Loads at the start, and where each input is at its largest."""
+        u = self.excitation.u
+        largest = sorted({int(np.abs(row).argmax()) for row in u})
+        return [self.under(self.excitation.start), *(self.under(u[:, k]) for k in largest if u[:, k].any())]
+
+    def at(self, number: float) -> Loads:
+        """Loads at the time with a number, on straight lines between whole ones."""
+        u, first = self.excitation.u, int(number)
+        share = number - first
+        return self.under(u[:, first] if not share else (1 - share) * u[:, first] + share * u[:, first + 1])
+
+
+def _base(port: InputPort) -> Array:
+    """The acceleration (3,) of the base by one unit of an input. Raises OptionError where it turns."""
+    if port.base is None:
+        return np.zeros(3)
+    if port.base[3:].any():
+        raise OptionError(f"{port.channel.name} turns the base: in large motion the base moves without turning")
+    return np.array(port.base[:3], dtype=float)
 
 
 class _Run(NamedTuple):
-    """A motion on one model: outputs (p, N), some of the states, and how many steps a period of the motion has."""
+    """A motion on one model: outputs (p, N), some of the states, how many steps a period of the motion has, and the
+    steps that were taken."""
 
     response: Array
     samples: list[Equilibrium]
     per_period: float
+    steps: StepsTaken
+
+
+def _steps_taken(steps: StepsTaken, samples: int) -> list[str]:
+    """A note where steps were shorter than samples are apart."""
+    if steps.taken == samples:
+        return []
+    why = {"did not settle": steps.not_settled, "had a larger local error": steps.not_accurate}
+    reasons = " and ".join(f"{count} {what}" for what, count in why.items() if count)
+    return [
+        f"{counted(steps.taken, 'step')} for {counted(samples, 'sample')}, the shortest"
+        f" {quantity(steps.shortest, 's', 3)}: {reasons} and were halved"
+    ]
 
 
 def _integrated(
-    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[_Reading], rho_infinity: float
+    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[_Reading], stepping: Stepping
 ) -> _Run:
     """The motion on a model, step by step."""
     model, (u, dt, impulses, start, _) = equations.model, loads.excitation
@@ -141,12 +207,12 @@ def _integrated(
     response = np.zeros((len(readings), count))
     compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
     samples, speed, force = list[Equilibrium](), 0.0, 0.0
-    steps = Integrator(equations, damping, dt, rho_infinity).through(at_start.frames, velocity, loads.at, count)
-    for number, state in enumerate(steps):
+    integrator = Integrator(equations, damping, dt, stepping.rho_infinity, stepping.local_error)
+    for number, state in enumerate(integrator.through(at_start.frames, velocity, loads.at, count)):
         checkpoint()
         motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
         for k, reading in enumerate(readings):
-            response[k, number] = reading.read(model, state, *motion)
+            response[k, number] = reading.read(model, state, *motion, loads.base_at(number))
         speed += float(state.velocity @ (M @ state.velocity))
         force += float(state.acceleration @ (M @ state.acceleration))
         if number in compared:
@@ -154,7 +220,8 @@ def _integrated(
             tangent = equations.tangent(state.frames, there, np.empty(0))[0]
             samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
     rate = np.sqrt(force / speed) if speed > 0 else 0.0
-    return _Run(response, samples, 2 * np.pi / (rate * dt) if rate > 0 else np.inf)
+    per_period = 2 * np.pi * integrator.steps.taken / (rate * dt * (count - 1)) if rate > 0 else np.inf
+    return _Run(response, samples, per_period, integrator.steps)
 
 
 class _Reading(NamedTuple):
@@ -183,8 +250,11 @@ class _Reading(NamedTuple):
         mounted = port.derivative == 2 and described
         return _Reading(nodes, np.array(channel.direction, dtype=float), port.derivative, turns, mounted)
 
-    def read(self, model: MovingModel, state: MotionState, velocity: Array, acceleration: Array) -> float:
-        """What is read in a state with velocities and accelerations (n + 1, 6) of the frames."""
+    def read(
+        self, model: MovingModel, state: MotionState, velocity: Array, acceleration: Array, of_base: Array
+    ) -> float:
+        """What is read in a state with velocities and accelerations (n + 1, 6) of the frames, and accelerations (3,) of
+        the base, which are read as well."""
         frames, roots = state.frames, [int(model.root[node]) for node in self.nodes]
         R = [frames.R[root] for root in roots]
         if self.derivative:
@@ -192,7 +262,7 @@ class _Reading(NamedTuple):
             value = (velocity if self.derivative == 1 else acceleration)[root]
             swing = np.cross(value[3:], arm)
             if self.derivative == 2:
-                swing = swing + np.cross(velocity[root, 3:], np.cross(velocity[root, 3:], arm))
+                swing = swing + np.cross(velocity[root, 3:], np.cross(velocity[root, 3:], arm)) + of_base
             vector = value[3:] if self.turns else value[:3] + swing
             return float((R[0] @ self.direction if self.mounted else self.direction) @ vector)
         if self.turns:
@@ -207,7 +277,7 @@ class _Reading(NamedTuple):
 
 
 def _resting(equations: Equations, loads: Loads) -> Equilibrium:
-    """The static state under loads. Raises OptionError where there is none."""
+    """The static state under loads. Raises SolverError where there is none."""
     zero = np.empty(0)
     rest = equations.model.rest
     if not loads.any:
@@ -215,7 +285,7 @@ def _resting(equations: Equations, loads: Loads) -> Equilibrium:
         return Equilibrium(rest, zero, loads, tangent, 0)
     state = Path.from_rest(equations, Point(zero, loads))
     if isinstance(state, Stopped):
-        raise OptionError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
+        raise SolverError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
     return state
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from flexura.analysis.model_error import interval_text, model_errors_near
 from flexura.analysis.responses.closed_loop import LoopState, closed_model, is_closed
 from flexura.analysis.responses.frequency_response import proven
-from flexura.analysis.responses.large_time_response import large_time_response
+from flexura.analysis.responses.large_time_response import Stepping, large_time_response
 from flexura.analysis.responses.stepping import (
     Driven,
     Hold,
@@ -198,6 +198,7 @@ def time_response(
     start: Mapping[str, float] | None = None,
     method: Method = "exact",
     rho_infinity: float = 0.9,
+    local_error: float | None = None,
     keep_modes: bool = False,
     damping: Damping | float | Mapping[str, Any] | None = None,
     order: Order = "low",
@@ -227,7 +228,9 @@ def time_response(
     In `large` motion displacements and rotations are as large as they get, of all elements at `order="full"` or of
     corotational superelements, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
     the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
-    are on all the time, and damping is that of dashpots and Rayleigh's.
+    are on all the time, and damping is that of dashpots and Rayleigh's. Steps that do not settle are halved, as often
+    as they need, and those of a larger `local_error`, a share of the largest motion so far; a note says so. The
+    base may be accelerated along axes, which is gravity the other way.
 
     Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
     finite.
@@ -249,11 +252,13 @@ def time_response(
         if reducing or keep_modes or method != "exact" or motion != "small" or excitation.start.any():
             raise OptionError("start, keep_modes, method, large motion and methods of reduction belong to open loops")
         return _of_state_space(closed_model(model, parameters, names, outputs, damping=damping), excitation)
+    if local_error is not None and motion != "large":
+        raise OptionError("local_error chooses the steps of large motion: motion='large'")
     if motion == "large":
         if reducing or keep_modes or hold != "foh":
             raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
         built = _moving_system(model, parameters, **channels)
-        response, notes, warnings = large_time_response(built, excitation, rho_infinity, order)
+        response, notes, warnings = large_time_response(built, excitation, Stepping(rho_infinity, local_error), order)
         return _result(built, excitation, response, notes, known=warnings)
     chosen = _small_motion_system(model, parameters, dt=dt, order=order, reducing=reducing, **channels)
     if method == "generalised_alpha":

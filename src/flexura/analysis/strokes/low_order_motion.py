@@ -11,6 +11,7 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, SolverError
 from flexura.motion import (
+    Comparison,
     Equations,
     Equilibrium,
     Pose,
@@ -29,7 +30,10 @@ FREQUENCY_TOLERANCE = 5e-3
 ROUGH_FREQUENCIES = 0.05
 """Difference of frequencies at the ends above which substructures are made finer."""
 
-REFINEMENTS = 6
+ROUGH_LEAVES = 0.01
+"""Likewise for leaves, of which more elements cost little."""
+
+REFINEMENTS = 8
 """Times that substructures are made finer at most."""
 
 MOST_KEPT_MODES = 24
@@ -49,23 +53,27 @@ NAMED_SUBSTRUCTURES = 3
 class LowOrderMotion(Record):
     """What represents the full order of `full` displacements: how many `coordinates`, its largest relative `error` over
     all states in displacements and forces of drives, that of the undeformed frequencies and those at the ends,
-    actuators free and locked, and which substructures were made `finer` for these."""
+    actuators free and locked, which substructures were made `finer` for these, and of how many elements `leaves` are,
+    one of all that are equal by name, which series of their energy do not reach."""
 
     coordinates: int
     full: int
     error: float
     frequency_error: float
     finer: tuple[str, ...]
+    leaves: Mapping[str, int]
 
     @property
     def note(self) -> str:
         """How it was found."""
         more = " and others" if len(self.finer) > NAMED_SUBSTRUCTURES else ""
         finer = f"; made finer for this: {', '.join(self.finer[:NAMED_SUBSTRUCTURES])}{more}" if self.finer else ""
+        counts = ", ".join(f"{name} {count}" for name, count in list(self.leaves.items())[:NAMED_SUBSTRUCTURES])
+        leaves = f"; elements of leaves, for each that is not equal to others: {counts}" if counts else ""
         return (
             f"corotational reduced model, {self.coordinates} coordinates instead of {self.full}: off by"
             f" {self.error:.1g} in displacements and forces of drives, by the step to equilibrium that is left to the"
-            f" full order, and by {self.frequency_error:.1g} in frequencies, undeformed and at the ends{finer}"
+            f" full order, and by {self.frequency_error:.1g} in frequencies, undeformed and at the ends{finer}{leaves}"
         )
 
     @property
@@ -91,46 +99,115 @@ class Converged(NamedTuple):
 
 
 def low_order_motion(
-    full: Equations, nodes: Iterable[int], run: Callable[[Equations], list[Equilibrium]], n: int
+    full: Equations,
+    nodes: Iterable[int],
+    run: Callable[[Equations], list[Equilibrium]],
+    n: int,
+    probe: Callable[[Equations], list[Equilibrium]] | None = None,
 ) -> Converged:
     """The low order on which a motion is as near to the full one as is wanted, or as it gets.
 
-    `run` finds the states of the motion. The frames of `nodes`, by number, are kept, and `n` frequencies compared.
-    Where it finds none, all substructures are made finer. Raises SolverError for what `run` does then, too, and for
+    `run` finds the states of the motion, `probe` a few states of equilibrium like them, which cost less and are made
+    good first; frequencies are compared there, else at the ends of the motion. The
+    frames of `nodes`, by number, are kept, and `n` frequencies compared. Where no state is found, leaves are made
+    finer, and all substructures where there are none. Raises SolverError for what `run` does then, too, and for
     substructures without equilibrium when undeformed.
     """
     kept = kept_frames(full.model)
     kept[full.model.root[list(nodes)]] = True
     kept[[drive.root for drive in full.drives]] = True
-    turning, undeformed_error = _with_modes(full, TurningModel.of(full.model, kept), n)
-    best: Converged | None = None
-    number = 0
-    for remaining in reversed(range(REFINEMENTS)):
-        equations = Equations(turning.low, full.drives)
-        try:
-            states = run(equations)
-        except SolverError:
-            finer = turning.finer(range(len(turning.kinds))) if remaining else None
-            if finer is None and best is None:
-                raise
-        else:
-            compared = against_full(turning, equations, full, states)
-            error = float(compared.error.max(initial=0.0))
+    exact = Pose(full, full.solve(full.model.rest, targets=np.zeros(len(full.drives))))
+    turning = _with_modes(TurningModel.of(full.model, kept), exact, n)
+    if probe is None:
+        return _Search(full, exact, n, run).best(turning, REFINEMENTS).converged
+    found = _Search(full, exact, n, probe).best(turning, REFINEMENTS)
+    known = found.converged.motion.frequency_error
+    return _Search(full, exact, n, run, known).best(found.turning, REFINEMENTS).converged
+
+
+class _Candidate(NamedTuple):
+    """A low order and what it led to."""
+
+    turning: TurningModel
+    converged: Converged
+
+    @property
+    def error(self) -> float:
+        """The larger one of its errors, over what is wanted."""
+        motion = self.converged.motion
+        return max(motion.error / FORCE_TOLERANCE, motion.frequency_error / ROUGH_LEAVES)
+
+
+class _Search(NamedTuple):
+    """Looks for the low order for a `run`, whose n frequencies are those of the `exact` pose when undeformed; states
+    that are none of equilibrium have no frequencies, and their error is `known`."""
+
+    full: Equations
+    exact: Pose
+    n: int
+    run: Callable[[Equations], list[Equilibrium]]
+    known: float | None = None
+
+    def best(self, turning: TurningModel, attempts: int) -> _Candidate:
+        """The best low order from one that is tried first."""
+        best: _Candidate | None = None
+        number = 0
+        for remaining in reversed(range(attempts)):
+            try:
+                found = self._tried(turning, number)
+            except SolverError:
+                leaves = [kind for kind, own in enumerate(turning.kinds) if turning.is_leaf(own[0])]
+                finer = turning.finer(leaves or range(len(turning.kinds))) if remaining else None
+                if finer is None and best is None:
+                    raise
+            else:
+                if best is None or found[0].error < best.error:
+                    best = found[0]
+                number += 1
+                finer = self._finer(*found)
+            if finer is None:
+                break
+            turning = finer
+        assert best is not None
+        return best
+
+    def _tried(self, turning: TurningModel, number: int) -> tuple[_Candidate, Comparison]:
+        """A low order, by the number of its run, beside the full one."""
+        equations = Equations(turning.low, self.full.drives)
+        states = self.run(equations)
+        compared = against_full(turning, equations, self.full, states)
+        error = float(compared.error.max(initial=0.0))
+        frequency_error = self.known
+        if frequency_error is None:
             ends = [(states[k], compared.states[k]) for k in {0, len(states) - 1} if states]
-            poses = [(Pose(equations, low), Pose(full, there)) for low, there in ends]
-            frequency_error = max([undeformed_error, *(_frequency_error(*pair, n) for pair in poses)])
-            motion = LowOrderMotion(turning.low.n_dof, full.model.n_dof, error, frequency_error, turning.made_finer)
-            if best is None or max(error, frequency_error) < max(best.motion.error, best.motion.frequency_error):
-                best = Converged(number, compared.states, motion)
-            number += 1
-            is_rough = frequency_error > ROUGH_FREQUENCIES
-            errors = compared.share if error > FORCE_TOLERANCE else compared.stiffness if is_rough else None
-            finer = None if errors is None else turning.finer(_leading(errors))
-        if finer is None:
-            break
-        turning = finer
-    assert best is not None
-    return best
+            poses = [(Pose(equations, low), Pose(self.full, self._settled(there))) for low, there in ends]
+            poses.append((_undeformed(equations), self.exact))
+            frequency_error = max(_frequency_error(*pair, self.n) for pair in poses)
+        leaves = {own[0].of.name: len(own[0].elements.node) for own in turning.leaves.values()}
+        motion = LowOrderMotion(
+            turning.low.n_dof, self.full.model.n_dof, error, frequency_error, turning.made_finer, leaves
+        )
+        return _Candidate(turning, Converged(number, compared.states, motion)), compared
+
+    def _settled(self, state: Equilibrium) -> Equilibrium:
+        """The state of equilibrium of the full order next to one where only what is inside has settled: forces along
+        leaves are those of a small part of their thickness, and make much of frequencies."""
+        try:
+            return self.full.solve(state.frames, state.loads, self.full.travelled(state.frames))
+        except SolverError:
+            return state
+
+    def _finer(self, found: _Candidate, compared: Comparison) -> TurningModel | None:
+        """A finer low order where one is wanted."""
+        turning, motion = found.turning, found.converged.motion
+        if motion.error > FORCE_TOLERANCE:
+            return turning.finer(_leading(compared.share), motion.error / FORCE_TOLERANCE)
+        if motion.frequency_error > ROUGH_FREQUENCIES:
+            return turning.finer(_leading(compared.stiffness), motion.frequency_error / ROUGH_FREQUENCIES)
+        leaves = {kind: compared.stiffness[kind] for kind in turning.leaves}
+        if motion.frequency_error > ROUGH_LEAVES and leaves:
+            return turning.finer(_leading(leaves), motion.frequency_error / ROUGH_LEAVES)
+        return None
 
 
 def _leading(errors: Mapping[int, Array]) -> list[int]:
@@ -139,21 +216,23 @@ def _leading(errors: Mapping[int, Array]) -> list[int]:
     return [kind for kind, error in largest.items() if error >= LEADING_SHARE * max(largest.values())]
 
 
-def _with_modes(full: Equations, turning: TurningModel, n: int) -> tuple[TurningModel, float]:
-    """A low order whose n lowest frequencies when undeformed are those of the full one, and by how much they differ.
+def _with_modes(turning: TurningModel, exact: Pose, n: int) -> TurningModel:
+    """A low order whose n lowest frequencies when undeformed are those of the full one.
 
     Modes of substructures by themselves are kept, from the slowest on.
     """
-    zero = np.zeros(len(full.drives))
-    exact = Pose(full, full.solve(full.model.rest, targets=zero))
     for _ in range(MOST_KEPT_MODES):
-        equations = Equations(turning.low, full.drives)
-        error = _frequency_error(Pose(equations, equations.solve(full.model.rest, targets=zero)), exact, n)
+        error = _frequency_error(_undeformed(Equations(turning.low, exact.equations.drives)), exact, n)
         quicker = turning.quicker() if error > FREQUENCY_TOLERANCE else None
         if quicker is None:
             break
         turning = quicker
-    return turning, error
+    return turning
+
+
+def _undeformed(equations: Equations) -> Pose:
+    """The pose at rest."""
+    return Pose(equations, equations.solve(equations.model.rest, targets=np.zeros(len(equations.drives))))
 
 
 def _frequency_error(low: Pose, exact: Pose, n: int) -> float:
