@@ -15,7 +15,7 @@ from flexura.io.archives import read_hdf5, read_npz, write_measured_hdf5, write_
 from flexura.io.arrays import write_hdf5, write_mat, write_matrix_market, write_npz
 from flexura.io.c_code import write_c
 from flexura.io.contents import Response
-from flexura.io.fmu import write_fmu
+from flexura.io.fmu import write_fmi3, write_fmu
 from flexura.io.meshes import write_vtu
 from flexura.io.simscape import write_simscape
 from flexura.io.tables import read_csv, write_csv
@@ -73,6 +73,7 @@ _ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL)
 
 FORMATS = {
     "fmu": Format((".fmu",), (STATE_SPACE,), "FMI 2.0 co-simulation and model exchange", write_fmu),
+    "fmi3": Format((), (STATE_SPACE,), "FMI 3.0 co-simulation and model exchange", write_fmi3),
     "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
     "m": Format((".m",), (STATE_SPACE,), "function of MATLAB and Octave that returns an `ss`", write_m),
     "modelica": Format((".mo",), (STATE_SPACE,), "block of Modelica", write_modelica),
@@ -120,6 +121,7 @@ def export(
     amplitude: float | None = None,
     geometry: Modes | FullOrderModel | None = None,
     binary: bool | None = None,
+    platforms: Sequence[str] | None = None,
 ) -> list[Path]:
     """Write a model or a result for another program; the `format` is that of the suffix by default.
 
@@ -127,9 +129,9 @@ def export(
     `FORMATS` says which format takes which, and which of these: `damping` as in `system`, which makes C of a model
     (npz, hdf5, mat, matrix-market); `damping_ratio` of all modes, `frames` by name and `keep` modes with these held
     (simscape); the largest displacement `amplitude`, m or rad, of each shape (vtu); `geometry`, modes or a model that
-    the nodes of a response are those of (uff); `binary`, the library beside the sources (fmu). Every file appears
-    complete or not at all. Returns the paths. Raises OptionError for unknown formats, objects that the format does not
-    take, options that it has not and files that cannot be written.
+    the nodes of a response are those of (uff); `binary`, libraries beside the sources, for `platforms` such as
+    x86_64-windows (fmu, fmi3). Every file appears complete or not at all. Returns the paths. Raises OptionError for
+    unknown formats, objects that the format does not take, options that it has not and files that cannot be written.
     """
     name = format_of(path, format)
     exported = _exported()
@@ -149,6 +151,7 @@ def export(
         "amplitude": amplitude,
         "geometry": geometry,
         "binary": binary,
+        "platforms": platforms,
     }
     options = {name: value for name, value in named.items() if value is not None}
     unknown = sorted(set(options) - set(chosen.options))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import scipy.linalg as la
@@ -24,6 +24,7 @@ from flexura.systems.modal import ModalSystem
 from flexura.systems.pole_form import PoleForm, parts_of_modes
 from flexura.systems.reduction import first_order
 from flexura.systems.state_space import StateSpace
+from flexura.systems.tuning import Tuning
 from flexura.tables import in_hz
 
 ALGEBRAIC = 1e12
@@ -212,8 +213,12 @@ def closed(modes: ModalSystem, controllers: Mapping[str, Controller]) -> Closed:
     plant = first_order(modes, 0.0, ("loops closed around modes",))
     filters = tuple(map(filter_of, controllers.values()))
     c, m, p = len(filters), plant.B.shape[1] - len(filters), plant.C.shape[0] - len(filters)
-    Bw, Bc, Cz, Cy = plant.B[:, :m], plant.B[:, m:], plant.C[:p], plant.C[p:]
-    Dzw, Dzc, Dyw, Dyc = plant.D[:p, :m], plant.D[:p, m:], plant.D[p:, :m], plant.D[p:, m:]
+    tuning = cast("Tuning", plant.tuning)
+    B, C, D = tuning.joined(plant.B, plant.C, plant.D)
+    ports = len(tuning.slope)
+    driven, read = ports + m, ports + p
+    Bw, Bc, Cz, Cy = B[:, :driven], B[:, driven:], C[:read], C[read:]
+    Dzw, Dzc, Dyw, Dyc = D[:read, :driven], D[:read, driven:], D[read:, :driven], D[read:, driven:]
     K = [own.with_dead_time for own in filters]
     Ak, Bk, Ck, Dk = (la.block_diag(*of) if c else np.zeros((0, 0)) for of in zip(*K, strict=True))
     sign, follows = np.diag([f.sign for f in filters]), np.diag([float(f.sign < 0) for f in filters])
@@ -242,7 +247,10 @@ def closed(modes: ModalSystem, controllers: Mapping[str, Controller]) -> Closed:
     )
     states = (*plant.state_names, *(f"controller state {k + 1}" for k in range(len(Ak))))
     notes = (*plant.notes, *_dead_times(names, filters))
-    model = StateSpace(A, B, C, D, inputs, outputs, states, None, 0.0, plant.name, notes, model=plant.model)
+    tuning, (B, C, D) = tuning.parted(B, C, D)
+    model = StateSpace(
+        A, B, C, D, inputs, outputs, states, None, 0.0, plant.name, notes, model=plant.model, tuning=tuning
+    )
     groups = np.concatenate([np.repeat(np.arange(modes.order), 2), np.full(len(Ak), -1)]).astype(float)
     return Closed(model, plant, groups, filters)
 

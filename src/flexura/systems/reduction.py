@@ -6,6 +6,7 @@ space: gramians from its poles, and a reduction that stays stable.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +23,7 @@ from flexura.systems.modal import ModalSystem, in_modes, modal_system
 from flexura.systems.second_order import dashpot_columns, symmetric
 from flexura.systems.state_space import DEPENDENT_POLES, StateSpace, rounded_up
 from flexura.systems.system import System
+from flexura.systems.tuning import Tuning, ports_of_modes
 from flexura.tables import in_hz
 
 HANKEL_ROUNDING = 1e-13
@@ -88,7 +90,7 @@ def balance(model: StateSpace, keep: int | float) -> StateSpace:
     if n < requested:
         note += f"; of {requested} states asked for the others are round-off"
     names = tuple(f"balanced {k + 1}" for k in range(n))
-    return replace(small, state_names=names, notes=(*model.notes, note))
+    return replace(small, state_names=names, notes=(*model.notes, note), tuning=None)
 
 
 def _beyond(model: StateSpace, small: StateSpace, tail: float) -> float:
@@ -192,6 +194,7 @@ def state_space(
     balanced: int | float | None = None,
     band: tuple[float, float] | None = None,
     delay: float = 0.0,
+    payloads: Sequence[str] = (),
 ) -> StateSpace:
     """Continuous state space in modal coordinates: displacement and velocity of each mode, in turn.
 
@@ -200,7 +203,8 @@ def state_space(
     dashpots is as well, by one more mode for each of them that is an input (theory eq. T29). `balanced` then truncates
     a balanced realisation to so many states, or, below one, until twice the sum of the Hankel singular values left out
     is so much of the largest (Moore 1981; theory eq. T19), the static gain kept (Fernando and Nicholson 1982).
-    Structural damping becomes viscous as in time response. `delay`, s, is a dead time of all inputs.
+    Structural damping becomes viscous as in time response. `delay`, s, is a dead time of all inputs. Nodes named in
+    `payloads` can be given a mass later, where the model is exported to (theory eq. X7).
 
     The result has a bound on what it lacks over the `band` (from, to), Hz, that it is for, by default up to the highest
     mode kept, and a warning where that is more than 1 % of the largest response of a channel (theory eq. T28).
@@ -213,7 +217,7 @@ def state_space(
     if isinstance(system, ModalSystem) and (n is not None or up_to is not None):
         raise OptionError("n and up_to belong to a System; a modal system has its modes already")
     kept = with_residual_modes(modes) if residual_modes else modes
-    model = first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes)))
+    model = first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes)), payloads)
     if balanced is not None:
         model = balance(model, balanced)
     lost = neglected(modes, model, band)
@@ -224,26 +228,30 @@ def state_space(
     return replace(model, neglected=lost, notes=(first, lost.text, *others), warnings=(*model.warnings, *known))
 
 
-def first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...]) -> StateSpace:
-    """Displacement and velocity of each viscously damped mode as states."""
-    r, m = modes.order, len(modes.inputs)
+def first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...], payloads: Sequence[str] = ()) -> StateSpace:
+    """Displacement and velocity of each viscously damped mode as states, with parameters of modes and payloads."""
+    r, m, p = modes.order, len(modes.inputs), len(modes.outputs)
+    ports = ports_of_modes(modes, payloads)
+    k = len(ports.slope)
+    rows, derivative = np.vstack([ports.forces.T, modes.C]), np.concatenate([ports.derivative, modes.derivative])
     A = np.zeros((2 * r, 2 * r))
     A[0::2, 1::2] = np.eye(r)
     A[1::2, 0::2], A[1::2, 1::2] = -np.diag(modes.omega**2), -modes.damping
-    B = np.zeros((2 * r, m))
-    B[1::2] = modes.B
-    C, D = np.zeros((len(modes.outputs), 2 * r)), modes.D.copy()
-    for k, order in enumerate(modes.derivative):
-        if order == 0:
-            C[k, 0::2], D[k] = modes.C[k], D[k] + modes.residual[k]
-        elif order == 1:
-            C[k, 1::2] = modes.C[k]
-        else:
-            C[k, 0::2], C[k, 1::2] = -modes.C[k] * modes.omega**2, -modes.C[k] @ modes.damping
-            D[k] += modes.C[k] @ modes.B
-    states = tuple(f"mode {k + 1} {word}" for k in range(r) for word in ("displacement", "velocity"))
-    of = modes.system
-    return StateSpace(A, B, C, D, modes.inputs, modes.outputs, states, None, delay, of.name, notes, model=of.model)
+    B = np.zeros((2 * r, m + k))
+    B[1::2] = np.hstack([ports.forces, modes.B])
+    C, D = np.zeros((p + k, 2 * r)), np.zeros((p + k, m + k))
+    D[k:, k:] = modes.D + np.where(modes.derivative == 0, 1.0, 0.0)[:, None] * modes.residual
+    C[derivative == 0, 0::2], C[derivative == 1, 1::2] = rows[derivative == 0], rows[derivative == 1]
+    moved = derivative == 2
+    C[moved, 0::2], C[moved, 1::2] = -rows[moved] * modes.omega**2, -rows[moved] @ modes.damping
+    D[moved] += rows[moved] @ B[1::2]
+    nothing = np.zeros((0, 0))
+    tuning, (B, C, D) = Tuning(*ports[:3], *(nothing,) * 5).parted(B, C, D)
+    states = tuple(f"mode {j + 1} {word}" for j in range(r) for word in ("displacement", "velocity"))
+    return StateSpace(
+        A, B, C, D, modes.inputs, modes.outputs, states, None, delay, modes.system.name, notes,
+        model=modes.system.model, tuning=tuning,
+    )  # fmt: skip
 
 
 def _origin(modes: ModalSystem, kept: ModalSystem) -> str:

@@ -19,6 +19,7 @@ from flexura.linalg import leading
 from flexura.reduction import LowOrderModel
 from flexura.results import Result
 from flexura.structure import Channel, FullOrderModel, channel_positions, ends_of
+from flexura.systems.tuning import Tuning
 from flexura.tables import Facts, Item, ends, in_hz, number, percent, quantity
 
 WORTH = 0.01
@@ -139,7 +140,7 @@ class StateSpace(Result):
     time of all inputs, s, that the matrices of a continuous model leave out and those of a discrete one contain.
     `notes` say where the model comes from and what was neglected, and `warnings` where that is not small. `neglected`
     is a bound on what a continuous model lacks in the band that it is for, None where nothing was left out. `model` is
-    what it was made from.
+    what it was made from, and `tuning` the parameters of a continuous model that can be changed in it.
     """
 
     _shown = ("name", "order", "inputs", "outputs", "dt")
@@ -158,6 +159,7 @@ class StateSpace(Result):
     warnings: tuple[Diagnostic, ...] = ()
     neglected: Neglected | None = None
     model: FullOrderModel | LowOrderModel | None = field(default=None, repr=False, compare=False)
+    tuning: Tuning | None = field(default=None, repr=False, compare=False)
 
     def presentation(self) -> Iterator[Item]:
         poles = self.poles()
@@ -235,7 +237,7 @@ class StateSpace(Result):
         lead = 0.0 if abs(lead) < 1e-9 * dt else lead
         if lead and hold == "foh":
             raise OptionError("with foh a delay is a whole number of steps; zoh takes any")
-        one = replace(self, delay=0.0)
+        one = replace(self, delay=0.0, tuning=None)
         plain = _foh(one, dt) if hold == "foh" else _zoh(one, dt, lead)
         return _delayed(plain, whole if not lead else whole - 1, delay) if whole else plain
 
@@ -245,7 +247,8 @@ class StateSpace(Result):
         B, C, D = self.B[:, i], self.C[o], self.D[np.ix_(o, i)]
         ins, outs = tuple(self.inputs[k] for k in i), tuple(self.outputs[k] for k in o)
         lost = None if self.neglected is None else self.neglected.selected(i, o)
-        return replace(self, B=B, C=C, D=D, inputs=ins, outputs=outs, neglected=lost)
+        tuning = None if self.tuning is None else self.tuning.selected(i, o)
+        return replace(self, B=B, C=C, D=D, inputs=ins, outputs=outs, neglected=lost, tuning=tuning)
 
 
 def _diagonal_form(A: Array, B: Array, C: Array) -> tuple[Complex, Complex, Complex] | None:

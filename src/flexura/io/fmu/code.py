@@ -1,15 +1,10 @@
-"""C code of a continuous linear model for an FMU: nonzeros by rows, diagonal blocks of A; and its shared library."""
+"""C code of a linear model for an FMU: nonzeros by rows, diagonal blocks of A, and ports of its parameters."""
 
 from __future__ import annotations
 
-import os
-import platform
-import shutil
-import subprocess
-import sys
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -17,9 +12,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from flexura.arrays import Array, Index
+from flexura.arrays import Array, Bools, Index
 from flexura.errors import OptionError
-from flexura.files import scratch_folder
 from flexura.systems import StateSpace
 
 TYPICAL_INPUT = {"expansion": 1e-5}
@@ -42,7 +36,40 @@ class Blocks:
         return np.diff(self.first)
 
 
-def blocks_of(A: Array) -> Blocks:
+class Patterns(NamedTuple):
+    """Which entries of A (n, n), B, C, D are not zero whatever the parameters, and what rows of [A B] (n, r) and of
+    [C D] (p, r) each port of a parameter reaches, through others or not."""
+
+    A: Bools
+    B: Bools
+    C: Bools
+    D: Bools
+    into: Bools
+    onto: Bools
+
+
+def patterns(model: StateSpace) -> Patterns:
+    """Patterns of the matrices of a model."""
+    A, B, C, D = (getattr(model, name) != 0 for name in "ABCD")
+    own = model.tuning
+    if own is None:
+        return Patterns(A, B, C, D, np.zeros((len(A), 0), dtype=bool), np.zeros((len(C), 0), dtype=bool))
+    reach = np.eye(len(own.slope), dtype=bool)
+    inner = np.flatnonzero(own.around.any(axis=1))
+    if len(inner):
+        reach[np.ix_(inner, inner)] = True
+        reach |= _product(reach, own.around != 0)
+    into, onto = _product(own.into != 0, reach), _product(own.onto != 0, reach)
+    x, u = own.of_states != 0, own.of_inputs != 0
+    whole = A | _product(into, x), B | _product(into, u), C | _product(onto, x), D | _product(onto, u)
+    return Patterns(*whole, into, onto)
+
+
+def _product(left: Bools, right: Bools) -> Bools:
+    return (left.astype(float) @ right.astype(float)) > 0
+
+
+def blocks_of(A: Array | Bools) -> Blocks:
     """Connected components of the pattern of A (n, n), in the order of their first states."""
     n = len(A)
     if not n:
@@ -55,19 +82,17 @@ def blocks_of(A: Array) -> Blocks:
 
 
 def refuse_unfit(model: StateSpace) -> None:
-    """Raise OptionError for a model that an FMU of a linear continuous system cannot stand for."""
-    if model.is_discrete:
-        raise OptionError(f"an FMU takes a continuous model, and this one has steps of {model.dt} s: export the first")
-    if model.delay:
+    """Raise OptionError for a model that an FMU of a linear system cannot stand for."""
+    if model.delay and not model.is_discrete:
         raise OptionError(
-            f"an FMU has no dead time, and this model has {model.delay} s: set its delay to zero and put the dead time"
-            " in front of the FMU, in the tool that reads it"
+            f"an FMU has no dead time, and this model has {model.delay} s: discretise it, which makes states of it,"
+            " or set its delay to zero and put the dead time in front of the FMU, in the tool that reads it"
         )
     if not len(model.outputs):
         raise OptionError("a model without outputs has no results: name at least one")
     if not all(np.isfinite(X).all() for X in (model.A, model.B, model.C, model.D)):
         raise OptionError("the matrices of the model have entries that are not finite")
-    sizes = blocks_of(model.A).sizes
+    sizes = np.zeros(0) if model.is_discrete else blocks_of(patterns(model).A).sizes
     if len(sizes) and sizes.max() > LARGEST_BLOCK:
         raise OptionError(
             f"{sizes.max()} states are coupled with each other, at most {LARGEST_BLOCK} can be: reduce the model, or"
@@ -99,8 +124,10 @@ def nominals(model: StateSpace, blocks: Blocks) -> tuple[Array, Array]:
     """Ordinary sizes (n,), (p,) of states and outputs under inputs of typical size.
 
     They are 2 |(s - A)^-1 B| u at real s as large as the eigenvalues: away from resonance, and of the right ratio
-    between displacements and velocities. 1 for what no input moves.
+    between displacements and velocities. 1 for what no input moves, and for models in steps.
     """
+    if model.is_discrete:
+        return np.ones(model.order), np.ones(len(model.outputs))
     u = np.array([TYPICAL_INPUT.get(c.quantity, 1.0) for c in model.inputs])
     x = np.zeros(model.order)
     for k in range(len(blocks.sizes)):
@@ -122,47 +149,69 @@ def _ordinary(size: Array) -> Array:
     return np.array([float(f"{v:.1e}") if np.isfinite(v) and v > 1e-30 else 1.0 for v in size])
 
 
-SOURCES = ("fmi2.c", "step.c", "model.c")
-HEADERS = ("fmi2.h", "step.h", "model.h")
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
-PLATFORMS = {("linux", "x86_64"): ("linux64", ".so")}
+FIXED = ("step.c", "unit.c", "step.h", "unit.h")
 
 
-def c_sources(model: StateSpace, guid: str) -> dict[str, str]:
+def sources_of(version: int) -> tuple[str, ...]:
+    """Names of the C files that a version of FMI compiles."""
+    return (f"fmi{version}.c", "unit.c", "step.c", "model.c")
+
+
+def c_sources(model: StateSpace, token: str, version: int) -> dict[str, str]:
     """All C files of a model by name: fixed ones, and `model.c` with its numbers."""
     folder = files("flexura.io.fmu") / "sources"
-    fixed = {name: (folder / name).read_text(encoding="utf-8") for name in (*SOURCES, *HEADERS) if "model" not in name}
-    return {**fixed, "model.h": f'#define MODEL_GUID "{guid}"\n', "model.c": model_data(model)}
+    names = (f"fmi{version}.c", f"fmi{version}.h", *FIXED)
+    fixed = {name: (folder / name).read_text(encoding="utf-8") for name in names}
+    return {**fixed, "model.h": f'#define MODEL_TOKEN "{token}"\n', "model.c": model_data(model)}
 
 
 def model_data(model: StateSpace) -> str:
     """`model.c`: the numbers of a model, each as the shortest decimal text that reads back to the same double."""
-    blocks = blocks_of(model.A)
-    x, _ = nominals(model, blocks)
-    matrices = {name: sp.csr_matrix(getattr(model, name)) for name in "ABCD"}
-    sizes = blocks.sizes
-    largest, squares = int(sizes.max(initial=1)), int((sizes**2).sum())
-    scale = balance(model.A, blocks)
+    pattern, own, n, m = patterns(model), model.tuning, model.order, len(model.inputs)
+    blocks = Blocks(np.zeros(1, dtype=np.intp), np.zeros(n, dtype=np.intp))
+    if not model.is_discrete:
+        blocks = blocks_of(pattern.A)
+    r = 0 if own is None else len(own.slope)
+    matrices = {name: (getattr(model, name), getattr(pattern, name)) for name in "ABCD"}
+    shapes = {"into": (n, r), "onto": (len(model.outputs), r), "of_states": (r, n), "of_inputs": (r, m)}
+    for name, shape in {**shapes, "around": (r, r)}.items():
+        matrix = np.zeros(shape) if own is None else getattr(own, name)
+        matrices[name] = matrix, matrix != 0
     lines = ['#include "step.h"\n']
-    for name, matrix in matrices.items():
-        lines += [
-            _integers(f"{name}_start", matrix.indptr),
-            _integers(f"{name}_column", matrix.indices),
-            _doubles(f"{name}_value", matrix.data),
-        ]
-    lines += [
-        _integers("first", blocks.first),
-        _integers("member", blocks.member),
-        _integers("offset", np.concatenate([[0], np.cumsum(sizes**2)])),
-        _integers("place", _places(blocks)),
-        _doubles("scale", scale),
-        _doubles("start", np.zeros(model.order)),
-        _doubles("nominal", x),
-    ]
-    counts = f"{model.order}, {len(model.inputs)}, {len(model.outputs)}, {len(sizes)}, {largest}, {squares}"
+    for name, (matrix, entries) in matrices.items():
+        lines += _rows(name, matrix, entries)
+    sizes = blocks.sizes
+    integers = {
+        "first": blocks.first,
+        "member": blocks.member,
+        "offset": np.concatenate([[0], np.cumsum(sizes**2)]),
+        "place": _places(blocks) if len(sizes) else blocks.member,
+        "parameter": np.zeros(0) if own is None else own.parameter,
+    }
+    doubles = {
+        "scale": balance(model.A, blocks),
+        "nominal": nominals(model, blocks)[0],
+        "slope": np.zeros(0) if own is None else own.slope,
+        "start": np.array([] if own is None else [p.start for p in own.parameters], dtype=float),
+    }
+    lines += [_integers(name, values) for name, values in integers.items()]
+    lines += [_doubles(name, values) for name, values in doubles.items()]
+    counts = (n, m, len(model.outputs), len(sizes), int(sizes.max(initial=1)), int((sizes**2).sum()))
+    numbers = ", ".join(map(str, (*counts, len(doubles["start"]), r, repr(float(model.dt or 0.0)))))
     rows = ", ".join(f"{{{name}_start, {name}_column, {name}_value}}" for name in matrices)
-    lines += [f"const Model flexura_model = {{{counts}, {rows}, first, member, offset, place, scale, start, nominal}};"]
+    lines += [f"const Model flexura_model = {{{numbers}, {rows}, {', '.join((*integers, *doubles))}}};"]
     return "\n".join(lines) + "\n"
+
+
+def _rows(name: str, matrix: Array, entries: Bools) -> list[str]:
+    """Entries of a matrix by rows."""
+    row, column = np.nonzero(entries)
+    start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(matrix)))])
+    return [
+        _integers(f"{name}_start", start),
+        _integers(f"{name}_column", column),
+        _doubles(f"{name}_value", matrix[row, column]),
+    ]
 
 
 def _places(blocks: Blocks) -> Index:
@@ -181,38 +230,3 @@ def _doubles(name: str, values: Array) -> str:
 
 def _lines(words: list[str]) -> str:
     return ",\n  ".join(", ".join(words[k : k + 8]) for k in range(0, len(words), 8))
-
-
-def binary_place(identifier: str) -> str:
-    """Where the shared library for this machine stands in an FMU. Raises OptionError on others."""
-    system = "linux" if sys.platform.startswith("linux") else sys.platform
-    target = PLATFORMS.get((system, platform.machine()))
-    if target is None:
-        raise OptionError(
-            f"shared libraries are built on Linux x86_64 only, not on {sys.platform} {platform.machine()}:"
-            " `binary=False` writes an FMU with sources alone, which tools can compile"
-        )
-    return f"binaries/{target[0]}/{identifier}{target[1]}"
-
-
-def shared_library(sources: dict[str, str]) -> bytes:
-    """The sources compiled and linked by the system's C compiler. Raises OptionError when there is none."""
-    name = os.environ.get("CC", "cc")
-    compiler = shutil.which(name) or shutil.which("gcc")
-    if compiler is None:
-        raise OptionError(
-            f"there is no C compiler {name!r}: install one (Debian: apt install gcc libc6-dev), or write the FMU with"
-            " sources alone (`binary=False`)"
-        )
-    with scratch_folder() as folder:
-        for file, text in sources.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        command = [compiler, *FLAGS, "-o", "model.bin", *SOURCES, "-lm"]
-        env = {**os.environ, "TMPDIR": str(folder)}  # the compiler's own files go with the folder
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=env)
-        if done.returncode:
-            output = " ".join(done.stderr.split())[:300]
-            raise OptionError(
-                f"the C compiler {compiler} failed (Debian: apt install gcc libc6-dev has all it needs): {output}"
-            )
-        return (folder / "model.bin").read_bytes()

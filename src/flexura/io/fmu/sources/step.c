@@ -4,6 +4,7 @@
 #include <string.h>
 
 #define DEGREE 18
+#define SINGULAR 1e-12
 
 double flexura_row(const Rows *matrix, int i, const double *vector)
 {
@@ -118,4 +119,94 @@ void flexura_step(const Model *model, const double *E, const double *G, const do
             x[model->member[first + i]] = sum;
         }
     }
+}
+
+int flexura_ports(const Model *model, const double *p, double *d, double *X, double *work)
+{
+    const int r = model->ports;
+    memset(X, 0, sizeof(double) * (size_t)r * (size_t)r);
+    memset(work, 0, sizeof(double) * (size_t)r * (size_t)r);
+    for (int i = 0; i < r; i++) {
+        const int k = model->parameter[i];
+        d[i] = model->slope[i] * (p[k] - model->start[k]);
+        X[i * r + i] = work[i * r + i] = 1.0;
+        for (int j = model->around.start[i]; j < model->around.start[i + 1]; j++)
+            work[i * r + model->around.column[j]] -= d[i] * model->around.value[j];
+    }
+    for (int c = 0; c < r; c++) { /* Gauss and Jordan, with row exchanges */
+        int best = c;
+        for (int i = c + 1; i < r; i++)
+            if (fabs(work[i * r + c]) > fabs(work[best * r + c]))
+                best = i;
+        const double pivot = work[best * r + c];
+        if (!(fabs(pivot) > SINGULAR) || !isfinite(pivot))
+            return 0;
+        for (int j = 0; j < r; j++) {
+            const double left = work[best * r + j], right = X[best * r + j];
+            work[best * r + j] = work[c * r + j];
+            X[best * r + j] = X[c * r + j];
+            work[c * r + j] = left / pivot;
+            X[c * r + j] = right / pivot;
+        }
+        for (int i = 0; i < r; i++) {
+            const double factor = work[i * r + c];
+            if (i != c && factor != 0.0)
+                for (int j = 0; j < r; j++) {
+                    work[i * r + j] -= factor * work[c * r + j];
+                    X[i * r + j] -= factor * X[c * r + j];
+                }
+        }
+    }
+    return 1;
+}
+
+/* out += factor times row i of a matrix. */
+static void add_row(const Rows *matrix, int i, double factor, double *out)
+{
+    for (int k = matrix->start[i]; k < matrix->start[i + 1]; k++)
+        out[matrix->column[k]] += factor * matrix->value[k];
+}
+
+void flexura_tuned(const Model *model, const Rows *base, int rows, const Rows *left, const Rows *right, int columns,
+                   const double *d, const double *X, double *value, double *work)
+{
+    const int r = model->ports;
+    double *load = work, *row = work + r;
+    for (int i = 0; i < rows; i++) {
+        memset(load, 0, sizeof(double) * (size_t)r);
+        memset(row, 0, sizeof(double) * (size_t)columns);
+        for (int k = left->start[i]; k < left->start[i + 1]; k++)
+            for (int j = 0; j < r; j++)
+                load[j] += left->value[k] * X[left->column[k] * r + j];
+        for (int j = 0; j < r; j++)
+            if (load[j] != 0.0 && d[j] != 0.0)
+                add_row(right, j, load[j] * d[j], row);
+        for (int k = base->start[i]; k < base->start[i + 1]; k++)
+            value[k] = base->value[k] + row[base->column[k]];
+    }
+}
+
+/* out = X v */
+static void through(int r, const double *X, const double *v, double *out)
+{
+    for (int i = 0; i < r; i++) {
+        out[i] = 0.0;
+        for (int j = 0; j < r; j++)
+            out[i] += X[i * r + j] * v[j];
+    }
+}
+
+void flexura_tuning(const Model *model, const double *x, const double *u, const double *d, const double *X,
+                    const double *dd, double *dw, double *work)
+{
+    const int r = model->ports;
+    double *z = work, *w = work + r;
+    for (int i = 0; i < r; i++) {
+        z[i] = flexura_row(&model->of_states, i, x) + flexura_row(&model->of_inputs, i, u);
+        dw[i] = d[i] * z[i];
+    }
+    through(r, X, dw, w);
+    for (int i = 0; i < r; i++)
+        z[i] = dd[i] * (z[i] + flexura_row(&model->around, i, w));
+    through(r, X, z, dw);
 }

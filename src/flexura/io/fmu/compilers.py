@@ -1,0 +1,111 @@
+"""Shared libraries of C sources, by the compiler of this machine, or for others by zig, which has all their headers."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from flexura.errors import OptionError
+from flexura.files import scratch_folder
+
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
+
+
+class Platform(NamedTuple):
+    """What FMI 2 calls a platform (None where it has no name), the suffix of its libraries, and its name for zig."""
+
+    fmi2: str | None
+    suffix: str
+    target: str
+
+
+PLATFORMS = {
+    "x86_64-linux": Platform("linux64", ".so", "x86_64-linux-gnu.2.17"),
+    "aarch64-linux": Platform(None, ".so", "aarch64-linux-gnu.2.17"),
+    "x86_64-windows": Platform("win64", ".dll", "x86_64-windows-gnu"),
+    "x86_64-darwin": Platform("darwin64", ".dylib", "x86_64-macos"),
+    "aarch64-darwin": Platform(None, ".dylib", "aarch64-macos"),
+}
+"""Platforms by the names of FMI 3 (section 2.5.1.4.1)."""
+
+
+def this_platform() -> str:
+    """The name of this machine's."""
+    system = "linux" if sys.platform.startswith("linux") else {"win32": "windows"}.get(sys.platform, sys.platform)
+    machine = platform.machine().lower()
+    return f"{ {'amd64': 'x86_64', 'arm64': 'aarch64'}.get(machine, machine) }-{system}"
+
+
+def binary_place(name: str, identifier: str, version: int) -> str:
+    """Where the library for a platform stands in an FMU. Raises OptionError for platforms that have no place."""
+    own = PLATFORMS.get(name)
+    if own is None:
+        raise OptionError(
+            f"there is no platform {name!r} to build for; platforms: {', '.join(PLATFORMS)}. `binary=False` writes an"
+            " FMU with sources alone, which tools can compile"
+        )
+    folder = name if version == 3 else own.fmi2
+    if folder is None:
+        known = ", ".join(key for key, of in PLATFORMS.items() if of.fmi2)
+        raise OptionError(f'FMI 2 has no name for {name}, only for {known}; FMI 3 has one: format="fmi3"')
+    return f"binaries/{folder}/{identifier}{own.suffix}"
+
+
+def shared_library(sources: Mapping[str, str], compiled: Sequence[str], name: str) -> bytes:
+    """Sources compiled and linked for a platform: on this machine by its C compiler, or else by zig.
+
+    Raises OptionError when there is none, or when it fails.
+    """
+    compiler = _own_compiler() if name == this_platform() and name.endswith("linux") else _zig(name)
+    with scratch_folder() as folder:
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        library = "model" + PLATFORMS[name].suffix
+        command = [*compiler, *FLAGS, "-o", library, *compiled, *(["-lm"] if name.endswith("linux") else ["-s"])]
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(folder)
+        )
+        if done.returncode:
+            output = " ".join(done.stderr.split())[:300]
+            raise OptionError(
+                f"the C compiler {compiler[0]} failed (Debian: apt install gcc libc6-dev has all it needs): {output}"
+            )
+        return (folder / library).read_bytes()
+
+
+def _environment(folder: Path) -> dict[str, str]:
+    """The compiler's own files go with the folder; zig keeps what it has built of other platforms."""
+    return {**os.environ, "TMPDIR": str(folder), "ZIG_LOCAL_CACHE_DIR": str(folder)}
+
+
+def _own_compiler() -> list[str]:
+    name = os.environ.get("CC", "cc")
+    compiler = shutil.which(name) or shutil.which("gcc")
+    if compiler is None:
+        raise OptionError(
+            f"there is no C compiler {name!r}: install one (Debian: apt install gcc libc6-dev), or write the FMU with"
+            " sources alone (`binary=False`)"
+        )
+    return [compiler]
+
+
+def _zig(name: str) -> list[str]:
+    """The zig of the package ziglang, or the one on the path."""
+    found = shutil.which("zig")
+    if importlib.util.find_spec("ziglang") is not None:
+        command = [sys.executable, "-m", "ziglang"]
+    elif found is not None:
+        command = [found]
+    else:
+        raise OptionError(
+            f"nothing here compiles for {name}: pip install ziglang, a C compiler for all platforms, or write the FMU"
+            " with sources alone (`binary=False`)"
+        )
+    return [*command, "cc", "-target", PLATFORMS[name].target]

@@ -1,0 +1,192 @@
+"""modelDescription.xml of a linear model, for FMI 2.0 and FMI 3.0, and how FMI 3.0 says what to compile."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+
+import numpy as np
+
+from flexura._version import __version__
+from flexura.io.contents import notes_of
+from flexura.io.fmu.code import blocks_of, pole_sizes, sources_of
+from flexura.io.fmu.variables import Dependency, Variable, Variables, variables_of
+from flexura.systems import StateSpace
+
+BASE_UNITS: dict[str, dict[str, int]] = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "N*m": {"kg": 1, "m": 2, "s": -2},
+    "m": {"m": 1},
+    "m/s": {"m": 1, "s": -1},
+    "m/s^2": {"m": 1, "s": -2},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "K": {"K": 1},
+    "1": {},
+    "rad": {"rad": 1},
+    "rad/s": {"rad": 1, "s": -1},
+    "rad/s^2": {"rad": 1, "s": -2},
+    "kg": {"kg": 1},
+    "s": {"s": 1},
+    "Pa": {"kg": 1, "m": -1, "s": -2},
+}
+"""Exponents of SI base units, by the units of channels."""
+
+DISPLAY_UNITS = {"m": {"mm": 1e3, "um": 1e6}, "rad": {"mrad": 1e3, "urad": 1e6}}
+
+_IDENTIFIER = r"[A-Za-z_]\w*(?:\[\d+\])?"
+_STRUCTURED = re.compile(rf"{_IDENTIFIER}(?:\.{_IDENTIFIER})*", re.ASCII)
+
+
+LOG = "logStatusError"
+"""The category of all that is logged."""
+
+
+def model_identifier(name: str) -> str:
+    """A name as a C identifier: that of the shared library."""
+    text = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return text if re.match(r"[A-Za-z_]", text) else f"m_{text}"
+
+
+def description(model: StateSpace, token: str, version: int) -> str:
+    """The text of modelDescription.xml.
+
+    Value references number the inputs, the outputs, the states, their derivatives, the parameters, the gains and time.
+    Raises OptionError for names that clash.
+    """
+    found = variables_of(model)
+    structured = all(_STRUCTURED.fullmatch(v.name) for v in found.variables if v.derivative_of is None)
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": f"{version}.0",
+            "modelName": model.name,
+            "guid" if version == 2 else "instantiationToken": token,
+            "description": "; ".join(notes_of(model)) or "linear model of a compliant mechanism, SI units",
+            "generationTool": f"flexura {__version__}",
+            "variableNamingConvention": "structured" if structured else "flat",
+            **({"numberOfEventIndicators": "0"} if version == 2 else {}),
+        },
+    )
+    _kinds(root, model, version)
+    _units(root, found.variables)
+    ET.SubElement(ET.SubElement(root, "LogCategories"), "Category", name=LOG)
+    _experiment(root, model)
+    parent = ET.SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(found.variables):
+        (_variable2 if version == 2 else _variable3)(parent, reference, variable)
+    structure = ET.SubElement(root, "ModelStructure")
+    (_structure2 if version == 2 else _structure3)(structure, found)
+    return _text(root)
+
+
+def build_description(model: StateSpace) -> str:
+    """The text of sources/buildDescription.xml of FMI 3.0."""
+    root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
+    build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=model_identifier(model.name))
+    files = ET.SubElement(build, "SourceFileSet", language="C99")
+    for name in sources_of(3):
+        ET.SubElement(files, "SourceFile", name=name)
+    return _text(root)
+
+
+def _text(root: ET.Element) -> str:
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _kinds(root: ET.Element, model: StateSpace, version: int) -> None:
+    """Model exchange, which models in steps are not for, and co-simulation."""
+    both = {"modelIdentifier": model_identifier(model.name)}
+    state, derivative = ("FMUstate", "Derivative") if version == 2 else ("FMUState", "Derivatives")
+    can = [f"canGetAndSet{state}", f"canSerialize{state}"]
+    can += [] if model.is_discrete else [f"providesDirectional{derivative}"]
+    can += ["canNotUseMemoryManagementFunctions"] if version == 2 else []
+    both |= dict.fromkeys(can, "true")
+    steps = {} if version == 2 and model.is_discrete else {"canHandleVariableCommunicationStepSize": "true"}
+    if version == 3 and model.dt is not None:
+        steps["fixedInternalStepSize"] = repr(float(model.dt))
+    kinds = {} if model.is_discrete else {"ModelExchange": both}
+    for kind, attributes in {**kinds, "CoSimulation": {**both, **steps}}.items():
+        element = ET.SubElement(root, kind, attributes)
+        if version == 2:
+            files = ET.SubElement(element, "SourceFiles")
+            for name in sources_of(version):
+                ET.SubElement(files, "File", name=name)
+
+
+def _units(root: ET.Element, variables: Sequence[Variable]) -> None:
+    used = {v.unit for v in variables}
+    definitions = ET.SubElement(root, "UnitDefinitions")
+    for name in [unit for unit in BASE_UNITS if unit in used]:
+        unit = ET.SubElement(definitions, "Unit", name=name)
+        ET.SubElement(unit, "BaseUnit", {base: str(k) for base, k in BASE_UNITS[name].items()})
+        for shown, factor in DISPLAY_UNITS.get(name, {}).items():
+            ET.SubElement(unit, "DisplayUnit", name=shown, factor=repr(factor))
+
+
+def _experiment(root: ET.Element, model: StateSpace) -> None:
+    """Ten periods of the slowest motion, in steps of a twentieth of that of the fastest; or a thousand steps."""
+    if model.dt is not None:
+        stop, step = float(f"{1000 * model.dt:.6g}"), float(model.dt)
+    else:
+        speed = pole_sizes(model.A, blocks_of(model.A))
+        speed = speed[speed > 0]
+        if not len(speed):
+            return
+        stop, step = (float(f"{2 * np.pi * k:.1e}") for k in (10 / speed.min(), 0.05 / speed.max()))
+    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(stop), stepSize=repr(step))
+
+
+def _numbers(variable: Variable) -> dict[str, str]:
+    """Attributes of the type of a variable, but for what it is the derivative of."""
+    named = {"unit": variable.unit, "start": variable.start, "nominal": variable.nominal, "min": variable.minimum}
+    return {key: str(value) for key, value in named.items() if value is not None}
+
+
+def _variable2(parent: ET.Element, reference: int, variable: Variable) -> None:
+    own = {"name": variable.name, "valueReference": str(reference), "causality": variable.causality}
+    own |= {"variability": variable.variability} | ({"initial": variable.initial} if variable.initial else {})
+    of = {} if variable.derivative_of is None else {"derivative": str(variable.derivative_of + 1)}
+    ET.SubElement(ET.SubElement(parent, "ScalarVariable", own), "Real", _numbers(variable) | of)
+
+
+def _variable3(parent: ET.Element, reference: int, variable: Variable) -> None:
+    own = {"name": variable.name, "valueReference": str(reference), "causality": variable.causality}
+    own |= {"variability": variable.variability} | ({"initial": variable.initial} if variable.initial else {})
+    of = {} if variable.derivative_of is None else {"derivative": str(variable.derivative_of)}
+    ET.SubElement(parent, "Float64", own | _numbers(variable) | of)
+
+
+def _initial(unknowns: dict[int, list[Dependency]]) -> dict[int, list[Dependency]]:
+    """Before the start tunable factors are not known yet."""
+    kinds = {"tunable": "dependent"}
+    return {k: [Dependency(d.reference, kinds.get(d.kind, d.kind)) for d in own] for k, own in unknowns.items()}
+
+
+def _structure2(parent: ET.Element, found: Variables) -> None:
+    """Outputs and derivatives with what they depend on, numbered from 1; parameters count at the start alone."""
+
+    def running(unknowns: dict[int, list[Dependency]]) -> dict[int, list[Dependency]]:
+        return {k: [d for d in own if d.reference < found.parameters] for k, own in unknowns.items()}
+
+    groups = {"Outputs": running(found.outputs), "Derivatives": running(found.derivatives)}
+    groups["InitialUnknowns"] = _initial({**found.outputs, **found.derivatives})
+    for group, unknowns in groups.items():
+        element = ET.SubElement(parent, group) if unknowns else parent
+        for index, own in unknowns.items():
+            ET.SubElement(element, "Unknown", {"index": str(index + 1), **_depends(own, 1)})
+
+
+def _structure3(parent: ET.Element, found: Variables) -> None:
+    """Outputs and derivatives with what they depend on, by value references."""
+    groups = {"Output": found.outputs, "ContinuousStateDerivative": found.derivatives}
+    groups["InitialUnknown"] = _initial({**found.outputs, **found.derivatives})
+    for group, unknowns in groups.items():
+        for reference, own in unknowns.items():
+            ET.SubElement(parent, group, {"valueReference": str(reference), **_depends(own, 0)})
+
+
+def _depends(own: list[Dependency], first: int) -> dict[str, str]:
+    kinds = " ".join(d.kind for d in own)
+    return {"dependencies": " ".join(str(d.reference + first) for d in own), "dependenciesKind": kinds}

@@ -1,0 +1,99 @@
+"""Variables of a linear model in an FMU, whichever version, and what depends on what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexura.arrays import Bools
+from flexura.io.contents import refuse_clashes, signal_names
+from flexura.io.fmu.code import blocks_of, nominals, patterns
+from flexura.systems import StateSpace
+
+
+class Variable(NamedTuple):
+    """A real variable in the words of FMI; its value reference is its place in the list."""
+
+    name: str
+    causality: str
+    variability: str
+    initial: str | None = None
+    unit: str | None = None
+    start: float | None = None
+    nominal: float | None = None
+    minimum: float | None = None
+    derivative_of: int | None = None
+
+
+class Dependency(NamedTuple):
+    """On which variable, and how: by a `constant` or `tunable` factor, or otherwise (`dependent`)."""
+
+    reference: int
+    kind: str
+
+
+@dataclass(frozen=True)
+class Variables:
+    """All variables: inputs, outputs, states, derivatives where time is continuous, parameters, gains, and time.
+
+    `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
+    reference of the first parameter.
+    """
+
+    variables: list[Variable]
+    outputs: dict[int, list[Dependency]]
+    derivatives: dict[int, list[Dependency]]
+    parameters: int
+
+
+def variables_of(model: StateSpace) -> Variables:
+    """Variables of a model. Raises OptionError for names that clash."""
+    names, pattern = signal_names(model), patterns(model)
+    n, m, p = model.order, len(model.inputs), len(model.outputs)
+    x, y = nominals(model, blocks_of(pattern.A))
+    time = "discrete" if model.is_discrete else "continuous"
+    ends = zip(names.inputs, model.inputs, strict=True), zip(names.outputs, model.outputs, strict=True)
+    found = [Variable(name, "input", time, unit=channel.unit, start=0.0) for name, channel in ends[0]]
+    found += [
+        Variable(name, "output", time, "calculated", channel.unit, nominal=float(size))
+        for (name, channel), size in zip(ends[1], y, strict=True)
+    ]
+    found += [
+        Variable(name, "local", time, "exact", start=0.0, nominal=float(size))
+        for name, size in zip(names.states, x, strict=True)
+    ]
+    if not model.is_discrete:
+        found += [
+            Variable(f"der({name})", "local", time, "calculated", derivative_of=m + p + k)
+            for k, name in enumerate(names.states)
+        ]
+    first = len(found)
+    own = () if model.tuning is None else model.tuning.parameters
+    found += [Variable(q.name, "parameter", "tunable", "exact", q.unit, q.start, minimum=0.0) for q in own]
+    found += [Variable(f"{name}.gain", "parameter", "tunable", "exact", "1", 1.0) for name in names.inputs]
+    found.append(Variable("time", "independent", "continuous", unit="s"))
+    refuse_clashes([v.name for v in found])
+    outputs = {m + i: _depends(model, pattern.C[i], pattern.D[i], pattern.onto[i], first) for i in range(p)}
+    derivatives = {
+        m + p + n + i: _depends(model, pattern.A[i], pattern.B[i], pattern.into[i], first)
+        for i in range(0 if model.is_discrete else n)
+    }
+    return Variables(found, outputs, derivatives, first)
+
+
+def _depends(model: StateSpace, states: Bools, inputs: Bools, ports: Bools, first: int) -> list[Dependency]:
+    """What a row of [A B] or [C D] with these entries depends on: inputs, states, parameters, and gains of inputs."""
+    m, p, own = len(model.inputs), len(model.outputs), model.tuning
+    tuned, parameters = np.zeros(len(states), dtype=bool), 0
+    driven, acting = np.flatnonzero(inputs).tolist(), np.zeros(0, dtype=np.intp)
+    if own is not None:
+        tuned, acting = (own.of_states[ports] != 0).any(axis=0), np.unique(own.parameter[ports])
+        parameters = len(own.parameters)
+    return [
+        *(Dependency(j, "tunable") for j in driven),
+        *(Dependency(m + p + j, "tunable" if tuned[j] else "constant") for j in np.flatnonzero(states).tolist()),
+        *(Dependency(first + j, "dependent") for j in acting.tolist()),
+        *(Dependency(first + parameters + j, "dependent") for j in driven),
+    ]
