@@ -13,7 +13,7 @@ import pytest
 import flexura as fx
 from flexura import files
 from flexura.io import FORMATS, export, format_of
-from flexura.io.fmu.package import BASE_UNITS
+from flexura.io.fmu.description import BASE_UNITS
 from flexura.structure import UNITS
 from helpers.export_models import EXAMPLES, example_modes, modal_model
 
@@ -38,7 +38,7 @@ def test_every_format_says_what_it_takes_and_its_options() -> None:
     kinds = {kind for own in FORMATS.values() for kind in own.takes}
     for_steps = {"state space in float32", "observer", "shaper"}
     assert kinds == {"state space", "frequency response", "modes", "low-order model", "full-order model"} | for_steps
-    assert FORMATS["fmu"].options == ("binary",)
+    assert FORMATS["fmu"].options == FORMATS["fmi3"].options == ("binary", "platforms")
     assert FORMATS["simscape"].options == ("frames", "keep", "damping_ratio")
     assert set(UNITS.values()) <= set(BASE_UNITS)
 
@@ -48,8 +48,8 @@ def test_every_format_says_what_it_takes_and_its_options() -> None:
     [
         ("x.xyz", None, r"\.xyz is no known format.*\.fmu \(fmu\)"),
         ("x", None, "no suffix is no known format"),
-        ("x.fmu", "gds", "no format 'gds'; formats: fmu, mat"),
-        ("x.vtu", None, "vtu takes a modes or a full-order model, not a state space; formats that do: fmu, mat"),
+        ("x.fmu", "gds", "no format 'gds'; formats: fmu, fmi3, mat"),
+        ("x.vtu", None, "vtu takes a modes or a full-order model, not a state space; formats that do: fmu, fmi3, mat"),
         ("x.mtx", None, "not a state space"),
     ],
 )

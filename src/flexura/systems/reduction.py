@@ -217,7 +217,7 @@ def state_space(
     if isinstance(system, ModalSystem) and (n is not None or up_to is not None):
         raise OptionError("n and up_to belong to a System; a modal system has its modes already")
     kept = with_residual_modes(modes) if residual_modes else modes
-    model = first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes)), payloads)
+    model = first_order(kept.viscous(), delay, (_origin(modes, kept), *_range(modes), *_loaded(payloads)), payloads)
     if balanced is not None:
         model = balance(model, balanced)
     lost = neglected(modes, model, band)
@@ -260,6 +260,13 @@ def _origin(modes: ModalSystem, kept: ModalSystem) -> str:
     residual = f" and {more} residual mode{'s' if more > 1 else ''}" if more else ""
     whole = f"{_kind(modes)} model of order {modes.system.order}"
     return f"{modes.order} modes{residual} of the {whole}, static gain kept"
+
+
+def _loaded(payloads: Sequence[str]) -> list[str]:
+    """What holds of masses that are added later."""
+    names = ", ".join(payloads)
+    text = "a payload moves the modes kept alone: frequencies come out high, least with residual modes for forces there"
+    return [f"{names}: {text}"] if payloads else []
 
 
 def _kind(modes: ModalSystem) -> str:
