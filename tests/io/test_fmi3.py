@@ -20,6 +20,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 import flexura as fx
+from flexura.systems import StateSpace
 from helpers.export_models import EXAMPLES
 
 GUIDE = (EXAMPLES / "guide" / "guide.yaml").read_text()
@@ -27,19 +28,19 @@ FORCE, SHIFT, RATE = "carriage.tx.force", "carriage.tx.displacement", "carriage.
 OUTPUTS = ["carriage.tx", "carriage.tx:velocity", "carriage.tx:acceleration"]
 
 
-def guide(damping: float = 0.01, **options: Any) -> fx.types.StateSpace:
+def guide(damping: float = 0.01, **options: Any) -> StateSpace:
     """Force at the carriage to its motion, six modes."""
     built = fx.system(fx.loads(GUIDE), inputs=["carriage.tx"], outputs=OUTPUTS, damping=damping, order="full")
     return fx.state_space(built, **{"n": 6, **options})
 
 
 @pytest.fixture(scope="module")
-def model() -> fx.types.StateSpace:
+def model() -> StateSpace:
     return guide(payloads=["carriage"])
 
 
 @pytest.fixture(scope="module")
-def unit(model: fx.types.StateSpace, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def unit(model: StateSpace, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return fx.export(model, tmp_path_factory.mktemp("fmi3") / "guide.fmu", format="fmi3")[0]
 
 
@@ -63,7 +64,7 @@ def instance(path: Path, kind: Any = FMU3Slave, start: float = 0.0) -> Iterator[
         fmu.freeInstance()
 
 
-def stepped(model: fx.types.StateSpace, u: np.ndarray, h: float) -> np.ndarray:
+def stepped(model: StateSpace, u: np.ndarray, h: float) -> np.ndarray:
     """Outputs (k, p) after each of the steps with inputs (k, m) held, by scipy's exponential."""
     n, m = model.B.shape
     block = np.zeros((n + m, n + m))
@@ -130,7 +131,7 @@ def test_damping_ratios_and_gains_are_those_of_a_model_made_with_them(unit: Path
     assert apart(simulated(unit, h, steps, {FORCE: -2.5}, kind), expected) > 0.1
 
 
-def test_a_parameter_is_changed_between_steps(unit: Path, model: fx.types.StateSpace) -> None:
+def test_a_parameter_is_changed_between_steps(unit: Path, model: StateSpace) -> None:
     """Free motion of a mode, by its own exponential before and after."""
     w = float(np.sqrt(-model.A[1, 0]))
     with instance(unit) as (fmu, ref, _):
@@ -157,7 +158,7 @@ def test_a_parameter_is_changed_between_steps(unit: Path, model: fx.types.StateS
         assert fmu.getFloat64([ref["mode 1 damping ratio"]]) == [0.0]
 
 
-def frequencies(path: Path, model: fx.types.StateSpace, values: Mapping[str, float]) -> np.ndarray:
+def frequencies(path: Path, model: StateSpace, values: Mapping[str, float]) -> np.ndarray:
     """Natural frequencies, Hz, of what a unit says of its own derivatives."""
     with instance(path, FMU3Model) as (fmu, ref, _):
         fmu.setFloat64([ref[name] for name in values], list(values.values()))
@@ -181,7 +182,7 @@ def test_a_payload_is_a_mass_that_is_described(options: dict, limit: float, tmp_
     assert frequencies(path, model, {})[:4] == pytest.approx(fx.modes(fx.loads(GUIDE), n=4, order="full").frequency_hz)
 
 
-def test_a_payload_that_brings_a_mode_down_is_told_of(model: fx.types.StateSpace) -> None:
+def test_a_payload_that_brings_a_mode_down_is_told_of(model: StateSpace) -> None:
     assert any("carriage: a payload moves the modes kept alone" in note for note in model.notes)
     assert not any("payload" in note for note in guide().notes)
     with pytest.raises(fx.OptionError, match="each once"):
@@ -351,7 +352,7 @@ def test_states_and_parameters_are_kept_serialised_and_reset(unit: Path) -> None
         assert fmu.getFloat64([ref["carriage payload"], *outputs]) == [0.0] * 3
 
 
-def test_both_versions_are_the_same_numbers(unit: Path, model: fx.types.StateSpace, tmp_path: Path) -> None:
+def test_both_versions_are_the_same_numbers(unit: Path, model: StateSpace, tmp_path: Path) -> None:
     other = fx.export(model, tmp_path / "two.fmu")[0]
     values = {FORCE: 1.0, "carriage payload": 0.02, "mode 1 damping ratio": 0.3}
     assert (simulated(unit, 1e-4, 50, values) == simulated(other, 1e-4, 50, values)).all()

@@ -47,6 +47,13 @@ KINDS: dict[str, What] = {
 """What a format takes, in the words of the shell; without a word it gets the first that it takes."""
 
 
+FMUS = ("fmu", "fmi3")
+"""Formats of models that keep their parameters."""
+
+OTHERWISE = {"payloads": "payload"}
+"""Options of the shell whose names in Python differ by more than their hyphens."""
+
+
 def export_command(
     file: File,
     out: Annotated[Path, typer.Option(metavar="FILE", help="Write this file, in the format of its suffix.")],
@@ -91,6 +98,13 @@ def export_command(
         int | None,
         typer.Option(min=0, help="Normal modes kept in each substructure of a low-order model, not to a tolerance."),
     ] = None,
+    payload: Annotated[
+        list[str] | None, typer.Option(metavar="NODE", help="An FMU can be given a mass at this node; repeatable.")
+    ] = None,
+    platform: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Build an FMU's library for this platform, e.g. x86_64-windows; repeatable."),
+    ] = None,
     at: At = None,
     set: Settings = None,
     strict: Strict = False,
@@ -103,11 +117,14 @@ def export_command(
     wanted = what or KINDS[formats()[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
     limit, span = limit_of("--up-to", up_to), band_of(band)
+    if payload and (wanted != "state-space" or format_of(out, format) not in FMUS):
+        raise OptionError("--payload belongs to FMUs, of which it is a parameter")
     thing: Any
     if wanted == "state-space":
         ends = {"inputs": input, "outputs": output, "damping": damping}
         lag = quantity_of("--delay", delay, "s", "0.1ms")
         kept = {"n": n, "up_to": limit, "residual_modes": residual_modes, "balanced": balanced, "band": span}
+        kept["payloads"] = payload or ()
         thing = state_space_of(mechanism, parameters, loop, ends, {**kept, "delay": lag})
         if dt is not None:
             thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold)
@@ -139,7 +156,7 @@ def export_command(
         told = single_precision(thing.estimator if wanted == "observer" else thing)
     if strict and getattr(told, "warnings", ()):
         raise LimitError(told.warnings)
-    written = [str(path) for path in export(thing, out, format=format)]
+    written = [str(path) for path in export(thing, out, format=format, platforms=platform or None)]
     more = scalar_notes(thing) if format_of(out, format) == "uff" else ()
     print_written(told, written, more, as_json)
 
@@ -167,7 +184,7 @@ def state_space_of(
     if loop == "closed":
         other = next((name for name, value in kept.items() if value and name != "n"), None)
         if other is not None:
-            raise OptionError(f"--{other.replace('_', '-')} belongs to open loops")
+            raise OptionError(f"--{OTHERWISE.get(other, other.replace('_', '-'))} belongs to open loops")
         damping, n = ends["damping"], kept["n"]
         return closed_model(mechanism, parameters, ends["inputs"], ends["outputs"], damping=damping, n=n)
     if kept["n"] is None and kept["up_to"] is None:

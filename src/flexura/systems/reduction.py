@@ -213,6 +213,8 @@ def state_space(
     """
     if not (np.isfinite(delay) and delay >= 0):
         raise OptionError(f"a delay is a time in s that is not negative, not {delay}")
+    if balanced is not None and payloads:
+        raise OptionError("payloads act on modes, of which a balanced model has none")
     modes = modal_system(system, n, up_to) if isinstance(system, System) else system
     if isinstance(system, ModalSystem) and (n is not None or up_to is not None):
         raise OptionError("n and up_to belong to a System; a modal system has its modes already")

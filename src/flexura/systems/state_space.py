@@ -229,6 +229,8 @@ class StateSpace(Result):
             raise OptionError(f"a step is a positive time in s, not {dt}")
         if hold not in ("zoh", "foh"):
             raise OptionError(f"hold is zoh or foh, not {hold!r}")
+        if self.tuning is not None and self.tuning.masses:
+            raise OptionError(f"{self.tuning.masses[0]} is a parameter of a continuous model: make it without payloads")
         delay = self.delay if delay is None else delay
         if not (np.isfinite(delay) and delay >= 0):
             raise OptionError(f"a delay is a time in s that is not negative, not {delay}")

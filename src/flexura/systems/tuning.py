@@ -53,6 +53,11 @@ class Tuning(Record):
     of_inputs: Array
     around: Array
 
+    @property
+    def masses(self) -> tuple[str, ...]:
+        """Names of the parameters that are masses."""
+        return tuple(own.name for own in self.parameters if own.unit == "kg")
+
     def selected(self, inputs: list[int], outputs: list[int]) -> Tuning:
         """With some of the inputs and outputs of the model, by position."""
         return replace(self, onto=self.onto[outputs], of_inputs=self.of_inputs[:, inputs])

@@ -63,20 +63,20 @@ def shared_library(sources: Mapping[str, str], compiled: Sequence[str], name: st
 
     Raises OptionError when there is none, or when it fails.
     """
-    compiler = _own_compiler() if name == this_platform() and name.endswith("linux") else _zig(name)
+    is_own = name == this_platform() and name.endswith("linux")
+    compiler = _own_compiler() if is_own else _zig(name)
     with scratch_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
         library = "model" + PLATFORMS[name].suffix
-        command = [*compiler, *FLAGS, "-o", library, *compiled, *(["-lm"] if name.endswith("linux") else ["-s"])]
+        command = [*compiler, *FLAGS, "-o", library, *compiled, *([] if is_own else ["-s"])]
+        command += ["-lm"] if name.endswith("linux") else []
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(folder)
         )
         if done.returncode:
-            output = " ".join(done.stderr.split())[:300]
-            raise OptionError(
-                f"the C compiler {compiler[0]} failed (Debian: apt install gcc libc6-dev has all it needs): {output}"
-            )
+            hint = " (Debian: apt install gcc libc6-dev has all it needs)" if is_own else f" for {name}"
+            raise OptionError(f"the C compiler {compiler[0]} failed{hint}: {' '.join(done.stderr.split())[:300]}")
         return (folder / library).read_bytes()
 
 
