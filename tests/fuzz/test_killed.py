@@ -61,6 +61,7 @@ COMMANDS = {
     "correlate": f"correlate {GUIDE} {CORPUS}measured/guide.uff -n 1 --plot OUT",
     "export fmu": f"export {GUIDE} --out OUT/a.fmu {ENDS} -n 1",
     "export c": f"export {GUIDE} --out OUT/a.c {ENDS} -n 1 --dt 0.1ms --damping 0.01",
+    "export fmi3": f"export {GUIDE} --out OUT/a.fmu --format fmi3 --payload carriage {ENDS} -n 1",
     "export mat": f"export {GUIDE} --out OUT/a.mat {ENDS} -n 1",
     "export m": f"export {GUIDE} --out OUT/a.m {ENDS} -n 1",
     "export modelica": f"export {GUIDE} --out OUT/a.mo {ENDS} -n 1",

@@ -382,3 +382,65 @@ def test_definitions_agree_with_the_published_header(unit: Path, tmp_path: Path)
 def _symbols(file: Path, option: str) -> set[str]:
     lines = subprocess.run(["nm", option, "--defined-only", file], capture_output=True, text=True, check=True).stdout
     return {line.split()[2] for line in lines.splitlines()}
+
+
+ZIG = """#!/bin/sh
+for word; do
+    case "$before" in -o) library=$word ;; -target) target=$word ;; esac
+    before=$word
+done
+echo "made for $target" > "$library"
+"""
+
+
+def test_libraries_for_other_platforms_are_made_by_zig(
+    model: StateSpace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where they stand, by the names of either version; zig itself is stood in for."""
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setenv("PATH", str(tmp_path / "bin"), prepend=":")
+    with pytest.raises(fx.OptionError, match="nothing here compiles for x86_64-windows: pip install ziglang"):
+        fx.export(model, tmp_path / "no.fmu", platforms=["x86_64-windows"])
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "zig").write_text(ZIG)
+    (tmp_path / "bin" / "zig").chmod(0o755)
+    places = {
+        "fmu": {"win64/{}.dll": "x86_64-windows-gnu", "darwin64/{}.dylib": "x86_64-macos"},
+        "fmi3": {"x86_64-windows/{}.dll": "x86_64-windows-gnu", "x86_64-darwin/{}.dylib": "x86_64-macos"},
+    }
+    for name, expected in places.items():
+        wanted = ["x86_64-windows", "x86_64-darwin", "x86_64-linux"]
+        path = fx.export(model, tmp_path / f"{name}.fmu", format=name, platforms=wanted)[0]
+        with zipfile.ZipFile(path) as archive:
+            found = {own: archive.read(own) for own in archive.namelist() if own.startswith("binaries/")}
+        assert len(found) == 3 and sum(library.startswith(b"\x7fELF") for library in found.values()) == 1
+        for place, target in expected.items():
+            library = found[f"binaries/{place.format('parallel_leaf_spring_guide')}"]
+            assert library == f"made for {target}\n".encode()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"platforms": ["aarch64-darwin"]}, "FMI 2 has no name for aarch64-darwin"),
+        ({"platforms": ["win64"], "format": "fmi3"}, "no platform 'win64' to build for; platforms: x86_64-linux"),
+        ({"platforms": "x86_64-linux"}, "platforms are a list"),
+        ({"platforms": ["x86_64-linux"], "binary": False}, "go with binary"),
+        ({"platforms": ["x86_64-linux"], "format": "mat"}, "mat has no option 'platforms'"),
+    ],
+)
+def test_platforms_that_cannot_be_built_for(
+    model: StateSpace, tmp_path: Path, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(fx.OptionError, match=message):
+        fx.export(model, tmp_path / "no.fmu", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_payloads_belong_to_continuous_models_in_modes(model: StateSpace) -> None:
+    with pytest.raises(fx.OptionError, match="carriage payload is a parameter of a continuous model"):
+        model.discretised(1e-4)
+    with pytest.raises(fx.OptionError, match="a balanced model has none"):
+        guide(payloads=["carriage"], balanced=4)
+    small = guide(balanced=4)
+    assert small.tuning is None and guide().discretised(1e-4).tuning is None
