@@ -64,7 +64,7 @@ def shared_library(sources: Mapping[str, str], compiled: Sequence[str], name: st
     Raises OptionError when there is none, or when it fails.
     """
     is_own = name == this_platform() and name.endswith("linux")
-    compiler = _own_compiler() if is_own else _zig(name)
+    compiler = _system_compiler() if is_own else _zig(name)
     with scratch_folder() as folder:
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
@@ -85,7 +85,7 @@ def _environment(folder: Path) -> dict[str, str]:
     return {**os.environ, "TMPDIR": str(folder), "ZIG_LOCAL_CACHE_DIR": str(folder)}
 
 
-def _own_compiler() -> list[str]:
+def _system_compiler() -> list[str]:
     name = os.environ.get("CC", "cc")
     compiler = shutil.which(name) or shutil.which("gcc")
     if compiler is None:
