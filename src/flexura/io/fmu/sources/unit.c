@@ -22,7 +22,7 @@ typedef struct {
 } State;
 
 struct Unit {
-    int makes_steps, is_tuned;
+    int makes_steps, is_tuned, is_fresh;
     double step;               /* the one that E and G are for; negative when for none */
     Model model;               /* A to D for the parameters as they are */
     double *values[4];         /* their entries */
@@ -92,9 +92,14 @@ static Fault tune(Unit *unit)
 /* Matrices and inputs as they act. */
 static Fault refresh(Unit *unit)
 {
+    Fault fault = NULL;
+    if (unit->is_fresh)
+        return NULL;
     for (int i = 0; i < MODEL->inputs; i++)
         unit->u[i] = gains(unit)[i] * inputs(unit)[i];
-    return tune(unit);
+    fault = tune(unit);
+    unit->is_fresh = !fault;
+    return fault;
 }
 
 static double rate(const Unit *unit, int i)
@@ -106,7 +111,7 @@ void flexura_restart(Unit *unit)
 {
     unit->state->time = 0.0;
     unit->state->phase = BEFORE;
-    unit->is_tuned = 0;
+    unit->is_tuned = unit->is_fresh = 0;
     memset(states(unit), 0, BYTES(MODEL->states + MODEL->inputs));
     memcpy(parameters(unit), MODEL->start, BYTES(MODEL->parameters));
     for (int i = 0; i < MODEL->inputs; i++)
@@ -248,6 +253,7 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
 
 Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const double *value)
 {
+    unit->is_fresh = 0;
     for (size_t k = 0; k < n; k++) {
         int i = 0;
         const int kind = kind_of(reference[k], &i);
@@ -407,6 +413,7 @@ Fault flexura_restore(Unit *unit, const void *kept)
     const size_t parameters_at = (size_t)(MODEL->states + MODEL->inputs);
     if (memcmp(other->numbers + parameters_at, parameters(unit), BYTES(MODEL->parameters)) != 0)
         unit->is_tuned = 0;
+    unit->is_fresh = 0;
     memcpy(unit->state, kept, state_bytes());
     return NULL;
 }
