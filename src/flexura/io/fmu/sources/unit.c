@@ -14,6 +14,8 @@
 
 typedef enum { BEFORE, RUNNING, ENDED } Phase;
 
+enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, TIME, KINDS };
+
 /* What makes up the state of a unit: states, inputs, parameters and gains behind it. */
 typedef struct {
     double time;
@@ -22,6 +24,7 @@ typedef struct {
 } State;
 
 struct Unit {
+    unsigned int first[KINDS + 1];
     int makes_steps, is_tuned, is_fresh;
     double step;               /* the one that E and G are for; negative when for none */
     Model model;               /* A to D for the parameters as they are */
@@ -31,20 +34,23 @@ struct Unit {
     State *state;
 };
 
-enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, TIME, NONE };
-
-static int kind_of(unsigned int reference, int *index)
+/* Where value references of a kind begin: the next after those of the kind before. */
+static void count_references(unsigned int *first)
 {
-    const int sizes[] = {MODEL->inputs, MODEL->outputs, MODEL->states, MODEL->dt > 0.0 ? 0 : MODEL->states,
-                         MODEL->parameters, MODEL->inputs, 1};
-    for (int kind = INPUT; kind <= TIME; kind++) {
-        if (reference < (unsigned int)sizes[kind]) {
-            *index = (int)reference;
-            return kind;
-        }
-        reference -= (unsigned int)sizes[kind];
-    }
-    return NONE;
+    const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs, MODEL->states, MODEL->dt > 0.0 ? 0 : MODEL->states,
+                              MODEL->parameters, MODEL->inputs, 1};
+    for (int kind = 0; kind < KINDS; kind++)
+        first[kind + 1] = first[kind] + (unsigned int)sizes[kind];
+}
+
+/* KINDS when there is none. */
+static int kind_of(const Unit *unit, unsigned int reference, int *index)
+{
+    int kind = 0;
+    while (kind < KINDS && reference >= unit->first[kind + 1])
+        kind++;
+    *index = (int)(reference - unit->first[kind]);
+    return kind;
 }
 
 static double *states(const Unit *unit)
@@ -161,6 +167,7 @@ Unit *flexura_new(const char *token, int makes_steps, Fault *fault)
         *fault = "no memory for an instance";
     else {
         unit->makes_steps = makes_steps;
+        count_references(unit->first);
         flexura_restart(unit);
         return unit;
     }
@@ -222,7 +229,7 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
         return fault;
     for (size_t k = 0; k < n; k++) {
         int i = 0;
-        switch (kind_of(reference[k], &i)) {
+        switch (kind_of(unit, reference[k], &i)) {
         case INPUT:
             value[k] = inputs(unit)[i];
             break;
@@ -256,7 +263,7 @@ Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const dou
     unit->is_fresh = 0;
     for (size_t k = 0; k < n; k++) {
         int i = 0;
-        const int kind = kind_of(reference[k], &i);
+        const int kind = kind_of(unit, reference[k], &i);
         if (kind != INPUT && kind != STATE && kind != PARAMETER && kind != GAIN)
             return "inputs, states, parameters and gains are what can be set";
         if (kind == STATE && unit->makes_steps && unit->state->phase != BEFORE)
@@ -365,7 +372,7 @@ Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknow
         return fault;
     memset(dx, 0, BYTES(MODEL->states + MODEL->inputs + 2 * MODEL->ports));
     for (size_t k = 0; k < knowns; k++)
-        switch (kind_of(known[k], &i)) {
+        switch (kind_of(unit, known[k], &i)) {
         case INPUT:
             du[i] += gains(unit)[i] * dknown[k];
             break;
@@ -384,7 +391,7 @@ Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknow
         }
     flexura_tuning(MODEL, states(unit), unit->u, unit->d, unit->X, dd, dw, unit->work);
     for (size_t k = 0; k < unknowns; k++)
-        switch (kind_of(unknown[k], &i)) {
+        switch (kind_of(unit, unknown[k], &i)) {
         case OUTPUT:
             dunknown[k] = flexura_row(&own->C, i, dx) + flexura_row(&own->D, i, du) + flexura_row(&MODEL->onto, i, dw);
             break;
