@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from ctypes import c_double
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -437,10 +438,13 @@ def test_platforms_that_cannot_be_built_for(
     assert not list(tmp_path.iterdir())
 
 
-def test_payloads_belong_to_continuous_models_in_modes(model: StateSpace) -> None:
+def test_parameters_belong_to_continuous_models_in_modes(model: StateSpace, tmp_path: Path) -> None:
     with pytest.raises(fx.OptionError, match="carriage payload is a parameter of a continuous model"):
         model.discretised(1e-4)
     with pytest.raises(fx.OptionError, match="a balanced model has none"):
         guide(payloads=["carriage"], balanced=4)
+    other = fx.export(replace(model, A=2 * model.A), tmp_path / "other.fmu", binary=False)[0]
+    parameters = [v.name for v in fmpy.read_model_description(str(other)).modelVariables if v.causality == "parameter"]
+    assert parameters == [f"{FORCE}.gain"]
     small = guide(balanced=4)
     assert small.tuning is None and guide().discretised(1e-4).tuning is None

@@ -247,7 +247,7 @@ def closed(modes: ModalSystem, controllers: Mapping[str, Controller]) -> Closed:
     )
     states = (*plant.state_names, *(f"controller state {k + 1}" for k in range(len(Ak))))
     notes = (*plant.notes, *_dead_times(names, filters))
-    tuning, (B, C, D) = tuning.parted(B, C, D)
+    tuning, (B, C, D) = tuning.parted(A, B, C, D)
     model = StateSpace(
         A, B, C, D, inputs, outputs, states, None, 0.0, plant.name, notes, model=plant.model, tuning=tuning
     )

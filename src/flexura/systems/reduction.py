@@ -248,7 +248,7 @@ def first_order(modes: ModalSystem, delay: float, notes: tuple[str, ...], payloa
     C[moved, 0::2], C[moved, 1::2] = -rows[moved] * modes.omega**2, -rows[moved] @ modes.damping
     D[moved] += rows[moved] @ B[1::2]
     nothing = np.zeros((0, 0))
-    tuning, (B, C, D) = Tuning(*ports[:3], *(nothing,) * 5).parted(B, C, D)
+    tuning, (B, C, D) = Tuning(*ports[:3], *(nothing,) * 6).parted(A, B, C, D)
     states = tuple(f"mode {j + 1} {word}" for j in range(r) for word in ("displacement", "velocity"))
     return StateSpace(
         A, B, C, D, modes.inputs, modes.outputs, states, None, delay, modes.system.name, notes,

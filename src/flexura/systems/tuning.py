@@ -39,7 +39,8 @@ class Tuning(Record):
     """Ports of a model, x' = A x + B u + into w, y = C x + D u + onto w, z = of_states x + of_inputs u + around w, and
     w_k = slope_k (p - start) z_k for the parameter p of number `parameter_k`.
 
-    into (n, r), onto (p, r), of_states (r, n), of_inputs (r, m), around (r, r), slope and parameter (r,).
+    into (n, r), onto (p, r), of_states (r, n), of_inputs (r, m), around (r, r), slope and parameter (r,). They hold in
+    the states of which `A` is.
     """
 
     _shown = ("parameters",)
@@ -47,6 +48,7 @@ class Tuning(Record):
     parameters: tuple[Parameter, ...]
     parameter: Index
     slope: Array
+    A: Array
     into: Array
     onto: Array
     of_states: Array
@@ -67,11 +69,11 @@ class Tuning(Record):
         direct = np.block([[self.around, self.of_inputs], [self.onto, D]])
         return np.hstack([self.into, B]), np.vstack([self.of_states, C]), direct
 
-    def parted(self, B: Array, C: Array, D: Array) -> tuple[Tuning, Matrices]:
+    def parted(self, A: Array, B: Array, C: Array, D: Array) -> tuple[Tuning, Matrices]:
         """The tuning, and the matrices, of a model whose first inputs and outputs are the ports."""
         k = len(self.slope)
-        own = replace(self, into=B[:, :k], onto=D[k:, :k], of_states=C[:k], of_inputs=D[:k, k:], around=D[:k, :k])
-        return own, (B[:, k:], C[k:], D[k:, k:])
+        ports = {"into": B[:, :k], "onto": D[k:, :k], "of_states": C[:k], "of_inputs": D[:k, k:], "around": D[:k, :k]}
+        return replace(self, A=A, **ports), (B[:, k:], C[k:], D[k:, k:])
 
 
 class PortsOfModes(NamedTuple):

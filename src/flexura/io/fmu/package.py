@@ -6,7 +6,10 @@ import hashlib
 import uuid
 import zipfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from flexura.errors import OptionError
 from flexura.files import write_file
@@ -41,6 +44,8 @@ def write_fmi3(
 
 
 def _write(model: StateSpace, path: str | Path, binary: bool, platforms: Sequence[str] | None, version: int) -> Path:
+    if model.tuning is not None and not np.array_equal(model.tuning.A, model.A):
+        model = replace(model, tuning=None)  # its matrices were changed since, and ports are of others
     refuse_unfit(model)
     if platforms is not None and (isinstance(platforms, str) or not binary or not platforms):
         raise OptionError("platforms are a list of names of what libraries are built for, and go with binary")
