@@ -204,7 +204,7 @@ def state_space(
     a balanced realisation to so many states, or, below one, until twice the sum of the Hankel singular values left out
     is so much of the largest (Moore 1981; theory eq. T19), the static gain kept (Fernando and Nicholson 1982).
     Structural damping becomes viscous as in time response. `delay`, s, is a dead time of all inputs. Nodes named in
-    `payloads` can be given a mass later, where the model is exported to (theory eq. X7).
+    `payloads` can be given a mass later, where the model is exported to (theory eq. X18).
 
     The result has a bound on what it lacks over the `band` (from, to), Hz, that it is for, by default up to the highest
     mode kept, and a warning where that is more than 1 % of the largest response of a channel (theory eq. T28).

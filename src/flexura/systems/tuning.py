@@ -1,7 +1,7 @@
 """Parameters that can be changed in a finished linear model: damping ratios of its modes, and masses added to it.
 
 Each acts through ports of the model, inside of which w = slope (parameter - start) z: a modal force from the velocity
-of its mode, or forces at a node from the accelerations there (theory eq. X6). So parameters of a model whose loops are
+of its mode, or forces at a node from the accelerations there (theory eq. X17). So parameters of a model whose loops are
 closed are those of its plant.
 """
 
