@@ -113,7 +113,7 @@ def test_webs_of_notches_become_thicker(tmp_path):
     anew = frequencies(described(file, 20e-3, offset="0.05 mm", by=0.05e-3, **thin))
     found = frequencies(model, kerf=0.05e-3)
     assert found == pytest.approx(anew, rel=0.01)
-    assert found[0] > 1.05 * frequencies(model)[0]
+    assert (found / frequencies(model)).max() > 1.05  # of bending in the plane
 
 
 def bored(length, bore, parameters):
