@@ -39,6 +39,7 @@ SHELL = {
     "understand": ((flexura.understand,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
+    "scheduled-plant": ((flexura.scheduled_plant,), set()),
     "constraints": ((flexura.constraints,), set()),
     "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),

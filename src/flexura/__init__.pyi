@@ -16,6 +16,7 @@ from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
 from flexura.analysis import Observer as Observer
 from flexura.analysis import Preload as Preload
+from flexura.analysis import ScheduledPlant as ScheduledPlant
 from flexura.analysis import Shaper as Shaper
 from flexura.analysis import Statics as Statics
 from flexura.analysis import Stresses as Stresses
@@ -33,6 +34,7 @@ from flexura.analysis import modes as modes
 from flexura.analysis import observer as observer
 from flexura.analysis import preload as preload
 from flexura.analysis import read_signals as read_signals
+from flexura.analysis import scheduled_plant as scheduled_plant
 from flexura.analysis import shaper as shaper
 from flexura.analysis import signals as signals
 from flexura.analysis import statics as statics

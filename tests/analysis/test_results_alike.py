@@ -47,6 +47,7 @@ DIMENSIONLESS = {
     *("factor to yield", "position", "variance reduction", "relative standard deviation"),
     *("stress margin", "stress position", "buckling factor", "model error, lower", "model error, upper"),
     *("model error, low", "model error, high"),
+    *("frequency error", "response error", "static error"),
     *("gain margin", "distance from -1", "sensitivity peak", "gap", "factor to buckle"),
 }
 """Columns of floats that are plain numbers."""

@@ -243,6 +243,9 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "ResponseSensitivities": lambda: fx.models.response_sensitivities(
         guide(), free=["length"], inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], frequency_hz=HZ
     ),
+    "ScheduledPlant": lambda: fx.scheduled_plant(
+        guide(), move={f"{NODE}.x": (0.0, 1e-3)}, inputs=[f"{NODE}.tx"], outputs=[f"{NODE}.tx"], n=3
+    ),
     "ScrewAxis": screw_axis,
     "ModeSensitivities": lambda: fx.models.mode_sensitivities(guide(), free=["length"], n=2),
     "Sensitivity": lambda: fx.sensitivity(guide(), ask="f1, mass"),

@@ -36,7 +36,7 @@ def test_the_suffix_or_the_name_chooses(path: str, to: str | None, name: str) ->
 
 def test_every_format_says_what_it_takes_and_its_options() -> None:
     kinds = {kind for own in FORMATS.values() for kind in own.takes}
-    for_steps = {"state space in float32", "observer", "shaper"}
+    for_steps = {"state space in float32", "observer", "shaper", "scheduled plant"}
     assert kinds == {"state space", "frequency response", "modes", "low-order model", "full-order model"} | for_steps
     assert FORMATS["fmu"].options == FORMATS["fmi3"].options == ("binary", "platforms")
     assert FORMATS["simscape"].options == ("frames", "keep", "damping_ratio")

@@ -78,6 +78,11 @@ COMMANDS = {
         "stroke_command",
         "A mechanism over its stroke, however far: equilibria, frequencies, drive forces and support stiffness.",
     ),
+    "scheduled-plant": _Command(
+        "response",
+        "scheduled_plant_command",
+        "A gain-scheduled plant (LPV): state spaces along the stroke of one displacement, with errors between poses.",
+    ),
     "constraints": _Command(
         "response",
         "constraints_command",

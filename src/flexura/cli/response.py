@@ -16,6 +16,7 @@ from flexura.cli.amounts import (
     gravities_of,
     gravity_of,
     hertz_of,
+    limit_of,
     loads_of,
     moves_of,
     quantity_of,
@@ -183,6 +184,45 @@ def stroke_command(
     described = () if mechanism.motion is None else mechanism.motion.nodes
     nodes = node or [name for name in described if name in known]
     return Answer(result, result.presentation(nodes), "save_stroke", is_interrupted=result.interrupted)
+
+
+@command("strict")
+def scheduled_plant_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    move: Annotated[
+        list[str],
+        typer.Option("--move", metavar="NODE.AXIS=FROM:TO", help="Displacement that schedules it, and its stroke."),
+    ],
+    input: Inputs = None,
+    output: Outputs = None,
+    n: Annotated[int, typer.Option("-n", min=1, help="Deviations from the equilibria that are kept.")] = 6,
+    up_to: Annotated[
+        str | None, typer.Option(metavar="FREQUENCY", help="Highest frequency that it is for, with its unit.")
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(metavar="REL", help="Largest relative error of responses between poses.")
+    ] = 0.01,
+    damping: Ratio = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the plant: .mat, .npz or .h5.")] = None,
+) -> Answer:
+    """A gain-scheduled plant (LPV): state spaces along the stroke of one displacement, with errors between poses."""
+    from flexura.analysis import scheduled_plant
+    from flexura.io import export
+
+    result = scheduled_plant(
+        mechanism,
+        parameters,
+        move=moves_of(move),
+        inputs=input,
+        outputs=output,
+        n=n,
+        up_to=limit_of("--up-to", up_to),
+        tolerance=tolerance,
+        damping=damping,
+    )
+    return Answer(result, write=lambda: [] if out is None else export(result, out))
 
 
 @command("at", "plot", "strict", out="Write magnitudes and phases: .csv or .parquet.")

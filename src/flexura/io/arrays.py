@@ -10,7 +10,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from flexura._version import __version__
+from flexura.analysis import ScheduledPlant
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import OptionError, need
 from flexura.files import complete_files, write_file
 from flexura.io.contents import (
@@ -47,6 +49,8 @@ _MATLAB_NAMES = {
     "input_quantities": "InputQuantity",
     "output_quantities": "OutputQuantity",
     "coordinate_names": "CoordinateName",
+    "parameter": "ParameterName",
+    "up_to_hz": "UpToHz",
 }
 _COLUMNS = ("row", "coordinate", "node", "dof", "x_m", "y_m", "z_m")
 
@@ -107,13 +111,17 @@ def write_mat(what: Any, path: str | Path, damping: Any | None = None) -> Path:
 
     State space: A, B, C, D, Ts (0 when continuous), InputDelay in s, and names and units as cell arrays of columns,
     names that occur twice with their quantity behind them. Frequency response: ResponseData (p, m, f) at FrequencyHz.
-    Second-order model: K, M, C and CoordinateName. Raises OptionError for things that have no arrays, and when the file
-    cannot be written.
+    Second-order model: K, M, C and CoordinateName. Scheduled plant: A, B, C, D and all else with the k poses last,
+    (n, n, k), vectors as columns (n, 1, k), and the poses as a column (k, 1). Raises OptionError for things that have
+    no arrays, and when the file cannot be written.
     """
     items = contents(what, damping)
-    if isinstance(what, StateSpace):
+    if isinstance(what, StateSpace | ScheduledPlant):
         names = signal_names(what)
         items |= {"input_names": list(names.inputs), "output_names": list(names.outputs)}
+    if isinstance(what, ScheduledPlant):
+        items |= {name: _poses_last(items[name]) for name in what.arrays()}
+    if isinstance(what, StateSpace):
         items["delay"] = np.full((len(what.inputs), 1), what.delay if what.dt is None else 0.0)
     if "response" in items:
         items["response"] = items["response"].transpose(1, 2, 0)
@@ -131,6 +139,12 @@ def save_mat(items: dict[str, Any], path: str | Path) -> Path:
         savemat(str(file), variables, appendmat=False, long_field_names=True, do_compression=True)
 
     return write_file(path, write)
+
+
+def _poses_last(values: Array) -> Array:
+    """Matrices (n, m, k), or columns (n, 1, k), of those (k, n, m) and (k, n); numbers (k,) as a column."""
+    columns = values[..., None] if values.ndim < 3 else values
+    return columns.transpose(1, 2, 0) if values.ndim > 1 else columns
 
 
 def _cell(texts: list[str]) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 import scipy.sparse as sp
 
-from flexura.analysis import model_errors_of_modes
+from flexura.analysis import ScheduledPlant, model_errors_of_modes
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import assemble
 from flexura.reduction import LowOrderModel, NestedModel
@@ -101,6 +101,19 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
     """
     if isinstance(what, StateSpace):
         return _of_state_space(what)
+    if isinstance(what, ScheduledPlant):
+        return {
+            "kind": "scheduled plant",
+            "name": what.name,
+            "parameter": what.family.parameter,
+            **what.arrays(),
+            "error": what.error,
+            "up_to_hz": what.up_to,
+            **_channels("input", what.inputs),
+            **_channels("output", what.outputs),
+            "state_names": list(what.state_names),
+            "notes": [*what.notes, *(f"warning: {w}" for w in what.warnings)],
+        }
     if isinstance(what, Response) and not isinstance(what, FullOrderModel | LowOrderModel):
         modes = getattr(what, "modes", None)
         errors = [] if modes is None else model_error_notes(modes.system.model, float(np.max(what.frequency_hz)))
@@ -179,7 +192,7 @@ class Names(NamedTuple):
     states: tuple[str, ...]
 
 
-def signal_names(model: StateSpace) -> Names:
+def signal_names(model: StateSpace | ScheduledPlant) -> Names:
     """A channel's name, and its quantity behind a dot when another channel or a state has the same name:
     a force and the displacement at `stage.tx` become `stage.tx.force` and `stage.tx.displacement`.
 

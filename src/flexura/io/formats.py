@@ -8,7 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any
 
-from flexura.analysis import Modes, Observer, Shaper
+from flexura.analysis import Modes, Observer, ScheduledPlant, Shaper
 from flexura.arguments import verb
 from flexura.errors import OptionError
 from flexura.io.archives import read_hdf5, read_npz, write_measured_hdf5, write_measured_npz
@@ -38,6 +38,7 @@ STATE_SPACE, STEPS, OBSERVER, SHAPER, RESPONSE, MODES, LOW, FULL = (
     "low-order model",
     "full-order model",
 )
+SCHEDULED = "scheduled plant"
 
 
 @dataclass(frozen=True)
@@ -53,9 +54,9 @@ class MeasuredFormat:
 @dataclass(frozen=True)
 class Format:
     """A file format: its suffixes, what it takes (`state space`, `state space in float32`, `observer`, `shaper`,
-    `frequency response`, `modes`, `low-order model`, `full-order model`; first what the shell writes where nothing is
-    said), what a file in it is, `write(result, path, **options)`, which returns the paths, and what reads and writes
-    measured data in it."""
+    `frequency response`, `modes`, `low-order model`, `full-order model`, `scheduled plant`; first what the shell
+    writes where nothing is said), what a file in it is, `write(result, path, **options)`, which returns the paths, and
+    what reads and writes measured data in it."""
 
     suffixes: tuple[str, ...]
     takes: tuple[str, ...]
@@ -69,7 +70,7 @@ class Format:
         return () if self.write is None else tuple(signature(self.write).parameters)[2:]
 
 
-_ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL)
+_ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL, SCHEDULED)
 
 FORMATS = {
     "fmu": Format((".fmu",), (STATE_SPACE,), "FMI 2.0 co-simulation and model exchange", write_fmu),
@@ -125,7 +126,8 @@ def export(
 ) -> list[Path]:
     """Write a model or a result for another program; the `format` is that of the suffix by default.
 
-    `result` is a state space, an observer, a shaper, a frequency response, modes, or a low-order or full-order model;
+    `result` is a state space, an observer, a shaper, a frequency response, modes, a scheduled plant, or a low- or
+    full-order model;
     `FORMATS` says which format takes which, and which of these: `damping` as in `system`, which makes C of a model
     (npz, hdf5, mat, matrix-market); `damping_ratio` of all modes, `frames` by name and `keep` modes with these held
     (simscape); the largest displacement `amplitude`, m or rad, of each shape (vtu); `geometry`, modes or a model that
@@ -189,6 +191,8 @@ def kind_of(what: Any) -> str:
         return STEPS
     if isinstance(what, Observer | Shaper):
         return OBSERVER if isinstance(what, Observer) else SHAPER
+    if isinstance(what, ScheduledPlant):
+        return SCHEDULED
     if isinstance(what, Modes):
         return MODES
     if isinstance(what, FullOrderModel):

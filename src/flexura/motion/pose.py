@@ -25,7 +25,7 @@ from flexura.linalg import (
     scaled,
     unit_scale,
 )
-from flexura.motion.elements import PoseElements
+from flexura.motion.elements import PoseElements, Rates
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.layout import MIRRORED
 from flexura.motion.model import MovingModel
@@ -153,7 +153,12 @@ class Pose(Record):
         G = self.rows(node)
         if not held:
             return self._free_factor.solve(np.ascontiguousarray(G.T))
-        return self.holding.motions(self._held_factor.solve(np.ascontiguousarray(self.holding.rows(G).T)))
+        return self.held_response(G.T)
+
+    def held_response(self, forces: Array) -> Array:
+        """Free displacements (n, k) under forces (n, k) with actuators locked."""
+        left = np.ascontiguousarray(self.holding.rows(forces.T).T)
+        return self.holding.motions(self._held_factor.solve(left))
 
     def drive_stiffness(self) -> Array:
         """Derivatives (d,) of the forces of the drives by their own displacements, the others held."""
@@ -172,6 +177,19 @@ class Pose(Record):
         flexible = self._free_factor.solve(np.ascontiguousarray(rows.T))
         stiffness = np.asarray(np.linalg.inv(rows @ flexible), dtype=float)
         return stiffness, flexible @ stiffness
+
+    def inertia_forces(self, velocity: Array, acceleration: Array) -> Array:
+        """Forces (n,) that it takes to move everything with velocities and accelerations (n,) of the free
+        displacements, dashpots left out (theory eq. G33)."""
+        equations, loads = self.equations, self.state.loads
+
+        def held(ahead: float, faster: float) -> Array:
+            rates = Rates(
+                ahead * equations.displacements(velocity), faster * equations.displacements(acceleration), 0.0
+            )
+            return equations.model.kinetics(self.state.frames, rates, loads.gravity, loads.actuators).force
+
+        return equations.free((held(1.0, 1.0) + held(-1.0, 1.0)) / 2 - held(0.0, 0.0))
 
     def displacement(self, node: int) -> Array:
         """Displacement (6,) of a node from rest: m, and its rotation vector, rad."""

@@ -25,10 +25,15 @@ from flexura.systems.pole_form import pole_form as pole_form
 from flexura.systems.pole_form import spectrum_panels as spectrum_panels
 from flexura.systems.reduction import state_space as state_space
 from flexura.systems.reduction import with_residual_modes as with_residual_modes
+from flexura.systems.scheduling import Frozen as Frozen
+from flexura.systems.scheduling import ScheduledSystem as ScheduledSystem
+from flexura.systems.scheduling import aligned as aligned
+from flexura.systems.scheduling import chebyshev_points as chebyshev_points
 from flexura.systems.second_order import DampingLaw as DampingLaw
 from flexura.systems.second_order import SecondOrder as SecondOrder
 from flexura.systems.second_order import damping_law as damping_law
 from flexura.systems.second_order import stiffening as stiffening
+from flexura.systems.second_order import symmetric as symmetric
 from flexura.systems.settling import decay as decay
 from flexura.systems.settling import settling_time as settling_time
 from flexura.systems.single_precision import UNIT as UNIT

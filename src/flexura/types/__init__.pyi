@@ -10,6 +10,7 @@ from flexura.analysis import MemberConstraints as MemberConstraints
 from flexura.analysis import MemberStress as MemberStress
 from flexura.analysis import Mode as Mode
 from flexura.analysis import PartStress as PartStress
+from flexura.analysis import PoseCheck as PoseCheck
 from flexura.analysis import Release as Release
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
@@ -30,7 +31,9 @@ from flexura.study.questions import Slopes as Slopes
 from flexura.study.tolerances import MisalignedQuantity as MisalignedQuantity
 from flexura.study.tolerances import Mount as Mount
 from flexura.systems import ComplexModes as ComplexModes
+from flexura.systems import Frozen as Frozen
 from flexura.systems import Neglected as Neglected
+from flexura.systems import ScheduledSystem as ScheduledSystem
 from flexura.understanding import ComparedMode as ComparedMode
 from flexura.understanding import RecognisedBlock as RecognisedBlock
 from flexura.understanding import RecognisedFlexure as RecognisedFlexure

@@ -24,6 +24,9 @@ from flexura.analysis.responses.frequency_response import FrequencyResponse as F
 from flexura.analysis.responses.frequency_response import frequency_response as frequency_response
 from flexura.analysis.responses.observer import Observer as Observer
 from flexura.analysis.responses.observer import observer as observer
+from flexura.analysis.responses.posed_systems import PoseCheck as PoseCheck
+from flexura.analysis.responses.scheduled_plant import ScheduledPlant as ScheduledPlant
+from flexura.analysis.responses.scheduled_plant import scheduled_plant as scheduled_plant
 from flexura.analysis.responses.shaping import Shaper as Shaper
 from flexura.analysis.responses.shaping import shaper as shaper
 from flexura.analysis.responses.signals import SignalFile as SignalFile

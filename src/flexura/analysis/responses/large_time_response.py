@@ -18,6 +18,7 @@ from flexura.motion import (
     Damping,
     Equations,
     Equilibrium,
+    Frames,
     Integrator,
     Loads,
     MotionState,
@@ -74,7 +75,7 @@ def large_time_response(
     full = built.model
     assert isinstance(full, FullOrderModel)
     moving = MovingModel.of(full.design)
-    readings = [_Reading.of(moving, port) for port in built.output_ports]
+    readings = [Reading.of(moving, port) for port in built.output_ports]
     loads = _LoadsOverTime(moving, built, excitation)
     equations = Equations(moving)
     damping, damped = _damping(built, equations)
@@ -192,7 +193,7 @@ def _steps_taken(steps: StepsTaken, samples: int) -> list[str]:
 
 
 def _integrated(
-    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[_Reading], stepping: Stepping
+    equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[Reading], stepping: Stepping
 ) -> _Run:
     """The motion on a model, step by step."""
     model, (u, dt, impulses, start, _) = equations.model, loads.excitation
@@ -224,7 +225,7 @@ def _integrated(
     return _Run(response, samples, per_period, integrator.steps)
 
 
-class _Reading(NamedTuple):
+class Reading(NamedTuple):
     """What an output reads: of a node, or of a second one seen from the first, along a direction, so often
     differentiated; rotations where it `turns`, in axes that turn with the node where it is `mounted` there."""
 
@@ -235,7 +236,7 @@ class _Reading(NamedTuple):
     mounted: bool
 
     @staticmethod
-    def of(model: MovingModel, port: OutputPort) -> _Reading:
+    def of(model: MovingModel, port: OutputPort) -> Reading:
         """The reading of a port. Raises OptionError for forces, and for rates between two nodes."""
         channel: Channel = port.channel
         words = channel.quantity.split("_")
@@ -248,7 +249,7 @@ class _Reading(NamedTuple):
         nodes = tuple(model.design.plan.topology.numbers(names).tolist())
         described = channel.name.rpartition(".")[2].partition(":")[0] not in DOF_NAMES
         mounted = port.derivative == 2 and described
-        return _Reading(nodes, np.array(channel.direction, dtype=float), port.derivative, turns, mounted)
+        return Reading(nodes, np.array(channel.direction, dtype=float), port.derivative, turns, mounted)
 
     def read(
         self, model: MovingModel, state: MotionState, velocity: Array, acceleration: Array, of_base: Array
@@ -265,6 +266,14 @@ class _Reading(NamedTuple):
                 swing = swing + np.cross(velocity[root, 3:], np.cross(velocity[root, 3:], arm)) + of_base
             vector = value[3:] if self.turns else value[:3] + swing
             return float((R[0] @ self.direction if self.mounted else self.direction) @ vector)
+        return self.of_place(model, frames)
+
+    def of_place(self, model: MovingModel, frames: Frames) -> float:
+        """What is read of where nodes are; zero of rates."""
+        if self.derivative:
+            return 0.0
+        roots = [int(model.root[node]) for node in self.nodes]
+        R = [frames.R[root] for root in roots]
         if self.turns:
             turn = R[0] if len(R) == 1 else R[0].T @ R[1]
             return float(self.direction @ rotation_vector(turn))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, get_args
@@ -14,6 +14,7 @@ from flexura.analysis.model_error import interval_text, model_errors_near
 from flexura.analysis.responses.closed_loop import LoopState, closed_model, is_closed
 from flexura.analysis.responses.frequency_response import proven
 from flexura.analysis.responses.large_time_response import Stepping, large_time_response
+from flexura.analysis.responses.sampling import Samples, by_name, sampled
 from flexura.analysis.responses.stepping import (
     Driven,
     Hold,
@@ -44,7 +45,6 @@ from flexura.tables import SHOWN_AS_ZERO, Item, Line, Table, counted, in_hz, qua
 
 Method = Literal["exact", "generalised_alpha"]
 Motion = Literal["small", "large"]
-Samples = ArrayLike | Callable[[Array], ArrayLike]
 
 PER_PERIOD = 10
 """Steps per period of the highest kept mode below which a step counts as coarse."""
@@ -245,8 +245,8 @@ def time_response(
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
     if not names:
         raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
-    signals = _signals(inputs, names, dt, duration)
-    excitation = Excitation(signals, dt, _by_name(names, impulses), _by_name(names, start), hold)
+    signals = sampled(inputs, names, dt, duration)
+    excitation = Excitation(signals, dt, by_name(names, impulses), by_name(names, start), hold)
     channels: dict[str, Any] = {"inputs": names, "outputs": outputs, "damping": damping}
     if is_closed(loop):
         if reducing or keep_modes or method != "exact" or motion != "small" or excitation.start.any():
@@ -348,61 +348,6 @@ def _spread(given: Mapping[str, Any], known: list[str]) -> dict[str, Any]:
     """Values by name with wildcards written out."""
     names = matched(given, known)
     return {name: value for pattern, value in given.items() for name in names[pattern]}
-
-
-def _by_name(names: list[str], given: Mapping[str, float]) -> Array:
-    values = np.zeros(len(names))
-    for name, value in given.items():
-        try:
-            values[names.index(name)] = float(value)
-        except (TypeError, ValueError):
-            raise OptionError(f"{name}: a number is expected, not {value!r}") from None
-    if not np.isfinite(values).all():
-        raise OptionError("impulses and states to start from are finite numbers")
-    return values
-
-
-def _signals(inputs: Mapping[str, Samples], names: list[str], dt: float, duration: float | None) -> Array:
-    """Samples (m, N) of all inputs. Raises OptionError where they do not fit."""
-    sampled = {name: _numbers(name, s) for name, s in inputs.items() if not callable(s)}
-    if duration is not None and not (np.isfinite(duration) and duration > 0):
-        raise OptionError(f"duration is a positive time in s, not {duration}")
-    lengths = {name: s.shape for name, s in sampled.items()}
-    if any(len(shape) != 1 for shape in lengths.values()) or len(set(lengths.values())) > 1:
-        listed = ", ".join(f"{name} has {'x'.join(map(str, shape))}" for name, shape in lengths.items())
-        raise OptionError(f"signals are lists of samples of one length: {listed}")
-    if not sampled and duration is None:
-        raise OptionError("a duration in s is needed: the inputs are functions of time")
-    given = len(next(iter(sampled.values()))) if sampled else None
-    count = round(duration / dt) + 1 if duration is not None else given or 0
-    if given is not None and given < count:
-        raise OptionError(
-            f"the signals end after {counted(given, 'sample')}; {duration:g} s in steps of {dt:g} s need more"
-        )
-    if count < 2:
-        raise OptionError("a time response has at least two samples: shorten dt or lengthen the signals")
-    u, time = np.zeros((len(names), count)), dt * np.arange(count, dtype=float)
-    for k, name in enumerate(names):
-        signal = inputs.get(name)
-        if signal is None:
-            continue
-        values = _numbers(name, signal(time)) if callable(signal) else sampled[name][:count]
-        if values.shape not in ((), time.shape):
-            raise OptionError(f"the signal of {name} returns {count} values for as many times, not {values.shape}")
-        u[k] = values
-        if not np.isfinite(u[k]).all():
-            first = int(np.flatnonzero(~np.isfinite(u[k]))[0])
-            raise OptionError(f"the signal of {name} is not finite at sample {first}")
-    return u
-
-
-def _numbers(name: str, samples: Any) -> Array:
-    try:
-        return np.asarray(samples, dtype=float)
-    except (TypeError, ValueError):
-        raise OptionError(
-            f"the signal of {name} is a list of numbers, or a function of time that returns one"
-        ) from None
 
 
 def _exact(modes: ModalSystem, excitation: Excitation, keep: bool) -> TimeResponse:
