@@ -191,7 +191,7 @@ def _near(matrix: ResponseMatrix, fit: Fit, k: int) -> _Near:
         at = np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
     one = slice(k, k + 1)
     s, data = matrix.s[at], matrix.scaled[at]
-    part = responses(s, fit.poles[one], fit.shapes[:, one], fit.participation[:, one])
+    part = responses(s, fit.poles[one], fit.shapes[:, one], fit.participation[:, one], step=matrix.step)
     return _Near(pole, s, part * s[:, None, None] ** matrix.power, data, data - fit.synthesis[at])
 
 

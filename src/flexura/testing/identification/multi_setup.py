@@ -93,7 +93,7 @@ def merged(
 
 def modes_of_setup(modes: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
     """Responses (f, p, m) that modes and residuals give back, in the quantity and with the window of a matrix."""
-    H = responses(matrix.s, modes.poles, modes.shapes, modes.participation, modes.lower, modes.upper)
+    H = responses(matrix.s, modes.poles, modes.shapes, modes.participation, modes.lower, modes.upper, matrix.step)
     return H * matrix.s[:, None, None] ** matrix.power
 
 

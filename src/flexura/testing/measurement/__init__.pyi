@@ -10,6 +10,9 @@ from flexura.testing.measurement.channels import read_channel_descriptions as re
 from flexura.testing.measurement.channels import split_heading as split_heading
 from flexura.testing.measurement.channels import split_response as split_response
 from flexura.testing.measurement.channels import with_description as with_description
+from flexura.testing.measurement.correlations import Correlations as Correlations
+from flexura.testing.measurement.correlations import correlations_of as correlations_of
+from flexura.testing.measurement.correlations import half_spectra as half_spectra
 from flexura.testing.measurement.estimation import estimate_frf as estimate_frf
 from flexura.testing.measurement.measurement import SAME_MODE_OF_SETUPS as SAME_MODE_OF_SETUPS
 from flexura.testing.measurement.measurement import IdentifiedModes as IdentifiedModes
@@ -21,6 +24,7 @@ from flexura.testing.measurement.measurement import Recording as Recording
 from flexura.testing.measurement.measurement import Repeated as Repeated
 from flexura.testing.measurement.measurement import Setups as Setups
 from flexura.testing.measurement.measurement import checked as checked
+from flexura.testing.measurement.measurement import fraction as fraction
 from flexura.testing.measurement.measurement import grouped as grouped
 from flexura.testing.measurement.measurement import merged as merged
 from flexura.testing.measurement.measurement import refuse_implausible as refuse_implausible

@@ -182,6 +182,12 @@ class IdentifiedModes(Tabular):
         }
 
 
+def fraction(s: Complex, poles: Complex, step: float) -> Complex:
+    """1 / (s - pole) (f, n), or with a step, s, what it becomes of samples but for a constant (theory eq. I29)."""
+    away = s[:, None] - poles
+    return 1 / away if step == 0 else step / 2 / np.tanh(step / 2 * away)
+
+
 def responses(
     s: Complex,
     poles: Complex,
@@ -189,9 +195,13 @@ def responses(
     participation: Complex,
     lower: Array | None = None,
     upper: Array | None = None,
+    step: float = 0.0,
 ) -> Complex:
-    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1)."""
-    q = np.concatenate([1 / (s[:, None] - poles), 1 / (s[:, None] - poles.conj())], axis=1)
+    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1).
+
+    With a `step`, s, they are those of what is sampled (theory eq. I29).
+    """
+    q = np.concatenate([fraction(s, poles, step), fraction(s, poles.conj(), step)], axis=1)
     left, right = (np.concatenate([x, x.conj()], axis=1) for x in (shapes, participation))
     H = np.einsum("fr,pr,mr->fpm", q, left, right, optimize=True)
     if upper is not None:

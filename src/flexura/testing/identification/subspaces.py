@@ -1,0 +1,105 @@
+"""Poles of correlations of outputs by stochastic subspaces, at every order, and their standard deviations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexura.arrays import Array, Complex
+from flexura.errors import OptionError
+from flexura.testing.identification.stabilisation import OrderPoles
+from flexura.testing.measurement import Correlations, ResponseMatrix
+
+MOST_ROWS = 320
+"""Rows of the Hankel matrix of correlations at most, as far as there are BLOCK_ROWS of blocks."""
+
+BLOCK_ROWS = (12, 60)
+"""Block rows of that matrix at least and at most."""
+
+MOST_STATES = 80
+"""States of the largest model when no order is given."""
+
+
+@dataclass(frozen=True)
+class Subspaces:
+    """Singular values and vectors of the Hankel matrix (i p, i m) of scaled correlations, and of which parts.
+
+    Theory eqs. I33, I34. `hankels` (b, i p, i m) are those of the parts of the records, of which it is the mean.
+    """
+
+    step: float
+    hankels: Array
+    left: Array
+    values: Array
+    right: Array
+    outputs: int
+    references: int
+
+    @classmethod
+    def of(cls, C: Correlations, matrix: ResponseMatrix) -> Subspaces:
+        """Those of correlations, scaled as their half spectra are."""
+        R = C.parts / matrix.row_scale[:, None] / matrix.column_scale
+        p, m = R.shape[2:]
+        i = int(np.clip(MOST_ROWS // p, *BLOCK_ROWS))
+        i = min(i, (R.shape[1] - 1) // 2)
+        lag = np.arange(i) + np.arange(i)[:, None] + 1
+        hankels = R[:, lag].transpose(0, 1, 3, 2, 4).reshape(len(R), i * p, i * m)
+        left, values, right = np.linalg.svd(hankels.mean(axis=0), full_matrices=False)
+        return cls(C.step, hankels, left, values, right.T, p, m)
+
+    def orders(self, most: int | None, most_damped: float) -> list[OrderPoles]:
+        """Poles of every even order, outputs' shapes, and participation of the references (theory eq. I34).
+
+        Covariance-driven stochastic subspace identification (Peeters and De Roeck 1999). Poles that grow, and those of
+        a damping ratio above `most_damped`, are dropped. Raises OptionError for an order beyond the correlations.
+        """
+        limit = min(len(self.values), len(self.left) - self.outputs)
+        if most is not None and most > limit:
+            raise OptionError(f"correlations of these records hold models up to order {limit}, not {most}")
+        largest = min(MOST_STATES, limit) if most is None else most
+        return [self._order(n, most_damped) for n in range(2, largest + 1, 2)]
+
+    def _order(self, n: int, most_damped: float) -> OrderPoles:
+        A, O = self._transition(n), self.left[: self.outputs, :n]
+        mu, X = np.linalg.eig(A)
+        with np.errstate(divide="ignore"):
+            s = np.log(mu.astype(complex)) / self.step
+        G = np.linalg.solve(X, self.values[:n, None] * self.right[: self.references, :n].T)
+        kept = (s.imag > 0) & (s.imag < np.pi / self.step * (1 - 1e-9)) & (s.real < 0) & (-s.real < most_damped * np.abs(s))
+        at = np.flatnonzero(kept)[np.argsort(np.abs(s[kept]))]
+        return OrderPoles(n, s[at], (O @ X)[:, at], G[at].T)
+
+    def _transition(self, n: int) -> Array:
+        """The state matrix of an order, in the basis of the left singular vectors."""
+        p = self.outputs
+        return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0])
+
+    def sigma(self, n: int, poles: Complex) -> Array:
+        """Standard deviations of real and imaginary part (k, 2), 1/s, of the poles nearest to some, at one order.
+
+        By the first-order change of the singular vectors, of the state matrix and of its eigenvalues with the scatter
+        of the parts (theory eq. I35; Reynders, Pintelon and De Roeck 2008, Doehler and Mevel 2013).
+        """
+        p, U, V = self.outputs, self.left, self.right
+        up, down = U[:-p, :n], U[p:, :n]
+        A = self._transition(n)
+        mu, X = np.linalg.eig(A)
+        Y = np.linalg.inv(X)
+        with np.errstate(divide="ignore"):
+            s = np.log(mu.astype(complex)) / self.step
+        at = [int(np.argmin(np.abs(s - pole))) for pole in poles]
+        inverse, gram, rest = np.linalg.pinv(up), np.linalg.inv(up.T @ up), down - up @ A
+        one, two = self.values[:n], self.values[:, None]
+        with np.errstate(divide="ignore"):
+            gap = one**2 - two**2
+        gap[:n] = np.inf  # changes within the subspace turn its basis alone
+        moved = np.empty((len(self.hankels), len(at)), dtype=complex)
+        for k, H in enumerate(self.hankels):
+            image = H @ V[:, :n]
+            inner = U.T @ image
+            change = U @ ((one * inner + two * (V.T @ (H.T @ U[:, :n]))) / gap) + (image - U @ inner) / one
+            dA = inverse @ (change[p:] - change[:-p] @ A) + gram @ (change[:-p].T @ rest)
+            moved[k] = np.einsum("kn,nm,mk->k", Y[at], dA, X[:, at]) / (mu[at] * self.step)
+        scatter = np.array([moved.real.std(axis=0, ddof=1), moved.imag.std(axis=0, ddof=1)]).T
+        return scatter / np.sqrt(len(self.hankels))
