@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError
-from flexura.testing.identification.stabilisation import OrderPoles
+from flexura.testing.identification.stabilisation import OrderPoles, Track
 from flexura.testing.measurement import Correlations, ResponseMatrix
 
 MOST_ROWS = 320
@@ -20,16 +21,20 @@ BLOCK_ROWS = (12, 60)
 MOST_STATES = 80
 """States of the largest model when no order is given."""
 
+JUDGED_ORDERS = 10
+"""Orders at which standard deviations are worked out."""
+
 
 @dataclass(frozen=True)
 class Subspaces:
     """Singular values and vectors of the Hankel matrix (i p, i m) of scaled correlations, and of which parts.
 
-    Theory eqs. I33, I34. `hankels` (b, i p, i m) are those of the parts of the records, of which it is the mean.
+    Theory eqs. I33, I34. `cores` (b, i p, i m) are those of the parts of the records, of which it is the mean, in its
+    singular vectors.
     """
 
     step: float
-    hankels: Array
+    cores: Array
     left: Array
     values: Array
     right: Array
@@ -45,8 +50,8 @@ class Subspaces:
         i = min(i, (R.shape[1] - 1) // 2)
         lag = np.arange(i) + np.arange(i)[:, None] + 1
         hankels = R[:, lag].transpose(0, 1, 3, 2, 4).reshape(len(R), i * p, i * m)
-        left, values, right = np.linalg.svd(hankels.mean(axis=0), full_matrices=False)
-        return cls(C.step, hankels, left, values, right.T, p, m)
+        left, values, right = np.linalg.svd(hankels.mean(axis=0))
+        return cls(C.step, left.T @ hankels @ right.T, left, values, right.T, p, m)
 
     def orders(self, most: int | None, most_damped: float) -> list[OrderPoles]:
         """Poles of every even order, outputs' shapes, and participation of the references (theory eq. I34).
@@ -63,17 +68,33 @@ class Subspaces:
     def _order(self, n: int, most_damped: float) -> OrderPoles:
         A, O = self._transition(n), self.left[: self.outputs, :n]
         mu, X = np.linalg.eig(A)
-        with np.errstate(divide="ignore"):
-            s = np.log(mu.astype(complex)) / self.step
+        s = self._continuous(mu)
         G = np.linalg.solve(X, self.values[:n, None] * self.right[: self.references, :n].T)
         kept = (s.imag > 0) & (s.imag < np.pi / self.step * (1 - 1e-9)) & (s.real < 0) & (-s.real < most_damped * np.abs(s))
         at = np.flatnonzero(kept)[np.argsort(np.abs(s[kept]))]
         return OrderPoles(n, s[at], (O @ X)[:, at], G[at].T)
 
+    def _continuous(self, mu: Complex) -> Complex:
+        """Poles, 1/s, of eigenvalues of the state matrix."""
+        with np.errstate(divide="ignore"):
+            return np.log(mu.astype(complex)) / self.step
+
     def _transition(self, n: int) -> Array:
         """The state matrix of an order, in the basis of the left singular vectors."""
         p = self.outputs
         return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0])
+
+    def best(self, tracks: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Array]:
+        """Of each track the pole (k,) at the order that determines it best, and its standard deviations (k, 2)."""
+        poles = np.array([t.pole for t in tracks])
+        sigma = np.full((len(tracks), 2), np.inf)
+        for at in np.unique(np.linspace(0, len(orders) - 1, JUDGED_ORDERS).astype(int)):
+            having = [(k, t.poles[t.at.index(at)]) for k, t in enumerate(tracks) if at in t.at]
+            there = self.sigma(orders[at].order, np.array([pole for _, pole in having])) if having else ()
+            for (k, pole), spread in zip(having, there, strict=True):
+                if np.linalg.norm(spread) < np.linalg.norm(sigma[k]):
+                    poles[k], sigma[k] = pole, spread
+        return poles, sigma
 
     def sigma(self, n: int, poles: Complex) -> Array:
         """Standard deviations of real and imaginary part (k, 2), 1/s, of the poles nearest to some, at one order.
@@ -81,25 +102,24 @@ class Subspaces:
         By the first-order change of the singular vectors, of the state matrix and of its eigenvalues with the scatter
         of the parts (theory eq. I35; Reynders, Pintelon and De Roeck 2008, Doehler and Mevel 2013).
         """
-        p, U, V = self.outputs, self.left, self.right
-        up, down = U[:-p, :n], U[p:, :n]
-        A = self._transition(n)
+        p, U = self.outputs, self.left
+        up, A = U[:-p, :n], self._transition(n)
         mu, X = np.linalg.eig(A)
         Y = np.linalg.inv(X)
-        with np.errstate(divide="ignore"):
-            s = np.log(mu.astype(complex)) / self.step
-        at = [int(np.argmin(np.abs(s - pole))) for pole in poles]
-        inverse, gram, rest = np.linalg.pinv(up), np.linalg.inv(up.T @ up), down - up @ A
-        one, two = self.values[:n], self.values[:, None]
-        with np.errstate(divide="ignore"):
-            gap = one**2 - two**2
+        at = [int(np.argmin(np.abs(self._continuous(mu) - pole))) for pole in poles]
+        inverse, gram = np.linalg.pinv(up), np.linalg.inv(up.T @ up)
+        above, below, rest = inverse @ U[:-p], inverse @ U[p:], U[:-p].T @ (U[p:, :n] - up @ A)
+        one = self.values[:n]
+        two = np.zeros((len(U), 1))
+        two[: len(self.values), 0] = self.values
+        gap = one**2 - two**2
         gap[:n] = np.inf  # changes within the subspace turn its basis alone
-        moved = np.empty((len(self.hankels), len(at)), dtype=complex)
-        for k, H in enumerate(self.hankels):
-            image = H @ V[:, :n]
-            inner = U.T @ image
-            change = U @ ((one * inner + two * (V.T @ (H.T @ U[:, :n]))) / gap) + (image - U @ inner) / one
-            dA = inverse @ (change[p:] - change[:-p] @ A) + gram @ (change[:-p].T @ rest)
+        moved = np.empty((len(self.cores), len(at)), dtype=complex)
+        for k, core in enumerate(self.cores):
+            turn = one * core[:, :n]
+            turn[: core.shape[1]] += two[: core.shape[1]] * core[:n].T
+            turn /= gap
+            dA = below @ turn - above @ turn @ A + gram @ (turn.T @ rest)
             moved[k] = np.einsum("kn,nm,mk->k", Y[at], dA, X[:, at]) / (mu[at] * self.step)
         scatter = np.array([moved.real.std(axis=0, ddof=1), moved.imag.std(axis=0, ddof=1)]).T
-        return scatter / np.sqrt(len(self.hankels))
+        return scatter / np.sqrt(len(self.cores))

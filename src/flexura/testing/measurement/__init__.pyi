@@ -13,6 +13,7 @@ from flexura.testing.measurement.channels import with_description as with_descri
 from flexura.testing.measurement.correlations import Correlations as Correlations
 from flexura.testing.measurement.correlations import correlations_of as correlations_of
 from flexura.testing.measurement.correlations import half_spectra as half_spectra
+from flexura.testing.measurement.correlations import is_tone as is_tone
 from flexura.testing.measurement.estimation import estimate_frf as estimate_frf
 from flexura.testing.measurement.measurement import SAME_MODE_OF_SETUPS as SAME_MODE_OF_SETUPS
 from flexura.testing.measurement.measurement import IdentifiedModes as IdentifiedModes
@@ -31,6 +32,7 @@ from flexura.testing.measurement.measurement import refuse_implausible as refuse
 from flexura.testing.measurement.measurement import repeated_note as repeated_note
 from flexura.testing.measurement.measurement import responses as responses
 from flexura.testing.measurement.measurement import setups_of as setups_of
+from flexura.testing.measurement.response_matrices import POWER as POWER
 from flexura.testing.measurement.response_matrices import ResponseMatrix as ResponseMatrix
 from flexura.testing.measurement.response_matrices import filled as filled
 from flexura.testing.measurement.response_matrices import key_of as key_of

@@ -28,7 +28,7 @@ MOST_PARTS, FEWEST_PARTS = 60, 20
 MOST_REFERENCES = 6
 """Channels that correlations are with: those that tell most."""
 
-WINDOW_END = 0.01
+WINDOW_END = 1e-4
 """Value of the exponential window on correlations at their last lag."""
 
 USED_BAND = 0.8
@@ -230,6 +230,11 @@ def _kurtosis(z: Complex) -> Array:
     return np.mean(power**2, axis=0) / np.maximum(np.mean(power, axis=0) ** 2, 1e-300) - 2
 
 
+def is_tone(kurtosis: float, stretches: int) -> bool:
+    """Whether a spectral kurtosis over so many stretches is that of a tone, and hardly that of noise."""
+    return kurtosis < TONE - TONE_BY_CHANCE / stretches
+
+
 def _without_tones(thinned: _Thinned, hz: Array) -> tuple[list[Tone], list[Array]]:
     """Tones of the records, and these without them."""
     spectra = _spectra(thinned.records, thinned.lags)
@@ -237,11 +242,10 @@ def _without_tones(thinned: _Thinned, hz: Array) -> tuple[list[Tone], list[Array
     by_line = (spectra / np.maximum(size, 1e-300)).transpose(1, 0, 2)
     first, strength, _ = np.linalg.svd(by_line, full_matrices=False)
     kurtosis, power = _kurtosis(first[:, :, 0].T), strength[:, 0] ** 2
-    least = TONE - TONE_BY_CHANCE / len(spectra)
     tones = []
     for k in range(2, len(hz) - 2):
         is_peak = power[k] == power[k - 2 : k + 3].max()
-        if kurtosis[k] < least and is_peak and thinned.band[0] <= hz[k] <= thinned.band[1]:
+        if is_tone(kurtosis[k], len(spectra)) and is_peak and thinned.band[0] <= hz[k] <= thinned.band[1]:
             tones.append(Tone(float(hz[k]), float(kurtosis[k])))
     tones = sorted(tones, key=lambda t: t.kurtosis)[:SUBTRACTED_HARMONICS]
     cleaned, exact = [], [t.hz for t in tones]
