@@ -103,6 +103,10 @@ def identify_command(
     least_confidence: Annotated[
         float, typer.Option(metavar="NUMBER", help="Modes of less confidence are left out, unless picked.")
     ] = 0.3,
+    method: Annotated[
+        Literal["plscf", "ssi"] | None,
+        typer.Option(help="Poles by least squares (of responses), or subspaces (of outputs alone)."),
+    ] = None,
     channels: Channels = None,
     repeated: Repeated = None,
 ) -> Answer:
@@ -120,6 +124,7 @@ def identify_command(
         refine=refine,
         most_damped=most_damped,
         least_confidence=least_confidence,
+        method=method,
     )
     return Answer(result, pictures="save_identification", drawn={"data": measurement})
 

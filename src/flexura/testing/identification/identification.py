@@ -16,6 +16,7 @@ from flexura.mechanism import DOF_NAMES
 from flexura.structure import Channel
 from flexura.testing.identification.multi_setup import merged
 from flexura.testing.identification.one_setup import UNSURE, Options, one_setup
+from flexura.testing.identification.outputs_alone import UNKNOWN
 from flexura.testing.measurement import (
     Correlations,
     IdentifiedModes,
@@ -125,7 +126,7 @@ def matrices_of(data: Data, band: tuple[float, float] | None = None, *, together
     """The matrix of every setup of data in a band: frequency responses, or half spectra of outputs alone."""
     if isinstance(data, Measurement) and has_outputs_alone(data):
         each = correlations_of(data.recordings, band, together)
-        return Setting(data.name, [half_spectra(one) for one in each], each, data.notes)
+        return Setting(data.name, [half_spectra(one) for one in each], each, (*data.notes, UNKNOWN))
     name, frfs, notes = frfs_of(data)
     matrices = response_matrices(frfs, band, together)
     return Setting(name, matrices, [None] * len(matrices), notes)

@@ -34,7 +34,7 @@ from flexura.testing.identification.stabilisation import (
     start_values,
     tracks,
 )
-from flexura.testing.identification.subspaces import Subspaces
+from flexura.testing.identification.subspaces import SHARE_OF_ORDERS, Subspaces
 from flexura.testing.measurement import Correlations, IdentifiedModes, ModeEvidence, ResponseMatrix
 
 MOST_ORDER = 60
@@ -99,7 +99,7 @@ def one_setup(
         orders = subspaces.orders(options.order, options.most_damped)
     bits = stability(orders)
     every = tracks(orders, bits)
-    stable = chosen(every, len(orders))
+    stable = chosen(every, len(orders)) if subspaces is None else chosen(every, len(orders), SHARE_OF_ORDERS)
     wanted, lost = (None, []) if options.select is None else picked(every, options.select, orders)
     fitted = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
     peak = None if fitted or work.step else lone_peak(work)
@@ -293,5 +293,3 @@ def _evidence(track: Track, orders: int, matrix: ResponseMatrix, fit: Fit, k: in
         sigma=(frequency, damping),
         bias=bias(matrix, fit, k),
     )
-
-

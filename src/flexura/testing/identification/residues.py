@@ -56,9 +56,10 @@ class Fit:
 class _Spanned:
     """Everything over f lines as coordinates (k,) in an orthonormal basis of all functions of s that take part.
 
-    `fractions` are 1 / (s - pole), the same of the conjugate poles, and their slopes by the pole, each (k, n); `constant`
-    and `inverse` are 1 and s^-2, the latter of size one at the last line. `data` (2 k m, p) are real and imaginary
-    coordinates of the responses; `outside` (m, p) are the squares of what lies across the basis. `count` is 2 f m.
+    `fractions` are 1 / (s - pole), the same of the conjugate poles, and their slopes by the pole, each (k, n);
+    `constant` and `inverse` are 1 and s^-2, the latter of size one at the last line. `data` (2 k m, p) are real and
+    imaginary coordinates of the responses; `outside` (m, p) are the squares of what lies across the basis. `count` is
+    2 f m.
     """
 
     fractions: tuple[Complex, Complex, Complex, Complex]

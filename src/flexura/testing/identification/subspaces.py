@@ -18,8 +18,11 @@ MOST_ROWS = 320
 BLOCK_ROWS = (12, 60)
 """Block rows of that matrix at least and at most."""
 
-MOST_STATES = 80
+MOST_STATES = 60
 """States of the largest model when no order is given."""
+
+SHARE_OF_ORDERS = 0.3
+"""A mode is at so many of the orders from its first: beside it, noise takes another pole at some."""
 
 JUDGED_ORDERS = 10
 """Orders at which standard deviations are worked out."""
@@ -66,23 +69,30 @@ class Subspaces:
         return [self._order(n, most_damped) for n in range(2, largest + 1, 2)]
 
     def _order(self, n: int, most_damped: float) -> OrderPoles:
-        A, O = self._transition(n), self.left[: self.outputs, :n]
-        mu, X = np.linalg.eig(A)
+        A, C = self._transition(n), self.left[: self.outputs, :n]
+        mu, X = (np.asarray(part, dtype=np.complex128) for part in np.linalg.eig(A))
         s = self._continuous(mu)
-        G = np.linalg.solve(X, self.values[:n, None] * self.right[: self.references, :n].T)
-        kept = (s.imag > 0) & (s.imag < np.pi / self.step * (1 - 1e-9)) & (s.real < 0) & (-s.real < most_damped * np.abs(s))
+        G = np.asarray(
+            np.linalg.solve(X, self.values[:n, None] * self.right[: self.references, :n].T), dtype=np.complex128
+        )
+        kept = (
+            (s.imag > 0)
+            & (s.imag < np.pi / self.step * (1 - 1e-9))
+            & (s.real < 0)
+            & (-s.real < most_damped * np.abs(s))
+        )
         at = np.flatnonzero(kept)[np.argsort(np.abs(s[kept]))]
-        return OrderPoles(n, s[at], (O @ X)[:, at], G[at].T)
+        return OrderPoles(n, s[at], (C @ X)[:, at], G[at].T)
 
     def _continuous(self, mu: Complex) -> Complex:
         """Poles, 1/s, of eigenvalues of the state matrix."""
         with np.errstate(divide="ignore"):
-            return np.log(mu.astype(complex)) / self.step
+            return np.asarray(np.log(mu) / self.step, dtype=np.complex128)
 
     def _transition(self, n: int) -> Array:
         """The state matrix of an order, in the basis of the left singular vectors."""
         p = self.outputs
-        return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0])
+        return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0], dtype=np.float64)
 
     def best(self, tracks: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Array]:
         """Of each track the pole (k,) at the order that determines it best, and its standard deviations (k, 2)."""
@@ -104,7 +114,7 @@ class Subspaces:
         """
         p, U = self.outputs, self.left
         up, A = U[:-p, :n], self._transition(n)
-        mu, X = np.linalg.eig(A)
+        mu, X = (np.asarray(part, dtype=np.complex128) for part in np.linalg.eig(A))
         Y = np.linalg.inv(X)
         at = [int(np.argmin(np.abs(self._continuous(mu) - pole))) for pole in poles]
         inverse, gram = np.linalg.pinv(up), np.linalg.inv(up.T @ up)
@@ -112,7 +122,7 @@ class Subspaces:
         one = self.values[:n]
         two = np.zeros((len(U), 1))
         two[: len(self.values), 0] = self.values
-        gap = one**2 - two**2
+        gap = np.maximum(one**2 - two**2, np.finfo(float).tiny)
         gap[:n] = np.inf  # changes within the subspace turn its basis alone
         moved = np.empty((len(self.cores), len(at)), dtype=complex)
         for k, core in enumerate(self.cores):
@@ -121,5 +131,5 @@ class Subspaces:
             turn /= gap
             dA = below @ turn - above @ turn @ A + gram @ (turn.T @ rest)
             moved[k] = np.einsum("kn,nm,mk->k", Y[at], dA, X[:, at]) / (mu[at] * self.step)
-        scatter = np.array([moved.real.std(axis=0, ddof=1), moved.imag.std(axis=0, ddof=1)]).T
-        return scatter / np.sqrt(len(self.cores))
+        scatter = [np.std(side, axis=0, ddof=1) for side in (np.real(moved), np.imag(moved))]
+        return np.array(scatter).T / np.sqrt(len(self.cores))

@@ -19,7 +19,7 @@ from flexura.testing.measurement.response_matrices import ResponseMatrix, balanc
 MOST_LAGS, FEWEST_LAGS = 512, 64
 """Lags of a correlation."""
 
-PART_IN_LAGS = 2
+PART_IN_LAGS = 1
 """Parts of records are so many times as long as the correlations at least."""
 
 MOST_PARTS, FEWEST_PARTS = 60, 20
@@ -28,7 +28,7 @@ MOST_PARTS, FEWEST_PARTS = 60, 20
 MOST_REFERENCES = 6
 """Channels that correlations are with: those that tell most."""
 
-WINDOW_END = 1e-4
+WINDOW_END = 1e-3
 """Value of the exponential window on correlations at their last lag."""
 
 USED_BAND = 0.8
@@ -43,8 +43,11 @@ TONE = -0.5
 TONE_BY_CHANCE = 8.0
 """Over the number of stretches, what is added to that: one line of noise in 100 000 then looks like a tone."""
 
-SUBTRACTED_HARMONICS = 20
+MOST_TONES = 20
 """Tones that are taken out of records at most."""
+
+LEFT_OF_NOISE, LEFT_OF_TONE = 3.0, 0.02
+"""A tone wanders where so many times the noise that its kurtosis shows is left, and this share of its power."""
 
 DRIFT = 0.5
 """Share of the power of a channel below the band from which it drifts."""
@@ -131,6 +134,11 @@ def _of_setup(setup: str, records: Sequence[Recording], band: tuple[float, float
             " a mode there is known less well"
         )
     spectra = _spectra(cleaned, thinned.lags)
+    if wandering := [in_hz(t.hz, 4) for t in tones if _is_left(t, thinned, spectra, hz)]:
+        notes.append(
+            f"{where}a tone near {', '.join(wandering)} wanders and could not be taken out whole: it hides modes, and"
+            " what is found there may be none; leave it out of the band, or record at a steady speed"
+        )
     references = _references(spectra[:, (hz >= thinned.band[0]) & (hz <= thinned.band[1])])
     parts = np.concatenate([_parts(x, references, thinned) for x in cleaned])
     return Correlations(
@@ -148,9 +156,7 @@ def _of_setup(setup: str, records: Sequence[Recording], band: tuple[float, float
     )
 
 
-def _outputs(
-    records: Sequence[Recording], where: str
-) -> tuple[tuple[MeasuredChannel, ...], list[Array], list[str]]:
+def _outputs(records: Sequence[Recording], where: str) -> tuple[tuple[MeasuredChannel, ...], list[Array], list[str]]:
     """Channels that can be used, their samples (p, N) in every record, and notes on the others."""
     first = records[0]
     for r in records[1:]:
@@ -161,7 +167,10 @@ def _outputs(
             raise OptionError(f"{where}records are sampled at {rates}: resample, or split setups")
     bad = {c.name: "a force is no output" for c in first.channels if c.quantity in FORCES}
     for r in records:
-        bad |= {d.channel: d.text for d in inspect(replace(r, inputs=())) if d.channel not in bad}
+        for _ in range(2):  # numbers that are not finite hide what else is wrong
+            rest = [k for k, c in enumerate(r.channels) if c.name not in bad]
+            shown = replace(r, samples=r.samples[rest], channels=tuple(r.channels[k] for k in rest), inputs=())
+            bad |= {d.channel: d.text for d in inspect(shown)}
     kept = [k for k, c in enumerate(first.channels) if c.name not in bad]
     notes = [f"{where}{name} is left out: {why}" for name, why in bad.items()]
     if not kept:
@@ -181,7 +190,9 @@ def _thinned(
 
     low, high = (0.0, np.inf) if band is None else (float(f) for f in band)
     if not (0 <= low < high and low < USED_BAND * rate / 2):
-        raise OptionError(f"{where}a band is two frequencies in Hz below {USED_BAND * rate / 2:g}, not {low:g}, {high:g}")
+        raise OptionError(
+            f"{where}a band is two frequencies in Hz below {USED_BAND * rate / 2:g}, not {low:g}, {high:g}"
+        )
     notes = []
     if band is not None and high > USED_BAND * rate / 2:
         notes.append(f"{where}the band ends at {in_hz(USED_BAND * rate / 2, 4)}, as the sample rate has it")
@@ -189,9 +200,9 @@ def _thinned(
     factor = max(int(USED_BAND * rate / 2 / high), 1)
     step = factor / rate
     whole = sum(x.shape[1] for x in samples) // factor
-    lags = min(MOST_LAGS, whole // (2 * FEWEST_PARTS) // 2 * 2)
+    lags = min(MOST_LAGS, whole // (PART_IN_LAGS * FEWEST_PARTS) // 2 * 2)
     if lags < FEWEST_LAGS:
-        least = quantity(2 * FEWEST_PARTS * FEWEST_LAGS * step, "s")
+        least = quantity(PART_IN_LAGS * FEWEST_PARTS * FEWEST_LAGS * step, "s")
         raise OptionError(
             f"{where}{quantity(whole * step, 's')} of records are too short for a band up to {in_hz(high, 4)}:"
             f" it takes {least} at least, and a thousand periods of a mode to know its damping"
@@ -230,6 +241,13 @@ def _kurtosis(z: Complex) -> Array:
     return np.mean(power**2, axis=0) / np.maximum(np.mean(power, axis=0) ** 2, 1e-300) - 2
 
 
+def _along(spectra: Complex) -> tuple[Array, Array]:
+    """Kurtosis (f,) of the strongest motion at each line of transforms (n, f, p), and its power."""
+    size = np.sqrt(np.mean(np.abs(spectra) ** 2, axis=(0, 1)))
+    first, strength, _ = np.linalg.svd((spectra / np.maximum(size, 1e-300)).transpose(1, 0, 2), full_matrices=False)
+    return _kurtosis(first[:, :, 0].T), strength[:, 0] ** 2
+
+
 def is_tone(kurtosis: float, stretches: int) -> bool:
     """Whether a spectral kurtosis over so many stretches is that of a tone, and hardly that of noise."""
     return kurtosis < TONE - TONE_BY_CHANCE / stretches
@@ -238,16 +256,13 @@ def is_tone(kurtosis: float, stretches: int) -> bool:
 def _without_tones(thinned: _Thinned, hz: Array) -> tuple[list[Tone], list[Array]]:
     """Tones of the records, and these without them."""
     spectra = _spectra(thinned.records, thinned.lags)
-    size = np.sqrt(np.mean(np.abs(spectra) ** 2, axis=(0, 1)))
-    by_line = (spectra / np.maximum(size, 1e-300)).transpose(1, 0, 2)
-    first, strength, _ = np.linalg.svd(by_line, full_matrices=False)
-    kurtosis, power = _kurtosis(first[:, :, 0].T), strength[:, 0] ** 2
+    kurtosis, power = _along(spectra)
     tones = []
     for k in range(2, len(hz) - 2):
         is_peak = power[k] == power[k - 2 : k + 3].max()
         if is_tone(kurtosis[k], len(spectra)) and is_peak and thinned.band[0] <= hz[k] <= thinned.band[1]:
             tones.append(Tone(float(hz[k]), float(kurtosis[k])))
-    tones = sorted(tones, key=lambda t: t.kurtosis)[:SUBTRACTED_HARMONICS]
+    tones = sorted(tones, key=lambda t: t.kurtosis)[:MOST_TONES]
     cleaned, exact = [], [t.hz for t in tones]
     for x in thinned.records:
         left = x
@@ -255,6 +270,13 @@ def _without_tones(thinned: _Thinned, hz: Array) -> tuple[list[Tone], list[Array
             left, exact[j] = _without(left, tone.hz, float(hz[1]), thinned.step)
         cleaned.append(left)
     return sorted(Tone(f, t.kurtosis) for f, t in zip(exact, tones, strict=True)), cleaned
+
+
+def _is_left(tone: Tone, thinned: _Thinned, spectra: Complex, hz: Array) -> bool:
+    """Whether more of a tone is left in the spectra of cleaned records than the noise beside it (theory eq. I32)."""
+    k = int(np.argmin(np.abs(hz - tone.hz)))
+    before, after = (float((np.abs(X[:, k]) ** 2).sum()) for X in (_spectra(thinned.records, thinned.lags), spectra))
+    return after > before * (LEFT_OF_NOISE * (1 - np.sqrt(min(-tone.kurtosis, 1.0))) + LEFT_OF_TONE)
 
 
 def _without(x: Array, hz: float, within: float, step: float) -> tuple[Array, float]:
@@ -282,7 +304,7 @@ def _references(spectra: Complex) -> Index:
     scaled = spectra / np.maximum(np.sqrt(np.mean(np.abs(spectra) ** 2, axis=(0, 1))), 1e-300)
     scaled = scaled / np.maximum(np.sqrt(np.mean(np.abs(scaled) ** 2, axis=(0, 2)))[:, None], 1e-300)
     _, pivots = qr(scaled.reshape(-1, p), mode="r", pivoting=True)
-    return np.sort(pivots[:MOST_REFERENCES])
+    return np.sort(pivots[:MOST_REFERENCES]).astype(np.intp)
 
 
 def _parts(x: Array, references: Index, thinned: _Thinned) -> Array:

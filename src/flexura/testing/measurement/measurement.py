@@ -190,7 +190,7 @@ class IdentifiedModes(Tabular):
 def fraction(s: Complex, poles: Complex, step: float) -> Complex:
     """1 / (s - pole) (f, n), or with a step, s, what it becomes of samples but for a constant (theory eq. I29)."""
     away = s[:, None] - poles
-    return 1 / away if step == 0 else step / 2 / np.tanh(step / 2 * away)
+    return np.asarray(1 / away if step == 0 else step / 2 / np.tanh(step / 2 * away), dtype=np.complex128)
 
 
 def responses(
