@@ -181,8 +181,11 @@ def _fitted(
         poles, participation = start_values(modes, orders)
         participation = participation.reshape(matrix.response.shape[2], -1)
         if subspaces is not None and not options.refine:
-            poles, sigma = subspaces.best(modes, orders)
-            fit = replace(fit_shapes(matrix, poles, participation), pole_sigma=sigma)
+            poles, shapes, sigma = subspaces.best(modes, orders)
+            fit = fit_shapes(matrix, poles, participation)
+            size = np.linalg.norm(shapes, axis=0)
+            along = (shapes.conj() * fit.shapes).sum(axis=0) / np.where(size > 0, size, 1.0) ** 2
+            fit = replace(fit, shapes=shapes * along, pole_sigma=sigma)
         else:
             fit = (fit_modes if options.refine and modes else fit_shapes)(matrix, poles, participation)
         fit = replace(fit, pole_sigma=at_least_known(fit, duration))

@@ -94,17 +94,18 @@ class Subspaces:
         p = self.outputs
         return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0], dtype=np.float64)
 
-    def best(self, tracks: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Array]:
-        """Of each track the pole (k,) at the order that determines it best, and its standard deviations (k, 2)."""
-        poles = np.array([t.pole for t in tracks])
+    def best(self, tracks: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Complex, Array]:
+        """Poles (k,), shapes (p, k) and standard deviations (k, 2) of tracks at the order that determines each best."""
+        poles, shapes = np.array([t.pole for t in tracks]), np.zeros((self.outputs, len(tracks)), dtype=complex)
         sigma = np.full((len(tracks), 2), np.inf)
-        for at in np.unique(np.linspace(0, len(orders) - 1, JUDGED_ORDERS).astype(int)):
-            having = [(k, t.poles[t.at.index(at)]) for k, t in enumerate(tracks) if at in t.at]
-            there = self.sigma(orders[at].order, np.array([pole for _, pole in having])) if having else ()
-            for (k, pole), spread in zip(having, there, strict=True):
+        judged = np.unique(np.linspace(0, len(orders) - 1, JUDGED_ORDERS).astype(int))
+        for at in {*judged.tolist(), *(t.at[-1] for t in tracks)}:
+            having = [(k, t.which[t.at.index(at)]) for k, t in enumerate(tracks) if at in t.at]
+            there = self.sigma(orders[at].order, orders[at].poles[[r for _, r in having]]) if having else ()
+            for (k, r), spread in zip(having, there, strict=True):
                 if np.linalg.norm(spread) < np.linalg.norm(sigma[k]):
-                    poles[k], sigma[k] = pole, spread
-        return poles, sigma
+                    poles[k], shapes[:, k], sigma[k] = orders[at].poles[r], orders[at].shapes[:, r], spread
+        return poles, shapes, sigma
 
     def sigma(self, n: int, poles: Complex) -> Array:
         """Standard deviations of real and imaginary part (k, 2), 1/s, of the poles nearest to some, at one order.

@@ -243,7 +243,7 @@ def _recordings(data: Measurement | Recording | Sequence[Recording]) -> Sequence
             raise OptionError(
                 f"{_label(r, k)}: none of its channels is a force: of output-only data no frequency response can be"
                 " estimated. If a channel is the excitation, a file of channels says so, with its unit: NAME: {unit: N,"
-                " input: true}; frequencies found elsewhere can be compared as a list"
+                " input: true}; identify finds modes in outputs alone"
             )
         if not set(r.inputs) < set(range(len(r.channels))):
             raise OptionError(
