@@ -77,6 +77,12 @@ def test_bursts_that_have_died_out_need_no_window():
     assert off(one) < 1e-6  # many pulses, and no hit
 
 
+def test_lasting_excitation_without_stretches_is_refused():
+    for inputs in (1, 2):
+        with pytest.raises(fx.OptionError, match="where the excitation lasts, a stretch"):
+            estimate_frf(record(np.random.default_rng(1).standard_normal((inputs, 20_000))))
+
+
 def test_a_slow_sweep():
     time = np.arange(60_000) / RATE
     (frf,) = estimate_frf(record(chirp(time, 4.0, time[-1], 90.0)[None]), stretch=16.0)

@@ -347,7 +347,7 @@ def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
         if leaked > LEAKAGE and "leakage" not in options.accept:
             left_out.append(
                 f"{_label(record, k)}: {channel}: still at {leaked:.0%} of its loudest at the end of {N / rate:g} s: "
-                "record longer, or give an exponential window"
+                "record longer, or give an exponential window; where the excitation lasts, a stretch"
             )
             continue
         largest_leakage = max(largest_leakage, leaked)
@@ -429,22 +429,22 @@ def _windowed(record: Recording, force_window: float | None, decay: float) -> tu
     """Samples without offset and with windows, and the largest leakage with its channel."""
     x = np.array(record.samples, dtype=float)
     time = np.arange(x.shape[1]) / record.sample_rate
-    if len(record.inputs) != 1:
-        return x * np.exp(-decay * time), 0.0, ""
-    at = record.inputs[0]
-    start, still = trigger(x[at])
-    still = still if still >= QUIET else 0
-    if still:
-        x -= x[:, :still].mean(axis=1, keepdims=True)
-    else:
-        x[at] -= _rest(x[at])
-    if force_window is not None:
-        phase = np.clip((time - time[start] - force_window) / (force_window / 4), 0.0, 1.0)
-        x[at] *= 0.5 * (1 + np.cos(np.pi * phase))
+    still = 0
+    if len(record.inputs) == 1:
+        at = record.inputs[0]
+        start, quiet = trigger(x[at])
+        still = quiet if quiet >= QUIET else 0
+        if still:
+            x -= x[:, :still].mean(axis=1, keepdims=True)
+        else:
+            x[at] -= _rest(x[at])
+        if force_window is not None:
+            phase = np.clip((time - time[start] - force_window) / (force_window / 4), 0.0, 1.0)
+            x[at] *= 0.5 * (1 + np.cos(np.pi * phase))
     x *= np.exp(-decay * time)
     largest, channel = 0.0, ""
     for k, c in enumerate(record.channels):
-        if k != at:
+        if k not in record.inputs:
             faded = x[k, :still] * np.exp(-decay * (time[-1] - time[:still]))
             share = leakage(x[k], faded)
             if share > largest:
