@@ -82,9 +82,11 @@ def test_of_a_continuous_system_half_spectra_would_be_biased():
     assert np.abs(fit.poles / POLES - 1).max() > 1e-4
 
 
-@pytest.mark.parametrize("options, missed, false", [({}, 0, 0), ({"refine": False}, 2, 0), ({"method": "plscf"}, 2, 2)])
-def test_errors_are_as_large_as_their_standard_deviations(options, missed, false):
-    off, seeds, surplus = [], 8, 0
+@pytest.mark.parametrize(
+    "options, seeds, missed, false", [({}, 8, 0, 0), ({"refine": False}, 4, 1, 0), ({"method": "plscf"}, 4, 1, 1)]
+)
+def test_errors_are_as_large_as_their_standard_deviations(options, seeds, missed, false):
+    off, surplus = [], 0
     for seed in range(seeds):
         modes = identified(measured(record(seed)), **options)
         assert modes.output_only
