@@ -190,7 +190,7 @@ def estimate_frf(
     full_scale: Mapping[str, float] | None = None,
     accept: Collection[str] = (),
 ) -> tuple[MeasuredFRF, ...]:
-    """Frequency responses from time records, one for every setup (theory eqs. H1-H8, H16, H17).
+    """Frequency responses from time records, one for every setup (theory eqs. H1-H8).
 
     Records of one setup that are hit at the same channel are averaged; different hits are columns of one response.
     Records with several inputs each are solved together.
@@ -391,7 +391,7 @@ def _length(record: Recording, stretch: float | None) -> int:
 
 
 def _stretches(record: Recording, N: int) -> list[Array]:
-    """Stretches of N samples that overlap by half, without their mean, under Hann's window (theory eq. H17)."""
+    """Stretches of N samples that overlap by half, without their mean, under Hann's window."""
     window: Array = np.asarray(np.sin(np.pi * (np.arange(N) + 0.5) / N) ** 2, dtype=np.float64)
     starts = range(0, record.samples.shape[1] - N + 1, max(N // 2, 1))
     parts = (record.samples[:, at : at + N] for at in starts)
@@ -399,8 +399,7 @@ def _stretches(record: Recording, N: int) -> list[Array]:
 
 
 def _going_together(S: Spectra, hz: Array) -> NDArray[np.bool_]:
-    """Lines (f,) above 0 Hz that are excited and at which inputs, each of power one, are nearly dependent (theory
-    eq. H16).
+    """Lines (f,) above 0 Hz that are excited and at which inputs, each of power one, are nearly dependent.
 
     None of one input, and of records too few for the inputs, which is another fault.
     """
