@@ -48,6 +48,10 @@ def estimate_frf_command(
     force_window: Annotated[
         str | None, typer.Option(metavar="TIME", help="The force counts for so long after the pulse began, e.g. 8ms.")
     ] = None,
+    stretch: Annotated[
+        str | None,
+        typer.Option(metavar="TIME", help="Lasting excitation (random, sweeps): stretches so long, e.g. 2s."),
+    ] = None,
     band: Annotated[
         str | None, typer.Option(metavar="FROM,TO", help="Keep the lines in this band, e.g. '5,200 Hz'.")
     ] = None,
@@ -67,6 +71,7 @@ def estimate_frf_command(
         estimator=estimator,
         exponential=exponential,
         force_window=time_of("--force-window", force_window, "8ms"),
+        stretch=time_of("--stretch", stretch, "2s"),
         band=band_of(band),
         duration=time_of("--duration", duration, "4s"),
         accept=accept or (),
@@ -103,6 +108,10 @@ def identify_command(
     least_confidence: Annotated[
         float, typer.Option(metavar="NUMBER", help="Modes of less confidence are left out, unless picked.")
     ] = 0.3,
+    method: Annotated[
+        Literal["plscf", "ssi"] | None,
+        typer.Option(help="Poles by least squares (of responses), or subspaces (of outputs alone)."),
+    ] = None,
     channels: Channels = None,
     repeated: Repeated = None,
 ) -> Answer:
@@ -120,6 +129,7 @@ def identify_command(
         refine=refine,
         most_damped=most_damped,
         least_confidence=least_confidence,
+        method=method,
     )
     return Answer(result, pictures="save_identification", drawn={"data": measurement})
 

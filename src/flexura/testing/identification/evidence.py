@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -78,7 +79,8 @@ def finished(modes: IdentifiedModes, repeated: Sequence[Sequence[int]] = ()) -> 
     for group in map(list, repeated):
         poles = modes.poles[group]
         shapes[:, group], participation[:, group] = _untangled(poles, shapes[:, group], participation[:, group], points)
-    shapes, participation, scaling = _scaled(modes.poles, shapes, participation, points)
+    scale = _of_largest_one if modes.output_only else partial(_scaled, points=points)
+    shapes, participation, scaling = scale(modes.poles, shapes, participation)
     evidence = tuple(
         replace(e, modal_phase_collinearity=float(c), mean_phase_deviation_deg=float(d))
         for e, c, d in zip(modes.evidence, collinearity(shapes), phase_deviation(shapes), strict=True)
@@ -95,6 +97,17 @@ def finished(modes: IdentifiedModes, repeated: Sequence[Sequence[int]] = ()) -> 
         notes=notes,
         scaling=scaling,
     )
+
+
+def _of_largest_one(
+    poles: Complex, shapes: Complex, participation: Complex
+) -> tuple[Complex, Complex, tuple[str, ...]]:
+    """Shapes towards the real axis with the largest entry of size one, as they are known of outputs alone."""
+    largest = leading(np.abs(shapes), axis=0)[None]
+    turn = np.exp(-1j * phase(shapes))
+    sign = np.where((np.take_along_axis(shapes, largest, axis=0)[0] * turn).real < 0, -1.0, 1.0)
+    factor = sign * turn / np.abs(np.take_along_axis(shapes, largest, axis=0)[0])
+    return shapes * factor, participation / factor, ("not scaled",) * len(poles)
 
 
 def _scaled(
@@ -191,7 +204,7 @@ def _near(matrix: ResponseMatrix, fit: Fit, k: int) -> _Near:
         at = np.sort(np.argsort(apart, kind="stable")[:NEAREST_LINES])
     one = slice(k, k + 1)
     s, data = matrix.s[at], matrix.scaled[at]
-    part = responses(s, fit.poles[one], fit.shapes[:, one], fit.participation[:, one])
+    part = responses(s, fit.poles[one], fit.shapes[:, one], fit.participation[:, one], step=matrix.step)
     return _Near(pole, s, part * s[:, None, None] ** matrix.power, data, data - fit.synthesis[at])
 
 
@@ -206,8 +219,11 @@ def is_carried(matrix: ResponseMatrix, fit: Fit, k: int) -> bool:
 def bias(matrix: ResponseMatrix, fit: Fit, k: int) -> tuple[float, float]:
     """How far frequency and damping ratio of a mode may be off by what is not noise, relative (theory eqs. I25, I26).
 
-    By the part of the misfit that neighbouring lines share, and by the width of a line against that of the mode.
+    By the part of the misfit that neighbouring lines share, and by the width of a line against that of the mode. Zero
+    of half spectra, the noise of which neighbouring lines share, and the lines of which have no width.
     """
+    if matrix.step:
+        return 0.0, 0.0
     near = _near(matrix, fit, k)
     pole, left = near.pole, near.misfit
     uneven = float((np.abs(left[:-2] - 2 * left[1:-1] + left[2:]) ** 2).sum()) / 6 * len(left) / (len(left) - 2)
@@ -232,7 +248,7 @@ def close_pairs(matrix: ResponseMatrix, fit: Fit, repeated: list[list[int]]) -> 
         apart, width = float(hz[k + 1] - hz[k]), float(np.abs(fit.poles[k : k + 2].real).mean() / np.pi)
         if any(k in group and k + 1 in group for group in repeated):
             continue
-        if apart < step:
+        if apart < step and not matrix.step:
             why = f"closer than the lines, which are {in_hz(step, 3)} apart"
         elif apart < width and alike[k, k + 1] > ALIKE_RESIDUES:
             why = "alike and closer than their half-power width"

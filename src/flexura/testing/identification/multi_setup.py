@@ -12,6 +12,7 @@ from flexura.errors import OptionError
 from flexura.modal import best_pairs, mac
 from flexura.tables import in_hz
 from flexura.testing.identification.evidence import finished
+from flexura.testing.identification.outputs_alone import motions
 from flexura.testing.identification.residues import fit_shapes
 from flexura.testing.measurement import (
     SAME_MODE_OF_SETUPS,
@@ -52,16 +53,22 @@ def merged(
     mode is.
     """
     each = tuple(replace(one, name=one.setup or f"setup {k + 1}") for k, one in enumerate(setups))
-    by_inputs, common = _shared(setups)
-    if not by_inputs:
-        setups, matrices = [_transposed(modes) for modes in setups], [matrix.transposed for matrix in matrices]
-    left_out = sorted({c.name for modes in setups for c in modes.inputs if key_of(c) not in map(key_of, common)})
-    if left_out:
-        notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
-    setups, matrices = zip(*(_with_inputs(common, *pair) for pair in zip(setups, matrices, strict=True)), strict=True)
-    members = _members(setups)
+    alone = setups[0].output_only
+    by_inputs, common = (True, ()) if alone else _shared(setups)
+    if alone:
+        setups = _by_references(setups)
+    else:
+        if not by_inputs:
+            setups, matrices = [_transposed(modes) for modes in setups], [matrix.transposed for matrix in matrices]
+        left_out = sorted({c.name for modes in setups for c in modes.inputs if key_of(c) not in map(key_of, common)})
+        if left_out:
+            notes = (*notes, f"not in all setups, and not used to merge them: {', '.join(left_out)}")
+        chosen = (_with_inputs(common, *pair) for pair in zip(setups, matrices, strict=True))
+        setups, matrices = zip(*chosen, strict=True)
+    members = _members(setups, 1.0 if alone else LEAST_SETUPS)
     if not len(members):
-        raise OptionError("no mode is found in half of the setups; identify them one by one, or pick frequencies")
+        share = "all" if alone else "half of the"
+        raise OptionError(f"no mode is found in {share} setups; identify them one by one, or pick frequencies")
     means = sorted(((*_mean(setups, row), row) for row in members), key=lambda mean: abs(mean[0]))
     poles, members = np.array([pole for pole, _, _ in means]), np.array([row for _, _, row in means])
     shifts = [e.setup_shift for _, e, _ in means]
@@ -78,8 +85,8 @@ def merged(
         poles,
         shapes,
         shapes.real,
-        base,
-        setups[0].inputs,
+        base[:0] if alone else base,
+        () if alone else setups[0].inputs,
         outputs,
         tuple(e for _, e, _ in means),
         tuple(d for modes in setups for d in modes.diagram),
@@ -87,13 +94,36 @@ def merged(
         (*notes, *(note for modes in setups for note in modes.notes), *_notes(poles, members, shifts)),
         band=setups[0].band,
         setups=each,
+        output_only=alone,
     )
-    return finished(modes if by_inputs else _transposed(modes), [group.tolist() for group in equal])
+    return finished(modes if by_inputs else _transposed(modes), [] if alone else [group.tolist() for group in equal])
+
+
+def _by_references(setups: Sequence[IdentifiedModes]) -> list[IdentifiedModes]:
+    """Modes of outputs alone, with the outputs that all setups share for inputs.
+
+    Participation is the inverse of the shapes there, so that the scale of all setups becomes that of these (theory eq.
+    I36). Raises OptionError for no such output.
+    """
+    keys = set.intersection(*({key_of(c) for c in modes.outputs} for modes in setups))
+    shared = tuple(c for c in setups[0].outputs if key_of(c) in keys)
+    if not shared:
+        raise OptionError("setups share no output, so their shapes have no common scale; identify them one by one")
+    scaled = []
+    for modes in setups:
+        names = [key_of(c) for c in modes.outputs]
+        there = modes.shapes[[names.index(key_of(c)) for c in shared]]
+        participation = np.zeros(there.shape, dtype=complex)
+        for group in _groups(modes.poles):
+            participation[:, group] = np.linalg.pinv(there[:, group], rcond=1e-6).T
+        scaled.append(replace(modes, inputs=shared, participation=participation))
+    return scaled
 
 
 def modes_of_setup(modes: IdentifiedModes, matrix: ResponseMatrix) -> Complex:
     """Responses (f, p, m) that modes and residuals give back, in the quantity and with the window of a matrix."""
-    H = responses(matrix.s, modes.poles, modes.shapes, modes.participation, modes.lower, modes.upper)
+    shapes = modes.shapes * motions(modes.outputs, modes.poles) if modes.output_only else modes.shapes
+    H = responses(matrix.s, modes.poles, shapes, modes.participation, modes.lower, modes.upper, matrix.step)
     return H * matrix.s[:, None, None] ** matrix.power
 
 
@@ -138,7 +168,7 @@ def _with_inputs(
     )
 
 
-def _members(setups: Sequence[IdentifiedModes]) -> Index:
+def _members(setups: Sequence[IdentifiedModes], least: float) -> Index:
     """Which mode of each setup the merged modes are (n, setups), -1 for none; the richest setup is paired first."""
     count = len(setups)
     first = max(range(count), key=lambda s: (len(setups[s].poles), setups[s].confidence.sum()))
@@ -159,7 +189,7 @@ def _members(setups: Sequence[IdentifiedModes]) -> Index:
             else:
                 rows.append([k if q == s else -1 for q in range(count)])
     members = np.array(rows, dtype=np.intp).reshape(-1, count)
-    return members[(members >= 0).mean(axis=1) >= LEAST_SETUPS]
+    return members[(members >= 0).mean(axis=1) >= least]
 
 
 def _mean(setups: Sequence[IdentifiedModes], row: Index) -> tuple[complex, ModeEvidence]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from flexura.arrays import Array, Complex, Index
 from flexura.errors import SolverError
-from flexura.testing.measurement import ResponseMatrix, responses
+from flexura.testing.measurement import ResponseMatrix, fraction, responses
 
 MOST_FIT_STEPS = 30
 """Steps of the non-linear fit."""
@@ -56,9 +56,10 @@ class Fit:
 class _Spanned:
     """Everything over f lines as coordinates (k,) in an orthonormal basis of all functions of s that take part.
 
-    `fractions` are 1 / (s - pole), the same of the conjugate poles, and the squares of both, each (k, n); `constant`
-    and `inverse` are 1 and s^-2, the latter of size one at the last line. `data` (2 k m, p) are real and imaginary
-    coordinates of the responses; `outside` (m, p) are the squares of what lies across the basis. `count` is 2 f m.
+    `fractions` are 1 / (s - pole), the same of the conjugate poles, and their slopes by the pole, each (k, n);
+    `constant` and `inverse` are 1 and s^-2, the latter of size one at the last line. `data` (2 k m, p) are real and
+    imaginary coordinates of the responses; `outside` (m, p) are the squares of what lies across the basis. `count` is
+    2 f m.
     """
 
     fractions: tuple[Complex, Complex, Complex, Complex]
@@ -101,7 +102,7 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
     if 2 * f * m * p - 2 * len(poles) * (p + m) - 2 * p <= 0:
         raise SolverError(f"{f} spectral lines do not determine {len(poles)} modes")
     solved = _project(_spanned(matrix, poles), participation)
-    damping = 1e-3
+    damping, still = 1e-3, float(matrix.s.real[0]) if matrix.step else 0.0
     for _ in range(MOST_FIT_STEPS):
         D, c = _derivatives(participation, solved)
         curvature = _gram(D, c)
@@ -110,7 +111,7 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         while damping < 1e6:
             step = _step(curvature, slope, damping)
             trial = _moved(poles, participation, step)
-            if (trial[0].real < 0).all() and (trial[0].imag > 0).all():
+            if (trial[0].real < still).all() and (trial[0].imag > 0).all():
                 projected = _project(_spanned(matrix, trial[0]), trial[1])
                 if projected.misfit <= solved.misfit:
                     better = projected
@@ -123,7 +124,10 @@ def fit_modes(matrix: ResponseMatrix, poles: Complex, participation: Complex) ->
         damping = max(damping / 10, 1e-9)
         if gained <= SETTLED_FIT * solved.misfit:
             break
-    return _result(matrix, poles, participation, solved, _sigma(participation, solved))
+    of_parts = None
+    if matrix.parts is not None:
+        of_parts = np.array([_spanned(replace(matrix, response=part), poles).data for part in matrix.parts])
+    return _result(matrix, poles, participation, solved, _sigma(participation, solved, of_parts))
 
 
 def _spanned(matrix: ResponseMatrix, poles: Complex) -> _Spanned:
@@ -134,8 +138,9 @@ def _spanned(matrix: ResponseMatrix, poles: Complex) -> _Spanned:
     f, p, m = matrix.response.shape
     n, root = len(poles), np.sqrt(matrix.weight)
     s = matrix.s[:, None]
-    q = [1 / (s - poles), 1 / (s - poles.conj())]
-    functions = np.concatenate([*q, *(one**2 for one in q), np.ones_like(s), (np.abs(s).max() / s) ** 2], axis=1)
+    q = [fraction(matrix.s, poles, matrix.step), fraction(matrix.s, poles.conj(), matrix.step)]
+    slopes = [one**2 - matrix.step**2 / 4 for one in q]
+    functions = np.concatenate([*q, *slopes, np.ones_like(s), (np.abs(s).max() / s) ** 2], axis=1)
     Q, R = np.linalg.qr(functions * (root * matrix.s**matrix.power)[:, None])
     H = (matrix.scaled.transpose(0, 2, 1) * root[:, None, None]).reshape(f, -1)
     inside = Q.conj().T @ H
@@ -213,20 +218,16 @@ def _moved(poles: Complex, participation: Complex, step: Array) -> tuple[Complex
     return poles + real + 1j * imaginary, moved / np.linalg.norm(moved, axis=0)
 
 
-def _sigma(participation: Complex, solved: _Projected) -> Array:
-    """Standard deviations of real and imaginary part of the poles (n, 2), 1/s (theory eq. I13).
+def _sigma(participation: Complex, solved: _Projected, parts: Array | None) -> Array:
+    """Standard deviations of real and imaginary part of the poles (n, 2), 1/s (theory eqs. I13, I31).
 
-    Every response has the noise that its own misfit shows.
+    Every response has the noise that its own misfit shows; with parts of the records (b, 2 k m, p), it is how far the
+    fit would move by each of them.
     """
-    m, n = participation.shape
+    n = participation.shape[1]
     D, c = _derivatives(participation, solved)
-    rows = np.arange(len(D)) % m
-    curvature, spread = _gram(D, c), np.zeros((len(c), len(c)))
-    freedom = (solved.span.count - solved.Q.shape[1]) / m
-    for j in range(m):
-        of_input = rows == j
-        noise = ((solved.remainder[of_input] ** 2).sum(axis=0) + solved.span.outside[j]) / freedom
-        spread += _gram(D[of_input], c * np.sqrt(noise))
+    curvature = _gram(D, c)
+    spread = _spread_of_misfit(D, c, solved, len(participation)) if parts is None else _spread_of_parts(D, c, parts)
     size = np.sqrt(np.diag(curvature))
     size = np.where(size > 0, size, np.inf)
     values, vectors = np.linalg.eigh(curvature / np.outer(size, size))
@@ -237,12 +238,30 @@ def _sigma(participation: Complex, solved: _Projected) -> Array:
     return np.sqrt(np.where(loose, np.inf, np.maximum(covariance, 0.0))).reshape(2, n).T
 
 
+def _spread_of_misfit(D: Array, c: Array, solved: _Projected, m: int) -> Array:
+    """Covariance (k, k) of the slope of the misfit where each response has the noise that its misfit shows."""
+    rows = np.arange(len(D)) % m
+    spread = np.zeros((len(c), len(c)))
+    freedom = (solved.span.count - solved.Q.shape[1]) / m
+    for j in range(m):
+        of_input = rows == j
+        noise = ((solved.remainder[of_input] ** 2).sum(axis=0) + solved.span.outside[j]) / freedom
+        spread += _gram(D[of_input], c * np.sqrt(noise))
+    return spread
+
+
+def _spread_of_parts(D: Array, c: Array, parts: Array) -> Array:
+    """The same by the scatter of the slopes of b parts: that of their mean."""
+    slopes = np.array([np.einsum("kao,kao->k", c, (D.T @ one).reshape(len(c), 2, -1)) for one in parts])
+    return np.cov(slopes.T) / len(parts)
+
+
 def _result(matrix: ResponseMatrix, poles: Complex, participation: Complex, solved: _Projected, sigma: Array) -> Fit:
     n, m = participation.shape[::-1]
     c = solved.coefficients
     shapes = (c[: 2 * n : 2] + 1j * c[1 : 2 * n : 2]).T
     upper, lower = c[2 * n : 2 * n + m].T, c[2 * n + m :].T * np.abs(matrix.s).max() ** 2
-    H = responses(matrix.s, poles, shapes, participation, lower, upper)
+    H = responses(matrix.s, poles, shapes, participation, lower, upper, matrix.step)
     synthesis, data = H * matrix.s[:, None, None] ** matrix.power, matrix.scaled
     error = np.linalg.norm(data - synthesis) / np.linalg.norm(data)
     return Fit(poles, participation, shapes, lower, upper, synthesis, sigma, float(error))

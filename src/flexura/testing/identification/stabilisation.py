@@ -223,10 +223,10 @@ def tracks(orders: Sequence[OrderPoles], bits: Sequence[NDArray[np.intp]]) -> li
     return tracked
 
 
-def chosen(tracked: Sequence[Track], orders: int) -> list[Track]:
-    """Tracks that are long and dense enough to be modes, ascending in frequency."""
+def chosen(tracked: Sequence[Track], orders: int, share: float = LEAST_SHARE_OF_ORDERS) -> list[Track]:
+    """Tracks that are long and dense enough to be modes, at a share of the orders from the first, by frequency."""
     least = max(3, LEAST_LENGTH_OF_TRACK * orders)
-    modes = (t for t in tracked if len(t.at) >= least and t.share(orders) >= LEAST_SHARE_OF_ORDERS)
+    modes = (t for t in tracked if len(t.at) >= least and t.share(orders) >= share)
     return sorted(modes, key=lambda t: abs(t.pole))
 
 

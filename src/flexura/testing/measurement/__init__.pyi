@@ -10,6 +10,10 @@ from flexura.testing.measurement.channels import read_channel_descriptions as re
 from flexura.testing.measurement.channels import split_heading as split_heading
 from flexura.testing.measurement.channels import split_response as split_response
 from flexura.testing.measurement.channels import with_description as with_description
+from flexura.testing.measurement.correlations import Correlations as Correlations
+from flexura.testing.measurement.correlations import correlations_of as correlations_of
+from flexura.testing.measurement.correlations import half_spectra as half_spectra
+from flexura.testing.measurement.correlations import is_tone as is_tone
 from flexura.testing.measurement.estimation import estimate_frf as estimate_frf
 from flexura.testing.measurement.measurement import SAME_MODE_OF_SETUPS as SAME_MODE_OF_SETUPS
 from flexura.testing.measurement.measurement import IdentifiedModes as IdentifiedModes
@@ -21,12 +25,14 @@ from flexura.testing.measurement.measurement import Recording as Recording
 from flexura.testing.measurement.measurement import Repeated as Repeated
 from flexura.testing.measurement.measurement import Setups as Setups
 from flexura.testing.measurement.measurement import checked as checked
+from flexura.testing.measurement.measurement import fraction as fraction
 from flexura.testing.measurement.measurement import grouped as grouped
 from flexura.testing.measurement.measurement import merged as merged
 from flexura.testing.measurement.measurement import refuse_implausible as refuse_implausible
 from flexura.testing.measurement.measurement import repeated_note as repeated_note
 from flexura.testing.measurement.measurement import responses as responses
 from flexura.testing.measurement.measurement import setups_of as setups_of
+from flexura.testing.measurement.response_matrices import POWER as POWER
 from flexura.testing.measurement.response_matrices import ResponseMatrix as ResponseMatrix
 from flexura.testing.measurement.response_matrices import filled as filled
 from flexura.testing.measurement.response_matrices import key_of as key_of

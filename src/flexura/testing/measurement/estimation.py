@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
-from flexura.tables import in_hz
+from flexura.tables import in_hz, quantity
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
@@ -134,6 +135,13 @@ SAME_RATE = 1e-5
 NOTICEABLE_LEAKAGE = 0.005
 """Share of the motion left at the end of a record from which a note says so."""
 
+LEAST_INDEPENDENT = 0.01
+"""Inputs of power one go together where the smallest eigenvalue of their spectral matrix is below, as of two with a
+coherence of 0.98."""
+
+MOST_LINES_TOGETHER = 0.5
+"""They are refused where they go together at more of the lines."""
+
 MOST_LISTED = 8
 """Records named where none can be used."""
 
@@ -145,6 +153,7 @@ class _Options:
     estimator: str
     force_window: float | None
     exponential: float | None
+    stretch: float | None
     delays: Mapping[str, float]
     full_scale: Mapping[str, float]
     accept: frozenset[str]
@@ -174,6 +183,7 @@ def estimate_frf(
     estimator: Estimator = "H1",
     force_window: float | None = None,
     exponential: float | None = None,
+    stretch: float | None = None,
     band: tuple[float, float] | None = None,
     duration: float | None = None,
     delays: Mapping[str, float] | None = None,
@@ -188,7 +198,9 @@ def estimate_frf(
     `estimator`: H1 (noise in the outputs), H2 (noise in the input, one input only) or Hv (equal shares).
     `force_window`, s: the force counts until so long after the beginning of the pulse, with a cosine taper of a quarter
     of that. `exponential`: value at the end of the record, between 0 and 1, of an exponential window on all channels;
-    the decay rate that it adds stands in `decay` of the result, for identification to take out. `band`, Hz, keeps the
+    the decay rate that it adds stands in `decay` of the result, for identification to take out. `stretch`, s: records
+    are of lasting excitation by shakers, random or slow sweeps, and are cut into stretches of this length that overlap
+    by half, under Hann's window; bursts that have died out at the end of a record need none. `band`, Hz, keeps the
     lines in it, else they are kept until the force is 40 dB below its largest; 0 Hz is left out. `duration`, s, cuts
     records. `delays`, s, by channel name, say how much too late a channel reads; `full_scale`, SI, by channel name,
     how much it can read.
@@ -196,6 +208,9 @@ def estimate_frf(
     Records that are overloaded, clipped, hit twice, not at rest before the hit, or still moving at their end are left
     out, and outputs left out that are not coherent with any input; notes name them. `accept` lists kinds of defects
     that are to be used nonetheless.
+
+    Inputs that go together cannot be told apart: where their spectral matrix is ill-conditioned at most lines, they are
+    refused, and where it is at some, a note says at which.
 
     Raises OptionError when nothing is left, for channels, rates and lengths that differ within a setup, and for
     arguments that make no sense.
@@ -207,8 +222,12 @@ def estimate_frf(
         raise OptionError(f"force_window is a positive time in s, not {force_window:g}")
     if exponential is not None and not 0 < exponential <= 1:
         raise OptionError(f"exponential is between 0 and 1, not {exponential:g}")
+    if stretch is not None and not (
+        force_window is None and exponential is None and np.isfinite(stretch) and stretch > 0
+    ):
+        raise OptionError(f"stretch is a positive time in s and has a window of its own, not {stretch:g} with another")
     options = _Options(
-        estimator, force_window, exponential, dict(delays or {}), dict(full_scale or {}), accepted(accept)
+        estimator, force_window, exponential, stretch, dict(delays or {}), dict(full_scale or {}), accepted(accept)
     )
     known = {c.name for r in recordings for c in r.channels}
     for name in (*options.delays, *options.full_scale):
@@ -243,7 +262,7 @@ def _recordings(data: Measurement | Recording | Sequence[Recording]) -> Sequence
             raise OptionError(
                 f"{_label(r, k)}: none of its channels is a force: of output-only data no frequency response can be"
                 " estimated. If a channel is the excitation, a file of channels says so, with its unit: NAME: {unit: N,"
-                " input: true}; frequencies found elsewhere can be compared as a list"
+                " input: true}; identify finds modes in outputs alone"
             )
         if not set(r.inputs) < set(range(len(r.channels))):
             raise OptionError(
@@ -307,24 +326,28 @@ def _columns(records: Sequence[Recording]) -> list[list[list[Recording]]]:
 def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
     """Spectra of the records that can be used; why none can, where none can."""
     inputs, outputs = _sides(records[0])
-    N, rate = records[0].samples.shape[1], records[0].sample_rate
+    N, rate = _length(records[0], options.stretch), records[0].sample_rate
     decay = 0.0 if options.exponential is None else -float(np.log(options.exponential)) * rate / N
-    hz: Array = np.arange(N // 2 + 1) * (rate / N)
+    hz = np.asarray(np.arange(N // 2 + 1) * (rate / N), dtype=np.float64)
     transforms: list[tuple[Complex, Complex]] = []
     left_out: list[str] = []
     largest_leakage = 0.0
     for k, record in enumerate(records):
         names = {c.name for c in record.channels}
         scales = {name: scale for name, scale in options.full_scale.items() if name in names}
-        defects = [d for d in inspect(record, scales) if d.kind not in options.accept]
+        judged = record if options.stretch is None else replace(record, inputs=())  # it is no hit
+        defects = [d for d in inspect(judged, scales) if d.kind not in options.accept]
         if defects:
             left_out.append(f"{_label(record, k)}: {'; '.join(map(str, defects))}")
+            continue
+        if options.stretch is not None:
+            transforms += [_transforms(record, part, options.delays, decay, hz) for part in _stretches(record, N)]
             continue
         samples, leaked, channel = _windowed(record, options.force_window, decay)
         if leaked > LEAKAGE and "leakage" not in options.accept:
             left_out.append(
                 f"{_label(record, k)}: {channel}: still at {leaked:.0%} of its loudest at the end of {N / rate:g} s: "
-                "record longer, or give an exponential window"
+                "record longer, or give an exponential window; where the excitation lasts, a stretch"
             )
             continue
         largest_leakage = max(largest_leakage, leaked)
@@ -342,7 +365,52 @@ def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
             f"{at}: {largest_leakage:.0%} of the motion is left at the end of records: peaks are wrong by about as much"
         )
     F, X = (np.array(part) for part in zip(*transforms, strict=True))
-    return _Group(inputs, outputs, hz, Spectra.of(F, X), decay, tuple(notes))
+    spectra = Spectra.of(F, X)
+    alike = _going_together(spectra, hz)
+    if alike.mean() > MOST_LINES_TOGETHER:
+        return (
+            f"the inputs {at} go together at {alike.mean():.0%} of the lines, so that they cannot be distinguished:"
+            " drive shakers by signals that have nothing to do with each other, or give one of them as an output"
+        )
+    if alike.any():
+        where = f"{in_hz(hz[alike][0], 4)} to {in_hz(hz[alike][-1], 4)}"
+        notes.append(
+            f"{at} go together at {alike.mean():.0%} of the lines, from {where}: responses there are not known"
+        )
+    return _Group(inputs, outputs, hz, spectra, decay, tuple(notes))
+
+
+def _length(record: Recording, stretch: float | None) -> int:
+    """Samples of a transform. Raises OptionError for a stretch that the record does not hold."""
+    recorded = record.samples.shape[1]
+    samples = recorded if stretch is None else round(stretch * record.sample_rate)
+    if stretch is not None and not FEWEST_SAMPLES <= samples <= recorded:
+        longest = quantity(recorded / record.sample_rate, "s")
+        raise OptionError(f"a stretch is a time up to the {longest} that were recorded, not {stretch:g} s")
+    return samples
+
+
+def _stretches(record: Recording, N: int) -> list[Array]:
+    """Stretches of N samples that overlap by half, without their mean, under Hann's window."""
+    window: Array = np.asarray(np.sin(np.pi * (np.arange(N) + 0.5) / N) ** 2, dtype=np.float64)
+    starts = range(0, record.samples.shape[1] - N + 1, max(N // 2, 1))
+    parts = (record.samples[:, at : at + N] for at in starts)
+    return [(x - x.mean(axis=1, keepdims=True)) * window for x in parts]
+
+
+def _going_together(S: Spectra, hz: Array) -> NDArray[np.bool_]:
+    """Lines (f,) above 0 Hz that are excited and at which inputs, each of power one, are nearly dependent.
+
+    None of one input, and of records too few for the inputs, which is another fault.
+    """
+    m = S.ff.shape[1]
+    if m == 1 or S.averages < m:
+        return np.zeros(len(hz), dtype=np.bool_)
+    power = np.einsum("fii->fi", S.ff).real
+    size = np.sqrt(_nonzero(power))
+    least = np.linalg.eigvalsh(S.ff / size[:, :, None] / size[:, None, :])[:, 0]
+    excited = (power >= EXCITED_POWER * power.max(axis=0)).all(axis=1)
+    return np.asarray(excited & (hz > 0) & (least < LEAST_INDEPENDENT), dtype=np.bool_)
 
 
 def _transforms(
@@ -360,22 +428,22 @@ def _windowed(record: Recording, force_window: float | None, decay: float) -> tu
     """Samples without offset and with windows, and the largest leakage with its channel."""
     x = np.array(record.samples, dtype=float)
     time = np.arange(x.shape[1]) / record.sample_rate
-    if len(record.inputs) != 1:
-        return x * np.exp(-decay * time), 0.0, ""
-    at = record.inputs[0]
-    start, still = trigger(x[at])
-    still = still if still >= QUIET else 0
-    if still:
-        x -= x[:, :still].mean(axis=1, keepdims=True)
-    else:
-        x[at] -= _rest(x[at])
-    if force_window is not None:
-        phase = np.clip((time - time[start] - force_window) / (force_window / 4), 0.0, 1.0)
-        x[at] *= 0.5 * (1 + np.cos(np.pi * phase))
+    still = 0
+    if len(record.inputs) == 1:
+        at = record.inputs[0]
+        start, quiet = trigger(x[at])
+        still = quiet if quiet >= QUIET else 0
+        if still:
+            x -= x[:, :still].mean(axis=1, keepdims=True)
+        else:
+            x[at] -= _rest(x[at])
+        if force_window is not None:
+            phase = np.clip((time - time[start] - force_window) / (force_window / 4), 0.0, 1.0)
+            x[at] *= 0.5 * (1 + np.cos(np.pi * phase))
     x *= np.exp(-decay * time)
     largest, channel = 0.0, ""
     for k, c in enumerate(record.channels):
-        if k != at:
+        if k not in record.inputs:
             faded = x[k, :still] * np.exp(-decay * (time[-1] - time[:still]))
             share = leakage(x[k], faded)
             if share > largest:

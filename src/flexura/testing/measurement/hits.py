@@ -35,6 +35,9 @@ CLIPPED_SAMPLES = 3
 SAME_LEVEL = 1e-9
 """Samples that differ by less, relative to the largest, are at one level of the converter."""
 
+MOST_PULSES = 12
+"""A force of more pulses is no hit but a burst of a shaker."""
+
 QUIET = 16
 """Samples before a hit from which offset and noise are known."""
 
@@ -148,6 +151,8 @@ def _hit(recording: Recording) -> list[Defect]:
     at = recording.inputs[0]
     name, force = recording.channels[at].name, recording.samples[at]
     hits = pulses(force)
+    if len(hits) > MOST_PULSES:
+        return []
     defects = []
     if len(hits) > 1:
         peaks = sorted(float(np.abs(force[a : b + 1]).max()) for a, b in hits)

@@ -83,13 +83,15 @@ class IdentifiedModes(Tabular):
     (p, m) are what modes below and above the band add, over s^2 and constant. `synthesis_error` is the relative error
     of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
     With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
-    `poles` are weighted means.
+    `poles` are weighted means. `output_only` modes are of outputs alone: shapes have no scale but the largest entry,
+    which is one, `inputs` are the outputs that all are correlated with, and residues those of half spectra.
     """
 
     _shown = ("name", "setup", "frequency_hz", "outputs")
     _told = (
         *("name", "setup", "frequency_hz", "angular_frequency", "damping_ratio", "shapes", "real_shapes"),
         *("participation", "scaling", "inputs", "outputs", "evidence", "synthesis_error", "setups"),
+        "output_only",
     )
 
     name: str
@@ -110,6 +112,7 @@ class IdentifiedModes(Tabular):
     band: tuple[float, float] | None = None
     setup: str = ""
     setups: tuple[IdentifiedModes, ...] = ()
+    output_only: bool = False
 
     @property
     def frequency_hz(self) -> Array:
@@ -134,14 +137,16 @@ class IdentifiedModes(Tabular):
     def receptance(self, frequency_hz: ArrayLike) -> Complex:
         """Displacements per unit input (f, p, m) of modes and residuals, at frequencies, Hz (theory eq. I1).
 
-        No exponential window is in it.
+        No exponential window is in it. Raises OptionError for modes of outputs alone, which have none.
         """
+        if self.output_only:
+            raise OptionError("modes of outputs alone have no receptance: the inputs were not measured")
         s = 2j * np.pi * np.atleast_1d(np.asarray(frequency_hz, dtype=float))
         return responses(s, self.poles, self.shapes, self.participation, self.lower, self.upper)
 
     def _title(self) -> str:
         p, m = counted(len(self.outputs), "output"), counted(len(self.inputs), "input")
-        return f"{counted(len(self.poles), 'mode')} from {p} and {m}"
+        return f"{counted(len(self.poles), 'mode')} from {p} {'alone' if self.output_only else f'and {m}'}"
 
     def presentation(self) -> Iterator[Item]:
         """The modes with their evidence, and those of every setup side by side."""
@@ -182,6 +187,12 @@ class IdentifiedModes(Tabular):
         }
 
 
+def fraction(s: Complex, poles: Complex, step: float) -> Complex:
+    """1 / (s - pole) (f, n), or with a step, s, what it becomes of samples but for a constant (theory eq. I29)."""
+    away = s[:, None] - poles
+    return np.asarray(1 / away if step == 0 else step / 2 / np.tanh(step / 2 * away), dtype=np.complex128)
+
+
 def responses(
     s: Complex,
     poles: Complex,
@@ -189,9 +200,13 @@ def responses(
     participation: Complex,
     lower: Array | None = None,
     upper: Array | None = None,
+    step: float = 0.0,
 ) -> Complex:
-    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1)."""
-    q = np.concatenate([1 / (s[:, None] - poles), 1 / (s[:, None] - poles.conj())], axis=1)
+    """Displacements per unit input (f, p, m) at s (f,), 1/s, from modes and residuals (theory eq. I1).
+
+    With a `step`, s, they are those of what is sampled (theory eq. I29).
+    """
+    q = np.concatenate([fraction(s, poles, step), fraction(s, poles.conj(), step)], axis=1)
     left, right = (np.concatenate([x, x.conj()], axis=1) for x in (shapes, participation))
     H = np.einsum("fr,pr,mr->fpm", q, left, right, optimize=True)
     if upper is not None:

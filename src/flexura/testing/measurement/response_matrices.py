@@ -87,7 +87,8 @@ class ResponseMatrix:
     """H (f, p, m) of one setup at s = i omega + decay (f,), 1/s (theory eq. I1).
 
     All responses are s^power times that of a displacement. `weight` (f,) is the share of a line in the band, of mean 1.
-    Rows over `row_scale` (p,) and columns over `column_scale` (m,) have comparable sizes.
+    Rows over `row_scale` (p,) and columns over `column_scale` (m,) have comparable sizes. Half spectra of outputs have
+    the `step` of their samples, s, and `parts` (b, f, p, m), of parts of the records, of which H is the mean.
     """
 
     setup: str
@@ -101,6 +102,8 @@ class ResponseMatrix:
     inputs: tuple[MeasuredChannel, ...]
     outputs: tuple[MeasuredChannel, ...]
     notes: tuple[str, ...] = ()
+    step: float = 0.0
+    parts: Complex | None = None
 
     @property
     def scaled(self) -> Complex:
@@ -182,7 +185,7 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
         H,
         power,
         weight / weight.mean(),
-        *_scales(H),
+        *balanced(H),
         tuple(list(inputs.values())[k] for k in columns),
         tuple(list(outputs.values())[k] for k in rows),
         tuple(notes),
@@ -264,7 +267,7 @@ def _refuse_silent(H: Complex, inputs: Sequence[Channel], outputs: Sequence[Chan
             raise OptionError(f"{where}{name} has no signal at all: leave it out, or mend its cable")
 
 
-def _scales(H: Complex) -> tuple[Array, Array]:
+def balanced(H: Complex) -> tuple[Array, Array]:
     """Sizes of rows and columns with which all rows and all columns have root mean squares of one."""
     power = np.mean(np.abs(H) ** 2, axis=0)
     row, column = np.ones(len(power)), np.ones(power.shape[1])

@@ -30,8 +30,8 @@ from flexura.charts import Axis, Curve, Mark, Panel
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.tables import counted, in_hz
-from flexura.testing.identification import Data, frfs_of, mode_indicators, modes_of_setup
-from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix, response_matrices
+from flexura.testing.identification import Data, matrices_of, mode_indicators, modes_of_setup
+from flexura.testing.measurement import IdentifiedModes, Poles, ResponseMatrix
 from flexura.testing.updating import MeasuredFrequencies
 from flexura.testing.virtual import VirtualTest
 from flexura.view.drawing import (
@@ -406,10 +406,10 @@ def _matrix_of(result: IdentifiedModes, data: Data | ResponseMatrix, has_setups:
     """The responses that the modes of one setup are from. Raises OptionError."""
     if isinstance(data, ResponseMatrix):
         return data
-    frfs = [frf for frf in frfs_of(data)[1] if not has_setups or frf.setup == result.setup]
-    if not frfs:
+    matrices = matrices_of(data, result.band, together=not has_setups).matrices
+    matrix = next((one for one in matrices if not has_setups or one.setup == result.setup), None)
+    if matrix is None:
         raise OptionError(f"the data have no setup {result.setup!r}, which the modes are from")
-    matrix = response_matrices(frfs, result.band, together=not has_setups)[0]
     if [c.name for c in matrix.outputs] != [c.name for c in result.outputs]:
         raise OptionError("the modes are not from these data: their outputs differ")
     return matrix
