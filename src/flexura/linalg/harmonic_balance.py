@@ -1,0 +1,294 @@
+"""Periodic motions by harmonic balance: their equations, errors and stability, and curves of them by arc length.
+
+A motion is q(t) = c0 + sum c_k cos k wt + s_k sin k wt. What holds and accelerates it is worked out at times over a
+period and balanced by its own series.
+
+Sources: Cameron, Griffin (1989), J. Appl. Mech. 56 (alternating frequency/time); Krack, Gross (2019), Harmonic balance
+for nonlinear vibration problems; Lazarus, Thomas (2010), C. R. Mecanique 338 (stability by sorted exponents of Hill).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import scipy.linalg as la
+
+from flexura.arrays import Array
+from flexura.errors import SolverError
+
+CONVERGED = 1e-9
+"""Largest last step of Newton's method over the unknowns, both in their scales."""
+
+CORRECTIONS = 12
+"""Steps of Newton's method, after four of which, or where they shrink too slowly, derivatives are renewed."""
+
+SLOW = 0.3
+"""Share of a step that the next one leaves, from which derivatives are renewed."""
+
+EASY = 4
+"""Corrections up to which the next step is longer."""
+
+BEND = 0.9
+"""Least cosine between the tangents at both ends of a step."""
+
+SHORTEST = 1e-6
+"""Step over the first one, below which a curve is given up."""
+
+SLOWEST_STIFF = 3.0
+"""Frequencies of coordinates beyond the highest harmonic, from which they follow the others as in statics."""
+
+LOCATED = 1e-9
+"""How near to its zero something is located, over what it was at the ends of the step."""
+
+
+class Oscillator(Protocol):
+    """Forces (s, n) at instants, in coordinates of unit stiffness at rest, of natural `frequencies` (n,), rad/s."""
+
+    frequencies: Array
+
+    def forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
+        """What is missing (s, n) for motions with displacements, velocities and accelerations (s, n) under shares (s,)
+        of the excitation."""
+        ...
+
+    def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
+        """Derivatives (s, n, n) of the forces by displacements, velocities and accelerations."""
+        ...
+
+
+class Series(NamedTuple):
+    """Fourier series at times over a period: `values`, `rates` and `seconds` (s, N) make displacements and their
+    derivatives by the phase of coefficients in the order c0, c1, s1, ..., or c0, c1, ... where the motion is even;
+    `balance` (N, s) makes coefficients of values."""
+
+    harmonics: int
+    values: Array
+    rates: Array
+    seconds: Array
+    balance: Array
+    order: Array
+    """Harmonics (N,) of the coefficients."""
+
+    @staticmethod
+    def of(harmonics: int, even: bool = False) -> Series:
+        """With so many samples that products of four of a series are balanced exactly."""
+        count = 4 * harmonics + 4
+        k = np.arange(harmonics + 1)
+        phase = 2 * np.pi * np.arange(count)[:, None] / count * k
+        columns = np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(count, -1)
+        rates = np.stack([-k * np.sin(phase), k * np.cos(phase)], axis=-1).reshape(count, -1)
+        order, kept = np.repeat(k, 2), np.arange(2 * len(k))
+        kept = kept[kept % 2 == 0] if even else np.delete(kept, 1)
+        order, values = order[kept], columns[:, kept]
+        balance = np.where(order == 0, 1.0, 2.0)[:, None] * values.T / count
+        return Series(harmonics, values, rates[:, kept], -(order**2) * values, balance, order)
+
+    @property
+    def drive(self) -> Array:
+        """The cosine (s,) of the first harmonic."""
+        return self.values[:, 1]
+
+    def complex_amplitudes(self, X: Array) -> Array:
+        """Amplitudes (H + 1, n) of exp(i k w t) whose real parts are added, of coefficients X (N, n)."""
+        if len(X) == self.harmonics + 1:
+            return X.astype(complex)
+        return np.concatenate([X[:1].astype(complex), X[1::2] - 1j * X[2::2]])
+
+
+class Orbit(NamedTuple):
+    """A periodic motion: coefficients X (N, n), frequency `omega`, rad/s, the unit `tangent` (N n + 1,) of the curve in
+    scaled unknowns, slopes there, and the arc length of the step that led to it."""
+
+    X: Array
+    omega: float
+    tangent: Array
+    slopes: tuple[Array, Array, Array]
+    step: float
+
+    @property
+    def turning(self) -> float:
+        """The frequency in the unit tangent, zero at folds."""
+        return float(self.tangent[-1])
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Periodic motions of an oscillator, free ones that are even in time (`driven` false) or driven by its excitation.
+
+    Arc lengths are over amplitudes of coordinates of unit stiffness over `size`, and frequencies over `width`, rad/s.
+    """
+
+    oscillator: Oscillator
+    series: Series
+    driven: bool
+    size: float
+    width: float
+
+    def motion(self, X: Array, omega: float) -> tuple[Array, Array, Array, Array]:
+        """Displacements, velocities and accelerations (s, n), and shares (s,) of the excitation."""
+        own = self.series
+        drive = own.drive if self.driven else np.zeros(len(own.values))
+        return own.values @ X, omega * (own.rates @ X), omega**2 * (own.seconds @ X), drive
+
+    def residual(self, X: Array, omega: float) -> Array:
+        """What is missing (N, n)."""
+        return self.series.balance @ self.oscillator.forces(*self.motion(X, omega))
+
+    def jacobian(self, X: Array, omega: float, slopes: tuple[Array, Array, Array]) -> Array:
+        """Derivatives (N n, N n + 1) of what is missing by the coefficients over `size` and the frequency over `width`."""
+        own, (K, C, M) = self.series, slopes
+        size = X.size
+        J = np.empty((size, size + 1))
+        J[:, :-1] = self.size * self._balanced(
+            (K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds)
+        )
+        _, v, a, _ = self.motion(X, omega)
+        by = (C @ v[..., None] + 2 * M @ a[..., None])[..., 0] / omega
+        J[:, -1] = self.width * (own.balance @ by).ravel()
+        return J
+
+    def _balanced(self, *terms: tuple[Array, Array]) -> Array:
+        """The sum (N n, N n) of slopes (s, n, n) by what (s, N) coefficients do to their arguments, balanced."""
+        own, n = self.series, terms[0][0].shape[-1]
+        N = own.values.shape[1]
+        total = np.zeros((N, n, N, n))
+        for slope, columns in terms:
+            by = np.einsum("is,sj->ijs", own.balance, columns).reshape(N * N, -1)
+            total += (by @ slope.reshape(len(slope), -1)).reshape(N, N, n, n).transpose(0, 2, 1, 3)
+        return total.reshape(N * n, N * n)
+
+    def start(self, X: Array, omega: float, direction: Array) -> Orbit:
+        """The motion next to an estimate, in the plane across a direction (N n + 1,). Raises SolverError."""
+        X, omega, slopes, _ = self._corrected(X, omega, direction, None)
+        return Orbit(X, omega, self._tangent(X, omega, slopes, direction), slopes, 0.0)
+
+    def onward(self, orbit: Orbit, length: float) -> tuple[Orbit, int]:
+        """The motion a step further along the curve, and the corrections that it took. Raises SolverError."""
+        X = orbit.X + length * self.size * orbit.tangent[:-1].reshape(orbit.X.shape)
+        omega = orbit.omega + length * self.width * orbit.turning
+        X, omega, slopes, count = self._corrected(X, omega, orbit.tangent, orbit.slopes)
+        return Orbit(X, omega, self._tangent(X, omega, slopes, orbit.tangent), slopes, length), count
+
+    def _corrected(
+        self, X: Array, omega: float, across: Array, slopes: tuple[Array, Array, Array] | None
+    ) -> tuple[Array, float, tuple[Array, Array, Array], int]:
+        """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
+        size, factor = np.inf, None
+        if slopes is None:
+            slopes = self.oscillator.slopes(*self.motion(X, omega))
+        for count in range(1, CORRECTIONS + 1):
+            if factor is None:
+                factor = self._factor(X, omega, slopes, across)
+            missing = np.append(-self.residual(X, omega).ravel(), 0.0)
+            correction = la.lu_solve(factor, missing, check_finite=False)
+            before, size = size, float(np.linalg.norm(correction))
+            if not np.isfinite(size) or (count > 3 and size > before):
+                break
+            X = X + self.size * correction[:-1].reshape(X.shape)
+            omega += self.width * float(correction[-1])
+            rate = size / before if count > 1 else 0.5
+            if omega <= 0:
+                break
+            if size * min(rate, 1.0) < CONVERGED * (1 + float(np.linalg.norm(X)) / self.size):
+                return X, omega, self.oscillator.slopes(*self.motion(X, omega)), count
+            if rate > SLOW and count > 1:
+                slopes, factor = self.oscillator.slopes(*self.motion(X, omega)), None
+        raise SolverError("harmonic balance does not converge")
+
+    def _factor(
+        self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array
+    ) -> tuple[Array, Array]:
+        bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
+        if not np.isfinite(bordered).all():
+            raise SolverError("harmonic balance does not converge")
+        return la.lu_factor(bordered, check_finite=False)
+
+    def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
+        """The unit tangent (N n + 1,) of the curve, on from a direction."""
+        unit = np.zeros(len(last))
+        unit[-1] = 1.0
+        tangent = la.lu_solve(self._factor(X, omega, slopes, last), unit, check_finite=False)
+        return tangent / np.linalg.norm(tangent)
+
+    def error(self, orbit: Orbit) -> tuple[float, float]:
+        """What twice as many harmonics would change, to first order: of the motion and of the frequency, relative."""
+        series = Series.of(2 * self.series.harmonics, even=len(orbit.X) == self.series.harmonics + 1)
+        finer = Balance(self.oscillator, series, self.driven, self.size, self.width)
+        X = np.zeros((len(series.order), orbit.X.shape[1]))
+        X[: len(orbit.X)] = orbit.X
+        across = np.zeros(X.size + 1)
+        across[: orbit.X.size], across[-1] = orbit.tangent[:-1], orbit.turning
+        slopes = self.oscillator.slopes(*finer.motion(X, orbit.omega))
+        missing = np.append(-finer.residual(X, orbit.omega).ravel(), 0.0)
+        step = la.lu_solve(finer._factor(X, orbit.omega, slopes, across), missing, check_finite=False)
+        moving = float(np.linalg.norm(X[1:])) or 1.0
+        return self.size * float(np.linalg.norm(step[:-1])) / moving, self.width * abs(float(step[-1])) / orbit.omega
+
+    def exponents(self, orbit: Orbit) -> Array:
+        """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant whose imaginary
+        parts are least (Lazarus and Thomas 2010). Coordinates far above the harmonics follow as in statics."""
+        full = self._replaced(Series.of(self.series.harmonics))
+        K, C, M = orbit.slopes
+        own, omega = full.series, orbit.omega
+        D0 = full._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
+        D1 = full._balanced((C, own.values), (M, 2 * omega * own.rates))
+        D2 = full._balanced((M, own.values))
+        top = SLOWEST_STIFF * self.series.harmonics * omega
+        slow = np.tile(self.oscillator.frequencies < max(top, self.oscillator.frequencies.min()), len(own.order))
+        follow = -np.linalg.solve(D0[np.ix_(~slow, ~slow)], D0[np.ix_(~slow, slow)])
+        lead = -np.linalg.solve(D0[np.ix_(~slow, ~slow)].T, D0[np.ix_(slow, ~slow)].T).T
+        size = int(slow.sum())
+        left, right = np.zeros((size, len(slow))), np.zeros((len(slow), size))
+        left[:, slow] = right[slow] = np.eye(size)
+        left[:, ~slow], right[~slow] = lead, follow
+        D0, D1, D2 = (left @ D @ right for D in (D0, D1 * omega, D2 * omega**2))
+        inertia = la.lu_factor(D2)
+        A = np.zeros((2 * size, 2 * size))
+        A[:size, size:] = np.eye(size)
+        A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
+        values = la.eigvals(A, check_finite=False)
+        count = 2 * size // len(own.order)
+        return omega * values[np.argsort(np.abs(values.imag), kind="stable")[:count]]
+
+    def _replaced(self, series: Series) -> Balance:
+        return Balance(self.oscillator, series, self.driven, self.size, self.width)
+
+
+def along(balance: Balance, first: Orbit, step: float, longest: float) -> Iterator[Orbit]:
+    """Motions along a curve in steps that suit it, the first one included, until no further one is found."""
+    orbit, length = first, step
+    yield orbit
+    while length > SHORTEST * step:
+        try:
+            found, count = balance.onward(orbit, length)
+        except SolverError:
+            length /= 2
+            continue
+        if float(found.tangent @ orbit.tangent) < BEND:
+            length /= 2
+            continue
+        orbit = found
+        yield orbit
+        length = min(length * (1.5 if count <= EASY else 1.0), longest)
+
+
+def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit], float]) -> Orbit:
+    """The motion between two neighbours on a curve at which something changes its sign (false position, Illinois)."""
+    low, high = 0.0, after.step
+    at_low, at_high = of(before), of(after)
+    scale = max(abs(at_low), abs(at_high))
+    best = after
+    for _ in range(20):
+        length = (low * at_high - high * at_low) / (at_high - at_low)
+        best, _ = balance.onward(before, length)
+        value = of(best)
+        if abs(value) <= LOCATED * scale:
+            break
+        if (value > 0) == (at_high > 0):
+            high, at_high, at_low = length, value, at_low / 2
+        else:
+            low, at_low, at_high = length, value, at_high / 2
+    return best
