@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 import scipy.linalg as la
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.errors import OptionError
 from flexura.linalg import is_definite
@@ -33,8 +33,14 @@ TERMS = 12
 AT_ONCE = 4000
 """Instants that are worked out together."""
 
-DIFFERENCE = 1e-4
-"""Change of coordinates, m over the size or rad, and of rates likewise over those of the fastest, of differences."""
+DIFFERENCE = 1e-5
+"""Change of coordinates, m over the size or rad, of differences."""
+
+QUICK = 10.0
+"""Natural frequencies of coordinates over the rate of a motion from which they count as far above it."""
+
+SMALL_RATE = 1e-4
+"""Change of velocities over the largest ones."""
 
 _A = np.array([(-1) ** k / factorial(2 * k + 2) for k in range(TERMS)])
 _B = np.array([(-1) ** k / factorial(2 * k + 3) for k in range(TERMS)])
@@ -143,7 +149,9 @@ class Oscillation:
     def _spread(self, x: Array) -> Array:
         """Displacements (s, n + 1, 6) of all frames from free ones (s, n)."""
         dof = self.equations.model.dof
-        return np.where(dof >= 0, x[:, np.maximum(dof, 0)], 0.0)
+        spread = np.zeros((len(x), *dof.shape))
+        spread[:, dof >= 0] = x[:, dof[dof >= 0]]
+        return spread
 
     @cached_property
     def _copies(self) -> dict[int, _Instants]:
@@ -162,9 +170,9 @@ class Oscillation:
     def _forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
         at, model, shapes = self._at(len(q)), self.equations.model, self.shapes
         x, rate, second = (self._spread(each @ shapes.T) for each in (q, v, a))
-        placed = np.broadcast_to(model.rest.placed, x.shape[:2])
-        J, omega, turned = turning(x[placed, 3:], rate[placed, 3:], second[placed, 3:])
-        rate[placed, 3:], second[placed, 3:] = omega, turned
+        turns = self._turning
+        J, omega, turned = turning(x[:, turns, 3:], rate[:, turns, 3:], second[:, turns, 3:])
+        rate[:, turns, 3:], second[:, turns, 3:] = omega, turned
         frames = at.state.moved(x.reshape(-1, 6))
         rates = Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta)
         dead, commands = self._loads(drive)
@@ -174,12 +182,18 @@ class Oscillation:
             arm = frames.R.reshape(*x.shape[:2], 3, 3)[:, root] @ model.arm[node]
             force[:, root, :3] -= wrench[:, :3]
             force[:, root, 3:] -= wrench[:, 3:] + np.cross(arm, wrench[:, :3])
-        force[placed, 3:] = (force[placed, None, 3:] @ J)[:, 0]
+        force[:, turns, 3:] = (force[:, turns, None, 3:] @ J)[:, :, 0]
         missing = np.zeros((len(q), model.n_dof))
         free = model.dof >= 0
         missing[:, model.dof[free]] = force[:, free]
         missing = missing @ shapes
         return missing if self._dampers is None else missing + self._dampers * v
+
+    @cached_property
+    def _turning(self) -> Index:
+        """Frames that turn."""
+        model = self.equations.model
+        return np.flatnonzero(model.rest.placed & (model.dof[:, 3:] >= 0).any(axis=1))
 
     def _loads(self, drive: Array) -> tuple[dict[int, Array], Mapping[str, Any]]:
         """Dead loads (s, 6) by node and commands (s,) by actuator, under shares (s,) of what is driven."""
@@ -195,21 +209,53 @@ class Oscillation:
         return dead, commands
 
     def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
-        """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations: central differences,
-        exact but for the first ones."""
-        s, n = q.shape
-        reach = np.abs(self._spread(self.shapes.T) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
+        """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations.
+
+        By slow coordinates they are differences, central ones by displacements; by those far above the motion they are
+        tangents, without what inertia forces change by them.
+        """
+        (s, n), drives = q.shape, drive
+        K, C, M = self._tangents(q, drive)
+        speed = np.sqrt((a * a).sum() / (v * v).sum()) if v.any() else self.frequencies[0]
+        slow = max(int(np.searchsorted(self.frequencies, QUICK * speed)), 1)
+        reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
-        fast = np.abs(v / step).max(initial=0.0), np.abs(a / step).max(initial=0.0)
-        found = []
-        for k, by in enumerate((np.ones(n), *(np.full(n, max(each, 1.0)) for each in fast))):
-            size = step * by
-            moved = [np.repeat(each[None], 2 * n, axis=0) for each in (q, v, a)]
-            moved[k] = moved[k] + np.concatenate([np.diag(size), -np.diag(size)])[:, None]
-            values = self.forces(*(each.reshape(-1, n) for each in moved), np.tile(drive, 2 * n))
-            more, less = values.reshape(2, n, s, n)
-            found.append(np.moveaxis((more - less) / (2 * size[:, None, None]), 0, -1))
-        return found[0], found[1], found[2]
+        quick = SMALL_RATE * (float(np.abs(v[:, :slow] / step).max()) or 1.0) * step
+        changes = np.zeros((3 * slow + 1, 2, n))
+        at = np.arange(slow)
+        changes[1 + at, 0, at], changes[1 + slow + at, 0, at], changes[1 + 2 * slow + at, 1, at] = step, -step, quick
+        moved = ((each + changes[:, k, None]).reshape(-1, n) for k, each in enumerate((q, v)))
+        values = self.forces(*moved, np.tile(a, (3 * slow + 1, 1)), np.tile(drives, 3 * slow + 1))
+        here, more, less, quicker = np.split(values.reshape(-1, s, n), [1, slow + 1, 2 * slow + 1])
+        K[..., :slow] = np.moveaxis((more - less) / (2 * step[:, None, None]), 0, -1)
+        C[..., :slow] = np.moveaxis((quicker - here) / quick[:, None, None], 0, -1)
+        return K, C, M
+
+    def _tangents(self, q: Array, drive: Array) -> tuple[Array, Array, Array]:
+        """Stiffness, damping and mass (s, n, n) by the coordinates in states, without inertia forces."""
+        at, model = self._at(len(q)), self.equations.model
+        x = self._spread(q @ self.shapes.T)
+        frames, commands = at.state.moved(x.reshape(-1, 6)), self._loads(drive)[1]
+        X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (len(q), 1, 1, 1))
+        J = turning(x[:, self._turning, 3:], np.zeros(3), np.zeros(3))[0]
+        X[:, self._turning, 3:] = J @ X[:, self._turning, 3:]
+        X = X.reshape(-1, *X.shape[2:])
+        moving = at.model
+        stiffness = moving.forces(frames, self.state.loads.gravity, commands).blocks
+        K, M = (self._summed(blocks, X, len(q)) for blocks in (stiffness, moving.mass_blocks(frames)))
+        C = self.damping.alpha * M
+        if self.damping.beta:
+            C = C + self.damping.beta * self._summed(moving.material_blocks(frames, commands), X, len(q))
+        for dashpot in moving.dashpots:
+            C = C + _projected(dashpot.material(frames)[0], X[dashpot.node], len(q))
+        return K, C if self._dampers is None else C + np.diag(self._dampers), M
+
+    def _summed(self, blocks: Sequence[Array], X: Array, count: int) -> Array:
+        """Blocks in the order of a model's pattern by the coordinates (count, n, n), of which frames have motions X."""
+        moving = self._at(count).model
+        nodes = [node for group in moving.elements for node in (group.node, *group.coupled)]
+        nodes += [moving.sagging.node, np.arange(len(moving.dof))[:, None]]
+        return sum((_projected(block, X[node], count) for block, node in zip(blocks, nodes, strict=True)), np.zeros(()))
 
     def potential(self, q: Array) -> float:
         """Potential energy, J, of coordinates (n,) from the state, by the work along a straight line (Gauss)."""
@@ -217,3 +263,13 @@ class Oscillation:
         along = (points[:, None] + 1) / 2 * q
         none = np.zeros_like(along)
         return float(weights / 2 @ (self.forces(along, none, none, np.zeros(6)) @ q))
+
+
+def _projected(blocks: Array, X: Array, count: int) -> Array:
+    """The sums X' A X (count, n, n) over the elements of each instant, of their blocks (e, 6k, 6k) and X (e, k, 6, n)."""
+    e, n = len(blocks), X.shape[-1]
+    if not blocks.any():
+        return np.zeros((count, n, n))
+    X = X.reshape(e, -1, n)
+    pushed = (blocks @ X).reshape(count, -1, n)
+    return np.swapaxes(X.reshape(count, -1, n), 1, 2) @ pushed
