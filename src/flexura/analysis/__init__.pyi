@@ -18,6 +18,8 @@ from flexura.analysis.natural_modes.modes import Mode as Mode
 from flexura.analysis.natural_modes.modes import Modes as Modes
 from flexura.analysis.natural_modes.modes import modes as modes
 from flexura.analysis.responses import signals as signals
+from flexura.analysis.responses.backbone import Backbone as Backbone
+from flexura.analysis.responses.backbone import backbone as backbone
 from flexura.analysis.responses.budget import Budget as Budget
 from flexura.analysis.responses.budget import budget as budget
 from flexura.analysis.responses.budget import chosen_disturbances as chosen_disturbances
@@ -49,6 +51,9 @@ from flexura.analysis.responses.shaping import Shaper as Shaper
 from flexura.analysis.responses.shaping import shaper as shaper
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
+from flexura.analysis.responses.nonlinear_response import Fold as Fold
+from flexura.analysis.responses.nonlinear_response import NonlinearResponse as NonlinearResponse
+from flexura.analysis.responses.nonlinear_response import nonlinear_response as nonlinear_response
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut
 from flexura.analysis.responses.time_response import TimeResponse as TimeResponse
 from flexura.analysis.responses.time_response import time_response as time_response

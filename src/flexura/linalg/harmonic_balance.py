@@ -31,6 +31,9 @@ SLOW = 0.3
 EASY = 4
 """Corrections up to which the next step is longer."""
 
+LONGER = 1.5
+"""How many times as long that is."""
+
 BEND = 0.9
 """Least cosine between the tangents at both ends of a step."""
 
@@ -142,9 +145,7 @@ class Balance:
         own, (K, C, M) = self.series, slopes
         size = X.size
         J = np.empty((size, size + 1))
-        J[:, :-1] = self.size * self._balanced(
-            (K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds)
-        )
+        J[:, :-1] = self.size * self._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
         _, v, a, _ = self.motion(X, omega)
         by = (C @ v[..., None] + 2 * M @ a[..., None])[..., 0] / omega
         J[:, -1] = self.width * (own.balance @ by).ravel()
@@ -198,9 +199,7 @@ class Balance:
                 slopes, factor = self.oscillator.slopes(*self.motion(X, omega)), None
         raise SolverError("harmonic balance does not converge")
 
-    def _factor(
-        self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array
-    ) -> tuple[Array, Array]:
+    def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> tuple[Array, Array]:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
         if not np.isfinite(bordered).all():
             raise SolverError("harmonic balance does not converge")
@@ -257,8 +256,9 @@ class Balance:
         return Balance(self.oscillator, series, self.driven, self.size, self.width)
 
 
-def along(balance: Balance, first: Orbit, step: float, longest: float) -> Iterator[Orbit]:
-    """Motions along a curve in steps that suit it, the first one included, until no further one is found."""
+def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
+    """Motions along a curve in steps that suit it and are no longer than is asked for at each, the first one included,
+    until no further one is found."""
     orbit, length = first, step
     yield orbit
     while length > SHORTEST * step:
@@ -272,7 +272,7 @@ def along(balance: Balance, first: Orbit, step: float, longest: float) -> Iterat
             continue
         orbit = found
         yield orbit
-        length = min(length * (1.5 if count <= EASY else 1.0), longest)
+        length = min(length * (LONGER if count <= EASY else 1.0), longest(orbit))
 
 
 def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit], float]) -> Orbit:

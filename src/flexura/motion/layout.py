@@ -239,8 +239,9 @@ class _Copy:
                 wrench = np.concatenate(six)
             if length > 0:
                 arm = self._arms(nodes, np.zeros((2, 3)))
-                yield Push(self._frames(nodes)[None], arm[None], None if wrench is None else wrench[None]), (
-                    self.prefix + key,
+                yield (
+                    Push(self._frames(nodes)[None], arm[None], None if wrench is None else wrench[None]),
+                    (self.prefix + key,),
                 )
 
     def _bending(self, actuator: StrainActuator, nodes: Index) -> Push:
