@@ -10,7 +10,7 @@ for nonlinear vibration problems; Lazarus, Thomas (2010), C. R. Mecanique 338 (s
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -19,16 +19,16 @@ import scipy.linalg as la
 from flexura.arrays import Array
 from flexura.errors import SolverError
 
-CONVERGED = 1e-9
+CONVERGED = 1e-8
 """Largest last step of Newton's method over the unknowns, both in their scales."""
 
-CORRECTIONS = 12
-"""Steps of Newton's method, after four of which, or where they shrink too slowly, derivatives are renewed."""
+CORRECTIONS = 16
+"""Steps of Newton's method after which a shorter step along the curve is tried."""
 
-SLOW = 0.3
+SLOW = 0.15
 """Share of a step that the next one leaves, from which derivatives are renewed."""
 
-EASY = 4
+EASY = 7
 """Corrections up to which the next step is longer."""
 
 LONGER = 1.5
@@ -103,12 +103,12 @@ class Series(NamedTuple):
 
 class Orbit(NamedTuple):
     """A periodic motion: coefficients X (N, n), frequency `omega`, rad/s, the unit `tangent` (N n + 1,) of the curve in
-    scaled unknowns, slopes there, and the arc length of the step that led to it."""
+    scaled unknowns, slopes there unless they are forgotten, and the arc length of the step that led to it."""
 
     X: Array
     omega: float
     tangent: Array
-    slopes: tuple[Array, Array, Array]
+    slopes: tuple[Array, Array, Array] | None
     step: float
 
     @property
@@ -166,27 +166,42 @@ class Balance:
         X, omega, slopes, _ = self._corrected(X, omega, direction, None)
         return Orbit(X, omega, self._tangent(X, omega, slopes, direction), slopes, 0.0)
 
-    def onward(self, orbit: Orbit, length: float) -> tuple[Orbit, int]:
-        """The motion a step further along the curve, and the corrections that it took. Raises SolverError."""
-        X = orbit.X + length * self.size * orbit.tangent[:-1].reshape(orbit.X.shape)
-        omega = orbit.omega + length * self.width * orbit.turning
-        X, omega, slopes, count = self._corrected(X, omega, orbit.tangent, orbit.slopes)
+    def onward(self, orbit: Orbit, length: float, by: tuple[Orbit, Orbit] | None = None) -> tuple[Orbit, int]:
+        """The motion a step further along the curve, and the corrections that it took. Raises SolverError.
+
+        It is looked for along the tangent, or `by` the cubic through two neighbours, one of them the motion itself,
+        that has their tangents.
+        """
+        step, slopes = length * orbit.tangent, orbit.slopes
+        if by is not None:
+            step, slopes = self._cubic(*by, length / by[1].step + (orbit is by[1])), None
+            step = step - self._cubic(*by, float(orbit is by[1]))
+            step = step + (length - step @ orbit.tangent) * orbit.tangent
+        X = orbit.X + self.size * step[:-1].reshape(orbit.X.shape)
+        omega = orbit.omega + self.width * float(step[-1])
+        X, omega, slopes, count = self._corrected(X, omega, orbit.tangent, slopes)
         return Orbit(X, omega, self._tangent(X, omega, slopes, orbit.tangent), slopes, length), count
+
+    def _cubic(self, one: Orbit, other: Orbit, t: float) -> Array:
+        """Scaled unknowns from those of one motion on, t of the way to another (Hermite)."""
+        chord = np.append((other.X - one.X).ravel() / self.size, (other.omega - one.omega) / self.width)
+        a, b = other.step * one.tangent, other.step * other.tangent
+        return t * a + t**2 * (3 * chord - 2 * a - b) + t**3 * (a + b - 2 * chord)
 
     def _corrected(
         self, X: Array, omega: float, across: Array, slopes: tuple[Array, Array, Array] | None
     ) -> tuple[Array, float, tuple[Array, Array, Array], int]:
         """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
-        size, factor = np.inf, None
-        if slopes is None:
-            slopes = self.oscillator.slopes(*self.motion(X, omega))
+        size, factor, fresh = np.inf, None, slopes is None
         for count in range(1, CORRECTIONS + 1):
+            if slopes is None:
+                slopes, fresh = self.oscillator.slopes(*self.motion(X, omega)), True
             if factor is None:
                 factor = self._factor(X, omega, slopes, across)
             missing = np.append(-self.residual(X, omega).ravel(), 0.0)
             correction = la.lu_solve(factor, missing, check_finite=False)
             before, size = size, float(np.linalg.norm(correction))
-            if not np.isfinite(size) or (count > 3 and size > before):
+            if not np.isfinite(size) or (fresh and size > before):
                 break
             X = X + self.size * correction[:-1].reshape(X.shape)
             omega += self.width * float(correction[-1])
@@ -195,8 +210,9 @@ class Balance:
                 break
             if size * min(rate, 1.0) < CONVERGED * (1 + float(np.linalg.norm(X)) / self.size):
                 return X, omega, self.oscillator.slopes(*self.motion(X, omega)), count
-            if rate > SLOW and count > 1:
-                slopes, factor = self.oscillator.slopes(*self.motion(X, omega)), None
+            fresh = False
+            if count > 1 and rate > SLOW:
+                slopes = factor = None
         raise SolverError("harmonic balance does not converge")
 
     def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> tuple[Array, Array]:
@@ -215,7 +231,7 @@ class Balance:
     def error(self, orbit: Orbit) -> tuple[float, float]:
         """What twice as many harmonics would change, to first order: of the motion and of the frequency, relative."""
         series = Series.of(2 * self.series.harmonics, even=len(orbit.X) == self.series.harmonics + 1)
-        finer = Balance(self.oscillator, series, self.driven, self.size, self.width)
+        finer = replace(self, series=series)
         X = np.zeros((len(series.order), orbit.X.shape[1]))
         X[: len(orbit.X)] = orbit.X
         across = np.zeros(X.size + 1)
@@ -229,8 +245,8 @@ class Balance:
     def exponents(self, orbit: Orbit) -> Array:
         """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant whose imaginary
         parts are least (Lazarus and Thomas 2010). Coordinates far above the harmonics follow as in statics."""
-        full = self._replaced(Series.of(self.series.harmonics))
-        K, C, M = orbit.slopes
+        full = replace(self, series=Series.of(self.series.harmonics))
+        K, C, M = orbit.slopes or self.oscillator.slopes(*self.motion(orbit.X, orbit.omega))
         own, omega = full.series, orbit.omega
         D0 = full._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
         D1 = full._balanced((C, own.values), (M, 2 * omega * own.rates))
@@ -252,25 +268,22 @@ class Balance:
         count = 2 * size // len(own.order)
         return omega * values[np.argsort(np.abs(values.imag), kind="stable")[:count]]
 
-    def _replaced(self, series: Series) -> Balance:
-        return Balance(self.oscillator, series, self.driven, self.size, self.width)
-
 
 def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
     """Motions along a curve in steps that suit it and are no longer than is asked for at each, the first one included,
     until no further one is found."""
-    orbit, length = first, step
+    orbit, length, last = first, step, None
     yield orbit
     while length > SHORTEST * step:
         try:
-            found, count = balance.onward(orbit, length)
+            found, count = balance.onward(orbit, length, None if last is None else (last, orbit))
         except SolverError:
             length /= 2
             continue
         if float(found.tangent @ orbit.tangent) < BEND:
             length /= 2
             continue
-        orbit = found
+        last, orbit = orbit, found
         yield orbit
         length = min(length * (LONGER if count <= EASY else 1.0), longest(orbit))
 
@@ -283,7 +296,7 @@ def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit],
     best = after
     for _ in range(20):
         length = (low * at_high - high * at_low) / (at_high - at_low)
-        best, _ = balance.onward(before, length)
+        best, _ = balance.onward(before, length, (before, after))
         value = of(best)
         if abs(value) <= LOCATED * scale:
             break

@@ -73,6 +73,11 @@ def side_by_side(data: T, count: int) -> T:
     return data
 
 
+def _repeated_frames(frames: Frames, count: int) -> Frames:
+    x, R, z, placed = (side_by_side(part, count) for part in frames)
+    return Frames(x, R, z, placed)  # type: ignore[arg-type]
+
+
 class _Instants:
     """So many copies of a model, each at an instant of its own."""
 
@@ -87,7 +92,7 @@ class _Instants:
         node = np.tile(sagging.node, (count, 1)) + n * np.repeat(np.arange(count), len(sagging.node))[:, None]
         self.model = replace(
             model,
-            rest=Frames(*(side_by_side(part, count) for part in model.rest)),
+            rest=_repeated_frames(model.rest, count),
             dof=np.tile(model.dof, (count, 1)),
             elements=tuple(map(repeated, model.elements)),
             inertia=side_by_side(model.inertia, count),
@@ -95,7 +100,7 @@ class _Instants:
             sagging=replace(sagging, node=node, weight=side_by_side(sagging.weight, count)),
             dashpots=tuple(map(repeated, model.dashpots)),
         )
-        self.state = Frames(*(side_by_side(part, count) for part in state))
+        self.state = _repeated_frames(state, count)
 
 
 @dataclass(frozen=True)
@@ -214,18 +219,18 @@ class Oscillation:
         By slow coordinates they are differences, central ones by displacements; by those far above the motion they are
         tangents, without what inertia forces change by them.
         """
-        (s, n), drives = q.shape, drive
+        s, n = q.shape
         K, C, M = self._tangents(q, drive)
         speed = np.sqrt((a * a).sum() / (v * v).sum()) if v.any() else self.frequencies[0]
         slow = max(int(np.searchsorted(self.frequencies, QUICK * speed)), 1)
         reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
-        quick = SMALL_RATE * (float(np.abs(v[:, :slow] / step).max()) or 1.0) * step
+        quick = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or speed) * step
         changes = np.zeros((3 * slow + 1, 2, n))
         at = np.arange(slow)
         changes[1 + at, 0, at], changes[1 + slow + at, 0, at], changes[1 + 2 * slow + at, 1, at] = step, -step, quick
         moved = ((each + changes[:, k, None]).reshape(-1, n) for k, each in enumerate((q, v)))
-        values = self.forces(*moved, np.tile(a, (3 * slow + 1, 1)), np.tile(drives, 3 * slow + 1))
+        values = self.forces(next(moved), next(moved), np.tile(a, (3 * slow + 1, 1)), np.tile(drive, 3 * slow + 1))
         here, more, less, quicker = np.split(values.reshape(-1, s, n), [1, slow + 1, 2 * slow + 1])
         K[..., :slow] = np.moveaxis((more - less) / (2 * step[:, None, None]), 0, -1)
         C[..., :slow] = np.moveaxis((quicker - here) / quick[:, None, None], 0, -1)

@@ -21,7 +21,6 @@ from flexura.analysis.responses.oscillations import (
     lost,
     node_numbers,
     read,
-    refuse_none_found,
     studied,
     undamped,
 )
@@ -48,6 +47,9 @@ STEPS = 0.1, 0.25
 
 JOINED = 0.1
 """Share of another mode in the kinetic energy from which motions are no longer those of one mode."""
+
+NEAR = 1e-4
+"""How near to the largest amplitude a curve ends, relative."""
 
 FLAT = 1e-6
 """Relative change of the frequency that counts as none."""
@@ -169,7 +171,7 @@ def backbone(
         ended.clear()
         return _curve(Oscillation(still, state), reading, port.channel, mode, target, harmonics, ended)
 
-    found = studied(built, order, node_numbers(built), follow)
+    found = studied(built, order, node_numbers(built), max(int(mode), 1), follow)
     curve, own = found.curve, found.curve.oscillation
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
@@ -237,20 +239,23 @@ def _curve(
         ends = np.stack([orbit.X.sum(axis=0), ((-1.0) ** np.arange(harmonics + 1)) @ orbit.X])
         return float(np.abs(reach(ends)).max()) / target - 1
 
-    orbits: list[Orbit] = []
-    for orbit in followed(balance, balance.start(X, omega, direction), STEPS[0], lambda _: STEPS[1]):
-        if orbits and beyond(orbit) > 0:
-            orbits.append(located(balance, orbits[-1], orbit, beyond))
-            break
-        orbits.append(orbit)
-        if beyond(orbit) < FIRST - 1 - FIRST / 2 or not 0.1 < orbit.omega / omega < 10:  # back at rest, or elsewhere
-            break
-    refuse_none_found(len(orbits))
-    if beyond(orbits[-1]) < -1e-6:
-        last = orbits[-1]
-        value, aim = (beyond(last) + 1) * target, quantity(target, channel.unit, 4)
-        ended.append(lost(channel.name, channel.unit, value, last.omega / (2 * np.pi), aim))
-    return read(balance, oscillation, [reading], orbits)
+    def motions() -> Iterator[Orbit]:
+        last: Orbit | None = None
+        for orbit in followed(balance, balance.start(X, omega, direction), STEPS[0], lambda _: STEPS[1]):
+            if last is not None and beyond(orbit) > 0:
+                yield located(balance, last, orbit, beyond)
+                return
+            yield orbit
+            last = orbit
+            if beyond(orbit) < FIRST / 2 - 1 or not 0.1 < orbit.omega / omega < 10:  # back at rest, or elsewhere
+                return
+
+    curve = read(balance, oscillation, [reading], motions())
+    value = float(curve.largest[-1, 0])
+    if value < target * (1 - NEAR):
+        aim = quantity(target, channel.unit, 4)
+        ended.append(lost(channel.name, channel.unit, value, float(curve.frequency_hz[-1]), aim))
+    return curve
 
 
 def _kinetic_shares(oscillation: Oscillation, orbit: Orbit) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -24,19 +23,18 @@ from flexura.analysis.responses.oscillations import (
     node_numbers,
     oscillating,
     read,
-    refuse_none_found,
     studied,
 )
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
-from flexura.linalg import Balance, Orbit, Series, located
+from flexura.linalg import Balance, Orbit, Series, count_below, located
 from flexura.mechanism import Damping, Mechanism
 from flexura.motion import Equations, Equilibrium, Oscillation
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan
-from flexura.systems import Order
+from flexura.systems import Order, System
 from flexura.tables import Facts, Item, Table, counted, in_hz, quantity
 
 STEPS = 0.1, 0.4
@@ -44,6 +42,9 @@ STEPS = 0.1, 0.4
 
 FAR = 0.2
 """Longest step over the distance to the nearest natural frequency, where that is more."""
+
+MOST_MODES = 12
+"""Modes by which the low order is judged."""
 
 WIDTHS = 4.0
 """Damping ratios times the frequency that are one width."""
@@ -165,7 +166,7 @@ def nonlinear_response(
             ended.append(lost(first.name, first.unit, top, float(curve.frequency_hz[-1]), in_hz(high, 5)))
         return curve
 
-    found = studied(built, order, node_numbers(built), follow)
+    found = studied(built, order, node_numbers(built), _modes_below(built, high), follow)
     curve = found.curve
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
@@ -185,6 +186,11 @@ def nonlinear_response(
         (*others, *ended, *command_limits(built.input_ports, driven), *warned, *found.warnings),
         (*found.notes, note, *told),
     )
+
+
+def _modes_below(built: System, hz: float) -> int:
+    """How many modes at rest there are up to a frequency, one at least and a dozen at most."""
+    return min(max(count_below(built.K, built.M, (2 * np.pi * hz) ** 2), 1), MOST_MODES)
 
 
 def _band(band: tuple[float, float]) -> tuple[float, float]:
@@ -222,22 +228,20 @@ def _curve(oscillation: Oscillation, readings: Sequence[Reading], band: tuple[fl
     def longest(orbit: Orbit) -> float:
         return max(STEPS[1], FAR * float(np.abs(known - orbit.omega).min()) / width)
 
-    orbits: list[Orbit] = []
-    for orbit in followed(balance, balance.start(X, low, direction), STEPS[0], longest):
-        if orbits and orbit.omega > high:
-            orbits.append(located(balance, orbits[-1], orbit, lambda own: own.omega / high - 1))
-            break
-        orbits.append(orbit)
-        if orbit.omega < 0.5 * low:
-            break
-    refuse_none_found(len(orbits))
-    folds = [
-        located(balance, before, after, lambda own: own.turning)
-        for before, after in pairwise(orbits)
-        if before.turning * after.turning < 0
-    ]
-    every = sorted([*orbits, *folds], key=_order_along(orbits, folds))
-    return read(balance, oscillation, readings, every)
+    def motions() -> Iterator[Orbit]:
+        last: Orbit | None = None
+        for orbit in followed(balance, balance.start(X, low, direction), STEPS[0], longest):
+            if last is not None and last.turning * orbit.turning < 0:
+                yield located(balance, last, orbit, lambda own: own.turning)
+            if last is not None and orbit.omega > high:
+                yield located(balance, last, orbit, lambda own: own.omega / high - 1)
+                return
+            yield orbit
+            last = orbit
+            if orbit.omega < 0.5 * low:
+                return
+
+    return read(balance, oscillation, readings, motions())
 
 
 def _linear(omega: Array, damping: Array, load: Array, low: float, high: float) -> tuple[float, float]:
@@ -249,20 +253,6 @@ def _linear(omega: Array, damping: Array, load: Array, low: float, high: float) 
     size = np.linalg.norm(load / (1 - (points / omega) ** 2 + 1j * points * damping), axis=1).max()
     width = float((WIDTHS * ratios * omega)[inside].min(initial=high - low))
     return float(size), max(width, (high - low) / 400)
-
-
-def _order_along(orbits: list[Orbit], folds: list[Orbit]) -> Any:
-    """The place of orbits and folds along the curve: a fold is where the step from the one before it leads to it."""
-    place, at = dict[int, float](), 0.0
-    for orbit in orbits:
-        at += orbit.step
-        place[id(orbit)] = at
-    waiting = iter(folds)
-    for before, after in pairwise(orbits):
-        if before.turning * after.turning < 0:
-            fold = next(waiting)
-            place[id(fold)] = place[id(before)] + fold.step
-    return lambda orbit: place[id(orbit)]
 
 
 def _turns(curve: Curve) -> tuple[list[tuple[float, Array]], tuple[Diagnostic, ...]]:

@@ -3,8 +3,9 @@ readings, errors and stability."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,14 +50,14 @@ JUDGED = 6
 COMPARED = 8
 """Instants that are compared with the full order."""
 
-FREQUENCIES = 6
-"""Frequencies at rest by which the low order is judged."""
-
 LOSSY = 24
 """Modes whose structural damping is told apart; those beyond have the ratio of the last."""
 
-MOST_MOTIONS = 500
+MOST_MOTIONS = 400
 """Motions along one curve."""
+
+FINER = 8
+"""Instants between samples at which the largest value of an output is looked for."""
 
 GROWS = 1e-6
 """Rate of growth over the frequency from which a motion counts as unstable; free ones, whose exponents are imaginary
@@ -137,9 +138,9 @@ def built_system(model: Any, parameters: Mapping[str, Any] | None, order: str, *
 
 
 def studied(
-    built: System, order: str, nodes: Sequence[int], follow: Callable[[Equations, Equilibrium], Curve]
+    built: System, order: str, nodes: Sequence[int], n: int, follow: Callable[[Equations, Equilibrium], Curve]
 ) -> Studied:
-    """What `follow` finds about the state under described loads, on the order that turns or on the full one.
+    """What `follow` finds about the state under described loads, on the order that turns, by n modes, or on the full one.
 
     Raises SolverError where nothing is found.
     """
@@ -163,7 +164,7 @@ def studied(
     if order == "full":
         run(equations)
         return Studied(curves[0], (f"full-order model, order {equations.model.n_dof}",), ())
-    found = low_order_motion(equations, [*loads.dead, *nodes], run, FREQUENCIES)
+    found = low_order_motion(equations, [*loads.dead, *nodes], run, n)
     motion: LowOrderMotion = found.motion
     return Studied(curves[found.run], (motion.note,), motion.warnings)
 
@@ -216,42 +217,35 @@ def oscillating(
 
 def followed(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
     """Motions along a curve as `along`, within the limits of time and number."""
-    for number, orbit in enumerate(along(balance, first, step, longest)):
+    for orbit in islice(along(balance, first, step, longest), MOST_MOTIONS):
         checkpoint()
         yield orbit
-        if number >= MOST_MOTIONS:
-            return
 
 
-def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading], orbits: list[Orbit]) -> Curve:
-    """The curve of some orbits as outputs have it, with stability."""
-    series, model = balance.series, oscillation.equations.model
-    count, H = len(series.values), series.harmonics
-    amplitudes = np.zeros((len(orbits), H + 1, len(readings)), dtype=complex)
-    largest = np.zeros((len(orbits), len(readings)))
+def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading], motions: Iterable[Orbit]) -> Curve:
+    """Motions along a curve as outputs have them, with stability. Raises SolverError where there is none but one."""
+    model, least = oscillation.equations.model, GROWS if balance.driven else 1e3 * GROWS
+    count, H = len(balance.series.values), balance.series.harmonics
     still = oscillation.frames(np.zeros((1, model.n_dof)))
-    least = GROWS if balance.driven else 1e3 * GROWS
-    stable = np.zeros(len(orbits), dtype=bool)
-    for k, orbit in enumerate(orbits):
-        checkpoint()
-        frames = oscillation.frames(series.values @ orbit.X)
-        for p, reading in enumerate(readings):
-            y = reading.at(model, frames, count) - reading.at(model, still, 1)
-            spectrum = np.fft.rfft(y) * (1j * orbit.omega * np.arange(count // 2 + 1)) ** reading.derivative / count
-            spectrum[1:] *= 2
-            amplitudes[k, :, p] = spectrum[: H + 1]
-            largest[k, p] = np.abs(np.fft.irfft(_padded(spectrum), 8 * count)).max() * 4 * count
+    orbits, amplitudes, largest, stable = list[Orbit](), list[Complex](), list[Array](), list[bool]()
+    for orbit in motions:
+        frames = oscillation.frames(balance.series.values @ orbit.X)
+        y = np.stack([own.at(model, frames, count) - own.at(model, still, 1) for own in readings], axis=1)
+        rate = 1j * orbit.omega * np.arange(count // 2 + 1)[:, None]
+        spectrum = np.fft.rfft(y, axis=0) * rate ** [own.derivative for own in readings] / count
+        spectrum[1:] *= 2
+        amplitudes.append(spectrum[: H + 1])
+        both = np.concatenate([2 * spectrum[:1].real, spectrum[1:-1]])
+        largest.append(np.abs(np.fft.irfft(both, FINER * count, axis=0)).max(axis=0) * FINER * count / 2)
         exponents = balance.exponents(orbit)
         if not balance.driven:  # two are zero: the phase, and the energy
             exponents = exponents[np.argsort(np.abs(exponents))][2:]
-        stable[k] = exponents.real.max(initial=0.0) < least * orbit.omega
+        stable.append(bool(exponents.real.max(initial=-np.inf) < least * orbit.omega))
+        orbits.append(orbit._replace(slopes=None))
+    if len(orbits) < 2:
+        raise SolverError("no periodic motion is found near the linear one: start with less, or take order full")
     hz = np.array([orbit.omega for orbit in orbits]) / (2 * np.pi)
-    return Curve(balance, oscillation, orbits, hz, amplitudes, largest, stable)
-
-
-def _padded(spectrum: Complex) -> Complex:
-    """Amplitudes as `irfft` has them, of twice the constant part."""
-    return np.concatenate([[2 * spectrum[0].real], spectrum[1:-1], [0.0]])
+    return Curve(balance, oscillation, orbits, hz, np.array(amplitudes), np.array(largest), np.array(stable))
 
 
 def harmonic_errors(curve: Curve) -> tuple[float, float]:
@@ -287,9 +281,3 @@ def node_numbers(built: System) -> list[int]:
     channels = (*built.inputs, *built.outputs)
     names = dict.fromkeys(name for c in channels for name in (c.node, c.against) if name is not None)
     return [int(k) for k in topology.numbers(list(names))]
-
-
-def refuse_none_found(curve_length: int) -> None:
-    """Raise SolverError where there is no curve."""
-    if curve_length < 2:
-        raise SolverError("no periodic motion is found near the linear one: start with less, or take order full")
