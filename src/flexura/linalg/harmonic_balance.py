@@ -15,8 +15,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg as la
+from numpy.typing import NDArray
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
 
 CONVERGED = 1e-8
@@ -47,10 +48,16 @@ LOCATED = 1e-9
 """How near to its zero something is located, over what it was at the ends of the step."""
 
 
-class Oscillator(Protocol):
-    """Forces (s, n) at instants, in coordinates of unit stiffness at rest, of natural `frequencies` (n,), rad/s."""
+Factor = tuple[Array, NDArray[np.int32]]
 
-    frequencies: Array
+
+class Oscillator(Protocol):
+    """Forces (s, n) at instants, in coordinates of unit stiffness at rest."""
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies (n,) at rest, rad/s."""
+        ...
 
     def forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
         """What is missing (s, n) for motions with displacements, velocities and accelerations (s, n) under shares (s,)
@@ -79,7 +86,7 @@ class Series(NamedTuple):
     def of(harmonics: int, even: bool = False) -> Series:
         """With so many samples that products of four of a series are balanced exactly."""
         count = 4 * harmonics + 4
-        k = np.arange(harmonics + 1)
+        k = np.arange(harmonics + 1.0)
         phase = 2 * np.pi * np.arange(count)[:, None] / count * k
         columns = np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(count, -1)
         rates = np.stack([-k * np.sin(phase), k * np.cos(phase)], axis=-1).reshape(count, -1)
@@ -93,12 +100,6 @@ class Series(NamedTuple):
     def drive(self) -> Array:
         """The cosine (s,) of the first harmonic."""
         return self.values[:, 1]
-
-    def complex_amplitudes(self, X: Array) -> Array:
-        """Amplitudes (H + 1, n) of exp(i k w t) whose real parts are added, of coefficients X (N, n)."""
-        if len(X) == self.harmonics + 1:
-            return X.astype(complex)
-        return np.concatenate([X[:1].astype(complex), X[1::2] - 1j * X[2::2]])
 
 
 class Orbit(NamedTuple):
@@ -141,7 +142,7 @@ class Balance:
         return self.series.balance @ self.oscillator.forces(*self.motion(X, omega))
 
     def jacobian(self, X: Array, omega: float, slopes: tuple[Array, Array, Array]) -> Array:
-        """Derivatives (N n, N n + 1) of what is missing by the coefficients over `size` and the frequency over `width`."""
+        """Derivatives (N n, N n + 1) of what is missing by coefficients over `size` and the frequency over `width`."""
         own, (K, C, M) = self.series, slopes
         size = X.size
         J = np.empty((size, size + 1))
@@ -215,11 +216,12 @@ class Balance:
                 slopes = factor = None
         raise SolverError("harmonic balance does not converge")
 
-    def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> tuple[Array, Array]:
+    def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
         if not np.isfinite(bordered).all():
             raise SolverError("harmonic balance does not converge")
-        return la.lu_factor(bordered, check_finite=False)
+        factor: Factor = la.lu_factor(bordered, check_finite=False)
+        return factor
 
     def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
         """The unit tangent (N n + 1,) of the curve, on from a direction."""
@@ -242,7 +244,7 @@ class Balance:
         moving = float(np.linalg.norm(X[1:])) or 1.0
         return self.size * float(np.linalg.norm(step[:-1])) / moving, self.width * abs(float(step[-1])) / orbit.omega
 
-    def exponents(self, orbit: Orbit) -> Array:
+    def exponents(self, orbit: Orbit) -> Complex:
         """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant whose imaginary
         parts are least (Lazarus and Thomas 2010). Coordinates far above the harmonics follow as in statics."""
         full = replace(self, series=Series.of(self.series.harmonics))
@@ -266,6 +268,7 @@ class Balance:
         A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
         values = la.eigvals(A, check_finite=False)
         count = 2 * size // len(own.order)
+        values = np.asarray(values, dtype=complex)
         return omega * values[np.argsort(np.abs(values.imag), kind="stable")[:count]]
 
 

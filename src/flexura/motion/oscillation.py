@@ -42,6 +42,8 @@ QUICK = 10.0
 SMALL_RATE = 1e-4
 """Change of velocities over the largest ones."""
 
+NO_DAMPING = Damping(0.0, 0.0)
+
 _A = np.array([(-1) ** k / factorial(2 * k + 2) for k in range(TERMS)])
 _B = np.array([(-1) ** k / factorial(2 * k + 3) for k in range(TERMS)])
 
@@ -115,7 +117,7 @@ class Oscillation:
     state: Equilibrium
     levers: Sequence[Lever] = ()
     amounts: Sequence[float] = ()
-    damping: Damping = Damping(0.0, 0.0)
+    damping: Damping = NO_DAMPING
     modal: Array | None = None
 
     @cached_property
@@ -238,7 +240,7 @@ class Oscillation:
 
     def _tangents(self, q: Array, drive: Array) -> tuple[Array, Array, Array]:
         """Stiffness, damping and mass (s, n, n) by the coordinates in states, without inertia forces."""
-        at, model = self._at(len(q)), self.equations.model
+        at = self._at(len(q))
         x = self._spread(q @ self.shapes.T)
         frames, commands = at.state.moved(x.reshape(-1, 6)), self._loads(drive)[1]
         X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (len(q), 1, 1, 1))
@@ -271,7 +273,7 @@ class Oscillation:
 
 
 def _projected(blocks: Array, X: Array, count: int) -> Array:
-    """The sums X' A X (count, n, n) over the elements of each instant, of their blocks (e, 6k, 6k) and X (e, k, 6, n)."""
+    """The sums X' A X (count, n, n) over elements of each instant, of their blocks (e, 6k, 6k) and X (e, k, 6, n)."""
     e, n = len(blocks), X.shape[-1]
     if not blocks.any():
         return np.zeros((count, n, n))

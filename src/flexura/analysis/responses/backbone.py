@@ -25,7 +25,7 @@ from flexura.analysis.responses.oscillations import (
     undamped,
 )
 from flexura.arguments import verb
-from flexura.arrays import Array
+from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.linalg import Balance, Orbit, Series, located
@@ -78,7 +78,7 @@ class Backbone(Tabular):
     frequency_hz: Array
     amplitude: Array
     energy: Array
-    harmonics: NDArray[np.complex128]
+    harmonics: Complex
     other_modes: Array
     stable: NDArray[np.bool_]
     harmonic_error: float

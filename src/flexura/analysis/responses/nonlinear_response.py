@@ -26,7 +26,7 @@ from flexura.analysis.responses.oscillations import (
     studied,
 )
 from flexura.arguments import verb
-from flexura.arrays import Array
+from flexura.arrays import Array, Complex
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.linalg import Balance, Orbit, Series, count_below, located
@@ -81,7 +81,7 @@ class NonlinearResponse(Tabular):
     amounts: tuple[float, ...]
     outputs: tuple[Channel, ...]
     frequency_hz: Array
-    harmonics: NDArray[np.complex128]
+    harmonics: Complex
     largest: Array
     stable: NDArray[np.bool_]
     folds: tuple[Fold, ...]
@@ -89,7 +89,7 @@ class NonlinearResponse(Tabular):
     warnings: tuple[Diagnostic, ...]
     notes: tuple[str, ...]
 
-    def of(self, output: str) -> NDArray[np.complex128]:
+    def of(self, output: str) -> Complex:
         """Complex amplitudes (c, H + 1) of an output by name. Raises OptionError for others."""
         names = [c.name for c in self.outputs]
         if output not in names:
@@ -137,8 +137,8 @@ def nonlinear_response(
 
     `inputs` has the amplitudes, in the units of inputs, all in phase; `outputs` and `damping` are as in `system`. The
     curve is followed by arc length from the lowest frequency through its folds to the highest, by harmonic balance
-    about the static state under the loads described, with the stability of each motion (theory eqs. G41-G47; Cameron and
-    Griffin 1989; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
+    about the static state under the loads described, with the stability of each motion (theory eqs. G41-G47; Cameron
+    and Griffin 1989; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
     superelements. Motions that are not connected with this curve are not found.
 
     Raises ModelError, OptionError for impossible bands and amplitudes, unknown names and no damping, and SolverError

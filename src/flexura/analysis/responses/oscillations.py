@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.analysis.responses.time_response import moving_system
 from flexura.analysis.strokes import LowOrderMotion, low_order_motion
-from flexura.arrays import Array
+from flexura.arrays import Array, Complex
 from flexura.deadline import checkpoint
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import Balance, Orbit, along
@@ -62,8 +62,6 @@ FINER = 8
 GROWS = 1e-6
 """Rate of growth over the frequency from which a motion counts as unstable; free ones, whose exponents are imaginary
 but for errors, from a thousandth on."""
-
-Complex = NDArray[np.complex128]
 
 
 class Reading(NamedTuple):
@@ -140,7 +138,8 @@ def built_system(model: Any, parameters: Mapping[str, Any] | None, order: str, *
 def studied(
     built: System, order: str, nodes: Sequence[int], n: int, follow: Callable[[Equations, Equilibrium], Curve]
 ) -> Studied:
-    """What `follow` finds about the state under described loads, on the order that turns, by n modes, or on the full one.
+    """What `follow` finds about the state under described loads, on the order that turns, judged by n modes, or the
+    full one.
 
     Raises SolverError where nothing is found.
     """
