@@ -266,9 +266,8 @@ class Balance:
         A = np.zeros((2 * size, 2 * size))
         A[:size, size:] = np.eye(size)
         A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
-        values = la.eigvals(A, check_finite=False)
+        values: Complex = la.eigvals(A, check_finite=False).astype(complex)
         count = 2 * size // len(own.order)
-        values = np.asarray(values, dtype=complex)
         return omega * values[np.argsort(np.abs(values.imag), kind="stable")[:count]]
 
 

@@ -13,6 +13,7 @@ from flexura.analysis.responses.oscillations import (
     HARMONICS,
     Curve,
     Reading,
+    Studied,
     built_system,
     checked_harmonics,
     followed,
@@ -51,6 +52,12 @@ JOINED = 0.1
 NEAR = 1e-4
 """How near to the largest amplitude a curve ends, relative."""
 
+ROUGH = 0.2
+"""Error of the low order over the change of the frequency from which it is reported."""
+
+NEGLIGIBLE = 1e-5
+"""Error of the frequency that never is."""
+
 FLAT = 1e-6
 """Relative change of the frequency that counts as none."""
 
@@ -63,12 +70,13 @@ class Backbone(Tabular):
     `harmonics` (c, H + 1) are complex amplitudes of the output, constant part first, and `other_modes` (c,) is the
     share of all others in the kinetic energy, at rest. Motions are `stable` (c,) or not. `linear_hz` is the frequency
     of small motions, `shifted_at` the amplitude at which it has changed by 1 %, None where it does not.
+    `harmonic_error` is what more harmonics would change, `order_error` how far the low order may be off in frequency.
     """
 
     _shown = ("name", "mode", "output", "linear_hz", "shifted_at")
     _told = (
         *("name", "mode", "output", "linear_hz", "shifted_at", "kind", "frequency_hz", "amplitude", "energy"),
-        *("harmonics", "other_modes", "stable", "harmonic_error"),
+        *("harmonics", "other_modes", "stable", "harmonic_error", "order_error"),
     )
 
     name: str
@@ -82,6 +90,7 @@ class Backbone(Tabular):
     other_modes: Array
     stable: NDArray[np.bool_]
     harmonic_error: float
+    order_error: float
     warnings: tuple[Diagnostic, ...]
     notes: tuple[str, ...]
 
@@ -103,12 +112,13 @@ class Backbone(Tabular):
 
     @property
     def kind(self) -> str:
-        """Hardening where the frequency grows with the amplitude at all motions, softening where it falls, or both."""
-        change = np.diff(np.append(self.linear_hz, self.frequency_hz)) / self.linear_hz
-        grows, falls = bool((change > FLAT).any()), bool((change < -FLAT).any())
-        return {(True, False): "hardening", (False, True): "softening", (True, True): "hardening and softening"}.get(
-            (grows, falls), "linear"
-        )
+        """Hardening where the frequency grows with the amplitude, softening where it falls, or both, by more than it
+        may be off."""
+        change = np.diff(np.append(0.0, self.shift))
+        least = max(FLAT, self.order_error)
+        grows, falls = change[change > 0].sum() > least, -change[change < 0].sum() > least
+        words = [word for word, known in (("hardening", grows), ("softening", falls)) if known]
+        return " and ".join(words) or "no change beyond what it may be off"
 
     def _title(self) -> str:
         return f"mode {self.mode}, {counted(len(self.amplitude), 'motion')}"
@@ -177,7 +187,14 @@ def backbone(
     note, warned = harmonic_remarks(errors, harmonics)
     shares = np.array([_kinetic_shares(own, orbit) for orbit in curve.orbits])
     other = np.delete(shares, mode - 1, axis=1)
-    warnings = (*_joined(curve, shares, mode), *_unstable(curve, port.channel), *ended, *warned, *found.warnings)
+    warnings = (
+        *_joined(curve, shares, mode),
+        *_unstable(curve, port.channel),
+        *ended,
+        *warned,
+        *_too_rough(found),
+        *found.warnings,
+    )
     return Backbone(
         built.name,
         mode,
@@ -190,6 +207,7 @@ def backbone(
         other.sum(axis=1),
         curve.stable,
         max(errors),
+        found.error,
         warnings,
         (*found.notes, note),
     )
@@ -282,6 +300,17 @@ def _joined(curve: Curve, shares: Array, mode: int) -> tuple[Diagnostic, ...]:
         f" resonance): the curve leaves mode {mode}"
     )
     return (Diagnostic("resonance", "", float(other[k, j]), JOINED, "1", text),)
+
+
+def _too_rough(found: Studied) -> tuple[Diagnostic, ...]:
+    """A warning where the low order may be off by much of what the frequency changes."""
+    omega = np.array([orbit.omega for orbit in found.curve.orbits])
+    change = float(np.ptp(omega) / omega[0])
+    if found.error <= max(ROUGH * change, NEGLIGIBLE):
+        return ()
+    off = f"the low order may be off by {found.error:.2g} in frequency, which changes by {change:.2g}"
+    text = f"{off}: take the full order"
+    return (Diagnostic("reduction", "", found.error, ROUGH * change, "1", text),)
 
 
 def _unstable(curve: Curve, channel: Channel) -> tuple[Diagnostic, ...]:

@@ -114,9 +114,11 @@ class Curve(NamedTuple):
 
 
 class Studied(NamedTuple):
-    """The curve on the order that was chosen, and what is said of it."""
+    """The curve on the order that was chosen, how far this may be off in frequency, relative, by the energy that the
+    full order has in the same state (theory eq. G48), and what is said of it."""
 
     curve: Curve
+    error: float
     notes: tuple[str, ...]
     warnings: tuple[Diagnostic, ...]
 
@@ -146,26 +148,33 @@ def studied(
     full = built.model
     assert isinstance(full, FullOrderModel)
     equations = Equations(MovingModel.of(full.design))
-    curves: list[Curve] = []
+    runs: list[tuple[Curve, Array]] = []
     loads = described_loads(full.design)
 
     def run(equations: Equations) -> list[Equilibrium]:
-        curve = follow(equations, _resting(equations))
-        curves.append(curve)
-        own = curve.oscillation
+        rest = _resting(equations)
+        curve = follow(equations, rest)
         orbit = curve.orbits[int(curve.largest[:, 0].argmax())]
         instants = np.linspace(0, len(curve.balance.series.values), COMPARED, endpoint=False).astype(int)
-        frames = own.frames(curve.balance.series.values[instants] @ orbit.X)
-        states = [Frames(*part) for part in zip(*(np.split(each, COMPARED) for each in frames), strict=True)]
-        none = np.empty(0)
-        return [Equilibrium(state, none, loads, equations.tangent(state, loads, none)[0], 0) for state in states]
+        x, R, z, placed = curve.oscillation.frames(curve.balance.series.values[instants] @ orbit.X)
+        parts = (np.split(each, COMPARED) for each in (x, R, z))
+        none, own = np.empty(0), placed[: len(equations.model.dof)]
+        frames = [Frames(x, R, z, own) for x, R, z in zip(*parts, strict=True)]
+        tangents = [equations.tangent(state, loads, none)[0] for state in frames]
+        energies = [rest.tangent.forces.energy, *(tangent.forces.energy for tangent in tangents)]
+        runs.append((curve, np.array(energies)))
+        return [Equilibrium(state, none, loads, own, 0) for state, own in zip(frames, tangents, strict=True)]
 
     if order == "full":
         run(equations)
-        return Studied(curves[0], (f"full-order model, order {equations.model.n_dof}",), ())
+        return Studied(runs[0][0], 0.0, (f"full-order model, order {equations.model.n_dof}",), ())
     found = low_order_motion(equations, [*loads.dead, *nodes], run, n)
+    curve, (rest, *energies) = runs[found.run]
+    k = int(np.argmax(np.abs(np.array(energies) - rest)))
+    off = abs(found.states[k].tangent.forces.energy - energies[k]) / abs(energies[k] - rest)
+    note = f"the low order may be off by {off:.1g} in frequency, by its energy in the largest motion"
     motion: LowOrderMotion = found.motion
-    return Studied(curves[found.run], (motion.note,), motion.warnings)
+    return Studied(curve, float(off), (motion.note, note), motion.warnings)
 
 
 def _resting(equations: Equations) -> Equilibrium:
