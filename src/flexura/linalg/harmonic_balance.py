@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
+from warnings import catch_warnings
 
 import numpy as np
 import scipy.linalg as la
@@ -40,9 +41,6 @@ BEND = 0.9
 
 SHORTEST = 1e-6
 """Step over the first one, below which a curve is given up."""
-
-SLOWEST_STIFF = 3.0
-"""Frequencies of coordinates beyond the highest harmonic, from which they follow the others as in statics."""
 
 LOCATED = 1e-9
 """How near to its zero something is located, over what it was at the ends of the step."""
@@ -220,7 +218,10 @@ class Balance:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
         if not np.isfinite(bordered).all():
             raise SolverError("harmonic balance does not converge")
-        factor: Factor = la.lu_factor(bordered, check_finite=False)
+        with catch_warnings(action="ignore", category=la.LinAlgWarning):
+            factor: Factor = la.lu_factor(bordered, check_finite=False)
+        if not factor[0].diagonal().all():
+            raise SolverError("harmonic balance does not converge")
         return factor
 
     def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
@@ -245,30 +246,38 @@ class Balance:
         return self.size * float(np.linalg.norm(step[:-1])) / moving, self.width * abs(float(step[-1])) / orbit.omega
 
     def exponents(self, orbit: Orbit) -> Complex:
-        """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant whose imaginary
-        parts are least (Lazarus and Thomas 2010). Coordinates far above the harmonics follow as in statics."""
-        full = replace(self, series=Series.of(self.series.harmonics))
-        K, C, M = orbit.slopes or self.oscillator.slopes(*self.motion(orbit.X, orbit.omega))
-        own, omega = full.series, orbit.omega
-        D0 = full._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
-        D1 = full._balanced((C, own.values), (M, 2 * omega * own.rates))
-        D2 = full._balanced((M, own.values))
-        top = SLOWEST_STIFF * self.series.harmonics * omega
-        slow = np.tile(self.oscillator.frequencies < max(top, self.oscillator.frequencies.min()), len(own.order))
-        follow = -np.linalg.solve(D0[np.ix_(~slow, ~slow)], D0[np.ix_(~slow, slow)])
-        lead = -np.linalg.solve(D0[np.ix_(~slow, ~slow)].T, D0[np.ix_(slow, ~slow)].T).T
-        size = int(slow.sum())
-        left, right = np.zeros((size, len(slow))), np.zeros((len(slow), size))
-        left[:, slow] = right[slow] = np.eye(size)
-        left[:, ~slow], right[~slow] = lead, follow
-        D0, D1, D2 = (left @ D @ right for D in (D0, D1 * omega, D2 * omega**2))
-        inertia = la.lu_factor(D2)
+        """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant with twice as
+        many harmonics whose imaginary parts are least (Lazarus and Thomas 2010). Coordinates beyond the highest
+        harmonic of the motion follow the others as in statics, instant by instant."""
+        omega, finer = orbit.omega, Series.of(2 * self.series.harmonics)
+        own = replace(self, series=finer)
+        slopes = orbit.slopes or self.oscillator.slopes(*self.motion(orbit.X, omega))
+        K, C, M = (_resampled(slope, len(finer.values)) for slope in self._slow(orbit, slopes))
+        D0 = own._balanced((K, finer.values), (C, omega * finer.rates), (M, omega**2 * finer.seconds))
+        D1 = omega * own._balanced((C, finer.values), (M, 2 * omega * finer.rates))
+        inertia = la.lu_factor(omega**2 * own._balanced((M, finer.values)))
+        size = len(D0)
         A = np.zeros((2 * size, 2 * size))
         A[:size, size:] = np.eye(size)
         A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
         values: Complex = la.eigvals(A, check_finite=False).astype(complex)
-        count = 2 * size // len(own.order)
-        return omega * values[np.argsort(np.abs(values.imag), kind="stable")[:count]]
+        return omega * values[np.argsort(np.abs(values.imag), kind="stable")[: 2 * K.shape[-1]]]
+
+    def _slow(self, orbit: Orbit, slopes: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """Slopes (s, m, m) by the coordinates up to the highest harmonic, with the others at rest at each instant."""
+        K, C, M = slopes
+        m = max(int((self.oscillator.frequencies < self.series.harmonics * orbit.omega).sum()), 1)
+        follow = -np.linalg.solve(K[:, m:, m:], K[:, m:, :m])
+        T = np.concatenate([np.tile(np.eye(m), (len(K), 1, 1)), follow], axis=1)
+        rate = 1j * orbit.omega * np.arange(len(K) // 2 + 1)[:, None, None]
+        first, second = (np.fft.irfft(np.fft.rfft(T, axis=0) * rate**k, len(K), axis=0) for k in (1, 2))
+        back = np.swapaxes(T, 1, 2)
+        return back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
+
+
+def _resampled(values: Array, count: int) -> Array:
+    """Values (s, ...) over a period at more instants (count, ...)."""
+    return np.fft.irfft(np.fft.rfft(values, axis=0), count, axis=0) * (count / len(values))
 
 
 def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
