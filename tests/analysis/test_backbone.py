@@ -42,7 +42,7 @@ ground: {{a: {ENDS[ends]}, b: {ENDS[ends]}}}
 @cache
 def backbone(ends: str, elements: int, amplitude: float) -> fx.Backbone:
     up_to = {"m.tz": amplitude * THICKNESS}
-    return fx.backbone(beam(ends, elements), up_to=up_to, order="full", harmonics=3)
+    return fx.backbone(beam(ends, elements), up_to=up_to, order="full", harmonics=4)
 
 
 def woinowsky_krieger(amplitude: np.ndarray) -> np.ndarray:
@@ -53,17 +53,17 @@ def woinowsky_krieger(amplitude: np.ndarray) -> np.ndarray:
 
 
 def test_a_hinged_beam_is_that_of_woinowsky_krieger():
-    """Exact for von Karman's beam, whose shape stays a sine: what is left goes with the fourth power of elements."""
+    """Exact for von Karman's beam, whose shape stays a sine: what is left is for want of elements."""
     off = []
-    for elements in (2, 3):
+    for elements in (1, 3):
         found = backbone("hinged", elements, 0.4)
         expected = woinowsky_krieger(found.amplitude / THICKNESS)
         off.append(np.abs(found.frequency_hz / found.linear_hz - expected).max())
         assert found.kind == "hardening"
         assert found.stable.all()
         assert not found.warnings
-    assert off[1] < 1e-4
-    assert off[0] / off[1] == pytest.approx((3 / 2) ** 4, rel=0.25)
+    assert off[1] < 5e-5
+    assert off[0] > 10 * off[1]
 
 
 def von_karman(count: int, amplitude: float) -> float:
@@ -77,7 +77,8 @@ def von_karman(count: int, amplitude: float) -> float:
     def slope(x):
         return roots * (np.sinh(roots * x) + np.sin(roots * x) - s * (np.cosh(roots * x) - np.cos(roots * x)))
 
-    G = np.array([[quad(lambda x, i=i, j=j: slope(x)[i] * slope(x)[j], 0, 1)[0] for j in range(count)] for i in range(count)])
+    pairs = [[quad(lambda x, i=i, j=j: slope(x)[i] * slope(x)[j], 0, 1)[0] for j in range(count)] for i in range(count)]
+    G = np.array(pairs)
     middle = shape(0.5)
 
     def rate(_, y):
@@ -106,11 +107,99 @@ def test_where_the_frequency_has_changed_by_a_percent():
     found = backbone("hinged", 3, 0.4)
     assert found.shifted_at is not None
     assert woinowsky_krieger(np.array(found.shifted_at / THICKNESS)) == pytest.approx(1.01, abs=2e-4)
-    assert found.energy[0] == pytest.approx(
-        _modal_energy(found.amplitude[0], found.linear_hz), rel=0.01
+    moving = 0.25 * 7850.0 * WIDTH * THICKNESS * LENGTH  # a sine half wave: half the mass of the beam
+    speed = 2 * np.pi * found.linear_hz * found.amplitude[0]
+    assert found.energy[0] == pytest.approx(moving * speed**2, rel=0.01)
+
+
+DAMPED = "damping: {rayleigh: {frequencies: [10 Hz, 100 Hz], ratios: [0.05, 0.05]}}"
+FORCE = 4e-3
+
+
+@pytest.fixture(scope="module")
+def driven() -> fx.NonlinearResponse:
+    model = beam("hinged", 1, DAMPED)
+    return fx.nonlinear_response(
+        model, inputs={"m.tz": FORCE}, outputs=["m.tz", "m.tz:velocity"], band=(13, 22), order="full", harmonics=3
     )
 
 
-def _modal_energy(amplitude: float, hz: float) -> float:
-    """Of a sine half wave: half the mass of the beam moves."""
-    return 0.25 * 7850.0 * WIDTH * THICKNESS * LENGTH * (2 * np.pi * hz * amplitude) ** 2
+def test_a_hinged_beam_bends_over_between_two_folds(driven):
+    """The upper one at the top of the resonance, where velocity is in phase with the force, on the backbone."""
+    lower, upper = sorted(driven.folds, key=lambda fold: fold.largest["m.tz"])
+    assert lower.frequency_hz < upper.frequency_hz
+    between = ~driven.stable
+    assert between.any()
+    assert driven.frequency_hz[between].min() > lower.frequency_hz - 1e-6
+    assert driven.frequency_hz[between].max() < upper.frequency_hz + 1e-6
+    assert upper.largest["m.tz"] == pytest.approx(driven.largest[:, 0].max(), rel=2e-3)
+    k = int(np.abs(driven.frequency_hz - upper.frequency_hz).argmin())
+    amplitude = driven.largest[k, 0]
+    free = fx.backbone(beam("hinged", 1), up_to={"m.tz": amplitude}, order="full", harmonics=4)
+    assert upper.frequency_hz == pytest.approx(free.frequency_hz[-1], rel=2e-3)
+    assert driven.of("m.tz:velocity")[:, 1] == pytest.approx(
+        2j * np.pi * driven.frequency_hz * driven.of("m.tz")[:, 1], rel=1e-9
+    )
+
+
+def test_steady_motion_is_that_of_an_integration_over_time(driven):
+    """On the upper branch, reached from rest: the integration is of second order, its period off by less than 1e-3."""
+    k = int(np.abs(driven.frequency_hz - 15.5).argmin())
+    hz = driven.frequency_hz[k]
+    dt = 1 / (hz * 60)
+    signal = {"m.tz": lambda t: FORCE * np.cos(2 * np.pi * hz * t)}
+    long = fx.time_response(
+        beam("hinged", 1, DAMPED), inputs=signal, outputs=["m.tz"], dt=dt, duration=16 / hz, motion="large", order="full",
+        rho_infinity=0.8,
+    )  # fmt: skip
+    last = long.response[0, -60:]
+    assert np.abs(last).max() == pytest.approx(driven.largest[k, 0], rel=0.02)
+
+
+@over(
+    ("given", "words"),
+    (
+        ({"up_to": {}}, "one output"),
+        ({"up_to": {"m.tz": 0.0}}, "positive number"),
+        ({"up_to": {"m.tz": np.nan}}, "positive number"),
+        ({"up_to": {"m.tz": 1e-3}, "mode": 0}, "mode is the number"),
+        ({"up_to": {"m.tz": 1e-3}, "mode": 2}, "does not move m.tz"),
+        ({"up_to": {"m.tz:velocity": 1e-3}}, "reads a velocity"),
+        ({"up_to": {"m.tz": 1e-3}, "harmonics": 0}, "harmonics are between"),
+        ({"up_to": {"m.tz": 1e-3}, "order": "exact"}, "order is low or full"),
+        ({"up_to": {"x.tz": 1e-3}}, "x"),
+    ),
+)
+def test_impossible_backbones_are_refused(given, words):
+    with pytest.raises(fx.OptionError, match=words):
+        fx.backbone(beam("hinged", 1), **{"order": "full", **given})
+
+
+@over(
+    ("given", "words"),
+    (
+        ({"damping": None}, "without damping"),
+        ({"inputs": {}}, "a name and an amplitude"),
+        ({"inputs": {"m.tz": 0.0}}, "other than zero"),
+        ({"band": (20, 10)}, "0 < from < to"),
+        ({"outputs": ["nowhere.tz"]}, "nowhere"),
+    ),
+)
+def test_impossible_responses_are_refused(given, words):
+    good = {"inputs": {"m.tz": 1e-3}, "outputs": ["m.tz"], "band": (10, 20), "damping": 0.02, "order": "full"}
+    with pytest.raises(fx.OptionError, match=words):
+        fx.nonlinear_response(beam("hinged", 1), **{**good, **given})
+
+
+def test_too_few_harmonics_are_said():
+    found = fx.backbone(beam("hinged", 1), up_to={"m.tz": 2 * THICKNESS}, order="full", harmonics=1)
+    assert [warning.kind for warning in found.warnings] == ["convergence"]
+    assert found.harmonic_error > 1e-3
+
+
+def test_an_arch_of_loads_softens():
+    """A beam that hangs under a dead load is stiffer one way than the other: the mean moves, and even harmonics are."""
+    loaded = beam("clamped", 1, "loads: {m: {force: [0, 0, 0.05 N]}}")
+    found = fx.backbone(loaded, up_to={"m.tz": 0.3 * THICKNESS}, order="full", harmonics=4)
+    assert np.abs(found.harmonics[-1, 2]) > 1e-2 * np.abs(found.harmonics[-1, 1])
+    assert np.abs(found.harmonics[-1, 0]) > 1e-2 * np.abs(found.harmonics[-1, 1])

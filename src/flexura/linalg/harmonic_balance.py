@@ -42,7 +42,7 @@ BEND = 0.9
 SHORTEST = 1e-6
 """Step over the first one, below which a curve is given up."""
 
-LOCATED = 1e-9
+LOCATED = 1e-6
 """How near to its zero something is located, over what it was at the ends of the step."""
 
 
@@ -232,8 +232,11 @@ class Balance:
         return tangent / np.linalg.norm(tangent)
 
     def error(self, orbit: Orbit) -> tuple[float, float]:
-        """What twice as many harmonics would change, to first order: of the motion and of the frequency, relative."""
-        series = Series.of(2 * self.series.harmonics, even=len(orbit.X) == self.series.harmonics + 1)
+        """What twice as many harmonics, two more at least, would change, to first order: of the motion and of the
+        frequency, relative."""
+        series = Series.of(
+            max(2 * self.series.harmonics, self.series.harmonics + 2), even=len(orbit.X) == self.series.harmonics + 1
+        )
         finer = replace(self, series=series)
         X = np.zeros((len(series.order), orbit.X.shape[1]))
         X[: len(orbit.X)] = orbit.X

@@ -44,7 +44,7 @@ MOST_HARMONICS = 40
 HARMONIC_TOLERANCE = 1e-3
 """Relative change by twice as many harmonics from which more are asked for."""
 
-JUDGED = 6
+JUDGED = 3
 """Motions of which that is estimated."""
 
 COMPARED = 8
