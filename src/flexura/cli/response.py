@@ -235,8 +235,8 @@ def backbone_command(
     mechanism: Mechanism,
     parameters: dict[str, float],
     *,
-    up_to: Annotated[
-        str, typer.Option("--up-to", metavar="NAME=VALUE", help="An output and its amplitude, e.g. 'carriage.tx=2mm'.")
+    amplitude: Annotated[
+        str, typer.Option(metavar="NAME=VALUE", help="An output and its largest amplitude, e.g. 'carriage.tx=2mm'.")
     ],
     mode: Annotated[int, typer.Option(min=1, help="Number of the mode.")] = 1,
     harmonics: Harmonics = 5,
@@ -245,8 +245,8 @@ def backbone_command(
     """The backbone curve of a mode: its frequency over the amplitude, with large displacements and no damping."""
     from flexura.analysis import backbone
 
-    largest = CommandReader(mechanism, parameters).values("--up-to", [up_to], output=True)
-    result = backbone(mechanism, parameters, up_to=largest, mode=mode, harmonics=harmonics, order=order)
+    largest = CommandReader(mechanism, parameters).values("--amplitude", [amplitude], output=True)
+    result = backbone(mechanism, parameters, amplitude=largest, mode=mode, harmonics=harmonics, order=order)
     return Answer(result, pictures="draw_backbone")
 
 
@@ -273,7 +273,7 @@ def nonlinear_response_command(
         parameters,
         inputs=CommandReader(mechanism, parameters).values("--input", input),
         outputs=output,
-        band=band_of(band),
+        band=band_of(band) or (0.0, 0.0),
         harmonics=harmonics,
         damping=damping,
         order=order,

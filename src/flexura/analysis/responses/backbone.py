@@ -151,14 +151,14 @@ def backbone(
     model: Mechanism | Plan | FullOrderModel,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
-    up_to: Mapping[str, float],
+    amplitude: Mapping[str, float],
     mode: int = 1,
     harmonics: int = HARMONICS,
     order: Order = "low",
 ) -> Backbone:
     """The backbone curve of a mode: its frequency over the amplitude, with large displacements and no damping.
 
-    `up_to` has the output whose amplitude is told, as in `system`, with the largest amplitude, m or rad. Motions are
+    `amplitude` has the output whose amplitude is told, as in `system`, with the largest, m or rad. Motions are
     free ones about the static state under the loads described, those that come to rest twice a period (nonlinear normal
     modes; Rosenberg 1962; Kerschen, Peeters, Golinval, Vakakis 2009), by harmonic balance and arc length (theory eqs.
     G41-G47; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
@@ -167,7 +167,7 @@ def backbone(
     Raises ModelError, OptionError for impossible amplitudes, modes and outputs, and SolverError where no motion is
     found.
     """
-    name, target = _target(up_to)
+    name, target = _target(amplitude)
     harmonics = checked_harmonics(harmonics)
     plan = plan_of(model, parameters) if isinstance(model, Mechanism) else model
     built = built_system(plan, parameters, order, inputs=[], outputs=[name])
@@ -213,13 +213,13 @@ def backbone(
     )
 
 
-def _target(up_to: Mapping[str, float]) -> tuple[str, float]:
+def _target(amplitude: Mapping[str, float]) -> tuple[str, float]:
     """The output and its largest amplitude. Raises OptionError for none or several, and for impossible amplitudes."""
-    if not isinstance(up_to, Mapping) or len(up_to) != 1:
-        raise OptionError("up_to has one output with its largest amplitude, such as {'carriage.tx': 2e-3}")
-    ((name, target),) = up_to.items()
+    if not isinstance(amplitude, Mapping) or len(amplitude) != 1:
+        raise OptionError("amplitude has one output with its largest value, such as {'carriage.tx': 2e-3}")
+    ((name, target),) = amplitude.items()
     if isinstance(target, bool) or not np.isfinite(float(target)) or not float(target) > 0:
-        raise OptionError(f"up_to: the amplitude of {name} is a positive number, not {target}")
+        raise OptionError(f"the amplitude of {name} is a positive number, not {target}")
     return name, float(target)
 
 
