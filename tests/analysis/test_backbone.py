@@ -77,8 +77,8 @@ def von_karman(count: int, amplitude: float) -> float:
     def slope(x):
         return roots * (np.sinh(roots * x) + np.sin(roots * x) - s * (np.cosh(roots * x) - np.cos(roots * x)))
 
-    pairs = [[quad(lambda x, i=i, j=j: slope(x)[i] * slope(x)[j], 0, 1)[0] for j in range(count)] for i in range(count)]
-    G = np.array(pairs)
+    every = range(count)
+    G = np.array([[quad(lambda x, i=i, j=j: slope(x)[i] * slope(x)[j], 0, 1)[0] for j in every] for i in every])
     middle = shape(0.5)
 
     def rate(_, y):

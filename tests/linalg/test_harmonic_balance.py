@@ -1,5 +1,7 @@
 """Harmonic balance against Duffing's equation: elliptic functions, and orbits of SciPy's integration."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -110,7 +112,7 @@ def test_driven_motions_close_and_have_the_multipliers_of_an_integration(driven)
 
 def test_folds_have_a_multiplier_of_one_and_bound_what_is_unstable(driven):
     balance, orbits = driven
-    pairs = [(a, b) for a, b in zip(orbits, orbits[1:], strict=False) if a.turning * b.turning < 0]
+    pairs = [(a, b) for a, b in pairwise(orbits) if a.turning * b.turning < 0]
     assert len(pairs) == 2
     for before, after in pairs:
         fold = located(balance, before, after, lambda orbit: orbit.turning)
