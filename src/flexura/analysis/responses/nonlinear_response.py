@@ -117,7 +117,8 @@ class NonlinearResponse(Tabular):
             for k in range(1, min(self.harmonics.shape[1], 4)):
                 own = self.harmonics[:, k, p]
                 columns[f"{channel.name} harmonic {k} [{channel.unit}]"] = np.abs(own)
-                columns[f"{channel.name} phase {k} [deg]"] = np.degrees(np.angle(own))
+                if k == 1:
+                    columns[f"{channel.name} phase [deg]"] = np.degrees(np.angle(own))
         return columns
 
 
@@ -164,6 +165,9 @@ def nonlinear_response(
         if curve.frequency_hz[-1] < high * (1 - 1e-6):
             top, first = float(curve.largest[-1, 0]), built.outputs[0]
             ended.append(lost(first.name, first.unit, top, float(curve.frequency_hz[-1]), in_hz(high, 5)))
+        elif curve.largest[:, 0].argmax() == len(curve.orbits) - 1:
+            text = f"{built.outputs[0].name} still grows at {in_hz(high, 5)}, where the band ends: let it reach further"
+            ended.append(Diagnostic("resonance", built.outputs[0].name, high, np.nan, "Hz", text))
         return curve
 
     found = studied(built, order, node_numbers(built), _modes_below(built, high), follow)
