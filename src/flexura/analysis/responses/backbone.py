@@ -128,7 +128,7 @@ class Backbone(Tabular):
         unit, at = self.output.unit, self.shifted_at
         yield Facts(
             {
-                "frequency of small motions": in_hz(self.linear_hz, 6),
+                "frequency of small motions": in_hz(self.linear_hz, 5),
                 "with the amplitude": self.kind,
                 "changed by 1 % at": "no amplitude up to here" if at is None else quantity(at, unit, 4),
             }
