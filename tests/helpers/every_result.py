@@ -212,7 +212,6 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "CoupledResponse": coupled,
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,
-    "Fold": lambda: fx.types.Fold(54.0, {f"{NODE}.tx": 1e-4}),
     "FrequencyResponse": frequency_response,
     "FullOrderModel": lambda: fx.assemble(guide()),
     "IdentifiedModes": identified,

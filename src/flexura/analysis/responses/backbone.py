@@ -139,9 +139,9 @@ class Backbone(Tabular):
         return {
             f"{self.output.name} [{self.output.unit}]": self.amplitude,
             "frequency [Hz]": self.frequency_hz,
-            "change": self.shift,
+            "change [%]": 100 * self.shift,
             "energy [J]": self.energy,
-            "other modes": self.other_modes,
+            "other modes [%]": 100 * self.other_modes,
             "stable": self.stable,
         }
 

@@ -32,6 +32,7 @@ from flexura.full_order import plan_of
 from flexura.linalg import Balance, Orbit, Series, count_below, located
 from flexura.mechanism import Damping, Mechanism
 from flexura.motion import Equations, Equilibrium, Oscillation
+from flexura.records import Record
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan
 from flexura.systems import Order, System
@@ -51,14 +52,11 @@ WIDTHS = 4.0
 
 
 @dataclass(frozen=True, repr=False)
-class Fold(Tabular):
+class Fold(Record):
     """Where a curve turns back: frequency, and the largest value of each output by name."""
 
     frequency_hz: float
     largest: Mapping[str, float]
-
-    def _columns(self) -> dict[str, Any]:
-        return {"frequency [Hz]": [self.frequency_hz], **{name: [value] for name, value in self.largest.items()}}
 
 
 @dataclass(frozen=True, repr=False)
