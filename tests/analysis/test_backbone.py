@@ -149,9 +149,15 @@ def test_steady_motion_is_that_of_an_integration_over_time(driven):
     dt = 1 / (hz * 60)
     signal = {"m.tz": lambda t: FORCE * np.cos(2 * np.pi * hz * t)}
     long = fx.time_response(
-        beam("hinged", 1, DAMPED), inputs=signal, outputs=["m.tz"], dt=dt, duration=16 / hz, motion="large", order="full",
+        beam("hinged", 1, DAMPED),
+        inputs=signal,
+        outputs=["m.tz"],
+        dt=dt,
+        duration=16 / hz,
+        motion="large",
+        order="full",
         rho_infinity=0.8,
-    )  # fmt: skip
+    )
     last = long.response[0, -60:]
     assert np.abs(last).max() == pytest.approx(driven.largest[k, 0], rel=0.02)
 
