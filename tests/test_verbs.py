@@ -44,6 +44,8 @@ SHELL = {
     "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
+    "nonlinear-response": ((flexura.nonlinear_response,), set()),
+    "backbone": ((flexura.backbone,), set()),
     "budget": ((flexura.budget,), set()),
     "time-response": ((flexura.time_response,), {"step", "hammer", "sweep", "noise", "signals"}),  # as inputs
     "sweep": ((flexura.sweep,), set()),

@@ -6,6 +6,7 @@ from flexura import testing as testing
 from flexura import types as types
 from flexura import view as view
 from flexura._version import __version__ as __version__
+from flexura.analysis import Backbone as Backbone
 from flexura.analysis import Budget as Budget
 from flexura.analysis import CheckReport as CheckReport
 from flexura.analysis import ClosedLoop as ClosedLoop
@@ -15,6 +16,7 @@ from flexura.analysis import Heat as Heat
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
 from flexura.analysis import Observer as Observer
+from flexura.analysis import NonlinearResponse as NonlinearResponse
 from flexura.analysis import Preload as Preload
 from flexura.analysis import ScheduledPlant as ScheduledPlant
 from flexura.analysis import Shaper as Shaper
@@ -22,6 +24,7 @@ from flexura.analysis import Statics as Statics
 from flexura.analysis import Stresses as Stresses
 from flexura.analysis import Stroke as Stroke
 from flexura.analysis import TimeResponse as TimeResponse
+from flexura.analysis import backbone as backbone
 from flexura.analysis import budget as budget
 from flexura.analysis import check as check
 from flexura.analysis import closed_loop as closed_loop
@@ -32,6 +35,7 @@ from flexura.analysis import heat as heat
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes
 from flexura.analysis import observer as observer
+from flexura.analysis import nonlinear_response as nonlinear_response
 from flexura.analysis import preload as preload
 from flexura.analysis import read_signals as read_signals
 from flexura.analysis import scheduled_plant as scheduled_plant

@@ -36,6 +36,9 @@ COMMANDS = {
     "frequency-response": f"frequency-response {GUIDE} --band 10Hz,200Hz {ENDS} --out OUT/a.csv --plot OUT",
     "time-response": f"time-response {GUIDE} --dt 1ms --step carriage.tx=1N --duration 0.1s -o carriage.tx"
     " --damping 0.01 --out OUT/a.csv --plot OUT",
+    "backbone": f"backbone {GUIDE} --amplitude carriage.tx=0.1mm --harmonics 1 --out OUT/a.csv --plot OUT",
+    "nonlinear-response": f"nonlinear-response {GUIDE} --input carriage.tx=1mN -o carriage.tx --band 40,50Hz"
+    " --damping 0.02 --harmonics 1 --out OUT/a.csv --plot OUT",
     "budget": "budget examples/guide/servo.yaml --out OUT/a.csv --plot OUT",
     "verify": f"verify {GUIDE} -n 1 --size 2 --out OUT/a.step --plot OUT",
     "virtual-test": "virtual-test tests/fuzz/hit.yaml --out OUT/a.uff --plot OUT",

@@ -196,6 +196,7 @@ def virtual_points() -> fx.VirtualPointResponse:
 
 
 MAKERS: dict[str, Callable[[], Result]] = {
+    "Backbone": lambda: fx.backbone(guide(), amplitude={f"{NODE}.tx": 1e-4}, harmonics=1),
     "Budget": lambda: fx.budget(servo(), outputs=[f"{NODE}.tx", f"{NODE}.rz"], frequency_hz=HZ),
     "Calibration": calibration,
     "Certificate": lambda: fx.models.certify(fx.reduce(guide()), n=2),
@@ -227,6 +228,9 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Modes": lambda: fx.modes(guide(), n=3),
     "NaturalFrequencies": natural_frequencies,
     "Neglected": neglected,
+    "NonlinearResponse": lambda: fx.nonlinear_response(
+        guide(), inputs={f"{NODE}.tx": 1e-3}, outputs=[f"{NODE}.tx"], band=(40, 50), damping=0.02, harmonics=1
+    ),
     "NestedModel": lambda: fx.models.nested(fx.reduce(guide()), [NODE], keep=0),
     "Observer": lambda: fx.observer(sensed(), dt=1e-4, n=2),
     "Shaper": lambda: fx.shaper(servo(), dt=1e-4),

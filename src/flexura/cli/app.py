@@ -101,6 +101,16 @@ COMMANDS = {
     "frequency-response": _Command(
         "response", "frequency_response_command", "Frequency response between actuators and sensors, or any DOFs."
     ),
+    "nonlinear-response": _Command(
+        "response",
+        "nonlinear_response_command",
+        "Steady response with large displacements to a sine at named inputs, over a band of frequencies, Hz.",
+    ),
+    "backbone": _Command(
+        "response",
+        "backbone_command",
+        "The backbone curve of a mode: its frequency over the amplitude, with large displacements and no damping.",
+    ),
     "budget": _Command(
         "response",
         "budget_command",

@@ -266,6 +266,61 @@ def frequency_response_command(
     return Answer(result, pictures="save_frequency_response")
 
 
+Harmonics = Annotated[int, typer.Option(min=1, help="Harmonics of which motions consist.")]
+TurningOrder = Annotated[Order, typer.Option(help="Corotational superelements, or all elements.")]
+
+
+@command("at", "plot", "strict", out="Write the motions along the curve: .csv or .parquet.")
+def backbone_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    amplitude: Annotated[
+        str, typer.Option(metavar="NAME=VALUE", help="An output and its largest amplitude, e.g. 'carriage.tx=2mm'.")
+    ],
+    mode: Annotated[int, typer.Option(min=1, help="Number of the mode.")] = 1,
+    harmonics: Harmonics = 5,
+    order: TurningOrder = "low",
+) -> Answer:
+    """The backbone curve of a mode: its frequency over the amplitude, with large displacements and no damping."""
+    from flexura.analysis import backbone
+
+    largest = CommandReader(mechanism, parameters).values("--amplitude", [amplitude], output=True)
+    result = backbone(mechanism, parameters, amplitude=largest, mode=mode, harmonics=harmonics, order=order)
+    return Answer(result, pictures="draw_backbone")
+
+
+@command("at", "plot", "strict", out="Write the motions along the curve: .csv or .parquet.")
+def nonlinear_response_command(
+    mechanism: Mechanism,
+    parameters: dict[str, float],
+    *,
+    input: Annotated[
+        list[str],
+        typer.Option("--input", "-i", metavar="NAME=AMPLITUDE", help="A sine, e.g. 'coil=0.5 N'. May be repeated."),
+    ],
+    band: Annotated[str, typer.Option(metavar="FROM,TO", help="Band of frequencies, e.g. '20,60 Hz'.")],
+    output: Outputs = None,
+    harmonics: Harmonics = 5,
+    damping: Ratio = None,
+    order: TurningOrder = "low",
+) -> Answer:
+    """Steady response with large displacements to a sine at named inputs, over a band of frequencies, Hz."""
+    from flexura.analysis import nonlinear_response
+
+    result = nonlinear_response(
+        mechanism,
+        parameters,
+        inputs=CommandReader(mechanism, parameters).values("--input", input),
+        outputs=output,
+        band=band_of(band) or (0.0, 0.0),
+        harmonics=harmonics,
+        damping=damping,
+        order=order,
+    )
+    return Answer(result, pictures="draw_nonlinear_response")
+
+
 @command("at", "plot", "strict", out="Write densities and cumulative amplitudes: .csv or .parquet.")
 def budget_command(
     mechanism: Mechanism,

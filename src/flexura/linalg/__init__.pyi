@@ -26,6 +26,12 @@ from flexura.linalg.factor import factorise as factorise
 from flexura.linalg.factor import factorise_large as factorise_large
 from flexura.linalg.factor import is_definite as is_definite
 from flexura.linalg.factor import least_pivot as least_pivot
+from flexura.linalg.harmonic_balance import Balance as Balance
+from flexura.linalg.harmonic_balance import Orbit as Orbit
+from flexura.linalg.harmonic_balance import Oscillator as Oscillator
+from flexura.linalg.harmonic_balance import Series as Series
+from flexura.linalg.harmonic_balance import along as along
+from flexura.linalg.harmonic_balance import located as located
 from flexura.linalg.pencil import EPS as EPS
 from flexura.linalg.pencil import Eigenpairs as Eigenpairs
 from flexura.linalg.pencil import Pencil as Pencil

@@ -16,6 +16,7 @@ from flexura.motion.model import NO_LOADS as NO_LOADS
 from flexura.motion.model import Loads as Loads
 from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.model import described_loads as described_loads
+from flexura.motion.oscillation import Oscillation as Oscillation
 from flexura.motion.path import Along as Along
 from flexura.motion.path import Arc as Arc
 from flexura.motion.path import Lost as Lost

@@ -163,9 +163,9 @@ class PoseElements:
     strain: Strain
     mass: Array
 
-    def driven(self, command: float) -> PoseElements:
-        """With a free expansion along the first axis, m."""
-        return replace(self, rest=self.rest + command * np.eye(6)[0])
+    def driven(self, command: float | Array) -> PoseElements:
+        """With free expansions along the first axis, m."""
+        return replace(self, rest=self.rest + np.reshape(command, (-1, 1)) * np.eye(6)[0])
 
     def ends(self, frames: Frames) -> Ends:
         """Where the ends are."""
@@ -387,8 +387,8 @@ class Bars:
         pull = self.stiffness * stretch
         return Response(0.5 * pull * stretch, *pulled(ends, pull, self.stiffness))
 
-    def driven(self, command: float) -> Bars:
-        """As long without strain as after a free expansion, m."""
+    def driven(self, command: float | Array) -> Bars:
+        """As long without strain as after free expansions, m."""
         return replace(self, length=self.length + command)
 
     def material(self, frames: Frames) -> tuple[Array]:
@@ -444,53 +444,55 @@ def _stretch_rows(ends: Ends) -> Array:
 
 @dataclass(frozen=True)
 class Push:
-    """An actuator between frames `node` (1, 2): it acts on the second, and the opposite on the first.
+    """Actuators (e,) between frames `node` (e, 2): each acts on the second, and the opposite on the first.
 
-    `arm` (1, 2, 3), m, leads to where it acts, as seen from the frames. Of size one it exerts `wrench` (6,), N and N m,
-    in axes that turn with the first frame; without, a force along the line from the first end to the second.
+    `arm` (e, 2, 3), m, leads to where it acts, as seen from the frames. Of size one it exerts `wrench` (e, 6), N and
+    N m, in axes that turn with the first frame; without, a force along the line from the first end to the second.
     """
 
     node: Index
     arm: Array
     wrench: Array | None
-    size: float = 0.0
+    size: float | Array = 0.0
 
     @property
     def coupled(self) -> tuple[Index, ...]:
         """No members."""
         return ()
 
-    def driven(self, command: float) -> Push:
-        """With a force or a moment, N or N m."""
+    def driven(self, command: float | Array) -> Push:
+        """With forces or moments, N or N m."""
         return replace(self, size=command)
 
     def response(self, frames: Frames) -> Response:
         """No energy, and the forces and tangents of what it exerts (theory eq. G21)."""
-        ends = Ends.of(frames, self.node, np.tile(np.eye(3), (1, 2, 1, 1)), self.arm)
+        e = len(self.node)
+        ends = Ends.of(frames, self.node, np.tile(np.eye(3), (e, 2, 1, 1)), self.arm)
+        size = np.reshape(self.size, -1) * np.ones(e)
         if self.wrench is None:
-            return Response(np.zeros(1), *pulled(ends, -self.size * np.ones(1), np.zeros(1)))
-        R = frames.R[self.node[0, 0]]
-        f, m = self.size * R @ self.wrench[:3], self.size * R @ self.wrench[3:]
-        force, tangent = (np.zeros(size, like=f) for size in ((2, 6), (2, 6, 2, 6)))
+            return Response(np.zeros(e), *pulled(ends, -size, np.zeros(e)))
+        R, wrench = frames.R[self.node[:, 0]], size[:, None] * self.wrench
+        f, m = _by(R, wrench[:, :3]), _by(R, wrench[:, 3:])
+        force, tangent = (np.zeros((e, *shape), like=f) for shape in ((2, 6), (2, 6, 2, 6)))
         for end, sign in ((0, 1.0), (1, -1.0)):
-            a = ends.arm[0, end]
-            force[end, :3], force[end, 3:] = sign * f, sign * (m + np.cross(a, f))
-            tangent[end, :3, 0, 3:] -= sign * skew(f)
-            tangent[end, 3:, 0, 3:] -= sign * (skew(m) + skew(a) @ skew(f))
-            tangent[end, 3:, end, 3:] += sign * skew(f) @ skew(a)
-            tangent[end, :, end] -= turned(force[end][None])[0]
-        return Response(np.zeros(1), force.reshape(1, 12), tangent.reshape(1, 12, 12))
+            a = ends.arm[:, end]
+            force[:, end, :3], force[:, end, 3:] = sign * f, sign * (m + np.cross(a, f))
+            tangent[:, end, :3, 0, 3:] -= sign * skew(f)
+            tangent[:, end, 3:, 0, 3:] -= sign * (skew(m) + skew(a) @ skew(f))
+            tangent[:, end, 3:, end, 3:] += sign * skew(f) @ skew(a)
+            tangent[:, end, :, end] -= turned(force[:, end])
+        return Response(np.zeros(e), force.reshape(e, 12), tangent.reshape(e, 12, 12))
 
     def material(self, frames: Frames) -> tuple[Array]:
-        """It has no stiffness (1, 12, 12) of its own."""
+        """They have no stiffness (e, 12, 12) of their own."""
         del frames
-        return (np.zeros((1, 12, 12)),)
+        return (np.zeros((len(self.node), 12, 12)),)
 
     def masses(self, frames: Frames) -> Array:
-        """Nor mass (1, 12, 12)."""
+        """Nor mass (e, 12, 12)."""
         return self.material(frames)[0]
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
-        """What it exerts in a state of motion."""
+        """What they exert in a state of motion."""
         del rates
         return Kinetics(self.response(frames).force, 0.0, 0.0)

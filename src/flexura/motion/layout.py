@@ -239,7 +239,10 @@ class _Copy:
                 wrench = np.concatenate(six)
             if length > 0:
                 arm = self._arms(nodes, np.zeros((2, 3)))
-                yield Push(self._frames(nodes)[None], arm[None], wrench), (self.prefix + key,)
+                yield (
+                    Push(self._frames(nodes)[None], arm[None], None if wrench is None else wrench[None]),
+                    (self.prefix + key,),
+                )
 
     def _bending(self, actuator: StrainActuator, nodes: Index) -> Push:
         """The moment between the ends of a member whose layers strain."""
@@ -248,7 +251,7 @@ class _Copy:
         sign = -1 if self.mirrored else 1
         wrench = np.concatenate([np.zeros(3), sign * M * self.Q @ self.local.R[member, 1]])
         arm = self._arms(nodes, self.local.offsets[member])
-        return Push(self._frames(nodes)[None], arm[None], wrench)
+        return Push(self._frames(nodes)[None], arm[None], wrench[None])
 
     def stacks(self) -> Iterator[Named]:
         """Piezo stacks: bars between their nodes, or beams where they are bonded."""

@@ -3,6 +3,7 @@ from flexura.analysis import Clash as Clash
 from flexura.analysis import Competitor as Competitor
 from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis import Evidence as Evidence
+from flexura.analysis import Fold as Fold
 from flexura.analysis import Freedom as Freedom
 from flexura.analysis import LeftOut as LeftOut
 from flexura.analysis import Loop as Loop

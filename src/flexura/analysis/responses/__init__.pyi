@@ -1,4 +1,6 @@
 from flexura.analysis.responses import signals as signals
+from flexura.analysis.responses.backbone import Backbone as Backbone
+from flexura.analysis.responses.backbone import backbone as backbone
 from flexura.analysis.responses.budget import Budget as Budget
 from flexura.analysis.responses.budget import budget as budget
 from flexura.analysis.responses.budget import chosen_disturbances as chosen_disturbances
@@ -14,8 +16,10 @@ from flexura.analysis.responses.closed_loop import each_loop as each_loop
 from flexura.analysis.responses.curves import Pair as Pair
 from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup
+from flexura.analysis.responses.curves import backbone_chart as backbone_chart
 from flexura.analysis.responses.curves import budget_chart as budget_chart
 from flexura.analysis.responses.curves import heard as heard
+from flexura.analysis.responses.curves import nonlinear_response_chart as nonlinear_response_chart
 from flexura.analysis.responses.curves import phase_in_degrees as phase_in_degrees
 from flexura.analysis.responses.curves import response_chart as response_chart
 from flexura.analysis.responses.curves import response_group as response_group
@@ -29,6 +33,11 @@ from flexura.analysis.responses.scheduled_plant import ScheduledPlant as Schedul
 from flexura.analysis.responses.scheduled_plant import scheduled_plant as scheduled_plant
 from flexura.analysis.responses.shaping import Shaper as Shaper
 from flexura.analysis.responses.shaping import shaper as shaper
+from flexura.analysis.responses.signals import SignalFile as SignalFile
+from flexura.analysis.responses.signals import read_signals as read_signals
+from flexura.analysis.responses.nonlinear_response import Fold as Fold
+from flexura.analysis.responses.nonlinear_response import NonlinearResponse as NonlinearResponse
+from flexura.analysis.responses.nonlinear_response import nonlinear_response as nonlinear_response
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut

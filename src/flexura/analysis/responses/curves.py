@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from flexura.analysis.responses.backbone import Backbone
 from flexura.analysis.responses.budget import Budget
 from flexura.analysis.responses.frequency_response import SILENT, FrequencyResponse
+from flexura.analysis.responses.nonlinear_response import NonlinearResponse
 from flexura.charts import Axis, Chart, Curve, Mark, Panel
 from flexura.structure import unit_of_response
 from flexura.tables import counted, in_hz, quantity
@@ -144,3 +147,32 @@ def budget_chart(result: Budget, output: int) -> Chart:
         Panel([whole, *each], frequency, Axis("cumulative", channel.unit)),
     ]
     return Chart(f"budget-{output + 1}", f"Error budget of {channel.name}", said, panels)
+
+
+def backbone_chart(result: Backbone) -> Chart:
+    """The amplitude of an output over the frequency of free motions; dashed where these are unstable."""
+    whole = Curve(result.frequency_hz, result.amplitude, "stable")
+    panel = Panel(_by_stability(whole, result.stable), Axis("frequency", "Hz"), Axis("amplitude", result.output.unit))
+    title = f"Backbone of mode {result.mode}, {result.output.name}"
+    said = f"{result.kind} from {in_hz(result.linear_hz, 5)} to {in_hz(float(result.frequency_hz[-1]), 5)}"
+    return Chart("backbone", title, said, [panel])
+
+
+def nonlinear_response_chart(result: NonlinearResponse) -> Chart:
+    """The largest value in a period of every output over the frequency; dashed where motions are unstable."""
+    panels = []
+    for channel, largest in zip(result.outputs, result.largest.T, strict=True):
+        whole = Curve(result.frequency_hz, largest, "stable")
+        curves, unit = _by_stability(whole, result.stable), channel.unit
+        panels.append(Panel(curves, Axis("frequency", "Hz"), Axis("largest value", unit), channel.name))
+    said = f"{counted(len(result.folds), 'fold')}"
+    return Chart("nonlinear-response", f"Steady response of {result.name}", said, panels)
+
+
+def _by_stability(whole: Curve, stable: NDArray[np.bool_]) -> list[Curve]:
+    """The curve where it is stable, and dashed the steps at whose ends it is not."""
+    broken = ~stable | np.append(False, ~stable[:-1]) | np.append(~stable[1:], False)
+    curves = [replace(whole, y=np.where(stable, whole.y, np.nan))]
+    if broken.any():
+        curves.append(replace(whole, y=np.where(broken, whole.y, np.nan), name="unstable", line="dashed"))
+    return curves

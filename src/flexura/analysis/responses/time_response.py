@@ -257,7 +257,7 @@ def time_response(
     if motion == "large":
         if reducing or keep_modes or hold != "foh":
             raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
-        built = _moving_system(model, parameters, **channels)
+        built = moving_system(model, parameters, **channels)
         response, notes, warnings = large_time_response(built, excitation, Stepping(rho_infinity, local_error), order)
         return _result(built, excitation, response, notes, known=warnings)
     chosen = _small_motion_system(model, parameters, dt=dt, order=order, reducing=reducing, **channels)
@@ -301,7 +301,7 @@ def _of_state_space(model: StateSpace, excitation: Excitation) -> TimeResponse:
     )
 
 
-def _moving_system(model: Any, parameters: Mapping[str, ArrayLike] | None, **channels: Any) -> System:
+def moving_system(model: Any, parameters: Mapping[str, ArrayLike] | None, **channels: Any) -> System:
     """The system of full order with inputs and outputs. Raises OptionError for what cannot move far."""
     if not isinstance(model, Plan | FullOrderModel) or (model if isinstance(model, Plan) else model.plan).is_posed:
         raise OptionError("large motion is that of an undeformed mechanism, not of a reduced model, a system or a pose")

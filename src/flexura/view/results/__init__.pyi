@@ -1,7 +1,9 @@
 from flexura.view.results.optimum import draw_optimum as draw_optimum
 from flexura.view.results.optimum import save_optimum as save_optimum
+from flexura.view.results.responses import draw_backbone as draw_backbone
 from flexura.view.results.responses import draw_bode as draw_bode
 from flexura.view.results.responses import draw_budget as draw_budget
+from flexura.view.results.responses import draw_nonlinear_response as draw_nonlinear_response
 from flexura.view.results.responses import draw_nyquist as draw_nyquist
 from flexura.view.results.responses import draw_response_matrix as draw_response_matrix
 from flexura.view.results.responses import draw_stabilisation as draw_stabilisation

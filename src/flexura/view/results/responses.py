@@ -13,20 +13,24 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MultipleLocator
 
 from flexura.analysis import (
+    Backbone,
     Budget,
     FrequencyResponse,
+    NonlinearResponse,
     Pair,
     ResponseCurve,
     ResponseGroup,
     TimeResponse,
+    backbone_chart,
     budget_chart,
     heard,
+    nonlinear_response_chart,
     response_chart,
     response_group,
     response_units,
 )
 from flexura.arguments import verb
-from flexura.charts import Axis, Curve, Mark, Panel
+from flexura.charts import Axis, Chart, Curve, Mark, Panel
 from flexura.errors import OptionError
 from flexura.linalg import leading, ranked
 from flexura.tables import counted, in_hz
@@ -235,6 +239,31 @@ def draw_budget(result: Budget, outputs: Sequence[str] | None = None) -> Figure:
         for axes in (left, right):
             frequency_axis(axes, float(hz[0]), float(hz[-1]))
     headline(figure, result.name, result.warnings)
+    return figure
+
+
+@verb
+def draw_backbone(result: Backbone) -> Figure:
+    """Amplitude over frequency of free motions, dashed where they are unstable."""
+    return _over_frequency(backbone_chart(result), result)
+
+
+@verb
+def draw_nonlinear_response(result: NonlinearResponse) -> Figure:
+    """Largest values of outputs over frequency, dashed where motions are unstable."""
+    return _over_frequency(nonlinear_response_chart(result), result)
+
+
+def _over_frequency(chart: Chart, result: Backbone | NonlinearResponse) -> Figure:
+    """Panels one below the other."""
+    panels = chart.suited().panels
+    figure = new_chart((5.5, 0.8 + 2.8 * len(panels)))
+    for axes, panel in zip(figure.subplots(len(panels), 1, squeeze=False)[:, 0], panels, strict=True):
+        draw_panel(axes, panel, width=1.2)
+        axes.set_ylim(bottom=0)
+        if len(panel.curves) > 1:
+            axes.legend(fontsize=6, frameon=False)
+    headline(figure, result.headline, result.warnings)
     return figure
 
 

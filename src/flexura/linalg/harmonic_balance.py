@@ -1,0 +1,321 @@
+"""Periodic motions by harmonic balance: their equations, errors and stability, and curves of them by arc length.
+
+A motion is q(t) = c0 + sum c_k cos k wt + s_k sin k wt. What holds and accelerates it is worked out at times over a
+period and balanced by its own series.
+
+Sources: Cameron, Griffin (1989), J. Appl. Mech. 56 (alternating frequency/time); Krack, Gross (2019), Harmonic balance
+for nonlinear vibration problems; Lazarus, Thomas (2010), C. R. Mecanique 338 (stability by sorted exponents of Hill).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+from warnings import catch_warnings
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+
+from flexura.arrays import Array, Complex
+from flexura.errors import SolverError
+
+CONVERGED = 1e-8
+"""Largest last step of Newton's method over the unknowns, both in their scales."""
+
+CORRECTIONS = 16
+"""Steps of Newton's method after which a shorter step along the curve is tried."""
+
+SLOW = 0.15
+"""Share of a step that the next one leaves, from which derivatives are renewed."""
+
+EASY = 7
+"""Corrections up to which the next step is longer."""
+
+LONGER = 1.5
+"""How many times as long that is."""
+
+BEND = 0.9
+"""Least cosine between the tangents at both ends of a step."""
+
+SHORTEST = 1e-6
+"""Step over the first one, below which a curve is given up."""
+
+LOCATED = 1e-6
+"""How near to its zero something is located, over what it was at the ends of the step."""
+
+
+Factor = tuple[Array, NDArray[np.int32]]
+
+
+class Oscillator(Protocol):
+    """Forces (s, n) at instants, in coordinates of unit stiffness at rest."""
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies (n,) at rest, rad/s."""
+        ...
+
+    def forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
+        """What is missing (s, n) for motions with displacements, velocities and accelerations (s, n) under shares (s,)
+        of the excitation."""
+        ...
+
+    def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
+        """Derivatives (s, n, n) of the forces by displacements, velocities and accelerations."""
+        ...
+
+
+class Series(NamedTuple):
+    """Fourier series at times over a period: `values`, `rates` and `seconds` (s, N) make displacements and their
+    derivatives by the phase of coefficients in the order c0, c1, s1, ..., or c0, c1, ... where the motion is even;
+    `balance` (N, s) makes coefficients of values."""
+
+    harmonics: int
+    values: Array
+    rates: Array
+    seconds: Array
+    balance: Array
+    order: Array
+    """Harmonics (N,) of the coefficients."""
+
+    @staticmethod
+    def of(harmonics: int, even: bool = False) -> Series:
+        """With so many samples that products of four of a series are balanced exactly."""
+        count = 4 * harmonics + 4
+        k = np.arange(harmonics + 1.0)
+        phase = 2 * np.pi * np.arange(count)[:, None] / count * k
+        columns = np.stack([np.cos(phase), np.sin(phase)], axis=-1).reshape(count, -1)
+        rates = np.stack([-k * np.sin(phase), k * np.cos(phase)], axis=-1).reshape(count, -1)
+        order, kept = np.repeat(k, 2), np.arange(2 * len(k))
+        kept = kept[kept % 2 == 0] if even else np.delete(kept, 1)
+        order, values = order[kept], columns[:, kept]
+        balance = np.where(order == 0, 1.0, 2.0)[:, None] * values.T / count
+        return Series(harmonics, values, rates[:, kept], -(order**2) * values, balance, order)
+
+    @property
+    def drive(self) -> Array:
+        """The cosine (s,) of the first harmonic."""
+        return self.values[:, 1]
+
+
+class Orbit(NamedTuple):
+    """A periodic motion: coefficients X (N, n), frequency `omega`, rad/s, the unit `tangent` (N n + 1,) of the curve in
+    scaled unknowns, slopes there unless they are forgotten, and the arc length of the step that led to it."""
+
+    X: Array
+    omega: float
+    tangent: Array
+    slopes: tuple[Array, Array, Array] | None
+    step: float
+
+    @property
+    def turning(self) -> float:
+        """The frequency in the unit tangent, zero at folds."""
+        return float(self.tangent[-1])
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Periodic motions of an oscillator, free ones that are even in time (`driven` false) or driven by its excitation.
+
+    Arc lengths are over amplitudes of coordinates of unit stiffness over `size`, and frequencies over `width`, rad/s.
+    """
+
+    oscillator: Oscillator
+    series: Series
+    driven: bool
+    size: float
+    width: float
+
+    def motion(self, X: Array, omega: float) -> tuple[Array, Array, Array, Array]:
+        """Displacements, velocities and accelerations (s, n), and shares (s,) of the excitation."""
+        own = self.series
+        drive = own.drive if self.driven else np.zeros(len(own.values))
+        return own.values @ X, omega * (own.rates @ X), omega**2 * (own.seconds @ X), drive
+
+    def residual(self, X: Array, omega: float) -> Array:
+        """What is missing (N, n)."""
+        return self.series.balance @ self.oscillator.forces(*self.motion(X, omega))
+
+    def jacobian(self, X: Array, omega: float, slopes: tuple[Array, Array, Array]) -> Array:
+        """Derivatives (N n, N n + 1) of what is missing by coefficients over `size` and the frequency over `width`."""
+        own, (K, C, M) = self.series, slopes
+        size = X.size
+        J = np.empty((size, size + 1))
+        J[:, :-1] = self.size * self._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
+        _, v, a, _ = self.motion(X, omega)
+        by = (C @ v[..., None] + 2 * M @ a[..., None])[..., 0] / omega
+        J[:, -1] = self.width * (own.balance @ by).ravel()
+        return J
+
+    def _balanced(self, *terms: tuple[Array, Array]) -> Array:
+        """The sum (N n, N n) of slopes (s, n, n) by what (s, N) coefficients do to their arguments, balanced."""
+        own, n = self.series, terms[0][0].shape[-1]
+        N = own.values.shape[1]
+        total = np.zeros((N, n, N, n))
+        for slope, columns in terms:
+            by = np.einsum("is,sj->ijs", own.balance, columns).reshape(N * N, -1)
+            total += (by @ slope.reshape(len(slope), -1)).reshape(N, N, n, n).transpose(0, 2, 1, 3)
+        return total.reshape(N * n, N * n)
+
+    def start(self, X: Array, omega: float, direction: Array) -> Orbit:
+        """The motion next to an estimate, in the plane across a direction (N n + 1,). Raises SolverError."""
+        X, omega, slopes, _ = self._corrected(X, omega, direction, None)
+        return Orbit(X, omega, self._tangent(X, omega, slopes, direction), slopes, 0.0)
+
+    def onward(self, orbit: Orbit, length: float, by: tuple[Orbit, Orbit] | None = None) -> tuple[Orbit, int]:
+        """The motion a step further along the curve, and the corrections that it took. Raises SolverError.
+
+        It is looked for along the tangent, or `by` the cubic through two neighbours, one of them the motion itself,
+        that has their tangents.
+        """
+        step, slopes = length * orbit.tangent, orbit.slopes
+        if by is not None:
+            step, slopes = self._cubic(*by, length / by[1].step + (orbit is by[1])), None
+            step = step - self._cubic(*by, float(orbit is by[1]))
+            step = step + (length - step @ orbit.tangent) * orbit.tangent
+        X = orbit.X + self.size * step[:-1].reshape(orbit.X.shape)
+        omega = orbit.omega + self.width * float(step[-1])
+        X, omega, slopes, count = self._corrected(X, omega, orbit.tangent, slopes)
+        return Orbit(X, omega, self._tangent(X, omega, slopes, orbit.tangent), slopes, length), count
+
+    def _cubic(self, one: Orbit, other: Orbit, t: float) -> Array:
+        """Scaled unknowns from those of one motion on, t of the way to another (Hermite)."""
+        chord = np.append((other.X - one.X).ravel() / self.size, (other.omega - one.omega) / self.width)
+        a, b = other.step * one.tangent, other.step * other.tangent
+        return t * a + t**2 * (3 * chord - 2 * a - b) + t**3 * (a + b - 2 * chord)
+
+    def _corrected(
+        self, X: Array, omega: float, across: Array, slopes: tuple[Array, Array, Array] | None
+    ) -> tuple[Array, float, tuple[Array, Array, Array], int]:
+        """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
+        size, factor, fresh = np.inf, None, slopes is None
+        for count in range(1, CORRECTIONS + 1):
+            if slopes is None:
+                slopes, fresh = self.oscillator.slopes(*self.motion(X, omega)), True
+            if factor is None:
+                factor = self._factor(X, omega, slopes, across)
+            missing = np.append(-self.residual(X, omega).ravel(), 0.0)
+            correction = la.lu_solve(factor, missing, check_finite=False)
+            before, size = size, float(np.linalg.norm(correction))
+            if not np.isfinite(size) or (fresh and size > before):
+                break
+            X = X + self.size * correction[:-1].reshape(X.shape)
+            omega += self.width * float(correction[-1])
+            rate = size / before if count > 1 else 0.5
+            if omega <= 0:
+                break
+            if size * min(rate, 1.0) < CONVERGED * (1 + float(np.linalg.norm(X)) / self.size):
+                return X, omega, self.oscillator.slopes(*self.motion(X, omega)), count
+            fresh = False
+            if count > 1 and rate > SLOW:
+                slopes = factor = None
+        raise SolverError("harmonic balance does not converge")
+
+    def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> Factor:
+        bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
+        if not np.isfinite(bordered).all():
+            raise SolverError("harmonic balance does not converge")
+        with catch_warnings(action="ignore", category=la.LinAlgWarning):
+            factor: Factor = la.lu_factor(bordered, check_finite=False)
+        if not factor[0].diagonal().all():
+            raise SolverError("harmonic balance does not converge")
+        return factor
+
+    def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
+        """The unit tangent (N n + 1,) of the curve, on from a direction."""
+        unit = np.zeros(len(last))
+        unit[-1] = 1.0
+        tangent = la.lu_solve(self._factor(X, omega, slopes, last), unit, check_finite=False)
+        return tangent / np.linalg.norm(tangent)
+
+    def error(self, orbit: Orbit) -> tuple[float, float]:
+        """What twice as many harmonics, two more at least, would change, to first order: of the motion and of the
+        frequency, relative."""
+        series = Series.of(
+            max(2 * self.series.harmonics, self.series.harmonics + 2), even=len(orbit.X) == self.series.harmonics + 1
+        )
+        finer = replace(self, series=series)
+        X = np.zeros((len(series.order), orbit.X.shape[1]))
+        X[: len(orbit.X)] = orbit.X
+        across = np.zeros(X.size + 1)
+        across[: orbit.X.size], across[-1] = orbit.tangent[:-1], orbit.turning
+        slopes = self.oscillator.slopes(*finer.motion(X, orbit.omega))
+        missing = np.append(-finer.residual(X, orbit.omega).ravel(), 0.0)
+        step = la.lu_solve(finer._factor(X, orbit.omega, slopes, across), missing, check_finite=False)
+        moving = float(np.linalg.norm(X[1:])) or 1.0
+        return self.size * float(np.linalg.norm(step[:-1])) / moving, self.width * abs(float(step[-1])) / orbit.omega
+
+    def exponents(self, orbit: Orbit) -> Complex:
+        """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant with twice as
+        many harmonics whose imaginary parts are least (Lazarus and Thomas 2010). Coordinates beyond the highest
+        harmonic of the motion follow the others as in statics, instant by instant."""
+        omega, finer = orbit.omega, Series.of(2 * self.series.harmonics)
+        own = replace(self, series=finer)
+        slopes = orbit.slopes or self.oscillator.slopes(*self.motion(orbit.X, omega))
+        K, C, M = (_resampled(slope, len(finer.values)) for slope in self._slow(orbit, slopes))
+        D0 = own._balanced((K, finer.values), (C, omega * finer.rates), (M, omega**2 * finer.seconds))
+        D1 = omega * own._balanced((C, finer.values), (M, 2 * omega * finer.rates))
+        inertia = la.lu_factor(omega**2 * own._balanced((M, finer.values)))
+        size = len(D0)
+        A = np.zeros((2 * size, 2 * size))
+        A[:size, size:] = np.eye(size)
+        A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
+        values: Complex = la.eigvals(A, check_finite=False).astype(complex)
+        return omega * values[np.argsort(np.abs(values.imag), kind="stable")[: 2 * K.shape[-1]]]
+
+    def _slow(self, orbit: Orbit, slopes: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        """Slopes (s, m, m) by the coordinates up to the highest harmonic, with the others at rest at each instant."""
+        K, C, M = slopes
+        m = max(int((self.oscillator.frequencies < self.series.harmonics * orbit.omega).sum()), 1)
+        follow = -np.linalg.solve(K[:, m:, m:], K[:, m:, :m])
+        T = np.concatenate([np.tile(np.eye(m), (len(K), 1, 1)), follow], axis=1)
+        rate = 1j * orbit.omega * np.arange(len(K) // 2 + 1)[:, None, None]
+        first, second = (np.fft.irfft(np.fft.rfft(T, axis=0) * rate**k, len(K), axis=0) for k in (1, 2))
+        back = np.swapaxes(T, 1, 2)
+        return back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
+
+
+def _resampled(values: Array, count: int) -> Array:
+    """Values (s, ...) over a period at more instants (count, ...)."""
+    return np.fft.irfft(np.fft.rfft(values, axis=0), count, axis=0) * (count / len(values))
+
+
+def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
+    """Motions along a curve in steps that suit it and are no longer than is asked for at each, the first one included,
+    until no further one is found."""
+    orbit, length, last = first, step, None
+    yield orbit
+    while length > SHORTEST * step:
+        try:
+            found, count = balance.onward(orbit, length, None if last is None else (last, orbit))
+        except SolverError:
+            length /= 2
+            continue
+        if float(found.tangent @ orbit.tangent) < BEND:
+            length /= 2
+            continue
+        last, orbit = orbit, found
+        yield orbit
+        length = min(length * (LONGER if count <= EASY else 1.0), longest(orbit))
+
+
+def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit], float]) -> Orbit:
+    """The motion between two neighbours on a curve at which something changes its sign (false position, Illinois)."""
+    low, high = 0.0, after.step
+    at_low, at_high = of(before), of(after)
+    scale = max(abs(at_low), abs(at_high))
+    best = after
+    for _ in range(20):
+        length = (low * at_high - high * at_low) / (at_high - at_low)
+        best, _ = balance.onward(before, length, (before, after))
+        value = of(best)
+        if abs(value) <= LOCATED * scale:
+            break
+        if (value > 0) == (at_high > 0):
+            high, at_high, at_low = length, value, at_low / 2
+        else:
+            low, at_low, at_high = length, value, at_high / 2
+    return best

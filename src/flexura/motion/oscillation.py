@@ -1,0 +1,282 @@
+"""A moving model as an oscillator about a state of equilibrium, at many instants side by side.
+
+Its coordinates are a vector space: displacements of frames and rotation vectors w from the state, R = exp(w) R0, by
+which forces are those of virtual work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import cached_property
+from math import factorial
+from typing import Any, TypeVar
+
+import numpy as np
+import scipy.linalg as la
+
+from flexura.arrays import Array, Index
+from flexura.beam import skew
+from flexura.errors import OptionError
+from flexura.linalg import is_definite
+from flexura.motion.elements import Frames, Rates
+from flexura.motion.equilibrium import Equations, Equilibrium
+from flexura.motion.integration import Damping
+from flexura.motion.model import Loads, MovingModel
+from flexura.motion.posed import Lever
+
+T = TypeVar("T")
+
+TERMS = 12
+"""Terms of the power series of rotations: 1e-16 up to half a turn."""
+
+AT_ONCE = 4000
+"""Instants that are worked out together."""
+
+DIFFERENCE = 1e-5
+"""Change of coordinates, m over the size or rad, of differences."""
+
+QUICK = 10.0
+"""Natural frequencies of coordinates over the rate of a motion from which they count as far above it."""
+
+SMALL_RATE = 1e-4
+"""Change of velocities over the largest ones."""
+
+NO_DAMPING = Damping(0.0, 0.0)
+
+_A = np.array([(-1) ** k / factorial(2 * k + 2) for k in range(TERMS)])
+_B = np.array([(-1) ** k / factorial(2 * k + 3) for k in range(TERMS)])
+
+
+def turning(w: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
+    """Matrices T (..., 3, 3) that make rates of turning T w' of rates of rotation vectors w (..., 3), these rates, and
+    their own rates T w'' + T' w' (theory eq. G41)."""
+    W, V = skew(w), skew(rate)
+    y = (w * w).sum(axis=-1)
+    powers = y[..., None] ** np.arange(TERMS)
+    a, b = powers @ _A, powers @ _B
+    k = np.arange(1, TERMS)
+    slope = powers[..., :-1] @ (k * _A[1:]), powers[..., :-1] @ (k * _B[1:])
+    grown = 2 * (w * rate).sum(axis=-1)
+    J = np.eye(3) + a[..., None, None] * W + b[..., None, None] * (W @ W)
+    across = (W @ rate[..., None])[..., 0]
+    twice = (W @ across[..., None])[..., 0]
+    more = (grown * slope[0])[..., None] * across + (grown * slope[1])[..., None] * twice
+    more += b[..., None] * (V @ across[..., None])[..., 0]
+    return J, (J @ rate[..., None])[..., 0], (J @ second[..., None])[..., 0] + more
+
+
+def side_by_side(data: T, count: int) -> T:
+    """Arrays of data so many times one after another."""
+    if isinstance(data, np.ndarray):
+        return np.tile(data, (count, *[1] * (data.ndim - 1)))  # type: ignore[return-value]
+    if is_dataclass(data) and not isinstance(data, type):
+        return replace(data, **{f.name: side_by_side(getattr(data, f.name), count) for f in fields(data)})
+    return data
+
+
+def _repeated_frames(frames: Frames, count: int) -> Frames:
+    x, R, z, placed = (side_by_side(part, count) for part in frames)
+    return Frames(x, R, z, placed)  # type: ignore[arg-type]
+
+
+class _Instants:
+    """So many copies of a model, each at an instant of its own."""
+
+    def __init__(self, model: MovingModel, state: Frames, count: int) -> None:
+        n = len(model.dof)
+
+        def repeated(group: Any) -> Any:
+            tiled = side_by_side(group, count)
+            return replace(tiled, node=tiled.node + n * np.repeat(np.arange(count), len(group.node))[:, None])
+
+        sagging = model.sagging
+        node = np.tile(sagging.node, (count, 1)) + n * np.repeat(np.arange(count), len(sagging.node))[:, None]
+        self.model = replace(
+            model,
+            rest=_repeated_frames(model.rest, count),
+            dof=np.tile(model.dof, (count, 1)),
+            elements=tuple(map(repeated, model.elements)),
+            inertia=side_by_side(model.inertia, count),
+            weight=side_by_side(model.weight, count),
+            sagging=replace(sagging, node=node, weight=side_by_side(sagging.weight, count)),
+            dashpots=tuple(map(repeated, model.dashpots)),
+        )
+        self.state = _repeated_frames(state, count)
+
+
+@dataclass(frozen=True)
+class Oscillation:
+    """A model about a state of equilibrium, in combinations of its displacements of unit stiffness.
+
+    `levers` are what is driven, with the `amounts` at share one; `damping` is Rayleigh's, and `modal` (n,) are further
+    damping ratios of its modes. Raises OptionError where the state is not stable.
+    """
+
+    equations: Equations
+    state: Equilibrium
+    levers: Sequence[Lever] = ()
+    amounts: Sequence[float] = ()
+    damping: Damping = NO_DAMPING
+    modal: Array | None = None
+
+    @cached_property
+    def _modes(self) -> tuple[Array, Array]:
+        model = self.equations.model
+        K = model.matrix(self.state.tangent.forces.blocks)
+        M = model.mass(self.state.frames)
+        K, M = (A if isinstance(A, np.ndarray) else A.toarray() for A in (K, M))
+        if not is_definite(K):
+            raise OptionError("the state about which it is to oscillate is not stable, or free to move")
+        d = 1 / np.sqrt(K.diagonal())
+        values, vectors = la.eigh(d[:, None] * M * d, d[:, None] * K * d)
+        order = np.argsort(-values)
+        with np.errstate(divide="ignore"):
+            return 1 / np.sqrt(np.maximum(values[order], 0.0)), d[:, None] * vectors[:, order]
+
+    @property
+    def frequencies(self) -> Array:
+        """Natural frequencies (n,), rad/s, ascending; infinite without mass."""
+        return self._modes[0]
+
+    @property
+    def shapes(self) -> Array:
+        """Displacements (n, n) by the coordinates, the modes with unit stiffness."""
+        return self._modes[1]
+
+    @cached_property
+    def _dampers(self) -> Array | None:
+        """Damping of coordinates, whose stiffness is one, by ratios."""
+        return None if self.modal is None else 2 * self.modal / self.frequencies
+
+    def frames(self, q: Array) -> Frames:
+        """Frames (s (n + 1),) one instant after another, of coordinates (s, n)."""
+        return self._at(len(q)).state.moved(self._spread(q @ self.shapes.T).reshape(-1, 6))
+
+    def _spread(self, x: Array) -> Array:
+        """Displacements (s, n + 1, 6) of all frames from free ones (s, n)."""
+        dof = self.equations.model.dof
+        spread = np.zeros((len(x), *dof.shape))
+        spread[:, dof >= 0] = x[:, dof[dof >= 0]]
+        return spread
+
+    @cached_property
+    def _copies(self) -> dict[int, _Instants]:
+        return {}
+
+    def _at(self, count: int) -> _Instants:
+        if count not in self._copies:
+            self._copies[count] = _Instants(self.equations.model, self.state.frames, count)
+        return self._copies[count]
+
+    def forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
+        """What is missing (s, n) for motions at instants (s,): forces that hold, damp and accelerate less loads."""
+        parts = [slice(k, k + AT_ONCE) for k in range(0, len(q), AT_ONCE)]
+        return np.concatenate([self._forces(q[own], v[own], a[own], drive[own]) for own in parts])
+
+    def _forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
+        at, model, shapes = self._at(len(q)), self.equations.model, self.shapes
+        x, rate, second = (self._spread(each @ shapes.T) for each in (q, v, a))
+        turns = self._turning
+        J, omega, turned = turning(x[:, turns, 3:], rate[:, turns, 3:], second[:, turns, 3:])
+        rate[:, turns, 3:], second[:, turns, 3:] = omega, turned
+        frames = at.state.moved(x.reshape(-1, 6))
+        rates = Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta)
+        dead, commands = self._loads(drive)
+        force = at.model.kinetics(frames, rates, self.state.loads.gravity, commands).force.reshape(x.shape)
+        for node, wrench in dead.items():
+            root = int(model.root[node])
+            arm = frames.R.reshape(*x.shape[:2], 3, 3)[:, root] @ model.arm[node]
+            force[:, root, :3] -= wrench[:, :3]
+            force[:, root, 3:] -= wrench[:, 3:] + np.cross(arm, wrench[:, :3])
+        force[:, turns, 3:] = (force[:, turns, None, 3:] @ J)[:, :, 0]
+        missing = np.zeros((len(q), model.n_dof))
+        free = model.dof >= 0
+        missing[:, model.dof[free]] = force[:, free]
+        missing = missing @ shapes
+        return missing if self._dampers is None else missing + self._dampers * v
+
+    @cached_property
+    def _turning(self) -> Index:
+        """Frames that turn."""
+        model = self.equations.model
+        return np.flatnonzero(model.rest.placed & (model.dof[:, 3:] >= 0).any(axis=1))
+
+    def _loads(self, drive: Array) -> tuple[dict[int, Array], Mapping[str, Any]]:
+        """Dead loads (s, 6) by node and commands (s,) by actuator, under shares (s,) of what is driven."""
+        loads: Loads = self.state.loads
+        dead = {node: np.tile(wrench, (len(drive), 1)) for node, wrench in loads.dead.items()}
+        commands: dict[str, Any] = {name: np.full(len(drive), value) for name, value in loads.actuators.items()}
+        for lever, amount in zip(self.levers, self.amounts, strict=True):
+            own = np.multiply.outer(amount * drive, lever.unit)
+            if lever.node is None:
+                commands[lever.name] = commands.get(lever.name, 0.0) + own
+            else:
+                dead[lever.node] = dead.get(lever.node, 0.0) + own
+        return dead, commands
+
+    def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
+        """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations.
+
+        By slow coordinates they are differences, central ones by displacements; by those far above the motion they are
+        tangents, without what inertia forces change by them.
+        """
+        s, n = q.shape
+        K, C, M = self._tangents(q, drive)
+        speed = np.sqrt((a * a).sum() / (v * v).sum()) if v.any() else self.frequencies[0]
+        slow = max(int(np.searchsorted(self.frequencies, QUICK * speed)), 1)
+        reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
+        step = DIFFERENCE / reach.max(axis=(1, 2))
+        quick = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or speed) * step
+        changes = np.zeros((3 * slow + 1, 2, n))
+        at = np.arange(slow)
+        changes[1 + at, 0, at], changes[1 + slow + at, 0, at], changes[1 + 2 * slow + at, 1, at] = step, -step, quick
+        moved = ((each + changes[:, k, None]).reshape(-1, n) for k, each in enumerate((q, v)))
+        values = self.forces(next(moved), next(moved), np.tile(a, (3 * slow + 1, 1)), np.tile(drive, 3 * slow + 1))
+        here, more, less, quicker = np.split(values.reshape(-1, s, n), [1, slow + 1, 2 * slow + 1])
+        K[..., :slow] = np.moveaxis((more - less) / (2 * step[:, None, None]), 0, -1)
+        C[..., :slow] = np.moveaxis((quicker - here) / quick[:, None, None], 0, -1)
+        return K, C, M
+
+    def _tangents(self, q: Array, drive: Array) -> tuple[Array, Array, Array]:
+        """Stiffness, damping and mass (s, n, n) by the coordinates in states, without inertia forces."""
+        at = self._at(len(q))
+        x = self._spread(q @ self.shapes.T)
+        frames, commands = at.state.moved(x.reshape(-1, 6)), self._loads(drive)[1]
+        X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (len(q), 1, 1, 1))
+        J = turning(x[:, self._turning, 3:], np.zeros(3), np.zeros(3))[0]
+        X[:, self._turning, 3:] = J @ X[:, self._turning, 3:]
+        X = X.reshape(-1, *X.shape[2:])
+        moving = at.model
+        stiffness = moving.forces(frames, self.state.loads.gravity, commands).blocks
+        K, M = (self._summed(blocks, X, len(q)) for blocks in (stiffness, moving.mass_blocks(frames)))
+        C = self.damping.alpha * M
+        if self.damping.beta:
+            C = C + self.damping.beta * self._summed(moving.material_blocks(frames, commands), X, len(q))
+        for dashpot in moving.dashpots:
+            C = C + _projected(dashpot.material(frames)[0], X[dashpot.node], len(q))
+        return K, C if self._dampers is None else C + np.diag(self._dampers), M
+
+    def _summed(self, blocks: Sequence[Array], X: Array, count: int) -> Array:
+        """Blocks in the order of a model's pattern by the coordinates (count, n, n), of which frames have motions X."""
+        moving = self._at(count).model
+        nodes = [node for group in moving.elements for node in (group.node, *group.coupled)]
+        nodes += [moving.sagging.node, np.arange(len(moving.dof))[:, None]]
+        return sum((_projected(block, X[node], count) for block, node in zip(blocks, nodes, strict=True)), np.zeros(()))
+
+    def potential(self, q: Array) -> float:
+        """Potential energy, J, of coordinates (n,) from the state, by the work along a straight line (Gauss)."""
+        points, weights = np.polynomial.legendre.leggauss(6)
+        along = (points[:, None] + 1) / 2 * q
+        none = np.zeros_like(along)
+        return float(weights / 2 @ (self.forces(along, none, none, np.zeros(6)) @ q))
+
+
+def _projected(blocks: Array, X: Array, count: int) -> Array:
+    """The sums X' A X (count, n, n) over elements of each instant, of their blocks (e, 6k, 6k) and X (e, k, 6, n)."""
+    e, n = len(blocks), X.shape[-1]
+    if not blocks.any():
+        return np.zeros((count, n, n))
+    X = X.reshape(e, -1, n)
+    pushed = (blocks @ X).reshape(count, -1, n)
+    return np.swapaxes(X.reshape(count, -1, n), 1, 2) @ pushed

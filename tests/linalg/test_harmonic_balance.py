@@ -1,0 +1,130 @@
+"""Harmonic balance against Duffing's equation: elliptic functions, and orbits of SciPy's integration."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+from flexura.errors import SolverError
+from flexura.linalg import Balance, Orbit, Series, along, located
+from helpers.over import over
+
+
+class Duffing:
+    """x'' + c x' + x + e x^3 = f cos w t."""
+
+    def __init__(self, c: float = 0.0, e: float = 1.0, f: float = 0.0) -> None:
+        self.c, self.e, self.f = c, e, f
+        self.frequencies = np.ones(1)
+
+    def forces(self, q, v, a, drive):
+        return a + self.c * v + q + self.e * q**3 - self.f * drive[:, None]
+
+    def slopes(self, q, v, a, drive):
+        del a, drive
+        one = np.ones((*v.shape, 1))
+        return (1 + 3 * self.e * q**2)[..., None], self.c * one, one
+
+
+def free(harmonics: int, up_to: float) -> tuple[Balance, list[Orbit]]:
+    balance = Balance(Duffing(), Series.of(harmonics, even=True), False, 1.0, 1.0)
+    X, direction = np.zeros((harmonics + 1, 1)), np.zeros(harmonics + 2)
+    X[1], direction[1] = 0.05, 1.0
+    orbits = []
+    for orbit in along(balance, balance.start(X, 1.0, direction), 0.05, lambda _: 0.3):
+        orbits.append(orbit)
+        if orbit.X.sum() > up_to:
+            break
+    return balance, orbits
+
+
+def exact(amplitude: np.ndarray) -> np.ndarray:
+    """The frequency of x'' + x + x^3 = 0 (complete elliptic integral of the first kind)."""
+    square = amplitude**2
+    return np.pi * np.sqrt(1 + square) / (2 * ellipk(square / (2 + 2 * square)))
+
+
+@over("harmonics", (5, 7, 9))
+def test_the_backbone_of_duffing_is_that_of_elliptic_functions(harmonics):
+    """Off by no more than is estimated, with each pair of harmonics some thirty times less."""
+    balance, orbits = free(harmonics, 2.0)
+    amplitude = np.array([orbit.X.sum() for orbit in orbits])
+    omega = np.array([orbit.omega for orbit in orbits])
+    off = np.abs(omega / exact(amplitude) - 1)
+    motion, _ = balance.error(orbits[-1])
+    assert off[-1] < motion < 30 * off[-1]
+    assert off.max() < 4e-5 * 30.0 ** ((5 - harmonics) / 2)
+
+
+def test_free_motions_of_duffing_are_neutral():
+    balance, orbits = free(7, 2.0)
+    assert np.abs(balance.exponents(orbits[-1])).max() < 1e-3 * orbits[-1].omega
+
+
+DRIVEN = Duffing(0.05, 0.5, 0.1)
+
+
+@pytest.fixture(scope="module")
+def driven() -> tuple[Balance, list[Orbit]]:
+    balance = Balance(DRIVEN, Series.of(9), True, 1.0, 0.3)
+    direction = np.zeros(20)
+    direction[-1] = 1.0
+    orbits = []
+    for orbit in along(balance, balance.start(np.zeros((19, 1)), 0.6, direction), 0.1, lambda _: 0.4):
+        orbits.append(orbit)
+        if orbit.omega > 2.0:
+            break
+    return balance, orbits
+
+
+def start(orbit: Orbit) -> np.ndarray:
+    """Displacement and velocity at time zero."""
+    order = np.arange(1, len(orbit.X) // 2 + 1)
+    return np.array([orbit.X[0, 0] + orbit.X[1::2, 0].sum(), orbit.omega * (order @ orbit.X[2::2, 0])])
+
+
+def period(omega: float, start: np.ndarray) -> np.ndarray:
+    """What a motion and two small ones beside it become after a period (SciPy)."""
+
+    def rate(t, y):
+        x, v, *beside = y
+        out = [v, DRIVEN.f * np.cos(omega * t) - DRIVEN.c * v - x - DRIVEN.e * x**3]
+        for a, b in np.reshape(beside, (2, 2)):
+            out += [b, -DRIVEN.c * b - (1 + 3 * DRIVEN.e * x**2) * a]
+        return out
+
+    y = [*start, 1.0, 0.0, 0.0, 1.0]
+    return solve_ivp(rate, (0, 2 * np.pi / omega), y, method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+
+
+def test_driven_motions_close_and_have_the_multipliers_of_an_integration(driven):
+    balance, orbits = driven
+    for orbit in orbits[::6]:
+        x, v = start(orbit)
+        after = period(orbit.omega, np.array([x, v]))
+        assert after[:2] == pytest.approx([x, v], abs=2e-6)
+        multipliers = np.linalg.eigvals(after[2:].reshape(2, 2).T)
+        found = np.exp(balance.exponents(orbit) * 2 * np.pi / orbit.omega)
+        assert np.sort_complex(found) == pytest.approx(np.sort_complex(multipliers), abs=1e-5)
+
+
+def test_folds_have_a_multiplier_of_one_and_bound_what_is_unstable(driven):
+    balance, orbits = driven
+    pairs = [(a, b) for a, b in pairwise(orbits) if a.turning * b.turning < 0]
+    assert len(pairs) == 2
+    for before, after in pairs:
+        fold = located(balance, before, after, lambda orbit: orbit.turning)
+        multipliers = np.linalg.eigvals(period(fold.omega, start(fold))[2:].reshape(2, 2))
+        assert np.abs(multipliers - 1).min() < 1e-5
+    unstable = [balance.exponents(orbit).real.max() > 1e-6 for orbit in orbits]
+    assert unstable == [orbit.turning < 0 for orbit in orbits]
+
+
+def test_what_has_no_motion_near_is_said():
+    balance = Balance(Duffing(0.0, 0.0, 1.0), Series.of(1), True, 1.0, 1.0)
+    direction = np.zeros(4)
+    direction[-1] = 1.0
+    with pytest.raises(SolverError):
+        balance.start(np.zeros((3, 1)), 1.0, direction)
