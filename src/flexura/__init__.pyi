@@ -15,8 +15,8 @@ from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Heat as Heat
 from flexura.analysis import Kinetostatics as Kinetostatics
 from flexura.analysis import Modes as Modes
-from flexura.analysis import Observer as Observer
 from flexura.analysis import NonlinearResponse as NonlinearResponse
+from flexura.analysis import Observer as Observer
 from flexura.analysis import Preload as Preload
 from flexura.analysis import ScheduledPlant as ScheduledPlant
 from flexura.analysis import Shaper as Shaper
@@ -34,8 +34,8 @@ from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import heat as heat
 from flexura.analysis import kinetostatics as kinetostatics
 from flexura.analysis import modes as modes
-from flexura.analysis import observer as observer
 from flexura.analysis import nonlinear_response as nonlinear_response
+from flexura.analysis import observer as observer
 from flexura.analysis import preload as preload
 from flexura.analysis import read_signals as read_signals
 from flexura.analysis import scheduled_plant as scheduled_plant

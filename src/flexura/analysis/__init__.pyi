@@ -47,6 +47,9 @@ from flexura.analysis.responses.frequency_response import SEEN as SEEN
 from flexura.analysis.responses.frequency_response import FrequencyResponse as FrequencyResponse
 from flexura.analysis.responses.frequency_response import frequency_response as frequency_response
 from flexura.analysis.responses.frequency_response import lost_digits as lost_digits
+from flexura.analysis.responses.nonlinear_response import Fold as Fold
+from flexura.analysis.responses.nonlinear_response import NonlinearResponse as NonlinearResponse
+from flexura.analysis.responses.nonlinear_response import nonlinear_response as nonlinear_response
 from flexura.analysis.responses.observer import Observer as Observer
 from flexura.analysis.responses.observer import observer as observer
 from flexura.analysis.responses.posed_systems import PoseCheck as PoseCheck
@@ -54,11 +57,6 @@ from flexura.analysis.responses.scheduled_plant import ScheduledPlant as Schedul
 from flexura.analysis.responses.scheduled_plant import scheduled_plant as scheduled_plant
 from flexura.analysis.responses.shaping import Shaper as Shaper
 from flexura.analysis.responses.shaping import shaper as shaper
-from flexura.analysis.responses.signals import SignalFile as SignalFile
-from flexura.analysis.responses.signals import read_signals as read_signals
-from flexura.analysis.responses.nonlinear_response import Fold as Fold
-from flexura.analysis.responses.nonlinear_response import NonlinearResponse as NonlinearResponse
-from flexura.analysis.responses.nonlinear_response import nonlinear_response as nonlinear_response
 from flexura.analysis.responses.signals import SignalFile as SignalFile
 from flexura.analysis.responses.signals import read_signals as read_signals
 from flexura.analysis.responses.time_limits import LeftOut as LeftOut

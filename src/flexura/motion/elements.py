@@ -472,7 +472,7 @@ class Push:
         if self.wrench is None:
             return Response(np.zeros(e), *pulled(ends, -size, np.zeros(e)))
         R, wrench = frames.R[self.node[:, 0]], size[:, None] * self.wrench
-        f, m = _by(R, wrench[:, :3]), _by(R, wrench[:, 3:])
+        f, m = ((R @ own[:, :, None])[..., 0] for own in (wrench[:, :3], wrench[:, 3:]))
         force, tangent = (np.zeros((e, *shape), like=f) for shape in ((2, 6), (2, 6, 2, 6)))
         for end, sign in ((0, 1.0), (1, -1.0)):
             a = ends.arm[:, end]

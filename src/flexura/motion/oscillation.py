@@ -50,7 +50,7 @@ _B = np.array([(-1) ** k / factorial(2 * k + 3) for k in range(TERMS)])
 
 def turning(w: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
     """Matrices T (..., 3, 3) that make rates of turning T w' of rates of rotation vectors w (..., 3), these rates, and
-    their own rates T w'' + T' w' (theory eq. G41)."""
+    their own rates T w'' + T' w' (theory eq. G42)."""
     W, V = skew(w), skew(rate)
     y = (w * w).sum(axis=-1)
     powers = y[..., None] ** np.arange(TERMS)

@@ -161,7 +161,7 @@ def backbone(
     `amplitude` has the output whose amplitude is told, as in `system`, with the largest, m or rad. Motions are
     free ones about the static state under the loads described, those that come to rest twice a period (nonlinear normal
     modes; Rosenberg 1962; Kerschen, Peeters, Golinval, Vakakis 2009), by harmonic balance and arc length (theory eqs.
-    G41-G47; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
+    G42-G48; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
     superelements.
 
     Raises ModelError, OptionError for impossible amplitudes, modes and outputs, and SolverError where no motion is

@@ -211,17 +211,17 @@ def _integrated(
     integrator = Integrator(equations, damping, dt, stepping.rho_infinity, stepping.local_error)
     for number, state in enumerate(integrator.through(at_start.frames, velocity, loads.at, count)):
         checkpoint()
-        motion = tuple(equations.displacements(rate) for rate in (state.velocity, state.acceleration))
+        rate, growth = (equations.displacements(own) for own in (state.velocity, state.acceleration))
         for k, reading in enumerate(readings):
-            response[k, number] = reading.read(model, state, *motion, loads.base_at(number))
+            response[k, number] = reading.read(model, state, rate, growth, loads.base_at(number))
         speed += float(state.velocity @ (M @ state.velocity))
         force += float(state.acceleration @ (M @ state.acceleration))
         if number in compared:
             there = loads.at(number)
             tangent = equations.tangent(state.frames, there, np.empty(0))[0]
             samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
-    rate = np.sqrt(force / speed) if speed > 0 else 0.0
-    per_period = 2 * np.pi * integrator.steps.taken / (rate * dt * (count - 1)) if rate > 0 else np.inf
+    pace = np.sqrt(force / speed) if speed > 0 else 0.0
+    per_period = 2 * np.pi * integrator.steps.taken / (pace * dt * (count - 1)) if pace > 0 else np.inf
     return _Run(response, samples, per_period, integrator.steps)
 
 

@@ -136,7 +136,7 @@ def nonlinear_response(
 
     `inputs` has the amplitudes, in the units of inputs, all in phase; `outputs` and `damping` are as in `system`. The
     curve is followed by arc length from the lowest frequency through its folds to the highest, by harmonic balance
-    about the static state under the loads described, with the stability of each motion (theory eqs. G41-G47; Cameron
+    about the static state under the loads described, with the stability of each motion (theory eqs. G42-G48; Cameron
     and Griffin 1989; Krack and Gross 2019). Elements are all those of the mechanism at `order="full"`, or corotational
     superelements. Motions that are not connected with this curve are not found.
 

@@ -115,7 +115,7 @@ class Curve(NamedTuple):
 
 class Studied(NamedTuple):
     """The curve on the order that was chosen, how far this may be off in frequency, relative, by the energy that the
-    full order has in the same state (theory eq. G47), and what is said of it."""
+    full order has in the same state (theory eq. G48), and what is said of it."""
 
     curve: Curve
     error: float
