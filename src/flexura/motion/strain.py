@@ -30,8 +30,8 @@ INNER_STEPS = 6
 NEAR = 0.02
 """Largest change of deformations, m and rad, from those of the last state for motions inside to begin there."""
 
-INNER_SETTLED = 1e-9
-"""Largest last step of these, rad, whose effect on forces is of its square."""
+INNER_SETTLED = 1e-12
+"""Largest last step of these, rad: its effect on forces is of its square, that on tangents of first order."""
 
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
 _WAGNER = ("w0", "w1", "w2")
