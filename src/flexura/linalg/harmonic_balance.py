@@ -212,16 +212,16 @@ class Balance:
             fresh = False
             if count > 1 and rate > SLOW:
                 slopes = factor = None
-        raise SolverError("harmonic balance does not converge")
+        raise _lost(omega)
 
     def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
         if not np.isfinite(bordered).all():
-            raise SolverError("harmonic balance does not converge")
+            raise _lost(omega)
         with catch_warnings(action="ignore", category=la.LinAlgWarning):
             factor: Factor = la.lu_factor(bordered, check_finite=False)
         if not factor[0].diagonal().all():
-            raise SolverError("harmonic balance does not converge")
+            raise _lost(omega)
         return factor
 
     def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
@@ -276,6 +276,13 @@ class Balance:
         first, second = (np.fft.irfft(np.fft.rfft(T, axis=0) * rate**k, len(K), axis=0) for k in (1, 2))
         back = np.swapaxes(T, 1, 2)
         return back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
+
+
+def _lost(omega: float) -> SolverError:
+    hz = f"{omega / (2 * np.pi):.5g} Hz"
+    return SolverError(
+        f"no periodic motion is found near {hz}: ask for a smaller amplitude or force, or more harmonics"
+    )
 
 
 def _resampled(values: Array, count: int) -> Array:
