@@ -32,6 +32,7 @@ from flexura.analysis.responses.closed_loop import Loop as Loop
 from flexura.analysis.responses.closed_loop import closed_loop as closed_loop
 from flexura.analysis.responses.closed_loop import closed_model as closed_model
 from flexura.analysis.responses.closed_loop import each_loop as each_loop
+from flexura.analysis.responses.controller_model import controller_model as controller_model
 from flexura.analysis.responses.curves import Pair as Pair
 from flexura.analysis.responses.curves import ResponseCurve as ResponseCurve
 from flexura.analysis.responses.curves import ResponseGroup as ResponseGroup

@@ -33,7 +33,7 @@ from flexura.errors import LimitError, OptionError
 if TYPE_CHECKING:
     pass
 
-What = Literal["state-space", "low", "full", "modes", "response", "observer", "shaper"]
+What = Literal["state-space", "low", "full", "modes", "response", "observer", "shaper", "controller"]
 
 KINDS: dict[str, What] = {
     "state space": "state-space",
@@ -60,7 +60,10 @@ def export_command(
     format: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix has none.")] = None,
     what: Annotated[
         What | None,
-        typer.Option(help="State space, low- or full-order matrices, modes, response, Kalman observer, input shaper."),
+        typer.Option(help="State space, matrices, modes, response, Kalman observer, input shaper, controller."),
+    ] = None,
+    controller: Annotated[
+        str | None, typer.Option(metavar="NAME", help="The controller that is written, of several.")
     ] = None,
     input: Inputs = None,
     output: Outputs = None,
@@ -116,6 +119,8 @@ def export_command(
 
     wanted = what or KINDS[formats()[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
+    if controller is not None and wanted != "controller":
+        raise OptionError("--controller names what --what controller writes")
     limit, span = limit_of("--up-to", up_to), band_of(band)
     if payload and (wanted != "state-space" or format_of(out, format) not in FMUS):
         raise OptionError("--payload belongs to FMUs, of which it is a parameter")
@@ -133,6 +138,11 @@ def export_command(
         shape = {"kind": kind, "modes": mode or (1,), "vibration": vibration}
         about = shape if wanted == "shaper" else ends
         thing = sampled(mechanism, parameters, wanted, dt, {**about, "damping": damping})
+    elif wanted == "controller":
+        from flexura.analysis import controller_model
+
+        step = None if dt is None else quantity_of("--dt", dt, "s", "0.1ms")
+        thing = controller_model(mechanism, controller, parameters, dt=step)
     elif wanted == "modes":
         from flexura.analysis import modes
 
@@ -152,7 +162,7 @@ def export_command(
     else:
         thing = low_order(mechanism, parameters, keep, n, limit)
     told = thing
-    if format_of(out, format) == "c" and wanted in ("state-space", "observer"):
+    if format_of(out, format) == "c" and wanted in ("state-space", "observer", "controller"):
         told = single_precision(thing.estimator if wanted == "observer" else thing)
     if strict and getattr(told, "warnings", ()):
         raise LimitError(told.warnings)

@@ -1,4 +1,5 @@
 from flexura.analysis import Drift as Drift
+from flexura.analysis import controller_model as controller_model
 from flexura.analysis import drift as drift
 from flexura.analysis import internal_force_rows as internal_force_rows
 from flexura.analysis import member_stresses as member_stresses
