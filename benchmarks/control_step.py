@@ -30,7 +30,7 @@ import numpy as np
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.io import FLAGS, c_sources, shared_library, sources_of
+from flexura.io import FLAGS, shared_library, unit_of
 from flexura.structure import Channel
 from flexura.systems import StateSpace
 
@@ -130,11 +130,11 @@ def in_c(model: StateSpace, steps: int, change: float = 0.0) -> tuple[float, flo
     """Seconds per step of a C loop around the FMU's functions, and the sum of the first output."""
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        for name, text in {**c_sources(model, "own", 2), "main.c": LOOP}.items():
+        for name, text in {**unit_of(model).sources("own", 2), "main.c": LOOP}.items():
             (folder / name).write_text(text)
         flags = [flag for flag in FLAGS if flag not in ("-shared", "-Wextra")]
         compiler = shutil.which("cc") or "cc"
-        command = [compiler, *flags, "-D_POSIX_C_SOURCE=199309L", "-o", "loop", "main.c", *sources_of(2), "-lm"]
+        command = [compiler, *flags, "-D_POSIX_C_SOURCE=199309L", "-o", "loop", "main.c", *unit_of(model).compiled(2), "-lm"]
         subprocess.run(command, cwd=folder, check=True)
         runs = [
             subprocess.run([folder / "loop", str(steps), str(change)], capture_output=True, text=True, check=True)
@@ -163,7 +163,7 @@ def through_ctypes(model: StateSpace, steps: int) -> float:
     """Seconds per step with the three calls made from Python."""
     with tempfile.TemporaryDirectory() as scratch:
         path = Path(scratch) / "model.so"
-        path.write_bytes(shared_library(c_sources(model, "own", 2), sources_of(2), "x86_64-linux"))
+        path.write_bytes(shared_library(unit_of(model).sources("own", 2), unit_of(model).compiled(2), "x86_64-linux"))
         library = ctypes.CDLL(str(path))
         library.fmi2Instantiate.restype = ctypes.c_void_p
         one = ctypes.c_void_p(library.fmi2Instantiate(b"one", 1, b"own", b"", None, 0, 0))

@@ -73,8 +73,8 @@ class Format:
 _ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL, SCHEDULED)
 
 FORMATS = {
-    "fmu": Format((".fmu",), (STATE_SPACE,), "FMI 2.0 co-simulation and model exchange", write_fmu),
-    "fmi3": Format((), (STATE_SPACE,), "FMI 3.0 co-simulation and model exchange", write_fmi3),
+    "fmu": Format((".fmu",), (STATE_SPACE, SCHEDULED), "FMI 2.0 co-simulation and model exchange", write_fmu),
+    "fmi3": Format((), (STATE_SPACE, SCHEDULED), "FMI 3.0 co-simulation and model exchange", write_fmi3),
     "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
     "m": Format((".m",), (STATE_SPACE,), "function of MATLAB and Octave that returns an `ss`", write_m),
     "modelica": Format((".mo",), (STATE_SPACE,), "block of Modelica", write_modelica),

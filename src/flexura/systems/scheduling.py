@@ -145,6 +145,11 @@ class ScheduledSystem(Record):
         force: Array = np.asarray(np.linalg.solve(np.vstack([V, rises]), values), dtype=float)
         return force, np.asarray(chebyshev.chebder(force) / half, dtype=float)
 
+    @property
+    def force_coefficients(self) -> Array:
+        """Coefficients (2k,) of Chebyshev polynomials of the force."""
+        return self._force[0]
+
     @cached_property
     def _flat(self) -> tuple[Array, list[tuple[slice, tuple[int, ...]]]]:
         """Coefficients (k, all) of everything else, and where each of it is in what shape."""

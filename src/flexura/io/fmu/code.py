@@ -1,9 +1,8 @@
-"""C code of a linear model for an FMU: nonzeros by rows, diagonal blocks of A, and ports of its parameters."""
+"""C data of a linear model for an FMU: nonzeros by rows, diagonal blocks of A, and ports of its parameters."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,22 +148,6 @@ def _ordinary(size: Array) -> Array:
     return np.array([float(f"{v:.1e}") if np.isfinite(v) and v > 1e-30 else 1.0 for v in size])
 
 
-FIXED = ("step.c", "unit.c", "step.h", "unit.h")
-
-
-def sources_of(version: int) -> tuple[str, ...]:
-    """Names of the C files that a version of FMI compiles."""
-    return (f"fmi{version}.c", "unit.c", "step.c", "model.c")
-
-
-def c_sources(model: StateSpace, token: str, version: int) -> dict[str, str]:
-    """All C files of a model by name: fixed ones, and `model.c` with its numbers."""
-    folder = files("flexura.io.fmu") / "sources"
-    names = (f"fmi{version}.c", f"fmi{version}.h", *FIXED)
-    fixed = {name: (folder / name).read_text(encoding="utf-8") for name in names}
-    return {**fixed, "model.h": f'#define MODEL_TOKEN "{token}"\n', "model.c": model_data(model)}
-
-
 def model_data(model: StateSpace) -> str:
     """`model.c`: the numbers of a model, each as the shortest decimal text that reads back to the same double."""
     pattern, own, n, m = patterns(model), model.tuning, model.order, len(model.inputs)
@@ -177,7 +160,7 @@ def model_data(model: StateSpace) -> str:
     for name, shape in {**shapes, "around": (r, r)}.items():
         matrix = np.zeros(shape) if own is None else getattr(own, name)
         matrices[name] = matrix, matrix != 0
-    lines = ['#include "step.h"\n']
+    lines = ['#include "dynamics.h"\n#include "step.h"\n']
     for name, (matrix, entries) in matrices.items():
         lines += _rows(name, matrix, entries)
     sizes = blocks.sizes
@@ -194,12 +177,14 @@ def model_data(model: StateSpace) -> str:
         "slope": np.zeros(0) if own is None else own.slope,
         "start": np.array([] if own is None else [p.start for p in own.parameters], dtype=float),
     }
-    lines += [_integers(name, values) for name, values in integers.items()]
-    lines += [_doubles(name, values) for name, values in doubles.items()]
+    lines += [c_integers(name, values) for name, values in integers.items()]
+    lines += [c_doubles(name, values) for name, values in doubles.items()]
     counts = (n, m, len(model.outputs), len(sizes), int(sizes.max(initial=1)), int((sizes**2).sum()))
     numbers = ", ".join(map(str, (*counts, len(doubles["start"]), r, repr(float(model.dt or 0.0)))))
     rows = ", ".join(f"{{{name}_start, {name}_column, {name}_value}}" for name in matrices)
     lines += [f"const Model flexura_model = {{{numbers}, {rows}, {', '.join((*integers, *doubles))}}};"]
+    own_sizes = (n, m, len(model.outputs), len(doubles["start"]))
+    lines += [c_sizes(own_sizes, 0, float(model.dt or 0.0), 0.0, "0", "")]
     return "\n".join(lines) + "\n"
 
 
@@ -208,9 +193,9 @@ def _rows(name: str, matrix: Array, entries: Bools) -> list[str]:
     row, column = np.nonzero(entries)
     start = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=len(matrix)))])
     return [
-        _integers(f"{name}_start", start),
-        _integers(f"{name}_column", column),
-        _doubles(f"{name}_value", matrix[row, column]),
+        c_integers(f"{name}_start", start),
+        c_integers(f"{name}_column", column),
+        c_doubles(f"{name}_value", matrix[row, column]),
     ]
 
 
@@ -220,11 +205,21 @@ def _places(blocks: Blocks) -> Index:
     return place
 
 
-def _integers(name: str, values: NDArray[Any]) -> str:
+def c_sizes(counts: tuple[int, int, int, int], indicators: int, dt: float, slack: float, initial: str, left: str) -> str:
+    """What every model says of itself: numbers of states, inputs, outputs, parameters and indicators, its step, and by
+    the names of arrays the states at first; `left` is told where the model leaves what it is for."""
+    numbers = ", ".join(map(str, (*counts, indicators, repr(dt), repr(slack))))
+    text = left.replace("\\", "\\\\").replace('"', '\\"')
+    return f'const Sizes flexura_sizes = {{{numbers}, {initial}, nominal, start, "{text}"}};'
+
+
+def c_integers(name: str, values: NDArray[Any]) -> str:
+    """A constant array of whole numbers."""
     return f"static const int {name}[] = {{{_lines([str(int(v)) for v in values] or ['0'])}}};"
 
 
-def _doubles(name: str, values: Array) -> str:
+def c_doubles(name: str, values: Array) -> str:
+    """A constant array, each number the shortest text that reads back to it."""
     return f"static const double {name}[] = {{{_lines([repr(float(v)) for v in values] or ['0.0'])}}};"
 
 

@@ -1,4 +1,4 @@
-"""modelDescription.xml of a linear model, for FMI 2.0 and FMI 3.0, and how FMI 3.0 says what to compile."""
+"""modelDescription.xml of a unit, for FMI 2.0 and FMI 3.0, and how FMI 3.0 says what to compile."""
 
 from __future__ import annotations
 
@@ -6,13 +6,9 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 
-import numpy as np
-
 from flexura._version import __version__
-from flexura.io.contents import notes_of
-from flexura.io.fmu.code import blocks_of, pole_sizes, sources_of
-from flexura.io.fmu.variables import Dependency, Variable, Variables, variables_of
-from flexura.systems import StateSpace
+from flexura.io.fmu.unit import Unit
+from flexura.io.fmu.variables import Dependency, Variable, Variables
 
 BASE_UNITS: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},
@@ -38,8 +34,8 @@ _IDENTIFIER = r"[A-Za-z_]\w*(?:\[\d+\])?"
 _STRUCTURED = re.compile(rf"{_IDENTIFIER}(?:\.{_IDENTIFIER})*", re.ASCII)
 
 
-LOG = "logStatusError"
-"""The category of all that is logged."""
+LOGS = ("logStatusDiscard", "logStatusError")
+"""The categories of what is logged."""
 
 
 def model_identifier(name: str) -> str:
@@ -48,13 +44,9 @@ def model_identifier(name: str) -> str:
     return text if re.match(r"[A-Za-z_]", text) else f"m_{text}"
 
 
-def description(model: StateSpace, token: str, version: int) -> str:
-    """The text of modelDescription.xml.
-
-    Value references number the inputs, the outputs, the states, their derivatives, the parameters, the gains and time.
-    Raises OptionError for names that clash.
-    """
-    found = variables_of(model)
+def description(model: Unit, token: str, version: int) -> str:
+    """The text of modelDescription.xml."""
+    found = model.variables
     structured = all(_STRUCTURED.fullmatch(v.name) for v in found.variables if v.derivative_of is None)
     root = ET.Element(
         "fmiModelDescription",
@@ -62,16 +54,20 @@ def description(model: StateSpace, token: str, version: int) -> str:
             "fmiVersion": f"{version}.0",
             "modelName": model.name,
             "guid" if version == 2 else "instantiationToken": token,
-            "description": "; ".join(notes_of(model)) or "linear model of a compliant mechanism, SI units",
+            "description": "; ".join(model.notes) or "model of a compliant mechanism, SI units",
             "generationTool": f"flexura {__version__}",
             "variableNamingConvention": "structured" if structured else "flat",
-            **({"numberOfEventIndicators": "0"} if version == 2 else {}),
+            **({"numberOfEventIndicators": str(len(found.indicators))} if version == 2 else {}),
         },
     )
     _kinds(root, model, version)
     _units(root, found.variables)
-    ET.SubElement(ET.SubElement(root, "LogCategories"), "Category", name=LOG)
-    _experiment(root, model)
+    categories = ET.SubElement(root, "LogCategories")
+    for name in LOGS:
+        ET.SubElement(categories, "Category", name=name)
+    if model.experiment is not None:
+        stop, step = map(repr, model.experiment)
+        ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=stop, stepSize=step)
     parent = ET.SubElement(root, "ModelVariables")
     for reference, variable in enumerate(found.variables):
         (_variable2 if version == 2 else _variable3)(parent, reference, variable)
@@ -80,12 +76,12 @@ def description(model: StateSpace, token: str, version: int) -> str:
     return _text(root)
 
 
-def build_description(model: StateSpace) -> str:
+def build_description(model: Unit) -> str:
     """The text of sources/buildDescription.xml of FMI 3.0."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
     build = ET.SubElement(root, "BuildConfiguration", modelIdentifier=model_identifier(model.name))
     files = ET.SubElement(build, "SourceFileSet", language="C99")
-    for name in sources_of(3):
+    for name in model.compiled(3):
         ET.SubElement(files, "SourceFile", name=name)
     return _text(root)
 
@@ -95,23 +91,25 @@ def _text(root: ET.Element) -> str:
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
 
 
-def _kinds(root: ET.Element, model: StateSpace, version: int) -> None:
+def _kinds(root: ET.Element, model: Unit, version: int) -> None:
     """Model exchange, which models in steps are not for, and co-simulation."""
     both = {"modelIdentifier": model_identifier(model.name)}
     state, derivative = ("FMUstate", "Derivative") if version == 2 else ("FMUState", "Derivatives")
     can = [f"canGetAndSet{state}", f"canSerialize{state}"]
-    can += [] if model.is_discrete else [f"providesDirectional{derivative}"]
+    can += [f"providesDirectional{derivative}"] if model.has_directional else []
     can += ["canNotUseMemoryManagementFunctions"] if version == 2 else []
     both |= dict.fromkeys(can, "true")
-    steps = {} if version == 2 and model.is_discrete else {"canHandleVariableCommunicationStepSize": "true"}
+    steps = {} if version == 2 and model.dt is not None else {"canHandleVariableCommunicationStepSize": "true"}
     if version == 3 and model.dt is not None:
         steps["fixedInternalStepSize"] = repr(float(model.dt))
-    kinds = {} if model.is_discrete else {"ModelExchange": both}
+    if version == 3 and model.variables.indicators:
+        steps["mightReturnEarlyFromDoStep"] = "true"
+    kinds = {} if model.dt is not None else {"ModelExchange": both}
     for kind, attributes in {**kinds, "CoSimulation": {**both, **steps}}.items():
         element = ET.SubElement(root, kind, attributes)
         if version == 2:
             files = ET.SubElement(element, "SourceFiles")
-            for name in sources_of(version):
+            for name in model.compiled(version):
                 ET.SubElement(files, "File", name=name)
 
 
@@ -123,19 +121,6 @@ def _units(root: ET.Element, variables: Sequence[Variable]) -> None:
         ET.SubElement(unit, "BaseUnit", {base: str(k) for base, k in BASE_UNITS[name].items()})
         for shown, factor in DISPLAY_UNITS.get(name, {}).items():
             ET.SubElement(unit, "DisplayUnit", name=shown, factor=repr(factor))
-
-
-def _experiment(root: ET.Element, model: StateSpace) -> None:
-    """Ten periods of the slowest motion, in steps of a twentieth of that of the fastest; or a thousand steps."""
-    if model.dt is not None:
-        stop, step = float(f"{1000 * model.dt:.6g}"), float(model.dt)
-    else:
-        speed = pole_sizes(model.A, blocks_of(model.A))
-        speed = speed[speed > 0]
-        if not len(speed):
-            return
-        stop, step = (float(f"{2 * np.pi * k:.1e}") for k in (10 / speed.min(), 0.05 / speed.max()))
-    ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(stop), stepSize=repr(step))
 
 
 def _numbers(variable: Variable) -> dict[str, str]:
@@ -185,6 +170,8 @@ def _structure3(parent: ET.Element, found: Variables) -> None:
     for group, unknowns in groups.items():
         for reference, own in unknowns.items():
             ET.SubElement(parent, group, {"valueReference": str(reference), **_depends(own, 0)})
+    for reference in found.indicators:
+        ET.SubElement(parent, "EventIndicator", valueReference=str(reference))
 
 
 def _depends(own: list[Dependency], first: int) -> dict[str, str]:

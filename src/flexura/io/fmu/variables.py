@@ -1,13 +1,15 @@
-"""Variables of a linear model in an FMU, whichever version, and what depends on what."""
+"""Variables of a model in an FMU, whichever version, and what depends on what."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from flexura.arrays import Bools
+from flexura.analysis import ScheduledPlant
+from flexura.arrays import Array, Bools
 from flexura.io.contents import refuse_clashes, signal_names
 from flexura.io.fmu.code import blocks_of, nominals, patterns
 from flexura.systems import StateSpace
@@ -38,7 +40,7 @@ class Dependency(NamedTuple):
 class Variables:
     """All variables: inputs, outputs, states, derivatives where time is continuous, parameters, gains, and time.
 
-    `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
+    `indicators` are value references of event indicators; `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
     reference of the first parameter.
     """
 
@@ -46,14 +48,39 @@ class Variables:
     outputs: dict[int, list[Dependency]]
     derivatives: dict[int, list[Dependency]]
     parameters: int
+    indicators: tuple[int, ...] = ()
 
 
 def variables_of(model: StateSpace) -> Variables:
-    """Variables of a model. Raises OptionError for names that clash."""
-    names, pattern = signal_names(model), patterns(model)
-    n, m, p = model.order, len(model.inputs), len(model.outputs)
-    x, y = nominals(model, blocks_of(pattern.A))
-    time = "discrete" if model.is_discrete else "continuous"
+    """Variables of a linear model. Raises OptionError for names that clash."""
+    pattern, own, n = patterns(model), model.tuning, model.order
+    sizes = nominals(model, blocks_of(pattern.A))
+    parameters = [
+        Variable(q.name, "parameter", "tunable", "exact", q.unit, q.start, minimum=0.0)
+        for q in (own.parameters if own is not None else ())
+    ]
+    found, first = listed(model, (np.zeros(n), *sizes), parameters, [], model.is_discrete)
+    m, p = len(model.inputs), len(model.outputs)
+    outputs = {m + i: _depends(model, pattern.C[i], pattern.D[i], pattern.onto[i], first) for i in range(p)}
+    derivatives = {
+        m + p + n + i: _depends(model, pattern.A[i], pattern.B[i], pattern.into[i], first)
+        for i in range(0 if model.is_discrete else n)
+    }
+    return Variables(found, outputs, derivatives, first)
+
+
+def listed(
+    model: StateSpace | ScheduledPlant,
+    sizes: tuple[Array, Array, Array],
+    parameters: Sequence[Variable],
+    indicators: Sequence[Variable],
+    is_discrete: bool,
+) -> tuple[list[Variable], int]:
+    """All variables by value reference, and that of the first parameter; `sizes` are states at first, and ordinary
+    sizes of states and outputs. Raises OptionError for names that clash."""
+    names, (start, x, y) = signal_names(model), sizes
+    m, p = len(model.inputs), len(model.outputs)
+    time = "discrete" if is_discrete else "continuous"
     ends = zip(names.inputs, model.inputs, strict=True), zip(names.outputs, model.outputs, strict=True)
     found = [Variable(name, "input", time, unit=channel.unit, start=0.0) for name, channel in ends[0]]
     found += [
@@ -61,26 +88,21 @@ def variables_of(model: StateSpace) -> Variables:
         for (name, channel), size in zip(ends[1], y, strict=True)
     ]
     found += [
-        Variable(name, "local", time, "exact", start=0.0, nominal=float(size))
-        for name, size in zip(names.states, x, strict=True)
+        Variable(name, "local", time, "exact", start=float(at), nominal=float(size))
+        for name, at, size in zip(names.states, start, x, strict=True)
     ]
-    if not model.is_discrete:
+    if not is_discrete:
         found += [
             Variable(f"der({name})", "local", time, "calculated", derivative_of=m + p + k)
             for k, name in enumerate(names.states)
         ]
     first = len(found)
-    own = () if model.tuning is None else model.tuning.parameters
-    found += [Variable(q.name, "parameter", "tunable", "exact", q.unit, q.start, minimum=0.0) for q in own]
+    found += parameters
     found += [Variable(f"{name}.gain", "parameter", "tunable", "exact", "1", 1.0) for name in names.inputs]
+    found += indicators
     found.append(Variable("time", "independent", "continuous", unit="s"))
     refuse_clashes([v.name for v in found])
-    outputs = {m + i: _depends(model, pattern.C[i], pattern.D[i], pattern.onto[i], first) for i in range(p)}
-    derivatives = {
-        m + p + n + i: _depends(model, pattern.A[i], pattern.B[i], pattern.into[i], first)
-        for i in range(0 if model.is_discrete else n)
-    }
-    return Variables(found, outputs, derivatives, first)
+    return found, first
 
 
 def _depends(model: StateSpace, states: Bools, inputs: Bools, ports: Bools, first: int) -> list[Dependency]:

@@ -11,12 +11,17 @@ typedef struct {
     Unit *unit;
 } Instance;
 
+static fmi2Status tell(const Instance *own, fmi2Status status, const char *category, const char *text)
+{
+    if (text && own->log)
+        own->log(own->environment, own->name, status, category, "%s", text);
+    return text ? status : fmi2OK;
+}
+
 /* Tells what is wrong, if anything is. */
 static fmi2Status report(const Instance *own, Fault fault)
 {
-    if (fault && own->log)
-        own->log(own->environment, own->name, fmi2Error, "logStatusError", "%s", fault);
-    return fault ? fmi2Error : fmi2OK;
+    return tell(own, fmi2Error, "logStatusError", fault);
 }
 
 static Unit *unit_of(fmi2Component c)
@@ -186,8 +191,10 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2EnterEventMode)(fmi2Component c)
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info)
 {
-    (void)c;
+    const char *left = flexura_has_left(unit_of(c));
     memset(info, 0, sizeof(*info));
+    info->terminateSimulation = left ? fmi2True : fmi2False;
+    tell(c, fmi2Discard, "logStatusDiscard", left);
     return fmi2OK;
 }
 
@@ -227,8 +234,7 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2GetDerivatives)(fmi2Component c, fmi2Real *deriv
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2GetEventIndicators)(fmi2Component c, fmi2Real *indicators, size_t n)
 {
-    (void)indicators;
-    return report(c, n ? "this model has no event indicators" : NULL);
+    return report(c, flexura_get_indicators(unit_of(c), indicators, n));
 }
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real *nominal, size_t n)
@@ -254,8 +260,9 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2GetRealOutputDerivatives)(fmi2Component c, const
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2DoStep)(fmi2Component c, fmi2Real time, fmi2Real h, fmi2Boolean no_rollback)
 {
+    const Fault fault = flexura_advance(unit_of(c), time, h);
     (void)no_rollback;
-    return report(c, flexura_advance(unit_of(c), time, h));
+    return fault ? report(c, fault) : tell(c, fmi2Discard, "logStatusDiscard", flexura_has_left(unit_of(c)));
 }
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2CancelStep)(fmi2Component c)
@@ -285,8 +292,9 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2GetIntegerStatus)(fmi2Component c, const fmi2Sta
 
 FMI2_PUBLIC fmi2Status FMI2(fmi2GetBooleanStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value)
 {
-    (void)c, (void)kind;
-    *value = fmi2False;
+    if (kind != fmi2Terminated)
+        return fmi2Discard;
+    *value = flexura_has_left(unit_of(c)) ? fmi2True : fmi2False;
     return fmi2OK;
 }
 

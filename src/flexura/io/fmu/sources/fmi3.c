@@ -7,14 +7,20 @@ typedef struct {
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
     Unit *unit;
+    int may_return_early;
 } Instance;
+
+static fmi3Status tell(const Instance *own, fmi3Status status, const char *category, const char *text)
+{
+    if (text && own->log)
+        own->log(own->environment, status, category, text);
+    return text ? status : fmi3OK;
+}
 
 /* Tells what is wrong, if anything is. */
 static fmi3Status report(const Instance *own, Fault fault)
 {
-    if (fault && own->log)
-        own->log(own->environment, fmi3Error, "logStatusError", fault);
-    return fault ? fmi3Error : fmi3OK;
+    return tell(own, fmi3Error, "logStatusError", fault);
 }
 
 static Unit *unit_of(fmi3Instance instance)
@@ -74,8 +80,11 @@ FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateCoSimulation)(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
     const Fault fault = has_events ? "this model has no event mode" : n ? "there are no intermediate updates" : NULL;
-    (void)name, (void)resources, (void)visible, (void)logging, (void)may_return_early, (void)intermediate, (void)update;
-    return instantiate(token, 1, fault, environment, log);
+    Instance *own = instantiate(token, 1, fault, environment, log);
+    (void)name, (void)resources, (void)visible, (void)logging, (void)intermediate, (void)update;
+    if (own)
+        own->may_return_early = may_return_early;
+    return own;
 }
 
 FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateScheduledExecution)(
@@ -356,8 +365,11 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3UpdateDiscreteStates)(fmi3Instance instance, fmi
                                                       fmi3Boolean *new_states, fmi3Boolean *has_next,
                                                       fmi3Float64 *next)
 {
-    (void)instance, (void)next;
-    *again = *terminate = *new_nominals = *new_states = *has_next = fmi3False;
+    const char *left = flexura_has_left(unit_of(instance));
+    (void)next;
+    *again = *new_nominals = *new_states = *has_next = fmi3False;
+    *terminate = left != NULL;
+    tell(instance, fmi3Discard, "logStatusDiscard", left);
     return fmi3OK;
 }
 
@@ -402,14 +414,13 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3GetNominalsOfContinuousStates)(fmi3Instance inst
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3GetEventIndicators)(fmi3Instance instance, fmi3Float64 indicators[], size_t n)
 {
-    (void)indicators;
-    return report(instance, n ? "this model has no event indicators" : NULL);
+    return report(instance, flexura_get_indicators(unit_of(instance), indicators, n));
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3GetNumberOfEventIndicators)(fmi3Instance instance, size_t *count)
 {
     (void)instance;
-    *count = 0;
+    *count = flexura_indicators();
     return fmi3OK;
 }
 
@@ -431,9 +442,17 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3DoStep)(fmi3Instance instance, fmi3Float64 time,
                                         fmi3Boolean no_rollback, fmi3Boolean *event, fmi3Boolean *terminate,
                                         fmi3Boolean *is_early, fmi3Float64 *reached)
 {
-    const Fault fault = flexura_advance(unit_of(instance), time, h);
+    const Instance *own = instance;
+    const Fault fault = flexura_advance(own->unit, time, h);
+    const char *left = fault ? NULL : flexura_has_left(own->unit);
+    fmi3Status status = fmi3OK;
     (void)no_rollback;
-    *event = *terminate = *is_early = fmi3False;
-    *reached = flexura_time(unit_of(instance));
-    return report(instance, fault);
+    *event = fmi3False;
+    *terminate = left != NULL;
+    *is_early = left && own->may_return_early;
+    *reached = flexura_time(own->unit);
+    if (fault)
+        return report(own, fault);
+    status = tell(own, fmi3Discard, "logStatusDiscard", left);
+    return own->may_return_early ? fmi3OK : status;
 }

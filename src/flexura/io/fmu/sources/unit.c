@@ -1,5 +1,5 @@
 #include "unit.h"
-#include "step.h"
+#include "dynamics.h"
 
 #include <float.h>
 #include <math.h>
@@ -8,13 +8,13 @@
 
 #include "model.h"
 
-#define MODEL (&flexura_model)
+#define MODEL (&flexura_sizes)
 #define BYTES(count) (sizeof(double) * (size_t)(count))
 #define TOKEN_BYTES sizeof(MODEL_TOKEN)
 
-typedef enum { BEFORE, RUNNING, ENDED } Phase;
+typedef enum { BEFORE, RUNNING, LEFT, ENDED } Phase;
 
-enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, TIME, KINDS };
+enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, INDICATOR, TIME, KINDS };
 
 /* What makes up the state of a unit: states, inputs, parameters and gains behind it. */
 typedef struct {
@@ -26,11 +26,8 @@ typedef struct {
 struct Unit {
     unsigned int first[KINDS + 1];
     int makes_steps, is_tuned, is_fresh;
-    double step;               /* the one that E and G are for; negative when for none */
-    Model model;               /* A to D for the parameters as they are */
-    double *values[4];         /* their entries */
-    double *E, *G, *X, *d;     /* exponentials, and ports */
-    double *u, *change, *work; /* inputs times their gains, changes of knowns, scratch */
+    Dynamics *dynamics;
+    double *u; /* inputs times their gains */
     State *state;
 };
 
@@ -38,7 +35,7 @@ struct Unit {
 static void count_references(unsigned int *first)
 {
     const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs, MODEL->states, MODEL->dt > 0.0 ? 0 : MODEL->states,
-                              MODEL->parameters, MODEL->inputs, 1};
+                              MODEL->parameters, MODEL->inputs, MODEL->indicators, 1};
     for (int kind = 0; kind < KINDS; kind++)
         first[kind + 1] = first[kind] + (unsigned int)sizes[kind];
 }
@@ -78,24 +75,7 @@ static size_t state_bytes(void)
     return sizeof(State) + BYTES(MODEL->states + 2 * MODEL->inputs + MODEL->parameters);
 }
 
-/* A to D for the parameters as they are. */
-static Fault tune(Unit *unit)
-{
-    const Rows *base[] = {&MODEL->A, &MODEL->B, &MODEL->C, &MODEL->D};
-    if (unit->is_tuned)
-        return NULL;
-    if (!flexura_ports(MODEL, parameters(unit), unit->d, unit->X, unit->X + MODEL->ports * MODEL->ports))
-        return "with these parameters the equations have no solution";
-    for (int k = 0; k < 4; k++)
-        flexura_tuned(MODEL, base[k], k < 2 ? MODEL->states : MODEL->outputs, k < 2 ? &MODEL->into : &MODEL->onto,
-                      k % 2 ? &MODEL->of_inputs : &MODEL->of_states, k % 2 ? MODEL->inputs : MODEL->states, unit->d,
-                      unit->X, unit->values[k], unit->work);
-    unit->is_tuned = 1;
-    unit->step = -1.0;
-    return NULL;
-}
-
-/* Matrices and inputs as they act. */
+/* Parameters and inputs as they act, and what they and the states make. */
 static Fault refresh(Unit *unit)
 {
     Fault fault = NULL;
@@ -103,14 +83,13 @@ static Fault refresh(Unit *unit)
         return NULL;
     for (int i = 0; i < MODEL->inputs; i++)
         unit->u[i] = gains(unit)[i] * inputs(unit)[i];
-    fault = tune(unit);
+    if (!unit->is_tuned)
+        fault = flexura_tune(unit->dynamics, parameters(unit));
+    unit->is_tuned = !fault;
+    if (!fault)
+        fault = flexura_look(unit->dynamics, states(unit), unit->u);
     unit->is_fresh = !fault;
     return fault;
-}
-
-static double rate(const Unit *unit, int i)
-{
-    return flexura_row(&unit->model.A, i, states(unit)) + flexura_row(&unit->model.B, i, unit->u);
 }
 
 void flexura_restart(Unit *unit)
@@ -119,41 +98,11 @@ void flexura_restart(Unit *unit)
     unit->state->phase = BEFORE;
     unit->is_tuned = unit->is_fresh = 0;
     memset(states(unit), 0, BYTES(MODEL->states + MODEL->inputs));
+    if (MODEL->initial)
+        memcpy(states(unit), MODEL->initial, BYTES(MODEL->states));
     memcpy(parameters(unit), MODEL->start, BYTES(MODEL->parameters));
     for (int i = 0; i < MODEL->inputs; i++)
         gains(unit)[i] = 1.0;
-}
-
-/* One array for all numbers that are worked out from the state. */
-static int allocate(Unit *unit)
-{
-    const int n = MODEL->states, m = MODEL->inputs, r = MODEL->ports;
-    const size_t squares = (size_t)MODEL->squares, largest = (size_t)MODEL->largest;
-    const size_t entries[] = {(size_t)MODEL->A.start[n], (size_t)MODEL->B.start[n],
-                              (size_t)MODEL->C.start[MODEL->outputs], (size_t)MODEL->D.start[MODEL->outputs]};
-    const size_t scratch = 5 * largest * largest + 2 * largest + 3 * (size_t)r + (size_t)n + (size_t)m;
-    const size_t changes = (size_t)(n + m + 2 * r);
-    const size_t all = entries[0] + entries[1] + entries[2] + entries[3];
-    unit->E = calloc(2 * squares + all + 2 * (size_t)r * (size_t)r + (size_t)(r + m) + changes + scratch + 1,
-                     sizeof(double));
-    unit->state = calloc(1, state_bytes());
-    if (!unit->E || !unit->state)
-        return 0;
-    unit->G = unit->E + squares;
-    unit->values[0] = unit->G + squares;
-    for (int k = 1; k < 4; k++)
-        unit->values[k] = unit->values[k - 1] + entries[k - 1];
-    unit->X = unit->values[3] + entries[3];
-    unit->d = unit->X + 2 * (size_t)r * (size_t)r;
-    unit->u = unit->d + r;
-    unit->change = unit->u + m;
-    unit->work = unit->change + changes;
-    unit->model = *MODEL;
-    unit->model.A.value = unit->values[0];
-    unit->model.B.value = unit->values[1];
-    unit->model.C.value = unit->values[2];
-    unit->model.D.value = unit->values[3];
-    return 1;
 }
 
 Unit *flexura_new(const char *token, int makes_steps, Fault *fault)
@@ -163,7 +112,9 @@ Unit *flexura_new(const char *token, int makes_steps, Fault *fault)
         *fault = "the token is not that of this model: modelDescription.xml belongs to another";
     else if (MODEL->dt > 0.0 && !makes_steps)
         *fault = "a model in steps has no derivatives: it is for co-simulation";
-    else if (!(unit = calloc(1, sizeof(Unit))) || !allocate(unit))
+    else if (!(unit = calloc(1, sizeof(Unit))) || !(unit->dynamics = flexura_dynamics()) ||
+             !(unit->u = calloc((size_t)MODEL->inputs + 1, sizeof(double))) ||
+             !(unit->state = calloc(1, state_bytes())))
         *fault = "no memory for an instance";
     else {
         unit->makes_steps = makes_steps;
@@ -179,7 +130,8 @@ void flexura_free(Unit *unit)
 {
     if (!unit)
         return;
-    free(unit->E);
+    flexura_forget(unit->dynamics);
+    free(unit->u);
     free(unit->state);
     free(unit);
 }
@@ -234,19 +186,22 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
             value[k] = inputs(unit)[i];
             break;
         case OUTPUT:
-            value[k] = flexura_row(&unit->model.C, i, states(unit)) + flexura_row(&unit->model.D, i, unit->u);
+            value[k] = flexura_output(unit->dynamics, i, states(unit), unit->u);
             break;
         case STATE:
             value[k] = states(unit)[i];
             break;
         case DERIVATIVE:
-            value[k] = rate(unit, i);
+            value[k] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
             break;
         case PARAMETER:
             value[k] = parameters(unit)[i];
             break;
         case GAIN:
             value[k] = gains(unit)[i];
+            break;
+        case INDICATOR:
+            value[k] = flexura_indicator(i, states(unit));
             break;
         case TIME:
             value[k] = unit->state->time;
@@ -280,37 +235,10 @@ Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const dou
     return NULL;
 }
 
-/* Step by step of a discrete model. */
-static Fault count_steps(Unit *unit, double h, double rounding)
-{
-    const double steps = floor(h / MODEL->dt + 0.5);
-    if (fabs(h - steps * MODEL->dt) > 1e-6 * MODEL->dt + rounding)
-        return "a communication step is a whole number of the steps that the model makes";
-    for (double done = 0.0; done < steps; done += 1.0) {
-        for (int i = 0; i < MODEL->states; i++)
-            unit->change[i] = rate(unit, i);
-        memcpy(states(unit), unit->change, BYTES(MODEL->states));
-    }
-    return NULL;
-}
-
-/* Steps that differ by no more than the rounding of the time at which they end are equal. */
-static Fault hold(Unit *unit, double h, double rounding)
-{
-    if (unit->step < 0.0 || fabs(h - unit->step) > rounding) {
-        unit->step = h;
-        if (!flexura_hold(&unit->model, h, unit->E, unit->G, unit->work)) {
-            unit->step = -1.0;
-            return "over so long a step the motion grows beyond all numbers";
-        }
-    }
-    flexura_step(&unit->model, unit->E, unit->G, unit->u, states(unit), unit->work);
-    return NULL;
-}
-
 Fault flexura_advance(Unit *unit, double time, double h)
 {
     const double rounding = 2.0 * DBL_EPSILON * (fabs(time) + h);
+    double done = h;
     Fault fault = NULL;
     if (unit->state->phase != RUNNING)
         return "a step before initialization or after the end";
@@ -318,12 +246,16 @@ Fault flexura_advance(Unit *unit, double time, double h)
         return "a step is a finite time that is not negative";
     if (!(fabs(time - unit->state->time) <= 1e-6 * h + 8.0 * rounding))
         return "a step begins where the last one ended, the first at the start time";
-    if ((fault = refresh(unit)) || (fault = MODEL->dt > 0.0 ? count_steps(unit, h, rounding) : hold(unit, h, rounding)))
+    if ((fault = refresh(unit)) ||
+        (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), &done)))
         return fault;
-    unit->state->time = time + h;
+    unit->is_fresh = 0;
+    unit->state->time = time + done;
     for (int i = 0; i < MODEL->states; i++)
         if (!isfinite(states(unit)[i]))
             return "a state has grown beyond all numbers";
+    if (done < h)
+        unit->state->phase = LEFT;
     return NULL;
 }
 
@@ -332,6 +264,7 @@ Fault flexura_set_states(Unit *unit, const double *x, size_t n)
     if (n != (size_t)MODEL->states)
         return "wrong number of states";
     memcpy(states(unit), x, BYTES(n));
+    unit->is_fresh = 0;
     return NULL;
 }
 
@@ -349,7 +282,7 @@ Fault flexura_get_rates(Unit *unit, double *rates, size_t n)
     if (n != (size_t)MODEL->states)
         return "wrong number of states";
     for (int i = 0; i < MODEL->states && !fault; i++)
-        rates[i] = rate(unit, i);
+        rates[i] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
     return fault;
 }
 
@@ -361,42 +294,61 @@ Fault flexura_get_nominals(double *nominal, size_t n)
     return NULL;
 }
 
+Fault flexura_get_indicators(Unit *unit, double *indicator, size_t n)
+{
+    if (n != (size_t)MODEL->indicators)
+        return "wrong number of event indicators";
+    for (int i = 0; i < MODEL->indicators; i++)
+        indicator[i] = flexura_indicator(i, states(unit));
+    return NULL;
+}
+
+size_t flexura_indicators(void)
+{
+    return (size_t)MODEL->indicators;
+}
+
+const char *flexura_has_left(Unit *unit)
+{
+    for (int i = 0; i < MODEL->indicators && unit->state->phase == RUNNING && !unit->makes_steps; i++)
+        if (flexura_indicator(i, states(unit)) <= 0.5 * MODEL->slack)
+            unit->state->phase = LEFT;
+    return unit->state->phase == LEFT ? MODEL->left : NULL;
+}
+
 Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknowns, const unsigned int *known,
                           size_t knowns, const double *dknown, double *dunknown)
 {
-    double *dx = unit->change, *du = dx + MODEL->states, *dw = du + MODEL->inputs, *dd = dw + MODEL->ports;
-    const Fault fault = refresh(unit);
-    const Model *own = &unit->model;
+    Fault fault = refresh(unit);
+    Change change = {NULL, NULL, NULL};
     int i = 0;
-    if (fault)
+    if (fault || (fault = flexura_change(unit->dynamics, &change)))
         return fault;
-    memset(dx, 0, BYTES(MODEL->states + MODEL->inputs + 2 * MODEL->ports));
     for (size_t k = 0; k < knowns; k++)
         switch (kind_of(unit, known[k], &i)) {
         case INPUT:
-            du[i] += gains(unit)[i] * dknown[k];
+            change.u[i] += gains(unit)[i] * dknown[k];
             break;
         case GAIN:
-            du[i] += inputs(unit)[i] * dknown[k];
+            change.u[i] += inputs(unit)[i] * dknown[k];
             break;
         case STATE:
-            dx[i] += dknown[k];
+            change.x[i] += dknown[k];
             break;
         case PARAMETER:
-            for (int port = 0; port < MODEL->ports; port++)
-                dd[port] += MODEL->parameter[port] == i ? MODEL->slope[port] * dknown[k] : 0.0;
+            change.p[i] += dknown[k];
             break;
         default:
             return "inputs, states, parameters and gains are what is known";
         }
-    flexura_tuning(MODEL, states(unit), unit->u, unit->d, unit->X, dd, dw, unit->work);
+    flexura_changed(unit->dynamics, states(unit), unit->u);
     for (size_t k = 0; k < unknowns; k++)
         switch (kind_of(unit, unknown[k], &i)) {
         case OUTPUT:
-            dunknown[k] = flexura_row(&own->C, i, dx) + flexura_row(&own->D, i, du) + flexura_row(&MODEL->onto, i, dw);
+            dunknown[k] = flexura_output_change(unit->dynamics, i);
             break;
         case DERIVATIVE:
-            dunknown[k] = flexura_row(&own->A, i, dx) + flexura_row(&own->B, i, du) + flexura_row(&MODEL->into, i, dw);
+            dunknown[k] = flexura_rate_change(unit->dynamics, i);
             break;
         default:
             return "outputs and derivatives are what is unknown";

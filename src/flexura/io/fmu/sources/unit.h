@@ -1,15 +1,16 @@
-/* One instance of a linear model, by value references, for all versions of FMI: inputs, outputs, states, their
-   derivatives where time is continuous, parameters, gains of the inputs, and time, numbered in this order. */
+/* One instance of a model, by value references, for all versions of FMI: inputs, outputs, states, their
+   derivatives where time is continuous, parameters, gains of the inputs, event indicators, and time, numbered in this
+   order. */
 #ifndef FLEXURA_UNIT_H
 #define FLEXURA_UNIT_H
+
+#include "dynamics.h"
 
 #include <stddef.h>
 
 #if defined(__GNUC__)
 #pragma GCC visibility push(hidden)
 #endif
-
-typedef const char *Fault; /* what is wrong, or NULL */
 
 typedef struct Unit Unit;
 
@@ -28,7 +29,12 @@ size_t flexura_states(void);
 
 Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *value);
 Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const double *value);
-Fault flexura_advance(Unit *unit, double time, double h); /* by h, inputs held */
+Fault flexura_advance(Unit *unit, double time, double h); /* by h, inputs held, or up to where it leaves */
+
+/* What is told where the model has left what its equations are for, or NULL; a unit that has makes no more steps. */
+const char *flexura_has_left(Unit *unit);
+size_t flexura_indicators(void);
+Fault flexura_get_indicators(Unit *unit, double *indicator, size_t n);
 
 /* All n states, their derivatives and their ordinary sizes. */
 Fault flexura_set_states(Unit *unit, const double *x, size_t n);
