@@ -184,7 +184,7 @@ def model_data(model: StateSpace) -> str:
     rows = ", ".join(f"{{{name}_start, {name}_column, {name}_value}}" for name in matrices)
     lines += [f"const Model flexura_model = {{{numbers}, {rows}, {', '.join((*integers, *doubles))}}};"]
     own_sizes = (n, m, len(model.outputs), len(doubles["start"]))
-    lines += [c_sizes(own_sizes, 0, float(model.dt or 0.0), 0.0, "0", "")]
+    lines += [c_sizes(own_sizes, 0, float(model.dt or 0.0), 0.0, "0", ("", ""))]
     return "\n".join(lines) + "\n"
 
 
@@ -205,12 +205,15 @@ def _places(blocks: Blocks) -> Index:
     return place
 
 
-def c_sizes(counts: tuple[int, int, int, int], indicators: int, dt: float, slack: float, initial: str, left: str) -> str:
-    """What every model says of itself: numbers of states, inputs, outputs, parameters and indicators, its step, and by
-    the names of arrays the states at first; `left` is told where the model leaves what it is for."""
+def c_sizes(
+    counts: tuple[int, int, int, int], indicators: int, dt: float, slack: float, initial: str, told: tuple[str, str]
+) -> str:
+    """What every model says of itself: numbers of states, inputs, outputs, parameters and indicators, its step, the
+    name of an array of states at first, and what is told where it leaves what it is for and where it is no longer good.
+    """
     numbers = ", ".join(map(str, (*counts, indicators, repr(dt), repr(slack))))
-    text = left.replace("\\", "\\\\").replace('"', '\\"')
-    return f'const Sizes flexura_sizes = {{{numbers}, {initial}, nominal, start, "{text}"}};'
+    texts = ", ".join('"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"' for text in told)
+    return f"const Sizes flexura_sizes = {{{numbers}, {initial}, nominal, start, {texts}}};"
 
 
 def c_integers(name: str, values: NDArray[Any]) -> str:

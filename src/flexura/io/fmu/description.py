@@ -34,7 +34,7 @@ _IDENTIFIER = r"[A-Za-z_]\w*(?:\[\d+\])?"
 _STRUCTURED = re.compile(rf"{_IDENTIFIER}(?:\.{_IDENTIFIER})*", re.ASCII)
 
 
-LOGS = ("logStatusDiscard", "logStatusError")
+LOGS = ("logStatusWarning", "logStatusDiscard", "logStatusError")
 """The categories of what is logged."""
 
 
@@ -102,9 +102,10 @@ def _kinds(root: ET.Element, model: Unit, version: int) -> None:
     steps = {} if version == 2 and model.dt is not None else {"canHandleVariableCommunicationStepSize": "true"}
     if version == 3 and model.dt is not None:
         steps["fixedInternalStepSize"] = repr(float(model.dt))
+    exchange = dict(both)
     if version == 3 and model.variables.indicators:
-        steps["mightReturnEarlyFromDoStep"] = "true"
-    kinds = {} if model.dt is not None else {"ModelExchange": both}
+        steps["mightReturnEarlyFromDoStep"] = exchange["needsCompletedIntegratorStep"] = "true"
+    kinds = {} if model.dt is not None else {"ModelExchange": exchange}
     for kind, attributes in {**kinds, "CoSimulation": {**both, **steps}}.items():
         element = ET.SubElement(root, kind, attributes)
         if version == 2:

@@ -47,7 +47,7 @@ def posed_unit(plant: ScheduledPlant) -> Unit:
         *plant.notes,
         *(f"warning: {w}" for w in plant.warnings),
         f"off by at most {percent(plant.error, 2)} in responses up to {plant.up_to:.4g} Hz; inertia forces left out"
-        f" below 1 % up to {quantity(plant.speed, f'{unit}/s', 3)}",
+        f" below 1 % up to {_speed(plant)}",
         f"in co-simulation steps of Dormand and Prince, order 5, with a relative error of {STEP_ERROR:g} each",
         where,
     ]
@@ -61,6 +61,10 @@ def posed_unit(plant: ScheduledPlant) -> Unit:
         ordinary_times(middle.A),
         has_directional=False,
     )
+
+
+def _speed(plant: ScheduledPlant) -> str:
+    return quantity(plant.speed, f"{plant.family.unit}/s", 3)
 
 
 def _at_first(plant: ScheduledPlant) -> tuple[Array, str]:
@@ -113,7 +117,8 @@ def _data(plant: ScheduledPlant, initial: Array, nominal: Array) -> str:
     flat = family.coefficients(np.hstack([values.reshape(count, -1) for values in whole]))
     sizes = STEP_ERROR * (high - low) * np.repeat([FINE, 1.0], r)
     fastest = max(np.abs(plant.state_space(float(at)).poles()).max() for at in np.linspace(low, high, LOOKED_AT))
-    numbers = (r, m, p, count, *map(repr, (low, high, SLACK * (high - low), float(LONGEST / fastest), STEP_ERROR)))
+    limits = (low, high, SLACK * (high - low), LONGEST / fastest, STEP_ERROR, min(plant.speed, 1e300))
+    numbers = (r, m, p, count, *(repr(float(own_limit)) for own_limit in limits))
     doubles = {
         "flat": flat.ravel(),
         "force": family.force_coefficients,
@@ -123,12 +128,16 @@ def _data(plant: ScheduledPlant, initial: Array, nominal: Array) -> str:
         "nominal": nominal,
         "start": np.zeros(0),
     }
-    left = f"{family.parameter} leaves the stroke, {ends(family.ends, family.unit)}: the step ends there"
+    told = (
+        f"{family.parameter} leaves the stroke, {ends(family.ends, family.unit)}, and the motion ends there",
+        f"{family.parameter} moves faster than {_speed(plant)}: inertia forces of modes that change with the pose, which"
+        " are left out, are more than 1 %",
+    )
     lines = [
         '#include "dynamics.h"\n#include "posed.h"\n',
         c_integers("derivative", family.derivative),
         *(c_doubles(name, values) for name, values in doubles.items()),
         f"const Posed flexura_posed = {{{', '.join(map(str, numbers))}, derivative, flat, force, direct, size}};",
-        c_sizes((2 * r, m, p, 0), 2, 0.0, SLACK * (high - low), "initial", left),
+        c_sizes((2 * r, m, p, 0), 2, 0.0, SLACK * (high - low), "initial", told),
     ]
     return "\n".join(lines) + "\n"

@@ -207,8 +207,9 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2EnterContinuousTimeMode)(fmi2Component c)
 FMI2_PUBLIC fmi2Status FMI2(fmi2CompletedIntegratorStep)(fmi2Component c, fmi2Boolean no_rollback, fmi2Boolean *event,
                                                          fmi2Boolean *terminate)
 {
-    (void)c, (void)no_rollback;
+    (void)no_rollback;
     *event = *terminate = fmi2False;
+    tell(c, fmi2Warning, "logStatusWarning", flexura_caution(unit_of(c)));
     return fmi2OK;
 }
 
@@ -262,6 +263,7 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2DoStep)(fmi2Component c, fmi2Real time, fmi2Real
 {
     const Fault fault = flexura_advance(unit_of(c), time, h);
     (void)no_rollback;
+    tell(c, fmi2Warning, "logStatusWarning", flexura_caution(unit_of(c)));
     return fault ? report(c, fault) : tell(c, fmi2Discard, "logStatusDiscard", flexura_has_left(unit_of(c)));
 }
 

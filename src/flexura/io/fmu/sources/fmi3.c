@@ -382,8 +382,9 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3EnterContinuousTimeMode)(fmi3Instance instance)
 FMI3_PUBLIC fmi3Status FMI3(fmi3CompletedIntegratorStep)(fmi3Instance instance, fmi3Boolean no_rollback,
                                                          fmi3Boolean *event, fmi3Boolean *terminate)
 {
-    (void)instance, (void)no_rollback;
+    (void)no_rollback;
     *event = *terminate = fmi3False;
+    tell(instance, fmi3Warning, "logStatusWarning", flexura_caution(unit_of(instance)));
     return fmi3OK;
 }
 
@@ -451,6 +452,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3DoStep)(fmi3Instance instance, fmi3Float64 time,
     *terminate = left != NULL;
     *is_early = left && own->may_return_early;
     *reached = flexura_time(own->unit);
+    tell(own, fmi3Warning, "logStatusWarning", flexura_caution(own->unit));
     if (fault)
         return report(own, fault);
     status = tell(own, fmi3Discard, "logStatusDiscard", left);

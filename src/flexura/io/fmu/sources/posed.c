@@ -23,7 +23,8 @@ static const double OFF[STAGES] = {71.0 / 57600.0,      0.0,          -71.0 / 16
                                    -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
 
 struct Dynamics {
-    int all; /* numbers of a pose */
+    int all;      /* numbers of a pose */
+    double speed; /* the largest of p within the last step */
     double *flat, *T, *L, *rate, *stage, *next, *output;
     const double *M, *C, *K, *B, *rows, *residual, *readings, *swing, *slopes;
 };
@@ -167,6 +168,11 @@ double flexura_indicator(int i, const double *x)
     return (i == 0 ? x[0] - PLANT->low : PLANT->high - x[0]) + PLANT->slack;
 }
 
+int flexura_is_beyond(const Dynamics *own, const double *x)
+{
+    return own->speed > PLANT->speed || fabs(x[PLANT->coordinates]) > PLANT->speed;
+}
+
 static int is_outside(const double *x)
 {
     return !(flexura_indicator(0, x) > 0.5 * PLANT->slack && flexura_indicator(1, x) > 0.5 * PLANT->slack);
@@ -201,7 +207,7 @@ Fault flexura_move(Dynamics *own, double h, double rounding, const double *u, do
 {
     double step = fmin(h, PLANT->longest);
     int leaves = 0;
-    *done = 0.0;
+    *done = own->speed = 0.0;
     (void)rounding;
     if (is_outside(x))
         return NULL;
@@ -222,6 +228,7 @@ Fault flexura_move(Dynamics *own, double h, double rounding, const double *u, do
         } else {
             memcpy(x, own->next, BYTES(2 * PLANT->coordinates));
             memcpy(own->stage, own->stage + 2 * PLANT->coordinates * (STAGES - 1), BYTES(2 * PLANT->coordinates));
+            own->speed = fmax(own->speed, fabs(x[PLANT->coordinates]));
             *done = own_step < rest ? *done + own_step : h;
             if (!leaves)
                 step = fmin(own_step * fmin(0.9 * pow(fmax(error, 1e-10), -0.2), 5.0), PLANT->longest);

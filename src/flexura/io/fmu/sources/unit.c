@@ -25,7 +25,7 @@ typedef struct {
 
 struct Unit {
     unsigned int first[KINDS + 1];
-    int makes_steps, is_tuned, is_fresh;
+    int makes_steps, is_tuned, is_fresh, is_warned;
     Dynamics *dynamics;
     double *u; /* inputs times their gains */
     State *state;
@@ -96,7 +96,7 @@ void flexura_restart(Unit *unit)
 {
     unit->state->time = 0.0;
     unit->state->phase = BEFORE;
-    unit->is_tuned = unit->is_fresh = 0;
+    unit->is_tuned = unit->is_fresh = unit->is_warned = 0;
     memset(states(unit), 0, BYTES(MODEL->states + MODEL->inputs));
     if (MODEL->initial)
         memcpy(states(unit), MODEL->initial, BYTES(MODEL->states));
@@ -314,6 +314,14 @@ const char *flexura_has_left(Unit *unit)
         if (flexura_indicator(i, states(unit)) <= 0.5 * MODEL->slack)
             unit->state->phase = LEFT;
     return unit->state->phase == LEFT ? MODEL->left : NULL;
+}
+
+const char *flexura_caution(Unit *unit)
+{
+    if (unit->is_warned || !flexura_is_beyond(unit->dynamics, states(unit)))
+        return NULL;
+    unit->is_warned = 1;
+    return MODEL->caution;
 }
 
 Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknowns, const unsigned int *known,

@@ -33,6 +33,7 @@ Fault flexura_advance(Unit *unit, double time, double h); /* by h, inputs held, 
 
 /* What is told where the model has left what its equations are for, or NULL; a unit that has makes no more steps. */
 const char *flexura_has_left(Unit *unit);
+const char *flexura_caution(Unit *unit); /* what is told once, where its equations are no longer good, or NULL */
 size_t flexura_indicators(void);
 Fault flexura_get_indicators(Unit *unit, double *indicator, size_t n);
 
