@@ -134,7 +134,16 @@ def in_c(model: StateSpace, steps: int, change: float = 0.0) -> tuple[float, flo
             (folder / name).write_text(text)
         flags = [flag for flag in FLAGS if flag not in ("-shared", "-Wextra")]
         compiler = shutil.which("cc") or "cc"
-        command = [compiler, *flags, "-D_POSIX_C_SOURCE=199309L", "-o", "loop", "main.c", *unit_of(model).compiled(2), "-lm"]
+        command = [
+            compiler,
+            *flags,
+            "-D_POSIX_C_SOURCE=199309L",
+            "-o",
+            "loop",
+            "main.c",
+            *unit_of(model).compiled(2),
+            "-lm",
+        ]
         subprocess.run(command, cwd=folder, check=True)
         runs = [
             subprocess.run([folder / "loop", str(steps), str(change)], capture_output=True, text=True, check=True)

@@ -39,7 +39,7 @@ SHELL = {
     "understand": ((flexura.understand,), set()),
     "statics": ((flexura.statics,), {"node"}),  # whose displacements are printed
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
-    "scheduled-plant": ((flexura.scheduled_plant,), set()),
+    "scheduled-plant": ((flexura.scheduled_plant, flexura.export), set()),
     "constraints": ((flexura.constraints,), set()),
     "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
@@ -68,6 +68,7 @@ SHELL = {
         (
             flexura.export,
             *(flexura.state_space, flexura.system, flexura.StateSpace.discretised, flexura.observer, flexura.shaper),
+            flexura.models.controller_model,
             flexura.budget,
         ),
         {"what"},  # of the things that are exported

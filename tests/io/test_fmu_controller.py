@@ -156,7 +156,7 @@ def test_dead_time_of_any_size(delay: float) -> None:
 def test_what_cannot_be_a_controller_is_refused() -> None:
     whole = sampled("0.05 ms", "0.05 ms")
     with pytest.raises(OptionError, match="there is no controller 'serv'; known: servo"):
-        fx.models.controller_model(whole, "serv")
+        fx.models.controller_model(whole, controller="serv")
     with pytest.raises(OptionError, match="servo is sampled every 50 µs: its steps are these"):
         fx.models.controller_model(whole, dt=1e-4)
     slow = fx.models.controller_model(sampled("0.5 ms", "0.05 ms"))

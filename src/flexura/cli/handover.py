@@ -119,11 +119,8 @@ def export_command(
 
     wanted = what or KINDS[formats()[format_of(out, format)].takes[0]]
     mechanism, parameters = read(file, set, at)
-    if controller is not None and wanted != "controller":
-        raise OptionError("--controller names what --what controller writes")
     limit, span = limit_of("--up-to", up_to), band_of(band)
-    if payload and (wanted != "state-space" or format_of(out, format) not in FMUS):
-        raise OptionError("--payload belongs to FMUs, of which it is a parameter")
+    refuse_misplaced(payload, controller, wanted, format_of(out, format))
     thing: Any
     if wanted == "state-space":
         ends = {"inputs": input, "outputs": output, "damping": damping}
@@ -133,16 +130,12 @@ def export_command(
         thing = state_space_of(mechanism, parameters, loop, ends, {**kept, "delay": lag})
         if dt is not None:
             thing = thing.discretised(quantity_of("--dt", dt, "s", "0.1ms"), hold)
-    elif wanted in ("observer", "shaper"):
+    elif wanted in ("observer", "shaper", "controller"):
         ends = {"inputs": input, "outputs": output, "sources": source, "n": n, "up_to": limit, "delay": delay}
         shape = {"kind": kind, "modes": mode or (1,), "vibration": vibration}
-        about = shape if wanted == "shaper" else ends
-        thing = sampled(mechanism, parameters, wanted, dt, {**about, "damping": damping})
-    elif wanted == "controller":
-        from flexura.analysis import controller_model
-
-        step = None if dt is None else quantity_of("--dt", dt, "s", "0.1ms")
-        thing = controller_model(mechanism, controller, parameters, dt=step)
+        about = {"observer": {**ends, "damping": damping}, "shaper": {**shape, "damping": damping}}
+        about["controller"] = {"controller": controller}
+        thing = sampled(mechanism, parameters, wanted, dt, about[wanted])
     elif wanted == "modes":
         from flexura.analysis import modes
 
@@ -169,6 +162,14 @@ def export_command(
     written = [str(path) for path in export(thing, out, format=format, platforms=platform or None)]
     more = scalar_notes(thing) if format_of(out, format) == "uff" else ()
     print_written(told, written, more, as_json)
+
+
+def refuse_misplaced(payload: list[str] | None, controller: str | None, wanted: What, format: str) -> None:
+    """Raise OptionError for options of what is not written."""
+    if payload and (wanted != "state-space" or format not in FMUS):
+        raise OptionError("--payload belongs to FMUs, of which it is a parameter")
+    if controller is not None and wanted != "controller":
+        raise OptionError("--controller names what --what controller writes")
 
 
 def print_written(told: Any, written: list[str], more: Iterable[str], as_json: bool) -> None:
@@ -203,9 +204,12 @@ def state_space_of(
 
 
 def sampled(mechanism: Any, parameters: dict[str, float], wanted: What, dt: str | None, about: dict[str, Any]) -> Any:
-    """An observer or an input shaper in steps. Raises OptionError without one."""
-    from flexura.analysis import observer, shaper
+    """An observer or an input shaper in steps, or a controller, which may have its own. Raises OptionError without."""
+    from flexura.analysis import controller_model, observer, shaper
 
+    if wanted == "controller":
+        own = None if dt is None else quantity_of("--dt", dt, "s", "0.1ms")
+        return controller_model(mechanism, parameters, dt=own, **about)
     if dt is None:
         raise OptionError(f"--what {wanted} goes in steps: --dt 0.1ms")
     step = quantity_of("--dt", dt, "s", "0.1ms")

@@ -205,7 +205,8 @@ def scheduled_plant_command(
         float, typer.Option(metavar="REL", help="Largest relative error of responses between poses.")
     ] = 0.01,
     damping: Ratio = None,
-    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the plant: .mat, .npz or .h5.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the plant: .fmu, .mat, .npz or .h5.")] = None,
+    format: Annotated[str | None, typer.Option(metavar="FORMAT", help="Format, where the suffix has none.")] = None,
 ) -> Answer:
     """A gain-scheduled plant (LPV): state spaces along the stroke of one displacement, with errors between poses."""
     from flexura.analysis import scheduled_plant
@@ -222,7 +223,7 @@ def scheduled_plant_command(
         tolerance=tolerance,
         damping=damping,
     )
-    return Answer(result, write=lambda: [] if out is None else export(result, out))
+    return Answer(result, write=lambda: [] if out is None else export(result, out, format=format))
 
 
 @command("at", "plot", "strict", out="Write magnitudes and phases: .csv or .parquet.")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.analysis.responses.closed_loop import each_loop
+from flexura.arguments import verb
 from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, evaluated
@@ -20,11 +21,12 @@ NEAR = 0.01
 """Difference of a controller in steps from the one described, relative, up to which it is told to follow it."""
 
 
+@verb
 def controller_model(
     model: Mechanism | Plan | FullOrderModel,
-    name: str | None = None,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
+    controller: str | None = None,
     dt: float | None = None,
 ) -> StateSpace:
     """A controller that is described, as a state space from reading and reference to command.
@@ -32,9 +34,9 @@ def controller_model(
     A sampled one is in steps of its `sample_time`, one that is not in steps of `dt`, s, or continuous without. Steps
     are those of the triangle hold, which adds no phase and keeps poles, and of a dead time that is no whole number of
     steps the command over each is the mean that the described one has (theory eqs. X20-X21); `notes` say up to which
-    frequency it is that controller. Its output is to be held over each step: the hold is not in it. `name` may be
-    left out of a single one, and the copies of one with wildcards are numbered. Positive position feedback has no
-    reference.
+    frequency it is that controller. Its output is to be held over each step: the hold is not in it. `controller`
+    may be left out of a single one, and the copies of one with wildcards are numbered. Positive position feedback has
+    no reference.
 
     Raises ModelError, and OptionError for names that are not there and for a step beside a sample time.
     """
@@ -44,8 +46,7 @@ def controller_model(
     values = plan.parameter_values(parameters if isinstance(model, Plan) else model.parameters)
     described = plan.mechanism.controllers
     loops = each_loop({key: evaluated(own, values) for key, own in described.items()}, plan)
-    if name is None and len(loops) == 1:
-        [name] = loops
+    name = next(iter(loops)) if controller is None and len(loops) == 1 else controller
     if name is None or name not in loops:
         wrong = "name one" if name is None else f"there is no controller {name!r}"
         raise OptionError(f"{wrong}; known: {', '.join(loops) or 'none, describe `controllers`'}")

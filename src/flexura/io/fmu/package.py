@@ -37,7 +37,8 @@ def write_fmu(
     co-simulation inputs are held over a step, and the step is exact (theory eqs. X1-X3): one exponential per diagonal
     block of A, worked out again only when the step size or a parameter changes. A discrete model makes its own steps,
     and is for co-simulation alone. A scheduled plant moves over its stroke, in co-simulation by steps of order 5 whose
-    error is kept (theory eqs. X22-X24), and a step ends where it leaves the stroke. The same model makes the same file, byte for byte, with the same compiler.
+    error is kept (theory eqs. X22-X24), and a step ends where it leaves the stroke. The same model makes the same file,
+    byte for byte, with the same compiler.
     Raises OptionError for continuous models with dead time, names that clash, unknown platforms, a missing compiler,
     and a file that cannot be written.
     """

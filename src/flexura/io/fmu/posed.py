@@ -18,8 +18,8 @@ STEP_ERROR = 1e-8
 FINE = 1e-3
 """What a displacement is absolutely known to, over that error and the stroke; rates are to one."""
 
-LONGEST = 1.0
-"""Angle by which the fastest motion turns in the longest step, rad."""
+LONGEST = 0.9
+"""Angle by which the fastest motion turns in the longest step, rad; from 0.997 on vibrations would grow."""
 
 SLACK = 2e-9
 """By how much the event indicators of a stroke begin beyond its ends, over the stroke."""
@@ -32,7 +32,6 @@ def posed_unit(plant: ScheduledPlant) -> Unit:
     """A plant that knows its pose as a unit, at rest without inputs at first, or in the middle of its stroke where
     nothing rests without. Raises OptionError for names that clash."""
     family, (low, high) = plant.family, plant.family.ends
-    r, m, p = family.samples.M.shape[-1], len(plant.inputs), len(plant.outputs)
     middle = plant.state_space((low + high) / 2)
     initial, where = _at_first(plant)
     x, y = _sizes(plant)
@@ -42,7 +41,7 @@ def posed_unit(plant: ScheduledPlant) -> Unit:
         for text in ("above its lowest", "below its highest")
     ]
     found, first = listed(plant, (initial, x, y), [], indicators, is_discrete=False)
-    at = first + m
+    at = first + len(plant.inputs)
     notes = [
         *plant.notes,
         *(f"warning: {w}" for w in plant.warnings),
@@ -130,8 +129,8 @@ def _data(plant: ScheduledPlant, initial: Array, nominal: Array) -> str:
     }
     told = (
         f"{family.parameter} leaves the stroke, {ends(family.ends, family.unit)}, and the motion ends there",
-        f"{family.parameter} moves faster than {_speed(plant)}: inertia forces of modes that change with the pose, which"
-        " are left out, are more than 1 %",
+        f"{family.parameter} moves faster than {_speed(plant)}: inertia forces of modes that change with the pose,"
+        " which are left out, are more than 1 %",
     )
     lines = [
         '#include "dynamics.h"\n#include "posed.h"\n',

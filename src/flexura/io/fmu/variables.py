@@ -40,8 +40,8 @@ class Dependency(NamedTuple):
 class Variables:
     """All variables: inputs, outputs, states, derivatives where time is continuous, parameters, gains, and time.
 
-    `indicators` are value references of event indicators; `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
-    reference of the first parameter.
+    `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
+    reference of the first parameter, `indicators` those of event indicators, before time.
     """
 
     variables: list[Variable]
