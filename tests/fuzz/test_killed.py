@@ -50,6 +50,7 @@ COMMANDS = {
     "report": f"report {GUIDE} --out OUT/a.html",
     "stroke": f"stroke {GUIDE} --move carriage.x=0:2mm --steps 3 -n 2 --out OUT/a.csv --plot OUT",
     "scheduled-plant": f"scheduled-plant {GUIDE} --move carriage.x=0:2mm {ENDS} -n 3 --out OUT/a.mat",
+    "scheduled-plant fmu": f"scheduled-plant {GUIDE} --move carriage.x=0:2mm {ENDS} -n 3 --out OUT/a.fmu",
     "published": "published src/flexura/gallery/parallelogram.yaml --out OUT/a.csv",
     "sensitivity": f"sensitivity {GUIDE} --ask f1 --out OUT/a.csv --plot OUT",
     "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv --plot OUT",
