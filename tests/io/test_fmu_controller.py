@@ -14,8 +14,10 @@ import scipy.linalg as la
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
+from typer.testing import CliRunner
 
 import flexura as fx
+from flexura.cli.app import app
 from flexura.errors import OptionError
 from flexura.systems import StateSpace
 from helpers.export_models import EXAMPLES
@@ -161,3 +163,30 @@ def test_what_cannot_be_a_controller_is_refused() -> None:
         fx.models.controller_model(whole, dt=1e-4)
     slow = fx.models.controller_model(sampled("0.5 ms", "0.05 ms"))
     assert "above half its rate of samples, 1000 Hz" in slow.warnings[0].text
+
+
+def test_positive_position_feedback_has_no_reference() -> None:
+    """gain w^2/(s^2 + 2 ratio w s + w^2) of the reading, and its command in the units of the actuator."""
+    text = WHOLE[: WHOLE.index("controllers:")]
+    text += "controllers:\n  damper: {sensor: gauge, actuator: coil, type: ppf, gain: 2 N/mm, frequency: 55 Hz}\n"
+    whole = fx.loads(text)
+    model = fx.models.controller_model(whole)
+    assert [c.name for c in (*model.inputs, *model.outputs)] == ["damper.reading", "damper.command"]
+    assert model.dt is None
+    hz, w = np.array([5.0, 55.0, 300.0]), 2 * np.pi * 55
+    s = 2j * np.pi * hz
+    exact = 2e3 * w**2 / (s**2 + 0.6 * w * s + w**2)
+    assert model.frequency_response(hz)[:, 0, 0] == pytest.approx(exact, rel=1e-12)
+    steps = fx.models.controller_model(whole, dt=1e-5).frequency_response(hz)[:, 0, 0]
+    assert steps == pytest.approx(exact, rel=5e-5)
+
+
+def test_the_shell_writes_a_controller(tmp_path: Path) -> None:
+    servo, out = str(EXAMPLES / "guide" / "servo.yaml"), tmp_path / "servo.fmu"
+    runner = CliRunner()
+    words = ["export", servo, "--what", "controller", "--controller", "servo", "--out", str(out)]
+    done = runner.invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "in steps of 50 µs, within 1 % of it up to 1119 Hz, the hold left out" in done.output
+    assert float(fmpy.read_model_description(str(out)).defaultExperiment.stepSize) == 5e-5
+    assert runner.invoke(app, ["export", servo, "--controller", "servo", "--out", str(out)]).exit_code != 0
