@@ -140,10 +140,10 @@ def nominals(model: StateSpace, blocks: Blocks) -> tuple[Array, Array]:
             response = np.linalg.solve(s[:, None, None] * np.eye(len(states)) - A, B)
             x[states] = 2 * (np.abs(response) @ u).max(axis=0)
     y = np.abs(model.C) @ x + np.abs(model.D) @ u
-    return _ordinary(x), _ordinary(y)
+    return ordinary(x), ordinary(y)
 
 
-def _ordinary(size: Array) -> Array:
+def ordinary(size: Array) -> Array:
     """Sizes to two digits; 1 where there is none."""
     return np.array([float(f"{v:.1e}") if np.isfinite(v) and v > 1e-30 else 1.0 for v in size])
 

@@ -7,7 +7,7 @@ import numpy as np
 from flexura.analysis import ScheduledPlant
 from flexura.arrays import Array, Bools
 from flexura.errors import OptionError
-from flexura.io.fmu.code import blocks_of, c_doubles, c_integers, c_sizes, nominals
+from flexura.io.fmu.code import c_doubles, c_integers, c_sizes, ordinary
 from flexura.io.fmu.unit import Unit, ordinary_times
 from flexura.io.fmu.variables import Dependency, Variable, Variables, listed
 from flexura.tables import ends, percent, quantity
@@ -20,6 +20,9 @@ FINE = 1e-3
 
 LONGEST = 0.9
 """Angle by which the fastest motion turns in the longest step, rad; from 0.997 on vibrations would grow."""
+
+SHARE = 0.01
+"""Energy of each deviation over that of the motion along the stroke, in ordinary sizes."""
 
 SLACK = 2e-9
 """By how much the event indicators of a stroke begin beyond its ends, over the stroke."""
@@ -79,12 +82,19 @@ def _at_first(plant: ScheduledPlant) -> tuple[Array, str]:
 
 
 def _sizes(plant: ScheduledPlant) -> tuple[Array, Array]:
-    """Ordinary sizes (2r,), (p,) of states and outputs where p moves over its stroke."""
-    low, high = plant.family.ends
-    middle = plant.state_space((low + high) / 2)
-    x, y = nominals(middle, blocks_of(middle.A))
-    scale = (high - low) / x[0] if middle.B[len(x) // 2].any() else 1.0
-    return scale * x, scale * y
+    """Ordinary sizes (2r,), (p,) of states and outputs: p moves over its stroke with the energy that this takes, and
+    each deviation has a hundredth of it."""
+    family, (low, high) = plant.family, plant.family.ends
+    own, stroke = family.samples, high - low
+    M, K = (np.abs(np.diagonal(matrix, axis1=1, axis2=2)).max(axis=0) for matrix in (own.M, own.K))
+    energy = max(float(np.abs(own.force).max()) * stroke, float(K[0]) * stroke**2)
+    parts = energy * np.repeat([1.0, SHARE], [1, len(M) - 1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = np.sqrt(np.concatenate([parts / K, parts / M]))
+    x[0] = stroke
+    poses = [plant.state_space(at) for at in (low, (low + high) / 2, high)]
+    y = np.max([np.abs(about.C) @ x for about in poses], axis=0)
+    return ordinary(x), ordinary(y + np.abs(own.readings).max(axis=0) * (family.derivative == 0))
 
 
 def _dependencies(plant: ScheduledPlant, first: int) -> tuple[dict[int, list[Dependency]], dict[int, list[Dependency]]]:
