@@ -29,15 +29,15 @@ Arrays = dict[str, Any]
 
 def read_npz(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """Read a NumPy archive; see docs/testing.md for the names of its arrays. Raises OptionError."""
-    return _measurement(path, read_arrays(path), descriptions)
+    return measurement_of(path, read_arrays(path), descriptions)
 
 
 def read_hdf5(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """Read an HDF5 file with the same names, groups for the dots. Raises OptionError, also without h5py."""
-    return _measurement(path, read_datasets(path), descriptions)
+    return measurement_of(path, read_datasets(path), descriptions)
 
 
-def _measurement(path: Path, arrays: Mapping[str, Any], descriptions: ChannelDescriptions) -> Measurement:
+def measurement_of(path: Path, arrays: Mapping[str, Any], descriptions: ChannelDescriptions) -> Measurement:
     """The measurement of arrays whose names begin with `recordingN.` or `frfN.`, or stand alone for a single one."""
     groups: dict[str, Arrays] = {}
     for name, value in arrays.items():
@@ -124,10 +124,9 @@ def _recordings(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -
         rate = float(arrays["sample_rate"])
     else:
         time = np.asarray(_get(arrays, "time", where), dtype=float)
-        steps = np.diff(time)
-        if len(time) != samples.shape[-1] or np.ptp(steps) > 1e-3 * abs(steps.mean()):
-            raise OptionError(f"{where}: time is not evenly spaced, or not that of the samples: resample the record")
-        rate = 1 / float(steps.mean())
+        if len(time) != samples.shape[-1]:
+            raise OptionError(f"{where}: {len(time)} times are not those of {samples.shape[-1]} samples")
+        rate = rate_of(time, where)
     if not (np.isfinite(rate) and rate > 0):
         raise OptionError(f"{where}: the sample rate is {rate:g} Hz")
     given = arrays.get("inputs")
@@ -140,6 +139,14 @@ def _recordings(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -
     for k, hit in enumerate(hits):
         name = title if len(hits) == 1 else f"{title or 'hit'} {k + 1}"
         yield Recording(rate, hit * factors[:, None], channels, inputs, _text(arrays, "setup"), name)
+
+
+def rate_of(time: Array, where: str) -> float:
+    """Sample rate, Hz, of times (N,), s. Raises OptionError where they are not evenly spaced."""
+    steps = np.diff(time)
+    if len(steps) < 1 or not (np.isfinite(steps).all() and np.ptp(steps) <= 1e-3 * abs(steps.mean())):
+        raise OptionError(f"{where}: time is not evenly spaced: resample the record")
+    return 1 / float(steps.mean())
 
 
 def _frf(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> MeasuredFRF:

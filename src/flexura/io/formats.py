@@ -16,7 +16,9 @@ from flexura.io.arrays import write_hdf5, write_mat, write_matrix_market, write_
 from flexura.io.c_code import write_c
 from flexura.io.contents import Response
 from flexura.io.fmu import write_fmi3, write_fmu
+from flexura.io.matlab import read_mat
 from flexura.io.meshes import write_vtu
+from flexura.io.records import read_tdms, read_wav
 from flexura.io.simscape import write_simscape
 from flexura.io.tables import read_csv, write_csv
 from flexura.io.texts import write_m, write_modelica
@@ -44,10 +46,11 @@ SCHEDULED = "scheduled plant"
 @dataclass(frozen=True)
 class MeasuredFormat:
     """What reads and writes measured data: `read(path, descriptions)`, where it can with `repeated=...`, and
-    `write(measurement, path)`, where it can with `binary=...`; such files go by `more_suffixes` too."""
+    `write(measurement, path)`, where it can with `binary=...`, None of what is only read; such files go by
+    `more_suffixes` too."""
 
     read: Callable[..., Measurement]
-    write: Callable[..., None]
+    write: Callable[..., None] | None = None
     more_suffixes: tuple[str, ...] = ()
 
 
@@ -75,7 +78,7 @@ _ARRAYS = (STATE_SPACE, RESPONSE, LOW, FULL, SCHEDULED)
 FORMATS = {
     "fmu": Format((".fmu",), (STATE_SPACE, SCHEDULED), "FMI 2.0 co-simulation and model exchange", write_fmu),
     "fmi3": Format((), (STATE_SPACE, SCHEDULED), "FMI 3.0 co-simulation and model exchange", write_fmi3),
-    "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat),
+    "mat": Format((".mat",), _ARRAYS, "MATLAB", write_mat, MeasuredFormat(read_mat)),
     "m": Format((".m",), (STATE_SPACE,), "function of MATLAB and Octave that returns an `ss`", write_m),
     "modelica": Format((".mo",), (STATE_SPACE,), "block of Modelica", write_modelica),
     "c": Format((".c",), (STATE_SPACE, STEPS, OBSERVER, SHAPER), "C99 in float32 for microcontrollers", write_c),
@@ -96,6 +99,8 @@ FORMATS = {
         MeasuredFormat(read_uff, write_uff, (".uf", ".58", ".bunv")),
     ),
     "csv": Format((".csv",), (), "measured record or responses", None, MeasuredFormat(read_csv, write_csv, (".txt",))),
+    "tdms": Format((".tdms",), (), "measured records of LabVIEW", None, MeasuredFormat(read_tdms)),
+    "wav": Format((".wav",), (), "measured record, in shares of full scales", None, MeasuredFormat(read_wav)),
 }
 """All formats by name: the one place that lists them."""
 

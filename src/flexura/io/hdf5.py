@@ -105,9 +105,9 @@ def _serve(path: Path, seconds: float) -> None:
 def _read(path: Path, take: Callable[[str, NDArray[Any]], None]) -> None:
     """Give the datasets and attributes of a file to `take`. Raises OptionError."""
     h5py = need("h5py", "experiment")
-    arrays = _Arrays(h5py, str(path), take)
     try:
         with h5py.File(path, "r") as root:
+            arrays = _Arrays(h5py, root, str(path), take)
             arrays.add("", root)
             _refuse_links(h5py, root, str(path))
             root.visititems(arrays.add)
@@ -120,8 +120,8 @@ def _read(path: Path, take: Callable[[str, NDArray[Any]], None]) -> None:
 class _Arrays:
     """Takes arrays within the limits of size."""
 
-    def __init__(self, h5py: Any, place: str, take: Callable[[str, NDArray[Any]], None]) -> None:
-        self.h5py, self.place, self.give = h5py, place, take
+    def __init__(self, h5py: Any, root: Any, place: str, take: Callable[[str, NDArray[Any]], None]) -> None:
+        self.h5py, self.root, self.place, self.give = h5py, root, place, take
         self.count = self.bytes = 0
 
     def add(self, name: str, item: Any) -> None:
@@ -140,9 +140,12 @@ class _Arrays:
             _refuse_links(self.h5py, item, self.place)
 
     def take(self, name: str, shape: tuple[int, ...] | None, dtype: Any, read: Callable[[], Any]) -> None:
-        """Read one array when there is room for it; objects other than texts are left out."""
+        """Read one array when there is room for it; objects other than texts and references are left out."""
         place = f"{self.place}: {name}"
         self.count += 1
+        if self.h5py.check_ref_dtype(dtype) is self.h5py.Reference:
+            self.take_references(name, shape, read)
+            return
         within("arrays", self.count, self.place)
         count = int(np.prod(shape or (), dtype=object))
         if self.h5py.check_vlen_dtype(dtype) is not None or self.h5py.check_string_dtype(dtype) is not None:
@@ -155,6 +158,13 @@ class _Arrays:
             array = array.astype(str)
         if not array.dtype.hasobject:
             self.give(name.replace("/", "."), array)
+
+    def take_references(self, name: str, shape: tuple[int, ...] | None, read: Callable[[], Any]) -> None:
+        """Names of what references lead to, as of the cells of MATLAB."""
+        within("arrays", self.count + int(np.prod(shape or (), dtype=object)), f"{self.place}: {name}: references")
+        found = np.asarray(read())
+        names = [self.root[ref].name.strip("/").replace("/", ".") if ref else "" for ref in found.ravel()]
+        self.give(name.replace("/", "."), np.array(names, dtype=str).reshape(found.shape))
 
 
 def _refuse_links(h5py: Any, group: Any, place: str) -> None:

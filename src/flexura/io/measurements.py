@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexura.arguments import verb
+from flexura.arrays import Array
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.io.formats import MeasuredFormat, formats
@@ -54,7 +55,7 @@ def read_measurement(
     setup: str | None = None,
     repeated: Repeated | None = None,
 ) -> Measurement:
-    """Read measured data: universal files (58, 58b, 55), CSV, NumPy archives or HDF5; everything becomes SI.
+    """Read measured data: universal files (58, 58b, 55), CSV, NumPy archives, HDF5, MATLAB, TDMS or WAV, as SI.
 
     `path`: a file, several that belong together, or a folder of them. Where channels are, and in which direction, comes
     from the file; from `channels`: a file of channels (YAML), or a mechanism with sensors, actuators or nodes of the
@@ -143,15 +144,21 @@ def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptio
     """Channels with what is described of them, checked for what they measure."""
 
     def of(channels: tuple[MeasuredChannel, ...]) -> tuple[MeasuredChannel, ...]:
-        return tuple(with_description(c, _checked(c, descriptions.get(c.name))) for c in channels)
+        return tuple(
+            with_description(_checked(c, descriptions.get(c.name)), descriptions.get(c.name)) for c in channels
+        )
 
     def record(r: Recording) -> Recording:
-        is_input = {k: descriptions[c.name].is_input for k, c in enumerate(r.channels) if c.name in descriptions}
-        inputs = [k for k in range(len(r.channels)) if is_input.get(k) or (is_input.get(k) is None and k in r.inputs)]
-        return replace(r, channels=of(r.channels), inputs=tuple(inputs))
+        channels, samples = of(r.channels), r.samples * _sizes(r.channels, descriptions)[:, None]
+        is_input = {k: descriptions[c.name].is_input for k, c in enumerate(channels) if c.name in descriptions}
+        forces = {k for k, c in enumerate(channels) if c.quantity in FORCES and r.channels[k].quantity not in FORCES}
+        known = forces | set(r.inputs)
+        inputs = [k for k in range(len(channels)) if is_input.get(k) or (is_input.get(k) is None and k in known)]
+        return replace(r, channels=channels, samples=samples, inputs=tuple(inputs))
 
     def response(f: MeasuredFRF) -> MeasuredFRF:
-        return replace(f, inputs=of(f.inputs), outputs=of(f.outputs))
+        sizes = _sizes(f.outputs, descriptions)[:, None] / _sizes(f.inputs, descriptions)
+        return replace(f, response=f.response * sizes, inputs=of(f.inputs), outputs=of(f.outputs))
 
     if not descriptions:
         return measurement
@@ -164,13 +171,24 @@ def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptio
     )
 
 
-def _checked(channel: MeasuredChannel, described: ChannelDescription | None) -> ChannelDescription | None:
+def _sizes(channels: tuple[MeasuredChannel, ...], descriptions: ChannelDescriptions) -> Array:
+    """What a unit of each channel stands for in that of its quantity: of volts of a sensor, by its sensitivity."""
+    found = [descriptions.get(c.name, ChannelDescription()).sensitivity for c in channels]
+    return np.array([1.0 if sensitivity is None else 1 / sensitivity[0] for sensitivity in found])
+
+
+def _checked(channel: MeasuredChannel, described: ChannelDescription | None) -> MeasuredChannel:
+    """A channel, of volts as what its sensor senses. Raises OptionError where it is not what is described."""
     is_other_end = described is not None and described.force is not None and channel.quantity in FORCES
     if described is not None and described.quantity not in (None, channel.quantity) and not is_other_end:
         raise OptionError(
             f"{channel.name} is {channel.quantity} in the data, and {described.quantity} where it is described"
         )
-    return described
+    if described is None or described.sensitivity is None:
+        return channel
+    if channel.quantity != "voltage":
+        raise OptionError(f"{channel.name} is {channel.quantity} in the data: a sensitivity is for a voltage")
+    return replace(channel, quantity=described.sensitivity[1])
 
 
 def _in_setup(measurement: Measurement, setup: str) -> Measurement:
@@ -197,20 +215,22 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
     record or one set of responses, with names and units of its channels only. Raises OptionError for other suffixes and
     options, and when the file cannot be written.
     """
-    chosen = _format_of(Path(path))
-    if binary is not None and "binary" not in signature(chosen.write).parameters:
+    write = _format_of(Path(path), writes=True).write
+    if write is None or (binary is not None and "binary" not in signature(write).parameters):
         raise OptionError(f"{Path(path).suffix.lower()} has no option 'binary'")
     if not isinstance(measurement, Measurement):
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
     options = {} if binary is None else {"binary": binary}
-    return write_file(path, lambda file: chosen.write(measurement, file, **options))
+    return write_file(path, lambda file: write(measurement, file, **options))
 
 
-def _format_of(path: Path, place: str = "") -> MeasuredFormat:
+def _format_of(path: Path, place: str = "", writes: bool = False) -> MeasuredFormat:
     """What reads and writes files of the suffix of a path. Raises OptionError, which begins with the place."""
     suffix = path.suffix.lower()
-    measured = measured_formats()
+    measured = {own: known for own, known in measured_formats().items() if known.write is not None or not writes}
     if suffix not in measured:
         known = ", ".join(measured)
-        raise OptionError(f"{place}{suffix or 'no suffix'} is no format of measured data; known: {known}")
+        raise OptionError(
+            f"{place}{suffix or 'no suffix'} is no format of measured data{' to write' * writes}; known: {known}"
+        )
     return measured[suffix]

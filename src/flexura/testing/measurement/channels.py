@@ -22,7 +22,7 @@ from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.modelfile import parse, text_of
 from flexura.motion import at_pose
 from flexura.structure import UNITS, Channel, Design, Plan, Ports
-from flexura.units import parse_quantity, parse_unit
+from flexura.units import is_number, parse_quantity, parse_unit
 
 
 @dataclass(frozen=True)
@@ -177,14 +177,16 @@ def split_heading(text: str, what: str) -> tuple[str, str]:
 
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input")
+_KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input", "full_scale", "sensitivity")
 
 
 @dataclass(frozen=True)
 class ChannelDescription:
     """What is known of a channel beside its data; None where nothing is. `is_input` says that it excites.
 
-    `force` is the unit of the force of the same name, as a driving point has one beside its response.
+    `force` is the unit of the force of the same name, as a driving point has one beside its response. `full_scale` is
+    what 1 stands for in data that are shares of it, a number and its unit. `sensitivity` is that of a sensor whose
+    volts are the data: V per SI unit of a quantity, and that quantity.
     """
 
     node: str | None = None
@@ -194,6 +196,8 @@ class ChannelDescription:
     unit: str | None = None
     is_input: bool | None = None
     force: str | None = None
+    full_scale: tuple[float, str] | None = None
+    sensitivity: tuple[float, str] | None = None
 
     def unit_of(self, is_reference: bool) -> str | None:
         """Unit of the reference or of the response of this name, where it is known."""
@@ -263,7 +267,30 @@ def _description(entry: Any, what: str) -> ChannelDescription:
         None if unit is None else str(unit),
         entry.get("input"),
         None if force is None else str(force),
+        None if "full_scale" not in entry else _full_scale(str(entry["full_scale"]), unit, what),
+        None if "sensitivity" not in entry else _sensitivity(str(entry["sensitivity"]), what),
     )
+
+
+_NUMBER = r"\s*(\d[\d.]*(?:e[+-]?\d+)?)\s*"
+
+
+def _full_scale(text: str, unit: Any, what: str) -> tuple[float, str]:
+    match = re.fullmatch(_NUMBER + r"([^\d\s].*)", text, re.IGNORECASE)
+    if match is None or not is_number(match[1]) or float(match[1]) == 0 or unit is not None:
+        raise OptionError(
+            f"{what}: a full scale is a value with its unit, which it says alone, e.g. 50 g, not {text!r}"
+        )
+    quantity_of(match[2], None, what)
+    return float(match[1]), match[2].strip()
+
+
+def _sensitivity(text: str, what: str) -> tuple[float, str]:
+    match = re.fullmatch(_NUMBER + r"([^/\s]*V)\s*/\s*(\S.*)", text, re.IGNORECASE)
+    if match is None or not is_number(match[1]) or float(match[1]) == 0:
+        raise OptionError(f"{what}: a sensitivity is volts per unit, e.g. 100 mV/g or 10 mV/(m/s^2), not {text!r}")
+    quantity, size = quantity_of(match[3].strip("() "), None, what)
+    return float(match[1]) * quantity_of(match[2], "voltage", what)[1] / size, quantity
 
 
 def _position(raw: Any, what: str) -> tuple[float, float, float]:

@@ -1,0 +1,233 @@
+"""Measured data from MATLAB files: version 4 to 7 by SciPy, 7.3, which is HDF5, by h5py.
+
+A file holds the arrays of docs/testing.md, alone or as fields of structs, or one variable per channel.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexura.errors import OptionError
+from flexura.files import read_bytes
+from flexura.io.archives import measurement_of, rate_of
+from flexura.io.hdf5 import read_datasets
+from flexura.io.records import record_of, refuse_ragged, unit_of
+from flexura.sizes import within
+from flexura.testing.measurement import ChannelDescriptions, Measurement, Recording
+
+Arrays = dict[str, Any]
+
+_SPELLINGS = {
+    **dict.fromkeys(("fs", "samplerate", "sampling_rate"), "sample_rate"),
+    **dict.fromkeys(("t",), "time"),
+    **dict.fromkeys(("data",), "samples"),
+    **dict.fromkeys(("names", "labels", "channel_names"), "channels"),
+    **dict.fromkeys(("frequency", "freq", "f"), "frequency_hz"),
+    **dict.fromkeys(("h", "frf"), "response"),
+}
+"""Names of arrays, in small letters, as they are often written."""
+
+_HEADER, _TAG, _COMPRESSED, _PIECE = 128, 8, 15, 1 << 20
+
+
+def read_mat(path: Path, descriptions: ChannelDescriptions) -> Measurement:
+    """Read a MATLAB file: the arrays of docs/testing.md, alone or in structs, or `time` or `fs` and a variable for
+    every channel, each with `units` or the units of `descriptions`.
+
+    Raises OptionError for files that are damaged or cut off, without units or sample rate, and with variables of
+    different lengths; for version 7.3 also without h5py.
+    """
+    groups: dict[str, Arrays] = {}
+    for name, value in _variables(path).items():
+        struct, _, own = name.rpartition(".")
+        groups.setdefault(struct, {})[_SPELLINGS.get(own.lower(), own)] = value
+    arrays: Arrays = {}
+    records: list[Recording] = []
+    notes: list[str] = []
+    for struct, own in groups.items():
+        where = f"{path}: {struct}" if struct else str(path)
+        if "samples" in own or "response" in own:
+            kind = "frf" if "response" in own else "recording"
+            filled = _responses(own) if kind == "frf" else _samples(own, where, descriptions)
+            arrays |= {f"{kind}{len(arrays)}.{name}": value for name, value in ({"name": struct} | filled).items()}
+        elif "sample_rate" in own or "time" in own:
+            record, remarks = _by_variable(own, where, struct or path.stem, descriptions)
+            records.append(record)
+            notes += remarks
+    if not arrays and not records:
+        found = ", ".join(sorted(name for own in groups.values() for name in own)) or "nothing"
+        raise OptionError(
+            f"{path}: neither `samples` nor a `response` is in the file, nor `time` or `fs` beside variables of"
+            f" channels; found {found}"
+        )
+    if not arrays:
+        return Measurement(path.stem, tuple(records), notes=tuple(notes))
+    measured = measurement_of(path, arrays, descriptions)
+    return Measurement(measured.name, (*measured.recordings, *records), measured.frfs, (*measured.notes, *notes))
+
+
+def _variables(path: Path) -> Arrays:
+    """Variables and fields of structs by name, with dots between, in MATLAB's order of dimensions; texts as arrays."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
+
+    content = read_bytes(path)
+    stream: Any = BytesIO(content)
+    try:
+        version = matfile_version(stream)[0]
+    except Exception:
+        raise OptionError(f"{path}: not a MATLAB file, or cut off in its first bytes") from None
+    if version == 2:
+        return dict(_of_datasets(read_datasets(path)))
+    if version == 1:
+        _refuse_cut_off(content, str(path))
+    try:
+        stream.seek(0)
+        held = loadmat(stream, squeeze_me=True, struct_as_record=False)
+    except Exception as error:  # SciPy has one of its own for every kind of damage
+        raise OptionError(f"{path}: not a MATLAB file, or damaged: {error}") from None
+    return dict(_flat({name: value for name, value in held.items() if not name.startswith("__")}))
+
+
+def _refuse_cut_off(content: bytes, place: str) -> None:
+    """Raise OptionError for a file of version 5 that ends within a variable, or unpacks to more than the limit."""
+    order = "<" if content[126:128] == b"IM" else ">"
+    at = _HEADER
+    unpacked = 0
+    while at < len(content):
+        kind, size = np.frombuffer(content[at : at + _TAG].ljust(_TAG, b"\0"), f"{order}u4").tolist()
+        begin, at = at + _TAG, at + _TAG + size
+        if at > len(content):
+            raise OptionError(f"{place}: the file ends {at - len(content)} bytes too soon: is it complete?")
+        if kind == _COMPRESSED:
+            unpack, packed = zlib.decompressobj(), content[begin:at]
+            while packed and not unpack.eof:
+                try:
+                    unpacked += len(unpack.decompress(packed, _PIECE))
+                except zlib.error as error:
+                    raise OptionError(f"{place}: damaged: {error}") from None
+                within("file_bytes", unpacked, f"{place}, unpacked")
+                packed = unpack.unconsumed_tail
+
+
+def _flat(fields: Arrays) -> Iterator[tuple[str, Any]]:
+    """Numbers and texts in nested structs; elements of arrays of structs are counted from 1."""
+    for name, value in fields.items():
+        if hasattr(value, "_fieldnames"):
+            inside = {field: getattr(value, field) for field in value._fieldnames}
+            yield from ((f"{name}.{own}", array) for own, array in _flat(inside))
+        elif isinstance(value, np.ndarray) and value.dtype.hasobject:
+            if all(isinstance(text, str) for text in value.ravel()):
+                yield name, value.astype(str)
+            else:
+                elements = {f"{name}{k + 1}": one for k, one in enumerate(value.ravel())}
+                yield from _flat({own: one for own, one in elements.items() if hasattr(one, "_fieldnames")})
+        elif isinstance(value, str) or np.asarray(value).dtype.kind in "biufcU":
+            yield name, np.asarray(value)
+
+
+def _of_datasets(datasets: Arrays) -> Iterator[tuple[str, Any]]:
+    """The same of version 7.3, whose texts are numbers, whose cells are references, and whose dimensions go backwards.
+
+    Elements of arrays of structs are references, too, without the class `cell`.
+    """
+
+    def class_of(name: str) -> str:
+        kind = datasets.get(f"{name}.MATLAB_class", np.array(b""))
+        return np.asarray(kind).astype(str).ravel()[0] if np.asarray(kind).dtype.kind == "S" else str(kind)
+
+    def value_of(name: str) -> Any:
+        value = datasets[name]
+        if f"{name}.MATLAB_empty" in datasets:
+            return np.array("") if class_of(name) == "char" else np.zeros(0)
+        if class_of(name) == "char":
+            return np.array("".join(map(chr, np.asarray(value).ravel().tolist())))
+        if value.dtype.names == ("real", "imag"):
+            value = value["real"] + 1j * value["imag"]
+        return np.squeeze(value.T)
+
+    for name, value in datasets.items():
+        if name.startswith("#") or ".#" in name or name.rpartition(".")[2].startswith("MATLAB_"):
+            continue
+        if value.dtype.kind == "U" and class_of(name) == "cell":
+            cells = [value_of(own) for own in value.T.ravel().tolist()]
+            if all(cell.dtype.kind == "U" for cell in cells):
+                yield name, np.array([str(cell) for cell in cells])
+        elif value.dtype.kind == "U":
+            struct, _, field = name.rpartition(".")
+            inside = enumerate(value.T.ravel().tolist())
+            yield from ((f"{struct}{k + 1}.{field}", value_of(own)) for k, own in inside if own in datasets)
+        elif value.dtype.kind in "biufcV":
+            yield name, value_of(name)
+
+
+def _headings(own: Arrays, names: list[str], where: str, descriptions: ChannelDescriptions) -> list[str]:
+    """`name [unit]` of every channel, from `units` or from what is described where the name has none."""
+    units = [str(u) for u in np.atleast_1d(own["units"])] if "units" in own else [""] * len(names)
+    if len(units) != len(names):
+        raise OptionError(f"{where}: there are {len(units)} units for {len(names)} channels")
+    return [
+        name if name.endswith("]") and not unit else f"{name} [{unit_of(name, unit, where, descriptions)}]"
+        for name, unit in zip(names, units, strict=True)
+    ]
+
+
+def _samples(own: Arrays, where: str, descriptions: ChannelDescriptions) -> Arrays:
+    """Arrays of a record with headings, and with samples whose rows are channels."""
+    samples = np.asarray(own["samples"])
+    samples = samples[None] if samples.ndim == 1 else samples
+    if "channels" in own:
+        names = [str(t) for t in np.atleast_1d(own["channels"])]
+    elif len(descriptions) in samples.shape:
+        names = list(descriptions)
+    else:
+        raise OptionError(
+            f"{where}: samples of shape {samples.shape} have no `channels`: give a file of channels that names them in"
+            " their order"
+        )
+    rows = [axis for axis in range(max(samples.ndim - 2, 0), samples.ndim) if samples.shape[axis] == len(names)]
+    if samples.ndim == 2 and len(rows) == 2:
+        raise OptionError(
+            f"{where}: {len(names)} samples of {len(names)} channels: which are rows cannot be told; record longer"
+        )
+    if samples.ndim == 2 and rows == [1]:
+        samples = samples.T
+    filled = {**own, "samples": samples, "channels": np.array(_headings(own, names, where, descriptions))}
+    if "inputs" in own:
+        filled["inputs"] = np.atleast_1d(own["inputs"]) - 1  # MATLAB counts from 1
+    return filled
+
+
+def _responses(own: Arrays) -> Arrays:
+    """Arrays of responses in three dimensions: MATLAB drops those of size one at the end."""
+    sides = [len(np.atleast_1d(own.get(f"{side}_channels", ""))) for side in ("output", "input")]
+    shape = (np.size(own.get("frequency_hz", ())), *sides)
+    H = np.asarray(own["response"])
+    filled = {**own, "response": H.reshape(shape) if H.size == np.prod(shape) else H}
+    gamma = np.asarray(own.get("coherence", ()))
+    return filled | ({"coherence": gamma.reshape(shape)} if gamma.size and gamma.size == H.size else {})
+
+
+def _by_variable(own: Arrays, where: str, name: str, descriptions: ChannelDescriptions) -> tuple[Recording, list[str]]:
+    """A record whose channels are the vectors beside its time or sample rate, and a note on what is no vector."""
+    numbers = {key: np.asarray(value) for key, value in own.items() if np.asarray(value).dtype.kind in "iufbc"}
+    given = numbers.pop("sample_rate", None)
+    signals = {
+        key: ("s" if key == "time" else "", np.asarray(value, dtype=float))
+        for key, value in numbers.items()
+        if value.ndim == 1 and value.dtype.kind in "iuf"
+    }
+    if given is not None and given.size != 1:
+        raise OptionError(f"{where}: a sample rate is one number, not {given.size}")
+    rate = rate_of(signals["time"][1], where) if given is None else float(given.item())
+    refuse_ragged(where, {key: len(values) for key, (_, values) in signals.items()})
+    signals.pop("time", None)
+    others = [key for key, value in numbers.items() if value.ndim > 1]
+    notes = [f"{where}: left out, since no vectors of samples: {', '.join(others)}"] if others else []
+    return record_of(where, name, rate, signals, descriptions), notes
