@@ -91,7 +91,7 @@ def test_what_matlab_leaves_open(tmp_path):
     refused(tmp_path / "t.mat", "which are rows cannot be told")
     savemat(tmp_path / "t.mat", {"data": SAMPLES, "channels": HEADINGS})
     refused(tmp_path / "t.mat", "there is no array 'time'")
-    with pytest.raises(fx.OptionError, match="no format of measured data to write; known: .npz"):
+    with pytest.raises(fx.OptionError, match=r"no format of measured data to write; known: \.npz"):
         write_measurement(fx.Measurement("t"), tmp_path / "w.mat")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Mapping
 from io import BytesIO
@@ -80,11 +81,15 @@ def read_tdms(path: Path, descriptions: ChannelDescriptions) -> Measurement:
     """
     refuse_unreadable(path)
     nptdms = need("nptdms", "experiment")
+    level = logging.root.manager.disable
+    logging.disable(logging.WARNING)  # damage is reported once, below
     try:
         file = nptdms.TdmsFile.read(path)
         cut_off = file.file_status.incomplete_final_segment
     except Exception as error:  # the library has one for every kind of damage
         raise OptionError(f"{path}: not a TDMS file, or damaged: {error or type(error).__name__}") from None
+    finally:
+        logging.disable(level)
     if cut_off:
         raise OptionError(f"{path}: the file ends within its last segment: is it complete?")
     groups = [(group, [c for c in group.channels() if len(c) and c.dtype.kind in "iuf"]) for group in file.groups()]
