@@ -10,7 +10,8 @@ import pytest
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.testing.measurement.estimation import Spectra, coherence, estimate_frf, transfer, unrelated
+from flexura.testing.measurement.estimation import estimate_frf
+from flexura.testing.measurement.spectra import Spectra, coherence, transfer, unrelated
 from helpers.hits import HAMMER, OUTPUTS, POLES, POLES_HZ, RATE, RATIOS, hit, receptance
 
 

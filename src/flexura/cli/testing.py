@@ -36,9 +36,7 @@ LISTS = (".yaml", ".yml")
 
 @command(reads=False)
 def estimate_frf_command(
-    data: Annotated[
-        Path, typer.Argument(metavar="DATA", help="Time records (UFF, CSV, npz, HDF5, mat, TDMS, WAV).")
-    ],
+    data: Annotated[Path, typer.Argument(metavar="DATA", help="Time records (UFF, CSV, npz, HDF5, mat, TDMS, WAV).")],
     *,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the responses here, by suffix.")] = None,
     estimator: Annotated[

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,107 +16,7 @@ from flexura.tables import in_hz, quantity
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
-
-LINES_BY_CHANCE = 0.05
-"""Share of lines above its 95 % quantile that unrelated signals have."""
-
-RELATED_LINES = 2 * LINES_BY_CHANCE
-"""Share of such lines from which signals are related."""
-
-
-@dataclass(frozen=True)
-class Spectra:
-    """Sums over `averages` records: `ff` (f, m, m) and `xf` (f, p, m), cross-spectra, and `xx` (f, p), auto-spectra."""
-
-    ff: Complex
-    xf: Complex
-    xx: Array
-    averages: int
-
-    @classmethod
-    def of(cls, F: Complex, X: Complex) -> Spectra:
-        """From transforms of inputs (n, f, m) and outputs (n, f, p) (theory eq. H1)."""
-        ff = np.einsum("nfi,nfj->fij", F, F.conj())
-        xf = np.einsum("nfi,nfj->fij", X, F.conj())
-        return cls(ff, xf, np.sum(np.abs(X) ** 2, axis=0), len(F))
-
-    def at(self, lines: Index) -> Spectra:
-        """The same at some lines."""
-        return Spectra(self.ff[lines], self.xf[lines], self.xx[lines], self.averages)
-
-
-def transfer(S: Spectra, estimator: str) -> Complex:
-    """Frequency responses (f, p, m) by H1, H2 or Hv (theory eqs. H2-H4).
-
-    Raises OptionError for H2 with several inputs, and when inputs are fewer than records or go together at a line.
-    """
-    m = S.ff.shape[1]
-    if S.averages < m:
-        raise OptionError(f"{m} inputs at once need at least {m} records; there are {S.averages}")
-    if estimator == "H2":
-        if m > 1:
-            raise OptionError("H2 is for one input at a time; take H1 or Hv")
-        return S.xx[:, :, None] / _nonzero(S.xf.conj())
-    if estimator == "Hv":
-        return _total_least_squares(S)
-    if m == 1:
-        return S.xf / _nonzero(S.ff)
-    try:
-        H: Any = np.linalg.solve(S.ff.transpose(0, 2, 1), S.xf.transpose(0, 2, 1))
-    except np.linalg.LinAlgError:
-        raise OptionError("the inputs go together at some lines, so that they cannot be distinguished") from None
-    return H.transpose(0, 2, 1)
-
-
-def _total_least_squares(S: Spectra) -> Complex:
-    """Smallest principal component of inputs and one output, each scaled by its own power (theory eq. H4)."""
-    f, p, m = S.xf.shape
-    G = np.empty((f, p, m + 1, m + 1), dtype=complex)
-    G[..., :m, :m] = S.ff[:, None]
-    G[..., m, :m] = S.xf
-    G[..., :m, m] = S.xf.conj()
-    G[..., m, m] = S.xx
-    d = 1 / np.sqrt(_nonzero(np.einsum("fpii->fpi", G).real))
-    _, vectors = np.linalg.eigh(d[..., :, None] * G * d[..., None, :])
-    a = vectors[..., :, 0].conj() * d
-    return -a[..., :m] / _nonzero(a[..., m:])
-
-
-def coherence(S: Spectra) -> Array | None:
-    """Coherence (f, p, m) of every output with its input, or with all inputs at once (theory eq. H5).
-
-    None when there are no more records than inputs, where it is 1 of anything.
-    """
-    m = S.ff.shape[1]
-    if S.averages <= m:
-        return None
-    H = transfer(S, "H1")
-    explained = np.einsum("fpm,fpm->fp", H, S.xf.conj()).real
-    gamma = np.clip(explained / _nonzero(S.xx), 0.0, 1.0)
-    return np.repeat(gamma[:, :, None], m, axis=2)
-
-
-def unrelated(gamma: Array, averages: int, inputs: int = 1) -> bool:
-    """True when coherence (f,) is distributed as that of signals that have nothing to do with each other.
-
-    Of n independent records of one input it exceeds x with probability (1 - x)^(n - 1) (Carter, Knapp and Nuttall
-    1973; theory eq. H6); with m inputs the least of them has it with n - m.
-    """
-    free = averages - inputs
-    if free < 1 or len(gamma) < 20:
-        return False
-    quantile = 1 - LINES_BY_CHANCE ** (1 / free)
-    if inputs > 1:
-        from scipy.stats import beta
-
-        quantile = float(beta.ppf(1 - LINES_BY_CHANCE, inputs, free))
-    return bool(np.mean(gamma > quantile) < RELATED_LINES)
-
-
-def _nonzero(values: Any) -> Any:
-    """Zeros replaced by the smallest number, so that quotients stay finite."""
-    return np.where(values == 0, np.finfo(float).tiny, values)
-
+from flexura.testing.measurement.spectra import Spectra, coherence, nonzero, transfer, unrelated
 
 Estimator = Literal["H1", "H2", "Hv"]
 
@@ -407,7 +307,7 @@ def _going_together(S: Spectra, hz: Array) -> NDArray[np.bool_]:
     if m == 1 or S.averages < m:
         return np.zeros(len(hz), dtype=np.bool_)
     power = np.einsum("fii->fi", S.ff).real
-    size = np.sqrt(_nonzero(power))
+    size = np.sqrt(nonzero(power))
     least = np.linalg.eigvalsh(S.ff / size[:, :, None] / size[:, None, :])[:, 0]
     excited = (power >= EXCITED_POWER * power.max(axis=0)).all(axis=1)
     return np.asarray(excited & (hz > 0) & (least < LEAST_INDEPENDENT), dtype=np.bool_)
