@@ -161,7 +161,9 @@ def _frf(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> Measu
         )
     if np.any(np.diff(hz) <= 0) or not np.isfinite(H).all():
         raise OptionError(f"{where}: frequencies increase and responses are finite numbers; these are not")
-    gamma = arrays.get("coherence")
+    shares = [
+        None if (g := arrays.get(f"{kind}coherence")) is None else np.asarray(g, float) for kind in ("", "partial_")
+    ]
     averages = arrays.get("averages")
     response: Any = H * (above[:, None] / below)
     return MeasuredFRF(
@@ -169,12 +171,13 @@ def _frf(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> Measu
         response,
         inputs,
         outputs,
-        None if gamma is None else np.asarray(gamma, dtype=float),
+        shares[0],
         None if averages is None else int(averages),
         _text(arrays, "estimator"),
         float(arrays.get("decay", 0.0)),
         _text(arrays, "setup"),
         tuple(str(n) for n in np.atleast_1d(arrays.get("notes", np.array([], dtype=str)))),
+        shares[1],
     )
 
 
@@ -211,6 +214,7 @@ def contents(measurement: Measurement) -> Arrays:
         group = {"frequency_hz": f.frequency_hz, "response": f.response, "decay": np.array(float(f.decay))}
         group |= {"setup": np.array(f.setup), "estimator": np.array(f.estimator), "notes": np.array(f.notes, dtype=str)}
         group |= {} if f.coherence is None else {"coherence": f.coherence}
+        group |= {} if f.partial_coherence is None else {"partial_coherence": f.partial_coherence}
         group |= {} if f.averages is None else {"averages": np.array(f.averages)}
         group |= _described(f.inputs, "input_") | _described(f.outputs, "output_")
         arrays |= {f"frf{k}.{name}": value for name, value in group.items()}

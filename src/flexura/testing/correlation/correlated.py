@@ -147,6 +147,7 @@ def _part(frf: MeasuredFRF, lines: Index, outputs: Index, inputs: Index) -> Meas
         frequency_hz=frf.frequency_hz[lines],
         response=frf.response[at],
         coherence=None if frf.coherence is None else frf.coherence[at],
+        partial_coherence=None if frf.partial_coherence is None else frf.partial_coherence[at],
         outputs=tuple(frf.outputs[k] for k in outputs),
         inputs=tuple(frf.inputs[k] for k in inputs),
     )

@@ -16,7 +16,14 @@ from flexura.tables import in_hz, quantity
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
-from flexura.testing.measurement.spectra import Spectra, coherence, nonzero, transfer, unrelated
+from flexura.testing.measurement.spectra import (
+    Spectra,
+    coherence,
+    nonzero,
+    partial_coherence,
+    transfer,
+    unrelated,
+)
 
 Estimator = Literal["H1", "H2", "Hv"]
 
@@ -93,9 +100,11 @@ def estimate_frf(
     """Frequency responses from time records, one for every setup (theory eqs. H1-H8).
 
     Records of one setup that are hit at the same channel are averaged; different hits are columns of one response.
-    Records with several inputs each are solved together.
+    Records with several inputs each are solved together; `coherence` is then multiple coherence, and
+    `partial_coherence` that with one input once the others are taken out (eqs. H5, H18).
 
-    `estimator`: H1 (noise in the outputs), H2 (noise in the input, one input only) or Hv (equal shares).
+    `estimator`: H1 (noise in the outputs), H2 (noise in the inputs; several of them take as many outputs, whose lines
+    where they go together are named) or Hv (equal shares).
     `force_window`, s: the force counts until so long after the beginning of the pulse, with a cosine taper of a quarter
     of that. `exponential`: value at the end of the record, between 0 and 1, of an exponential window on all channels;
     the decay rate that it adds stands in `decay` of the result, for identification to take out. `stretch`, s: records
@@ -265,7 +274,7 @@ def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
             f"{at}: {largest_leakage:.0%} of the motion is left at the end of records: peaks are wrong by about as much"
         )
     F, X = (np.array(part) for part in zip(*transforms, strict=True))
-    spectra = Spectra.of(F, X)
+    spectra = Spectra.of(F, X, among=options.estimator == "H2" and len(inputs) > 1)
     alike = _going_together(spectra, hz)
     if alike.mean() > MOST_LINES_TOGETHER:
         return (
@@ -377,12 +386,15 @@ def _combined(setup: str, groups: Sequence[_Group], options: _Options, band: tup
     H = np.concatenate([transfer(S, options.estimator) for S in spectra], axis=2)
     gammas = [gamma for S in spectra if (gamma := coherence(S)) is not None]
     known = np.concatenate(gammas, axis=2) if len(gammas) == len(groups) else None
+    partial = _partial(spectra, gammas) if known is not None else None
     used = np.arange(len(outputs))
     if known is None:
         notes.append("single records: no coherence is known")
     elif "incoherent" not in options.accept:
         used, remarks = _coherent(groups, lines, known)
         notes += remarks
+    if options.estimator == "H2":
+        notes += [note for g, S in zip(groups, spectra, strict=True) for note in _lone_outputs(g, S, hz)]
     decay = groups[0].decay
     if options.exponential is not None:
         notes.append(f"an exponential window has added {decay:.4g} 1/s to every decay rate")
@@ -397,7 +409,33 @@ def _combined(setup: str, groups: Sequence[_Group], options: _Options, band: tup
         decay,
         setup,
         tuple(notes),
+        None if partial is None else partial[:, used],
     )
+
+
+def _partial(spectra: Sequence[Spectra], gammas: Sequence[Array]) -> Array | None:
+    """Partial coherence (f, p, m), of single inputs their coherence; None where all are single."""
+    each = [partial_coherence(S) for S in spectra]
+    if all(one is None for one in each):
+        return None
+    return np.concatenate([gamma if one is None else one for one, gamma in zip(each, gammas, strict=True)], axis=2)
+
+
+def _lone_outputs(group: _Group, S: Spectra, hz: Array) -> list[str]:
+    """A note on lines at which outputs go together, as near a single mode, so that H2 cannot tell several inputs."""
+    m = len(group.inputs)
+    if m == 1:
+        return []
+    seen = S.xf / np.sqrt(nonzero(S.xx))[:, :, None] / np.sqrt(nonzero(np.einsum("fii->fi", S.ff).real))[:, None, :]
+    sizes = np.linalg.svd(seen, compute_uv=False)
+    alike = sizes[:, -1] ** 2 < LEAST_INDEPENDENT * sizes[:, 0] ** 2
+    if not alike.any():
+        return []
+    names = ", ".join(c.name for c in group.inputs)
+    return [
+        f"the outputs go together at {alike.mean():.0%} of the lines, from {in_hz(hz[alike][0], 4)} to"
+        f" {in_hz(hz[alike][-1], 4)}, as near a single mode: H2 of {names} is uncertain there; compare with Hv"
+    ]
 
 
 def _lines(hz: Array, powers: Sequence[Array], band: tuple[float, float] | None) -> Index:

@@ -267,7 +267,8 @@ class MeasuredFRF(Tabular):
     """H (f, p, m) at `frequency_hz` (f,): response of each output to a unit of each input, e^(+i omega t).
 
     `coherence` (f, p, m) from `averages` records, where known. `decay`, 1/s, is what an exponential window has added to
-    the decay rate of every mode. `estimator`: H1, H2 or Hv.
+    the decay rate of every mode. `estimator`: H1, H2 or Hv. `partial_coherence` (f, p, m) is that with one input once
+    the others are taken out, where several excite at once.
     """
 
     frequency_hz: Array
@@ -280,6 +281,7 @@ class MeasuredFRF(Tabular):
     decay: float = 0.0
     setup: str = ""
     notes: tuple[str, ...] = ()
+    partial_coherence: Array | None = None
 
     def _title(self) -> str:
         lines = counted(len(self.frequency_hz), "line")
@@ -299,12 +301,15 @@ class MeasuredFRF(Tabular):
         }
         if self.coherence is not None:
             columns["median coherence"] = [f"{_median(self.coherence[:, i, j]):.3f}" for i, j in pairs]
+        if self.partial_coherence is not None:
+            columns["partial"] = [f"{_median(self.partial_coherence[:, i, j]):.3f}" for i, j in pairs]
         yield Table(columns, "pairs")
 
     def _data(self) -> dict[str, Any]:
         numbers = {"frequency_hz": self.frequency_hz, "real": self.response.real, "imaginary": self.response.imag}
         ends = {"inputs": self.inputs, "outputs": self.outputs}
-        return {**self._summary(), **ends, **numbers, "coherence": self.coherence, "estimator": self.estimator}
+        shares = {"coherence": self.coherence, "partial_coherence": self.partial_coherence}
+        return {**self._summary(), **ends, **numbers, **shares, "estimator": self.estimator}
 
     def _summary(self) -> dict[str, Any]:
         """What the responses are of, without them."""
@@ -430,10 +435,11 @@ def _refuse_response(frf: MeasuredFRF, where: str) -> None:
     if not (np.isfinite(frf.decay) and 0 <= frf.decay <= HIGHEST_HZ):
         raise OptionError(f"{where}: the decay of a window is a rate in 1/s, not {frf.decay:g}")
     _refuse_large(frf.response, where)
-    if frf.coherence is not None:
-        if frf.coherence.shape != frf.response.shape:
-            raise OptionError(f"{where}: coherence is {frf.coherence.shape}, responses are {frf.response.shape}")
-        _refuse_large(frf.coherence, f"{where}: coherence")
+    for gamma in (frf.coherence, frf.partial_coherence):
+        if gamma is not None and gamma.shape != frf.response.shape:
+            raise OptionError(f"{where}: coherence is {gamma.shape}, responses are {frf.response.shape}")
+        if gamma is not None:
+            _refuse_large(gamma, f"{where}: coherence")
 
 
 def _refuse_large(values: np.ndarray, where: str) -> None:

@@ -19,46 +19,67 @@ RELATED_LINES = 2 * LINES_BY_CHANCE
 
 @dataclass(frozen=True)
 class Spectra:
-    """Sums over `averages` records: `ff` (f, m, m) and `xf` (f, p, m), cross-spectra, and `xx` (f, p), auto-spectra."""
+    """Sums over `averages` records: `ff` (f, m, m) and `xf` (f, p, m), cross-spectra, and `xx` (f, p), auto-spectra.
+
+    `among` (f, p, p) are the cross-spectra of the outputs, where they are asked for.
+    """
 
     ff: Complex
     xf: Complex
     xx: Array
     averages: int
+    among: Complex | None = None
 
     @classmethod
-    def of(cls, F: Complex, X: Complex) -> Spectra:
+    def of(cls, F: Complex, X: Complex, among: bool = False) -> Spectra:
         """From transforms of inputs (n, f, m) and outputs (n, f, p) (theory eq. H1)."""
-        ff = np.einsum("nfi,nfj->fij", F, F.conj())
-        xf = np.einsum("nfi,nfj->fij", X, F.conj())
-        return cls(ff, xf, np.sum(np.abs(X) ** 2, axis=0), len(F))
+        ff, xf = crossed(F, F), crossed(X, F)
+        return cls(ff, xf, np.sum(np.abs(X) ** 2, axis=0), len(F), crossed(X, X) if among else None)
 
     def at(self, lines: Index) -> Spectra:
         """The same at some lines."""
-        return Spectra(self.ff[lines], self.xf[lines], self.xx[lines], self.averages)
+        among = None if self.among is None else self.among[lines]
+        return Spectra(self.ff[lines], self.xf[lines], self.xx[lines], self.averages, among)
+
+
+def crossed(X: Complex, Y: Complex) -> Complex:
+    """Cross-spectra (f, p, q), summed over the records, of transforms (n, f, p) and (n, f, q)."""
+    return np.einsum("nfi,nfj->fij", X, Y.conj(), optimize=True)
 
 
 def transfer(S: Spectra, estimator: str) -> Complex:
     """Frequency responses (f, p, m) by H1, H2 or Hv (theory eqs. H2-H4).
 
-    Raises OptionError for H2 with several inputs, and when inputs are fewer than records or go together at a line.
+    H2 of several inputs takes the cross-spectra among the outputs (theory eq. H16). Raises OptionError when there are
+    fewer records than inputs, for H2 also fewer outputs, and when inputs go together at a line.
     """
     m = S.ff.shape[1]
     if S.averages < m:
         raise OptionError(f"{m} inputs at once need at least {m} records; there are {S.averages}")
     if estimator == "H2":
-        if m > 1:
-            raise OptionError("H2 is for one input at a time; take H1 or Hv")
-        return S.xx[:, :, None] / nonzero(S.xf.conj())
+        return S.xx[:, :, None] / nonzero(S.xf.conj()) if m == 1 else _from_outputs(S)
     if estimator == "Hv":
         return _total_least_squares(S)
-    if m == 1:
-        return S.xf / nonzero(S.ff)
+    return S.xf / nonzero(S.ff) if m == 1 else divided(S.xf, S.ff)
+
+
+def divided(A: Complex, B: Complex) -> Complex:
+    """A B^-1 (f, p, m) at every line. Raises OptionError where B (f, m, m) is singular."""
     try:
-        H: Any = np.linalg.solve(S.ff.transpose(0, 2, 1), S.xf.transpose(0, 2, 1))
+        X: Any = np.linalg.solve(B.transpose(0, 2, 1), A.transpose(0, 2, 1))
     except np.linalg.LinAlgError:
         raise OptionError("the inputs go together at some lines, so that they cannot be distinguished") from None
-    return H.transpose(0, 2, 1)
+    return X.transpose(0, 2, 1)
+
+
+def _from_outputs(S: Spectra) -> Complex:
+    """H2 of several inputs: all outputs, each of power one, tell the inputs from their noise (theory eq. H16)."""
+    p, m = S.xf.shape[1:]
+    if p < m or S.among is None:
+        raise OptionError(f"H2 of {m} inputs at once takes as many outputs; there are {p}: take H1 or Hv")
+    size = 1 / np.sqrt(nonzero(S.xx))
+    fx = S.xf.conj().transpose(0, 2, 1) * size[:, None, :]
+    return S.among * size[:, None, :] @ np.linalg.pinv(fx)
 
 
 def _total_least_squares(S: Spectra) -> Complex:
@@ -87,6 +108,21 @@ def coherence(S: Spectra) -> Array | None:
     explained = np.einsum("fpm,fpm->fp", H, S.xf.conj()).real
     gamma = np.clip(explained / nonzero(S.xx), 0.0, 1.0)
     return np.repeat(gamma[:, :, None], m, axis=2)
+
+
+def partial_coherence(S: Spectra) -> Array | None:
+    """Coherence (f, p, m) of every output with every input, once all other inputs are taken out of both (eq. H18).
+
+    None of a single input, and when there are no more records than inputs.
+    """
+    m = S.ff.shape[1]
+    gamma = coherence(S)
+    if m == 1 or gamma is None:
+        return None
+    alone = 1 / nonzero(np.einsum("fii->fi", np.linalg.pinv(S.ff, hermitian=True)).real)
+    own = np.abs(transfer(S, "H1")) ** 2 * alone[:, None, :]
+    rest = (1 - gamma) * S.xx[:, :, None]
+    return np.clip(own / nonzero(own + rest), 0.0, 1.0)
 
 
 def unrelated(gamma: Array, averages: int, inputs: int = 1) -> bool:
