@@ -46,7 +46,7 @@ DIMENSIONLESS = {
     *("uncertainty", "difference", "beams", "roots", "bodies", "ground"),
     *("factor to yield", "position", "variance reduction", "relative standard deviation"),
     *("stress margin", "stress position", "buckling factor", "model error, lower", "model error, upper"),
-    *("model error, low", "model error, high"),
+    *("model error, low", "model error, high", "deviation", "scatter", "gain"),
     *("frequency error", "response error", "static error"),
     *("gain margin", "distance from -1", "sensitivity peak", "gap", "factor to buckle"),
 }

@@ -195,6 +195,16 @@ def virtual_points() -> fx.VirtualPointResponse:
     return fx.virtual_points(frequency_response(), {"point": point}, name=NAME)
 
 
+def reciprocity() -> fx.testing.Reciprocity:
+    places = [(NODE, (1.0, 0.0, 0.0)), (NODE, (0.0, 1.0, 0.0))]
+    inputs, outputs = (
+        tuple(fx.testing.MeasuredChannel(f"{kind} {k}", kind, *place) for k, place in enumerate(places))
+        for kind in ("force", "displacement")
+    )
+    H = np.array([[2.0, 0.5], [0.6, 1.0]]) / np.array([1 + 1j, 2 + 1j])[:, None, None]
+    return fx.testing.reciprocity(fx.testing.MeasuredFRF(np.array([1.0, 2.0]), H, inputs, outputs))
+
+
 MAKERS: dict[str, Callable[[], Result]] = {
     "Backbone": lambda: fx.backbone(guide(), amplitude={f"{NODE}.tx": 1e-4}, harmonics=1),
     "Budget": lambda: fx.budget(servo(), outputs=[f"{NODE}.tx", f"{NODE}.rz"], frequency_hz=HZ),
@@ -234,6 +244,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "NestedModel": lambda: fx.models.nested(fx.reduce(guide()), [NODE], keep=0),
     "Observer": lambda: fx.observer(sensed(), dt=1e-4, n=2),
     "Shaper": lambda: fx.shaper(servo(), dt=1e-4),
+    "Reciprocity": reciprocity,
     "SinglePrecision": lambda: fx.models.single_precision(
         fx.state_space(fx.system(sensed(), order="full"), n=2).discretised(1e-4)
     ),

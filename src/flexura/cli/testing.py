@@ -59,6 +59,9 @@ def estimate_frf_command(
     accept: Annotated[
         list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")
     ] = None,
+    reciprocal: Annotated[
+        bool, typer.Option("--reciprocal", help="Fill responses that are not measured by their reciprocals.")
+    ] = False,
     channels: Channels = None,
 ) -> Answer:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
@@ -75,6 +78,7 @@ def estimate_frf_command(
         band=band_of(band),
         duration=time_of("--duration", duration, "4s"),
         accept=accept or (),
+        reciprocal=reciprocal,
     )
     name, records, notes = measurement.name, measurement.recordings, measurement.notes
     result = Measurement(name, records, frfs, notes)

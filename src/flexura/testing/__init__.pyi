@@ -4,8 +4,12 @@ from flexura.testing.measurement import MeasuredChannel as MeasuredChannel
 from flexura.testing.measurement import MeasuredFRF as MeasuredFRF
 from flexura.testing.measurement import ModeEvidence as ModeEvidence
 from flexura.testing.measurement import Poles as Poles
+from flexura.testing.measurement import ReciprocalPair as ReciprocalPair
+from flexura.testing.measurement import Reciprocity as Reciprocity
 from flexura.testing.measurement import Recording as Recording
 from flexura.testing.measurement import estimate_frf as estimate_frf
+from flexura.testing.measurement import fill_reciprocal as fill_reciprocal
+from flexura.testing.measurement import reciprocity as reciprocity
 from flexura.testing.rig import ChannelMatch as ChannelMatch
 from flexura.testing.rig import ChannelPairing as ChannelPairing
 from flexura.testing.rig import TrueModes as TrueModes

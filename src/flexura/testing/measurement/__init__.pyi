@@ -32,6 +32,10 @@ from flexura.testing.measurement.measurement import refuse_implausible as refuse
 from flexura.testing.measurement.measurement import repeated_note as repeated_note
 from flexura.testing.measurement.measurement import responses as responses
 from flexura.testing.measurement.measurement import setups_of as setups_of
+from flexura.testing.measurement.reciprocity import ReciprocalPair as ReciprocalPair
+from flexura.testing.measurement.reciprocity import Reciprocity as Reciprocity
+from flexura.testing.measurement.reciprocity import fill_reciprocal as fill_reciprocal
+from flexura.testing.measurement.reciprocity import reciprocity as reciprocity
 from flexura.testing.measurement.response_matrices import POWER as POWER
 from flexura.testing.measurement.response_matrices import ResponseMatrix as ResponseMatrix
 from flexura.testing.measurement.response_matrices import filled as filled

@@ -16,6 +16,7 @@ from flexura.tables import in_hz, quantity
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
+from flexura.testing.measurement.reciprocity import fill_reciprocal
 from flexura.testing.measurement.spectra import (
     Spectra,
     coherence,
@@ -96,12 +97,13 @@ def estimate_frf(
     delays: Mapping[str, float] | None = None,
     full_scale: Mapping[str, float] | None = None,
     accept: Collection[str] = (),
+    reciprocal: bool = False,
 ) -> tuple[MeasuredFRF, ...]:
     """Frequency responses from time records, one for every setup (theory eqs. H1-H8).
 
     Records of one setup that are hit at the same channel are averaged; different hits are columns of one response.
     Records with several inputs each are solved together; `coherence` is then multiple coherence, and
-    `partial_coherence` that with one input once the others are taken out (eqs. H5, H18).
+    `partial_coherence` that with one input once the others are taken out.
 
     `estimator`: H1 (noise in the outputs), H2 (noise in the inputs; several of them take as many outputs, whose lines
     where they go together are named) or Hv (equal shares).
@@ -116,7 +118,8 @@ def estimate_frf(
 
     Records that are overloaded, clipped, hit twice, not at rest before the hit, or still moving at their end are left
     out, and outputs left out that are not coherent with any input; notes name them. `accept` lists kinds of defects
-    that are to be used nonetheless.
+    that are to be used nonetheless. `reciprocal`: records of a setup may have different outputs, and responses that are
+    not measured are those from the other end, H_ji for H_ij; notes name them.
 
     Inputs that go together cannot be told apart: where their spectral matrix is ill-conditioned at most lines, they are
     refused, and where it is at some, a note says at which.
@@ -147,11 +150,13 @@ def estimate_frf(
     frfs: list[MeasuredFRF] = []
     unusable: list[str] = []
     for setup, records in grouped(recordings, lambda r: r.setup).items():
-        for by_input in _columns(records):
+        of_setup: list[MeasuredFRF] = []
+        for by_input in _columns(records, reciprocal):
             groups = [_group(column, options) for column in by_input]
             unusable += [reason for reason in groups if isinstance(reason, str)]
             if not unusable:
-                frfs.append(_combined(setup, [g for g in groups if isinstance(g, _Group)], options, band))
+                of_setup.append(_combined(setup, [g for g in groups if isinstance(g, _Group)], options, band))
+        frfs += fill_reciprocal(of_setup) if reciprocal and of_setup else of_setup
     if unusable:
         raise OptionError("\n".join(unusable))
     return tuple(frfs)
@@ -205,10 +210,10 @@ def _cut(record: Recording, duration: float) -> Recording:
     return replace(record, samples=record.samples[:, :samples])
 
 
-def _columns(records: Sequence[Recording]) -> list[list[list[Recording]]]:
+def _columns(records: Sequence[Recording], incomplete: bool = False) -> list[list[list[Recording]]]:
     """Records of one setup, for each set of outputs, by their inputs: the columns of a response.
 
-    Raises OptionError for rates and lengths that differ, and when a record lacks outputs that others have.
+    Raises OptionError for rates and lengths that differ, and when a record lacks outputs that others have and may not.
     """
     where = f" of setup {records[0].setup}" if records[0].setup else ""
     rates = sorted({r.sample_rate for r in records})
@@ -226,7 +231,7 @@ def _columns(records: Sequence[Recording]) -> list[list[list[Recording]]]:
     for outputs, by_input in columns.items():
         names = {c.name for c in outputs}
         missing = [c.name for c in largest if c.name not in names]
-        if missing and names < {c.name for c in largest}:
+        if missing and not incomplete and names < {c.name for c in largest}:
             first = _label(next(iter(by_input.values()))[0], 0)
             raise OptionError(f"{first}{where} has no channel {', '.join(missing)}, which other records have")
     return [list(by_input.values()) for by_input in columns.values()]

@@ -50,7 +50,7 @@ def crossed(X: Complex, Y: Complex) -> Complex:
 def transfer(S: Spectra, estimator: str) -> Complex:
     """Frequency responses (f, p, m) by H1, H2 or Hv (theory eqs. H2-H4).
 
-    H2 of several inputs takes the cross-spectra among the outputs (theory eq. H16). Raises OptionError when there are
+    H2 of several inputs takes the cross-spectra among the outputs. Raises OptionError when there are
     fewer records than inputs, for H2 also fewer outputs, and when inputs go together at a line.
     """
     m = S.ff.shape[1]
@@ -73,7 +73,7 @@ def divided(A: Complex, B: Complex) -> Complex:
 
 
 def _from_outputs(S: Spectra) -> Complex:
-    """H2 of several inputs: all outputs, each of power one, tell the inputs from their noise (theory eq. H16)."""
+    """H2 of several inputs: all outputs, each of power one, tell the inputs from their noise."""
     p, m = S.xf.shape[1:]
     if p < m or S.among is None:
         raise OptionError(f"H2 of {m} inputs at once takes as many outputs; there are {p}: take H1 or Hv")
@@ -111,7 +111,7 @@ def coherence(S: Spectra) -> Array | None:
 
 
 def partial_coherence(S: Spectra) -> Array | None:
-    """Coherence (f, p, m) of every output with every input, once all other inputs are taken out of both (eq. H18).
+    """Coherence (f, p, m) of every output with every input, once all other inputs are taken out of both.
 
     None of a single input, and when there are no more records than inputs.
     """
