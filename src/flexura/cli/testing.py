@@ -62,6 +62,10 @@ def estimate_frf_command(
     reciprocal: Annotated[
         bool, typer.Option("--reciprocal", help="Fill responses that are not measured by their reciprocals.")
     ] = False,
+    reference: Annotated[
+        list[str] | None,
+        typer.Option(metavar="CHANNEL", help="Excites the loop that the plant is in. May be repeated."),
+    ] = None,
     channels: Channels = None,
 ) -> Answer:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
@@ -79,6 +83,7 @@ def estimate_frf_command(
         duration=time_of("--duration", duration, "4s"),
         accept=accept or (),
         reciprocal=reciprocal,
+        references=reference or (),
     )
     name, records, notes = measurement.name, measurement.recordings, measurement.notes
     result = Measurement(name, records, frfs, notes)

@@ -14,6 +14,8 @@ from flexura.arrays import Array, Complex, Index
 from flexura.errors import OptionError
 from flexura.tables import in_hz, quantity
 from flexura.testing.measurement.channels import FORCES, MeasuredChannel
+from flexura.testing.measurement.closed_loop import by_reference, plant
+from flexura.testing.measurement.force_noise import ForceNoise
 from flexura.testing.measurement.hits import LEAKAGE, QUIET, accepted, inspect, leakage, pulses, trigger
 from flexura.testing.measurement.measurement import MeasuredFRF, Measurement, Recording, grouped
 from flexura.testing.measurement.reciprocity import fill_reciprocal
@@ -77,6 +79,7 @@ class _Group:
     spectra: Spectra
     decay: float
     notes: tuple[str, ...]
+    noise: ForceNoise | None = None
 
     @property
     def power(self) -> Array:
@@ -98,6 +101,7 @@ def estimate_frf(
     full_scale: Mapping[str, float] | None = None,
     accept: Collection[str] = (),
     reciprocal: bool = False,
+    references: Collection[str] = (),
 ) -> tuple[MeasuredFRF, ...]:
     """Frequency responses from time records, one for every setup (theory eqs. H1-H8).
 
@@ -119,7 +123,13 @@ def estimate_frf(
     Records that are overloaded, clipped, hit twice, not at rest before the hit, or still moving at their end are left
     out, and outputs left out that are not coherent with any input; notes name them. `accept` lists kinds of defects
     that are to be used nonetheless. `reciprocal`: records of a setup may have different outputs, and responses that are
-    not measured are those from the other end, H_ji for H_ij; notes name them.
+    not measured are those from the other end, H_ji for H_ij; notes name them. `references`: names of channels that
+    excite a loop from outside, at least as many as the plant in it has inputs; responses are then those of the plant by
+    the joint input-output method, without the bias that feedback of noise gives H1, and `coherence` is that of the
+    outputs with the references.
+
+    Where a force is down by 6 dB and more, as at resonances, and part of it is noise of its channel, a note names the
+    lines, how much H1 is low, and what to take.
 
     Inputs that go together cannot be told apart: where their spectral matrix is ill-conditioned at most lines, they are
     refused, and where it is at some, a note says at which.
@@ -128,18 +138,19 @@ def estimate_frf(
     arguments that make no sense.
     """
     recordings = _recordings(data)
+    _refuse_windows(force_window, exponential, stretch)
     if estimator not in get_args(Estimator):
         raise OptionError(f"estimator is H1, H2 or Hv, not {estimator!r}")
-    if force_window is not None and not force_window > 0:
-        raise OptionError(f"force_window is a positive time in s, not {force_window:g}")
-    if exponential is not None and not 0 < exponential <= 1:
-        raise OptionError(f"exponential is between 0 and 1, not {exponential:g}")
-    if stretch is not None and not (
-        force_window is None and exponential is None and np.isfinite(stretch) and stretch > 0
-    ):
-        raise OptionError(f"stretch is a positive time in s and has a window of its own, not {stretch:g} with another")
+    if references and (estimator != "H1" or reciprocal):
+        raise OptionError("references have an estimator of their own, and no reciprocal")
     options = _Options(
-        estimator, force_window, exponential, stretch, dict(delays or {}), dict(full_scale or {}), accepted(accept)
+        "joint" if references else estimator,
+        force_window,
+        exponential,
+        stretch,
+        dict(delays or {}),
+        dict(full_scale or {}),
+        accepted(accept),
     )
     known = {c.name for r in recordings for c in r.channels}
     for name in (*options.delays, *options.full_scale):
@@ -147,6 +158,9 @@ def estimate_frf(
             raise OptionError(f"there is no channel {name!r}; known: {', '.join(sorted(known))}")
     if duration is not None:
         recordings = [_cut(r, duration) for r in recordings]
+    inputs: list[str] = []
+    if references:
+        recordings, inputs = by_reference(recordings, tuple(references))
     frfs: list[MeasuredFRF] = []
     unusable: list[str] = []
     for setup, records in grouped(recordings, lambda r: r.setup).items():
@@ -156,10 +170,22 @@ def estimate_frf(
             unusable += [reason for reason in groups if isinstance(reason, str)]
             if not unusable:
                 of_setup.append(_combined(setup, [g for g in groups if isinstance(g, _Group)], options, band))
+        of_setup = [plant(frf, inputs) for frf in of_setup] if references else of_setup
         frfs += fill_reciprocal(of_setup) if reciprocal and of_setup else of_setup
     if unusable:
         raise OptionError("\n".join(unusable))
     return tuple(frfs)
+
+
+def _refuse_windows(force_window: float | None, exponential: float | None, stretch: float | None) -> None:
+    if force_window is not None and not force_window > 0:
+        raise OptionError(f"force_window is a positive time in s, not {force_window:g}")
+    if exponential is not None and not 0 < exponential <= 1:
+        raise OptionError(f"exponential is between 0 and 1, not {exponential:g}")
+    if stretch is not None and not (
+        force_window is None and exponential is None and np.isfinite(stretch) and stretch > 0
+    ):
+        raise OptionError(f"stretch is a positive time in s and has a window of its own, not {stretch:g} with another")
 
 
 def _recordings(data: Measurement | Recording | Sequence[Recording]) -> Sequence[Recording]:
@@ -291,7 +317,7 @@ def _group(records: Sequence[Recording], options: _Options) -> _Group | str:
         notes.append(
             f"{at} go together at {alike.mean():.0%} of the lines, from {where}: responses there are not known"
         )
-    return _Group(inputs, outputs, hz, spectra, decay, tuple(notes))
+    return _Group(inputs, outputs, hz, spectra, decay, tuple(notes), ForceNoise.of(F, X, spectra))
 
 
 def _length(record: Recording, stretch: float | None) -> int:
@@ -381,6 +407,8 @@ def _combined(setup: str, groups: Sequence[_Group], options: _Options, band: tup
     notes: list[str] = []
     for g in groups:
         notes += g.notes
+        if g.noise is not None:
+            notes += g.noise.notes([c.name for c in g.inputs], g.hz, lines, options.estimator)
         power = g.power[lines]
         peak = int(np.argmax(power))
         low = np.flatnonzero(power.max() * JUDGED_POWER > power)
