@@ -14,7 +14,7 @@ from flexura.testing import estimate_frf
 RATE = 200.0
 POLE = np.exp((-0.05 + 1j) * 2 * np.pi * 12 / RATE)
 DENOMINATOR = np.poly([POLE, POLE.conj()]).real
-NUMERATORS = np.array([[0.0, 0.4, 0.1], [0.0, 0.1, 0.3]])
+NUMERATORS = np.array([[0.0, 0.4, -0.1], [0.0, 0.1, 0.3]])
 GAIN = 0.4
 
 

@@ -11,13 +11,13 @@ from flexura.testing import estimate_frf
 from helpers.shakers import RATE, record, response, truth
 
 HOLE = 31.0
-NOISE = 0.05
+NOISE = 0.08
 
 
-def hole(radius=0.98):
+def hole(radius=0.9):
     """A filter that takes a band around HOLE out of white noise, as a shaker that follows its structure does."""
     turn = np.exp(2j * np.pi * HOLE / RATE)
-    return np.poly([0.999 * turn, 0.999 / turn]).real, np.poly([radius * turn, radius / turn]).real
+    return np.poly([0.99 * turn, 0.99 / turn]).real, np.poly([radius * turn, radius / turn]).real
 
 
 def dropped(inputs=1, noise=NOISE, outputs=4, output_noise=0.0, n=120_000):
@@ -42,7 +42,7 @@ def notes(frf):
 
 
 def test_lines_are_named_where_h1_is_low():
-    (frf,) = estimate_frf(dropped(), stretch=8.0)
+    (frf,) = estimate_frf(dropped(), stretch=16.0)
     line = int(np.argmin(np.abs(frf.frequency_hz - HOLE)))
     share = expected(frf.frequency_hz[line])
     assert share > 0.2
@@ -52,24 +52,25 @@ def test_lines_are_named_where_h1_is_low():
     assert note.startswith("shaker0 is down, and so much of it is noise, at ")
     assert "H1 is that low; take H2 there, or Hv" in note
     first, last = (float(x.split()[0]) for x in note.split("at ")[1].split(" (")[0].split(" to "))
-    assert 30 < first < HOLE < last < 32
+    low = frf.frequency_hz[expected(frf.frequency_hz) > 0.05]
+    assert (first, last) == pytest.approx((low[0], low[-1]), abs=0.5)
     named = float(note.split("dB down, ")[1].split(" %")[0]) / 100
     assert named == pytest.approx(expected(frf.frequency_hz).max(), abs=0.12)
 
 
 def test_hv_is_half_as_low_and_h2_is_not():
-    (hv,), (h2,) = (estimate_frf(dropped(), stretch=8.0, estimator=name) for name in ("Hv", "H2"))
+    (hv,), (h2,) = (estimate_frf(dropped(), stretch=16.0, estimator=name) for name in ("Hv", "H2"))
     assert "Hv is half that low" in notes(hv)[0] and not notes(h2)
 
 
 def test_without_noise_or_without_a_hole_nothing_is_named():
     for record_ in (dropped(noise=0.0), dropped(noise=0.0, output_noise=0.3)):
-        assert not notes(estimate_frf(record_, stretch=8.0)[0])
+        assert not notes(estimate_frf(record_, stretch=16.0)[0])
     flat = record(np.random.default_rng(1).standard_normal((1, 120_000)), noise=0.3)
-    assert not notes(estimate_frf(flat, stretch=8.0)[0])
+    assert not notes(estimate_frf(flat, stretch=16.0)[0])
 
 
 @pytest.mark.parametrize(("inputs", "outputs"), [(1, 1), (2, 4)])
 def test_where_noise_cannot_be_told_its_bound_is_named(inputs, outputs):
-    (frf,) = estimate_frf(dropped(inputs, outputs=outputs, noise=0.1), stretch=8.0)
-    assert any("shaker0 is down, and at most so much of it is noise" in note for note in notes(frf)) == (inputs == 1)
+    (frf,) = estimate_frf(dropped(inputs, outputs=outputs, noise=0.1), stretch=16.0)
+    assert any("shaker0 is down, and at most so much of it is noise" in note for note in notes(frf))

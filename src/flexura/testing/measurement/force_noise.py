@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Complex, Index
 from flexura.tables import in_hz, percent
-from flexura.testing.measurement.spectra import Spectra, coherence, crossed, nonzero
+from flexura.testing.measurement.spectra import Spectra, coherence, crossed, nonzero, partial_coherence
 
 FEWEST_RECORDS = 8
 """Records from which noise is told from signal."""
@@ -47,7 +47,7 @@ class ForceNoise:
     @classmethod
     def of(cls, F: Complex, X: Complex, S: Spectra) -> ForceNoise | None:
         """From transforms of inputs (n, f, m) and outputs (n, f, p), and their spectra; None of too few records."""
-        gamma = coherence(S)
+        gamma = coherence(S) if S.ff.shape[1] == 1 else partial_coherence(S)
         if len(F) < FEWEST_RECORDS or gamma is None:
             return None
         power = np.einsum("fmm->fm", S.ff).real

@@ -267,8 +267,8 @@ class MeasuredFRF(Tabular):
     """H (f, p, m) at `frequency_hz` (f,): response of each output to a unit of each input, e^(+i omega t).
 
     `coherence` (f, p, m) from `averages` records, where known. `decay`, 1/s, is what an exponential window has added to
-    the decay rate of every mode. `estimator`: H1, H2, Hv or joint. `partial_coherence` (f, p, m) is that with one input once
-    the others are taken out, where several excite at once.
+    the decay rate of every mode. `estimator`: H1, H2, Hv or joint. `partial_coherence` (f, p, m) is that with one input
+    once the others are taken out, where several excite at once.
     """
 
     frequency_hz: Array
