@@ -165,6 +165,7 @@ def test_volts_become_what_a_sensor_senses(tmp_path):
         ("p1: {sensitivity: 100 mA/g}", "a sensitivity is volts per unit, e.g. 100 mV/g"),
         ("p1: {sensitivity: 100 mV/K}", "K is no unit of a force or a motion"),
         ("p1: {full_scale: 50}", "a full scale is a value with its unit"),
+        ("p1: {full_scale: 50 g}", "p1 has a full scale, and only the samples of WAV files are shares of one"),
     ):
         (tmp_path / "t.channels.yaml").write_text(f"channels: {{{wrong}}}\n")
         refused(tmp_path / "t.csv", message)

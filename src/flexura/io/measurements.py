@@ -116,6 +116,9 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
         descriptions = next((read_channel_descriptions(p) for p in sidecars if p.is_file()), {})
     elif not isinstance(channels, Mechanism | Plan):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
+    scaled = [name for name, described in descriptions.items() if described.full_scale is not None]
+    if scaled and file.suffix.lower() != ".wav":
+        raise OptionError(f"{file}: {scaled[0]} has a full scale, and only the samples of WAV files are shares of one")
     read = _format_of(file, f"{file}: ").read
     options = {"repeated": repeated} if "repeated" in signature(read).parameters else {}
     try:
