@@ -11,7 +11,6 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, BinaryIO
@@ -42,14 +41,14 @@ Take = Callable[[str, NDArray[Any]], None]
 
 
 def read_apart(module: str, path: Path) -> dict[str, NDArray[Any]]:
-    """The arrays that `give(path, take)` of a module finds in a file, by name.
+    """The arrays that a module, which serves when it is run, finds in a file, by name.
 
     Raises OptionError as that does, and for files at which it crashes or does not end.
     """
     size = refuse_unreadable(path)
     limits = ",".join(f"{name}={size_limit(name)}" for name in LIMITS)
     where = os.pathsep.join(folder for folder in sys.path if folder)
-    command = [sys.executable, "-P", "-m", __name__, module, str(path), str(SECONDS + size / BYTES_PER_SECOND)]
+    command = [sys.executable, "-P", "-m", module, str(path), str(SECONDS + size / BYTES_PER_SECOND)]
     env = {**os.environ, ENVIRONMENT: limits, "PYTHONPATH": where, "OPENBLAS_NUM_THREADS": "1"}
     try:
         with subprocess.Popen(
@@ -85,8 +84,10 @@ def _send(name: str, array: NDArray[Any], stream: BinaryIO) -> None:
     np.lib.format.write_array(pipe, array, allow_pickle=False)
 
 
-def _serve(module: str, path: Path, seconds: float) -> None:
-    """Write the arrays of a file, or why it is refused, to stdout; within limits of memory and processor time."""
+def serve(give: Callable[[Path, Take], None]) -> None:
+    """Write the arrays of the file of the command line, or why it is refused, to stdout; within its seconds of
+    processor time and within limits of memory."""
+    path, seconds = Path(sys.argv[1]), float(sys.argv[2])
     with suppress(ImportError):  # Windows has none
         import resource
 
@@ -98,12 +99,8 @@ def _serve(module: str, path: Path, seconds: float) -> None:
     stream = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what the library prints
     try:
-        import_module(module).give(path, lambda name, array: _send(name, array, stream))
+        give(path, lambda name, array: _send(name, array, stream))
         stream.write(_END)
     except FlexuraError as error:
         stream.write(_REFUSED + str(error).encode("utf-8", "replace"))
     stream.flush()
-
-
-if __name__ == "__main__":
-    _serve(sys.argv[1], Path(sys.argv[2]), float(sys.argv[3]))

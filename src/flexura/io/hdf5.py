@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.errors import FlexuraError, OptionError, need
-from flexura.io.apart import Take, read_apart
+from flexura.io.apart import Take, read_apart, serve
 from flexura.sizes import within
 
 
@@ -96,3 +96,7 @@ def _refuse_links(h5py: Any, group: Any, place: str) -> None:
         if isinstance(group.get(name, getlink=True), h5py.ExternalLink):
             where = f"{group.name.rstrip('/')}/{name}"
             raise OptionError(f"{place}: {where} is a link to another file, which is not followed")
+
+
+if __name__ == "__main__":
+    serve(give)

@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.errors import OptionError
 from flexura.files import read_bytes
-from flexura.io.apart import Take, read_apart
+from flexura.io.apart import Take, read_apart, serve
 from flexura.io.hdf5 import read_datasets
 from flexura.sizes import within
 
@@ -122,3 +122,7 @@ def _of_datasets(datasets: Arrays) -> Iterator[tuple[str, Any]]:
             yield from ((f"{struct}{k + 1}.{field}", value_of(own)) for k, own in inside if own in datasets)
         elif value.dtype.kind in "biufcV":
             yield name, value_of(name)
+
+
+if __name__ == "__main__":
+    serve(give)
