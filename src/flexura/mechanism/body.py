@@ -315,8 +315,8 @@ class Dashpot(Part):
 
 
 class Stop(Part):
-    """What a node meets once it has moved by `gap` along `direction`, or the second of two nodes as seen from the first,
-    with which the direction turns; only large motion meets it.
+    """What a node meets once it has moved by `gap` along `direction`, or the second of two nodes as seen from the
+    first, with which the direction turns; only large motion meets it.
 
     It pushes back with `stiffness` k at the depth p beyond the gap by k p (1 + c dp/dt), c the `damping`, and never
     pulls (Hunt and Crossley 1975).

@@ -19,6 +19,7 @@ from flexura.motion.equilibrium import Equations
 from flexura.motion.model import Loads
 from flexura.motion.path import displacement
 from flexura.motion.se3 import LARGEST_ROTATION
+from flexura.motion.stops import Contacts
 from flexura.tables import quantity
 
 STEP_CONVERGED = 1e-3, 1e-6, 1e-10
@@ -51,6 +52,9 @@ EASY = 0.08
 
 LEAST_MOTION = 1e-4
 """Motion, over the size of the mechanism or in rad, to which local errors are related at least."""
+
+CONTACT_ERROR = 1e-3
+"""Local error in contact over its depth above which steps are halved: some 28 steps in half a period on the stop."""
 
 NO_STEP = 1e-14
 """Step over the size of the mechanism, or in rad, that counts as none."""
@@ -107,11 +111,13 @@ class StepsTaken(NamedTuple):
 
 
 class _Stepped(NamedTuple):
-    """The state after a step, the auxiliary accelerations there, and the local error of the displacements."""
+    """The state after a step, the auxiliary accelerations there, and the local errors of the displacements and, over
+    the depth of contacts, in the directions of stops."""
 
     state: MotionState
     a: Array
     error: float
+    contact: float
 
 
 class Integrator:
@@ -119,7 +125,8 @@ class Integrator:
 
     Steps are `dt`, s, or halves, quarters ... of it where they do not settle, and where their local error is larger
     than a `tolerance`, over the largest motion so far (Zienkiewicz and Xie
-    1991, Earthq. Eng. Struct. Dyn. 20). `steps` tells what was taken.
+    1991, Earthq. Eng. Struct. Dyn. 20). In contact with a stop they always have one, over its depth. `steps` tells what
+    was taken, `contacts` what stops have met.
     """
 
     def __init__(
@@ -134,6 +141,8 @@ class Integrator:
         self.gamma: float = 0.5 + self.af - self.am
         self.beta: float = (self.gamma + 0.5) ** 2 / 4
         self.steps = StepsTaken()
+        model = equations.model
+        self.contacts = [Contacts(own, model.names_of_stops) for own in model.stops]
         self._h = dt
         self._factor: Any = None
         self._rate = 0.5
@@ -149,11 +158,11 @@ class Integrator:
         """
         state = MotionState(start, velocity, np.zeros(len(velocity)))
         missing = self._missing(state, loads(0))
-        self._renew(state.frames, loads(0))
+        self._renew(state, loads(0))
         # masses times accelerations alone would be singular where something has no mass
         acceleration = self._factor.solve(missing) * self._by_step[1]
         state = state._replace(acceleration=acceleration)
-        self._saw(start)
+        self._saw(state, is_start=True)
         yield state
         pace = _Pace(acceleration, np.zeros(len(velocity)))
         for number in range(1, count):
@@ -188,7 +197,7 @@ class Integrator:
             done += part
             pace.went_on(stepped, state, self._h)
             state = stepped.state
-            self._saw(state.frames)
+            self._saw(state)
             shortest = min(self.steps.shortest, self._h)
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
             pace.longer(not self._is_rough(stepped, EASY), done)
@@ -196,6 +205,8 @@ class Integrator:
 
     def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
         """Whether the local error of a step is more than a share of what is tolerated."""
+        if stepped.contact > share * (self.tolerance or CONTACT_ERROR):
+            return True
         return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
     def _set(self, h: float, pace: _Pace) -> None:
@@ -205,11 +216,13 @@ class Integrator:
         pace.a = pace.a + (self.am - self.af) * (h - self._h) * pace.jerk
         self._h, self._factor, self._rate = h, None, 0.5
 
-    def _saw(self, frames: Frames) -> None:
-        """Keep the largest motion so far, over the size of the mechanism or in rad."""
+    def _saw(self, state: MotionState, is_start: bool = False) -> None:
+        """Keep the largest motion so far, over the size of the mechanism or in rad, and what stops meet."""
+        equations = self.equations
+        for own in self.contacts:
+            own.saw(state.frames, equations.displacements(state.velocity), is_start)
         if self.tolerance is not None:
-            equations = self.equations
-            moved = equations.free(displacement(equations.model.rest, frames)) * equations.scale
+            moved = equations.free(displacement(equations.model.rest, state.frames)) * equations.scale
             self._largest = max(self._largest, float(np.abs(moved).max(initial=0.0)))
 
     @property
@@ -230,7 +243,7 @@ class Integrator:
         while True:
             now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
             if self._factor is None:
-                self._renew(now.frames, loads)
+                self._renew(now, loads)
             factor: Any = self._factor
             correction = factor.solve(self._missing(now, loads))
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
@@ -253,7 +266,9 @@ class Integrator:
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
         state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
-        return _Stepped(state, after, error)
+        missed = equations.displacements(off) if self.contacts else off
+        contact = max((own.error(last.frames, state.frames, missed) for own in self.contacts), default=0.0)
+        return _Stepped(state, after, error, contact)
 
     def _missing(self, state: MotionState, loads: Loads) -> Array:
         """Forces (n,) that are missing for equilibrium with inertia and damping."""
@@ -266,8 +281,9 @@ class Integrator:
             return equations.free(loads.forces(model, state.frames) - held.force)
         return equations.free(-held.force)
 
-    def _renew(self, frames: Frames, loads: Loads) -> None:
+    def _renew(self, state: MotionState, loads: Loads) -> None:
         """Factorise the matrix of Newton's method about a state."""
+        frames = state.frames
         equations, model, (by_v, by_a) = self.equations, self.equations.model, self._by_step
         tangent, _ = equations.tangent(frames, loads, np.empty(0))
         K = model.matrix(tangent.forces.blocks)
@@ -276,4 +292,6 @@ class Integrator:
             S = S + self.damping.beta * by_v * model.material(frames, loads.actuators)
         if model.dashpots:
             S = S + by_v * model.viscous(frames)
+        if model.stops:
+            S = S + model.stopping(frames, equations.displacements(state.velocity), by_v)
         self._factor = factorise(S)

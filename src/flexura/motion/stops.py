@@ -18,8 +18,9 @@ from flexura.motion.elements import Frames, Kinetics, Rates, Response, turned
 
 
 class _Met(NamedTuple):
-    """How stops stand: depths (e,), m, beyond their gaps, below zero while open, and their derivatives (e, 12) by
-    displacements of the frames; directions n, the second point from the first frame and from its own (e, 3), global."""
+    """How stops stand: depths (e,), m, beyond their gaps, below zero while open, their derivatives (e, 12) by
+    displacements of the frames, directions n, and the second point from the first frame and from its own (e, 3), m,
+    global."""
 
     depth: Array
     rows: Array
@@ -32,8 +33,8 @@ class _Met(NamedTuple):
 class Stops:
     """Stops (e,) between frames `node` (e, 2): the point at the arm of the second meets the first.
 
-    `arm` (e, 2, 3), m, leads to the points as seen from the frames, `direction` (e, 3) turns with the first, along which
-    the second point may be `reach` (e,), m, from the first one. `stiffness` (e,) is in N/m, `damping` (e,) in s/m.
+    `arm` (e, 2, 3), m, leads to the points as seen from the frames, `direction` (e, 3) turns with the first, along
+    which the second point may be `reach` (e,), m, from the first one. `stiffness` (e,) is in N/m, `damping` (e,) in s/m.
     """
 
     node: Index
@@ -113,8 +114,8 @@ class Stops:
         return Kinetics(push[:, None] * met.rows, float(0.5 * self.stiffness @ depth**2), 0.0)
 
     def rate_tangents(self, frames: Frames, velocity: Array) -> tuple[Array, Array]:
-        """What damping adds to the derivatives (e, 12, 12) of the forces by displacements, but for what turns, and those
-        by velocities, with the frames at velocities (n + 1, 6)."""
+        """What damping adds to the derivatives (e, 12, 12) of the forces by displacements, but for what turns, and
+        those by velocities, with the frames at velocities (n + 1, 6)."""
         met = self._met(frames)
         _, more = self._pushes(met, velocity)
         both = self.stiffness[:, None, None] * met.rows[:, :, None] * met.rows[:, None]
@@ -123,8 +124,8 @@ class Stops:
 
 
 class Contact(NamedTuple):
-    """What a stop has met: how often, how deep at most, m, with what force at most, N, and the fewest steps of a contact
-    that ended, none where none did."""
+    """What a stop has met: how often, how deep at most, m, with what force at most, N, and the fewest steps of a
+    contact that ended, none where none did."""
 
     name: str
     count: int

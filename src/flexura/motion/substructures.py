@@ -52,7 +52,12 @@ def kept_frames(model: MovingModel) -> Flags:
     for copies in topology.copies.values():
         kept[topology.root[copies.numbers(copies.part.boundary)]] = True
     driven = [model.elements[number] for number in model.actuators.values()]
-    for group in (*driven, *model.dashpots, *model.stops, *(own for own in model.elements if isinstance(own, Superelements))):
+    for group in (
+        *driven,
+        *model.dashpots,
+        *model.stops,
+        *(own for own in model.elements if isinstance(own, Superelements)),
+    ):
         kept[group.node] = True
     return kept
 

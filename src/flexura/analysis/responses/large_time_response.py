@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
+    Contact,
     Damping,
     Equations,
     Equilibrium,
@@ -41,6 +43,9 @@ MODES = 6
 
 COMPARED = 12
 """States that are compared with the full order."""
+
+FEW = 8
+"""Steps of a contact below which its force and its rebound are rough."""
 
 COARSE = 20
 """Steps per period of the motion below which they count as coarse: periods are then off by 1 %."""
@@ -101,6 +106,7 @@ def large_time_response(
         f"large displacements and rotations, generalised-alpha, rho_infinity {stepping.rho_infinity:g}, error of order"
         f" dt^2, {chosen.per_period:.3g} steps in a period of the motion",
         *_steps_taken(chosen.steps, len(excitation.time) - 1),
+        *map(_met, chosen.contacts),
         *damped,
         *([] if low_order is None else [low_order.note]),
     ]
@@ -109,6 +115,7 @@ def large_time_response(
     if chosen.per_period < COARSE:
         text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
         warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
+    warnings += [own for contact in chosen.contacts for own in _coarse_contact(contact)]
     warnings += () if low_order is None else low_order.warnings
     return chosen.response, tuple(notes), tuple(warnings)
 
@@ -171,13 +178,32 @@ def _base(port: InputPort) -> Array:
 
 
 class _Run(NamedTuple):
-    """A motion on one model: outputs (p, N), some of the states, how many steps a period of the motion has, and the
-    steps that were taken."""
+    """A motion on one model: outputs (p, N), some of the states, how many steps a period of the motion has, the steps
+    that were taken, and what stops have met."""
 
     response: Array
     samples: list[Equilibrium]
     per_period: float
     steps: StepsTaken
+    contacts: list[Contact]
+
+
+def _met(contact: Contact) -> str:
+    """A note of what a stop has met."""
+    return (
+        f"the stop {contact.name} is met {counted(contact.count, 'time')}, {quantity(contact.depth, 'm', 3)} deep"
+        f" at most, with {quantity(contact.force, 'N', 3)}"
+    )
+
+
+def _coarse_contact(contact: Contact) -> Iterator[Diagnostic]:
+    """A warning where a contact has few steps."""
+    if contact.fewest is not None and contact.fewest < FEW:
+        text = (
+            f"a contact with the stop {contact.name} lasts {counted(contact.fewest, 'step')}, less than {FEW}: its"
+            " force and its rebound are rough; shorten dt"
+        )
+        yield Diagnostic("contact", contact.name, contact.fewest, FEW, "1", text)
 
 
 def _steps_taken(steps: StepsTaken, samples: int) -> list[str]:
@@ -222,7 +248,8 @@ def _integrated(
             samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
     pace = np.sqrt(force / speed) if speed > 0 else 0.0
     per_period = 2 * np.pi * integrator.steps.taken / (pace * dt * (count - 1)) if pace > 0 else np.inf
-    return _Run(response, samples, per_period, integrator.steps)
+    met = [contact for own in integrator.contacts for contact in own.found()]
+    return _Run(response, samples, per_period, integrator.steps, met)
 
 
 class Reading(NamedTuple):
