@@ -34,7 +34,7 @@ class Stops:
     """Stops (e,) between frames `node` (e, 2): the point at the arm of the second meets the first.
 
     `arm` (e, 2, 3), m, leads to the points as seen from the frames, `direction` (e, 3) turns with the first, along
-    which the second point may be `reach` (e,), m, from the first one. `stiffness` (e,) is in N/m, `damping` (e,) in s/m.
+    which the second point may be `reach` (e,), m, from the first one. `stiffness` (e,) is in N/m, `damping` (e,), s/m.
     """
 
     node: Index
@@ -146,8 +146,8 @@ class Contacts:
         self._is_whole = np.zeros(e, dtype=bool)
 
     def error(self, last: Frames, now: Frames, off: Array) -> float:
-        """Errors of displacements (n + 1, 6) after a step, over the largest depth of each stop that was met so far or is
-        met in the step; the largest one."""
+        """The largest error of displacements (n + 1, 6) after a step, over the largest depth so far of each stop that
+        is met in it."""
         depth, rows = self.stops.depths(now)
         before = self.stops.depths(last)[0]
         met = (depth > 0) | (before > 0)
