@@ -69,6 +69,11 @@ class MovingModel(Laid):
         """The elements that are stops, one kind of elements or none."""
         return tuple(elements for elements in self.elements if isinstance(elements, Stops))
 
+    def meets_alike(self, one: Frames, other: Frames) -> bool:
+        """Whether two states meet the same stops; a path between those that do not has a kink."""
+        kinds = ([stops.depths(frames)[0] > 0 for frames in (one, other)] for stops in self.stops)
+        return all((first == second).all() for first, second in kinds)
+
     @property
     def names_of_stops(self) -> tuple[str, ...]:
         """Names of the stops, as placed."""

@@ -17,6 +17,10 @@ from flexura.duals import plain, zeros
 from flexura.motion.elements import Frames, Kinetics, Rates, Response, turned
 
 
+SHALLOW = 1e-3
+"""Depth over the largest one so far to which errors are related at least."""
+
+
 class _Met(NamedTuple):
     """How stops stand: depths (e,), m, beyond their gaps, below zero while open, their derivatives (e, 12) by
     displacements of the frames, directions n, and the second point from the first frame and from its own (e, 3), m,
@@ -146,16 +150,16 @@ class Contacts:
         self._is_whole = np.zeros(e, dtype=bool)
 
     def error(self, last: Frames, now: Frames, off: Array) -> float:
-        """The largest error of displacements (n + 1, 6) after a step, over the largest depth so far of each stop that
-        is met in it."""
+        """The largest error of displacements (n + 1, 6) after a step, over the depth of each stop that is met in it, of
+        which a part of the largest depth so far counts at least."""
         depth, rows = self.stops.depths(now)
         before = self.stops.depths(last)[0]
         met = (depth > 0) | (before > 0)
         if not met.any():
             return 0.0
         error = np.abs((rows * off[self.stops.node].reshape(-1, 12)).sum(axis=1))
-        deepest = np.maximum(np.maximum(depth, before), self._depth)
-        return float((error[met] / deepest[met]).max())
+        deep = np.maximum(np.maximum(depth, before), SHALLOW * self._depth)
+        return float((error[met] / deep[met]).max())
 
     def saw(self, frames: Frames, velocity: Array, is_start: bool = False) -> None:
         """Take in a state that a step has led to, with the frames at velocities (n + 1, 6)."""
