@@ -66,7 +66,8 @@ def flight(mechanism: fx.Mechanism, duration: float, dt: float = 1e-4, **options
         order="full",
         **{"rho_infinity": 1.0, "damping": 0.0, "local_error": 1e-5, **options},
     )
-    return Flight(result.time, *result.response, result)
+    x, v = result.response
+    return Flight(result.time, x, v, result)
 
 
 def told(result: fx.TimeResponse) -> tuple[float, float]:
@@ -218,7 +219,7 @@ def test_derivatives_are_those_of_the_forces() -> None:
 
 def test_it_never_pulls_and_balances() -> None:
     """Whatever the velocities: no pull, and forces and moments of both ends cancel."""
-    model, stops, frames, velocity = pressed()
+    _, stops, frames, velocity = pressed()
     pushes = [stops.pushes(frames, size * velocity)[0] for size in np.linspace(-1e3, 1e3, 41)]
     assert min(pushes) == 0.0
     assert max(pushes) > 100
@@ -270,11 +271,39 @@ def test_about_a_pose_that_presses_it_is_a_spring() -> None:
     assert not [own for own in fx.statics(posed, actuators={"push": -5.0}).warnings if own.kind == "contact"]
 
 
+MIRRORED = """
+flexura: 1
+name: two
+parameters: {g: 0.5 mm}
+substructures:
+  half:
+    bodies: {b: {centre: [0, 0, 0], mass: 0.1 kg, inertia: [1e-5 kg*m^2, 1e-5 kg*m^2, 1e-5 kg*m^2]}}
+    springs: {k: {nodes: [b], stiffness: {tx: 1 N/mm, ty: 1 N/mm, tz: 1 N/mm, rx: 1 N*m/rad, ry: 1 N*m/rad, rz: 1 N*m}}}
+    stops: {end: {nodes: [b], direction: x, gap: g, stiffness: 1 kN/mm}}
+    interface: [b]
+instances:
+  half: {of: half, pattern: {type: mirror, normal: x, point: [50 mm, 0, 0]}}
+springs: {tie: {nodes: [half1.b, half2.b], stiffness: {tx: 1e-9 N/m}}}
+stops: {buffer: {nodes: [half1.b, half2.b], direction: -x, gap: 1.1 mm, stiffness: 2 N/um}}
+"""
+
+
+def test_copies_have_their_own() -> None:
+    """A mirrored copy meets its stop in the mirrored direction, and the file is written as it was read."""
+    mechanism = fx.loads(MIRRORED)
+    assert fx.loads(fx.dumps(mechanism)) == mechanism
+    move = {"half1.b.x": (0, 0.6e-3), "half2.b.x": (0, -0.6e-3)}
+    last = fx.stroke(mechanism, move=move, steps=3, n=1).poses[-1]
+    force = 1e3 * 0.6e-3 + 1e6 * 0.1e-3 + 2e6 * 0.1e-3
+    assert list(last.reaction.values()) == pytest.approx([force, -force], rel=1e-6)
+
+
 def test_low_order_meets_them() -> None:
     """The guide against a stop on its carriage: reactions of the low order are those of the full order."""
     text = (EXAMPLES / "guide/guide.yaml").read_text(encoding="utf-8")
     guide = fx.loads(text + "\nstops: {end: {nodes: [carriage], direction: x, gap: 1 mm, stiffness: 20 N/mm}}\n")
-    low, full = (fx.stroke(guide, move={"carriage.x": (0, 2e-3)}, steps=3, n=1, order=order) for order in ("low", "full"))
+    move = {"carriage.x": (0, 2e-3)}
+    low, full = (fx.stroke(guide, move=move, steps=3, n=1, order=order) for order in ("low", "full"))
     forces = [[pose.reaction["carriage.x"] for pose in own.poses] for own in (low, full)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-3)
     assert forces[1][2] > 20.0

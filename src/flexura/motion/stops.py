@@ -16,7 +16,6 @@ from flexura.beam import skew
 from flexura.duals import plain, zeros
 from flexura.motion.elements import Frames, Kinetics, Rates, Response, turned
 
-
 SHALLOW = 1e-3
 """Depth over the largest one so far to which errors are related at least."""
 
