@@ -61,11 +61,25 @@ NO_STEP = 1e-14
 
 
 class MotionState(NamedTuple):
-    """Frames with velocities and accelerations (n,) of the free displacements, m/s, rad/s, m/s^2, rad/s^2."""
+    """Frames with velocities and accelerations (n,) of the free displacements, m/s, rad/s, m/s^2, rad/s^2, and the
+    forces of the drives (d,), N or N m."""
 
     frames: Frames
     velocity: Array
     acceleration: Array
+    drive: Array
+
+
+class Moved(NamedTuple):
+    """Driven displacements (d,), m and rad, with their velocities and accelerations."""
+
+    place: Array
+    rate: Array
+    second: Array
+
+
+NOTHING_MOVED = Moved(*np.zeros((3, 0)))
+"""Where no displacement is prescribed."""
 
 
 class Damping(NamedTuple):
@@ -145,23 +159,34 @@ class Integrator:
         self.contacts = [Contacts(own, model.names_of_stops) for own in model.stops]
         self._h = dt
         self._factor: Any = None
+        self._rows, self._by_drive = np.empty((0, 0)), np.empty((0, 0))
+        self._moved: Callable[[float], Moved] = lambda _: NOTHING_MOVED
         self._rate = 0.5
         self._largest = LEAST_MOTION
 
     def through(
-        self, start: Frames, velocity: Array, loads: Callable[[float], Loads], count: int
+        self,
+        start: Frames,
+        velocity: Array,
+        loads: Callable[[float], Loads],
+        count: int,
+        moved: Callable[[float], Moved] = lambda _: NOTHING_MOVED,
     ) -> Iterator[MotionState]:
-        """States at the times 0, dt, ... (count - 1) dt, under loads by number of the time, with parts of it where
-        steps are shorter.
+        """States at the times 0, dt, ... (count - 1) dt, under loads and with the displacements of drives by number of
+        the time, with parts of it where steps are shorter. What drives set in motion at the start gives way at once.
 
         Raises SolverError where the shortest step does not settle.
         """
-        state = MotionState(start, velocity, np.zeros(len(velocity)))
-        missing = self._missing(state, loads(0))
+        self._moved = moved
+        none = np.zeros(len(self.equations.drives))
+        state = MotionState(start, velocity, np.zeros(len(velocity)), none)
         self._renew(state, loads(0))
+        at_start, by_a = moved(0), self._by_step[1]
         # masses times accelerations alone would be singular where something has no mass
-        acceleration = self._factor.solve(missing) * self._by_step[1]
-        state = state._replace(acceleration=acceleration)
+        state = state._replace(velocity=velocity + self._driven(0 * velocity, at_start.rate, velocity)[0])
+        missing = self._missing(state, loads(0))
+        acceleration, drive = self._driven(missing * by_a, at_start.second, 0 * velocity)
+        state = state._replace(acceleration=acceleration, drive=drive / by_a)
         self._saw(state, is_start=True)
         yield state
         pace = _Pace(acceleration, np.zeros(len(velocity)))
@@ -176,7 +201,8 @@ class Integrator:
             part = 0.5**pace.level
             self._set(part * self.dt, pace)
             try:
-                stepped = self._step(state, pace, loads(number - 1 + done + part))
+                time = number - 1 + done + part
+                stepped = self._step(state, pace, loads(time), self._moved(time).place)
             except SolverError:
                 stepped = None
                 self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
@@ -231,21 +257,31 @@ class Integrator:
         h = self._h
         return self.gamma / (self.beta * h), (1 - self.am) / (self.beta * h**2 * (1 - self.af))
 
-    def _step(self, last: MotionState, pace: _Pace, loads: Loads) -> _Stepped:
-        """The next state."""
+    def _driven(self, force: Array, wanted: Array, had: Array) -> tuple[Array, Array]:
+        """Motions (n,) by forces, and the forces (d,) of drives that make driven displacements as wanted beyond those
+        (n,) that are there, by the last matrix."""
+        motion = np.asarray(self._factor.solve(force))
+        if not len(wanted):
+            return motion, wanted
+        drive = np.linalg.solve(self._rows @ self._by_drive, wanted - self._rows @ (had + motion))
+        return motion + self._by_drive @ drive, drive
+
+    def _step(self, last: MotionState, pace: _Pace, loads: Loads, targets: Array) -> _Stepped:
+        """The next state, with the driven displacements (d,) at their targets."""
         h, (by_v, by_a), a = self._h, self._by_step, pace.a
         equations, scale = self.equations, self.equations.scale
         accelerated = last.acceleration + h * pace.jerk
         after = ((1 - self.af) * accelerated + self.af * last.acceleration - self.am * a) / (1 - self.am)
         D = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)
-        size, done = np.inf, 0
+        size, done, drive = np.inf, 0, last.drive
         while True:
-            now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
+            now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
             if self._factor is None:
                 self._renew(now, loads)
-            factor: Any = self._factor
-            correction = factor.solve(self._missing(now, loads))
+            gap = targets - equations.travelled(now.frames)
+            correction, more = self._driven(self._missing(now, loads), gap, 0 * D)
+            drive = drive + more
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
@@ -265,7 +301,7 @@ class Integrator:
                 self._factor = None
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
-        state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
+        state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
         missed = equations.displacements(off) if self.contacts else off
         contact = max((own.error(last.frames, state.frames, missed) for own in self.contacts), default=0.0)
         return _Stepped(state, after, error, contact)
@@ -277,15 +313,16 @@ class Integrator:
         acceleration = equations.displacements(state.acceleration + self.damping.alpha * state.velocity)
         rates = Rates(velocity, acceleration, self.damping.beta)
         held = model.kinetics(state.frames, rates, loads.gravity, loads.actuators)
+        force = -held.force
         if loads.dead or loads.follower:
-            return equations.free(loads.forces(model, state.frames) - held.force)
-        return equations.free(-held.force)
+            force = force + loads.forces(model, state.frames)
+        return equations.free(force) + state.drive @ equations.rows(state.frames)
 
     def _renew(self, state: MotionState, loads: Loads) -> None:
         """Factorise the matrix of Newton's method about a state."""
         frames = state.frames
         equations, model, (by_v, by_a) = self.equations, self.equations.model, self._by_step
-        tangent, _ = equations.tangent(frames, loads, np.empty(0))
+        tangent, _ = equations.tangent(frames, loads, state.drive)
         K = model.matrix(tangent.forces.blocks)
         S = K + (by_a + self.damping.alpha * by_v) * model.mass(frames)
         if self.damping.beta:
@@ -295,3 +332,5 @@ class Integrator:
         if model.stops:
             S = S + model.stopping(frames, equations.displacements(state.velocity), by_v)
         self._factor = factorise(S)
+        self._rows = tangent.rows
+        self._by_drive = np.asarray(self._factor.solve(tangent.rows.T)) if len(tangent.rows) else tangent.rows.T
