@@ -260,10 +260,11 @@ class Integrator:
     def _driven(self, force: Array, wanted: Array, had: Array) -> tuple[Array, Array]:
         """Motions (n,) by forces, and the forces (d,) of drives that make driven displacements as wanted beyond those
         (n,) that are there, by the last matrix."""
-        motion = np.asarray(self._factor.solve(force))
+        motion = np.asarray(self._factor.solve(force), dtype=float)
         if not len(wanted):
             return motion, wanted
-        drive = np.linalg.solve(self._rows @ self._by_drive, wanted - self._rows @ (had + motion))
+        left = wanted - self._rows @ (had + motion)
+        drive = np.asarray(np.linalg.solve(self._rows @ self._by_drive, left), dtype=float)
         return motion + self._by_drive @ drive, drive
 
     def _step(self, last: MotionState, pace: _Pace, loads: Loads, targets: Array) -> _Stepped:
