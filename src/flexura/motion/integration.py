@@ -71,14 +71,15 @@ class MotionState(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """Driven displacements (d,), m and rad, with their velocities and accelerations."""
+    """Driven displacements (d,), m and rad, with their derivatives by time."""
 
     place: Array
     rate: Array
     second: Array
+    third: Array
 
 
-NOTHING_MOVED = Moved(*np.zeros((3, 0)))
+NOTHING_MOVED = Moved(*np.zeros((4, 0)))
 """Where no displacement is prescribed."""
 
 
@@ -189,7 +190,10 @@ class Integrator:
         state = state._replace(acceleration=acceleration, drive=drive / by_a)
         self._saw(state, is_start=True)
         yield state
-        pace = _Pace(acceleration, np.zeros(len(velocity)))
+        # auxiliary accelerations are those at another time: without this the forces of drives would swing
+        jerk, _ = self._driven(0 * velocity, at_start.third, 0 * velocity)
+        pace = _Pace(acceleration + (self.am - self.af) * self._h * jerk, jerk)
+        state = state._replace(velocity=state.velocity + self._ahead * self._h**2 * jerk)
         for number in range(1, count):
             state = self._sample(state, pace, loads, number)
             yield state
@@ -199,7 +203,7 @@ class Integrator:
         done = 0.0
         while done < 1.0:
             part = 0.5**pace.level
-            self._set(part * self.dt, pace)
+            state = self._set(part * self.dt, pace, state, number - 1 + done)
             try:
                 time = number - 1 + done + part
                 stepped = self._step(state, pace, loads(time), self._moved(time).place)
@@ -235,12 +239,22 @@ class Integrator:
             return True
         return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
-    def _set(self, h: float, pace: _Pace) -> None:
-        """Take steps of a length from now on: the auxiliary accelerations are those of another time then."""
+    def _set(self, h: float, pace: _Pace, state: MotionState, time: float) -> MotionState:
+        """The state from which steps of another length are taken: the auxiliary accelerations are those of another time
+        then, and velocities that drives give are ahead by something else."""
         if h == self._h:
-            return
-        pace.a = pace.a + (self.am - self.af) * (h - self._h) * pace.jerk
+            return state
+        jerk, third = pace.jerk, self._moved(time).third
+        if len(third):
+            if self._factor is None:
+                self._renew(state, self._last_loads)
+            none = 0 * jerk
+            jerk = jerk + self._driven(none, third, jerk)[0]
+            ahead = self._ahead * (h**2 - self._h**2) * self._driven(none, third, none)[0]
+            state = state._replace(velocity=state.velocity + ahead)
+        pace.a = pace.a + (self.am - self.af) * (h - self._h) * jerk
         self._h, self._factor, self._rate = h, None, 0.5
+        return state
 
     def _saw(self, state: MotionState, is_start: bool = False) -> None:
         """Keep the largest motion so far, over the size of the mechanism or in rad, and what stops meet."""
@@ -250,6 +264,11 @@ class Integrator:
         if self.tolerance is not None:
             moved = equations.free(displacement(equations.model.rest, state.frames)) * equations.scale
             self._largest = max(self._largest, float(np.abs(moved).max(initial=0.0)))
+
+    @property
+    def _ahead(self) -> float:
+        """By how much velocities are ahead of their displacements, over the squared step and the jerk."""
+        return 1 / 6 - self.beta - (self.am - self.af) / 2
 
     @property
     def _by_step(self) -> tuple[float, float]:
@@ -321,7 +340,7 @@ class Integrator:
 
     def _renew(self, state: MotionState, loads: Loads) -> None:
         """Factorise the matrix of Newton's method about a state."""
-        frames = state.frames
+        frames, self._last_loads = state.frames, loads
         equations, model, (by_v, by_a) = self.equations, self.equations.model, self._by_step
         tangent, _ = equations.tangent(frames, loads, state.drive)
         K = model.matrix(tangent.forces.blocks)

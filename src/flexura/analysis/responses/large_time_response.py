@@ -48,6 +48,9 @@ MODES = 6
 COMPARED = 12
 """States that are compared with the full order."""
 
+CALM = 0.6
+"""Spectral radius up to which what steps of other lengths set swinging in forces of drives dies out at once."""
+
 FEW = 8
 """Steps of a contact below which its force and its rebound are rough."""
 
@@ -134,6 +137,9 @@ def large_time_response(
     if chosen.per_period < COARSE:
         text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
         warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
+    if moves and chosen.steps.taken != len(excitation.time) - 1 and stepping.rho_infinity > CALM:
+        text = f"forces of drives swing where steps change their length: take a rho_infinity of {CALM:g} or less"
+        warnings.append(Diagnostic("step", "", stepping.rho_infinity, CALM, "1", text))
     warnings += [own for contact in chosen.contacts for own in _coarse_contact(contact)]
     warnings += () if low_order is None else low_order.warnings
     channels = [_channels(moving, drive) for drive in equations.drives]
@@ -163,7 +169,7 @@ class _LoadsOverTime:
         self.excitation = excitation
         self._moves = moves
         spline = CubicSpline(excitation.dt * np.arange(moves.shape[1]), moves, axis=1) if len(moves) else None
-        self._splines = [] if spline is None else [spline, spline.derivative(), spline.derivative(2)]
+        self._splines = [] if spline is None else [spline, *(spline.derivative(k) for k in (1, 2, 3))]
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
         self._gravity = described.gravity

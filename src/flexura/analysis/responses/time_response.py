@@ -230,7 +230,9 @@ def time_response(
     corotational superelements, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
     the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
     are on all the time, and damping is that of dashpots and Rayleigh's. Steps that do not settle are halved, as often
-    as they need, and those of a larger `local_error`, a share of the largest motion so far; a note says so. The
+    as they need, and those of a larger `local_error`, a share of the largest motion so far, or in contact with a stop
+    (eqs. G49-G51); a note says so. Displacements may be prescribed, `move` by names such as `carriage.x`, m and rad,
+    on splines between samples; the forces that this takes follow the outputs, `carriage.x:force` (eq. G52). The
     base may be accelerated along axes, which is gravity the other way.
 
     Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
