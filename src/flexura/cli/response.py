@@ -407,7 +407,7 @@ def time_response_command(
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Start from the static state under this, let go at time zero."),
     ] = None,
-    moves: Annotated[
+    move: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="CSV with time and displacements of large motion, carriage.x, m and rad."),
     ] = None,
@@ -427,8 +427,8 @@ def time_response_command(
     ] = None,
 ) -> Answer:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
-    from flexura.analysis import time_response
     from flexura.analysis import signals as waves
+    from flexura.analysis import time_response
 
     h = quantity_of("--dt", dt, "s", "0.1ms")
     total = time_of("--duration", duration, "0.5s")
@@ -453,7 +453,7 @@ def time_response_command(
         for name, samples in read.signals.items():
             add_once(inputs, name, samples, rule)
         total = read.time[-1] if total is None else total
-    moved = None if moves is None else _in_steps(moves, h)
+    moved = None if move is None else _in_steps(move, h)
     if moved is not None and total is None:
         total = moved.time[-1]
     result = time_response(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import make_interp_spline
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.responses.time_limits import Excitation
@@ -168,7 +168,9 @@ class _LoadsOverTime:
     def __init__(self, model: MovingModel, built: System, excitation: Excitation, moves: Array) -> None:
         self.excitation = excitation
         self._moves = moves
-        spline = CubicSpline(excitation.dt * np.arange(moves.shape[1]), moves, axis=1) if len(moves) else None
+        degree = next((k for k in (5, 3) if moves.shape[1] > k), 1)
+        times = excitation.dt * np.arange(moves.shape[1])
+        spline = make_interp_spline(times, moves, degree, axis=1) if len(moves) else None
         self._splines = [] if spline is None else [spline, *(spline.derivative(k) for k in (1, 2, 3))]
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
