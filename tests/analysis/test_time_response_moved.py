@@ -33,7 +33,9 @@ bodies:
 nodes: {{pivot: [0, 0, 0]}}
 springs:
   rails: {{nodes: [cart], stiffness: {{tx: 1e-3 N/m, {STIFF}}}}}
-  pin: {{nodes: [cart, pivot], stiffness: {{tx: 1e6 N/m, ty: 1e6 N/m, tz: 1e6 N/m, rx: 1e3 N*m, ry: 1e-6 N*m, rz: 1e3 N*m}}}}
+  pin:
+    nodes: [cart, pivot]
+    stiffness: {{tx: 1e6 N/m, ty: 1e6 N/m, tz: 1e6 N/m, rx: 1e3 N*m, ry: 1e-6 N*m, rz: 1e3 N*m}}
 gravity: [0, 0, -9.81 m/s^2]
 """
 
@@ -107,7 +109,7 @@ def test_a_pendulum_on_a_moving_pivot() -> None:
 def test_shorter_steps_do_not_shake_the_force() -> None:
     """Where steps change their length, the force of the drive stays on its curve."""
     move = {"cart.x": lambda t: 2e-3 * np.sin(2 * np.pi * 8 * t) ** 3}
-    options = {
+    options: dict[str, Any] = {
         "outputs": ["mass.tx"],
         "duration": 0.1,
         "motion": "large",
@@ -164,11 +166,6 @@ def test_low_order_and_small_motion_of_a_guide() -> None:
     ),
 )
 def test_what_is_refused(options: dict[str, Any], message: str) -> None:
-    given: dict[str, Any] = {
-        "move": {"cart.x": np.zeros(9)},
-        "outputs": ["mass.tx"],
-        "dt": 1e-3,
-        "motion": "large",
-    } | options
+    given: dict[str, Any] = {"move": {"cart.x": np.zeros(9)}, "outputs": ["mass.tx"], "dt": 1e-3, "motion": "large"}
     with pytest.raises(OptionError, match=message):
-        fx.time_response(fx.loads(CARTS), **given)
+        fx.time_response(fx.loads(CARTS), **given | options)

@@ -100,7 +100,9 @@ def large_time_response(
     moving = MovingModel.of(full.design)
     readings = [Reading.of(moving, port) for port in built.output_ports]
     moves = moves or {}
-    loads = _LoadsOverTime(moving, built, excitation, np.array([*moves.values()]).reshape(len(moves), -1))
+    loads = _LoadsOverTime(
+        moving, built, excitation, np.array([*moves.values()]).reshape(len(moves), excitation.u.shape[1])
+    )
     equations = Equations(moving, [driven_displacement(moving, name) for name in moves])
     equations.independent()
     if moves and stepping.rho_infinity == 1:
