@@ -248,7 +248,7 @@ def time_response(
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
     moves = dict(move or {})
     if not names and not moves:
-        raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
+        raise OptionError("nothing acts on the mechanism: give inputs, impulses, moves or a state to start from")
     if moves and motion != "large":
         raise OptionError("move prescribes displacements of large motion: motion='large'")
     signals, places = _sampled_together(inputs, names, moves, dt, duration)
