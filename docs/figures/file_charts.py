@@ -8,6 +8,7 @@ import numpy as np
 from drawing import GREY, INK, RULE, WIDTH, Area, Sheet, mechanism
 from file_parts import GUIDE
 from numpy.typing import ArrayLike
+from scipy.integrate import solve_ivp
 from scipy.stats import qmc
 
 from flexura.beam import notch
@@ -218,6 +219,48 @@ damping:
     chart.level(1.0, "1 %", 0.5)
     sheet.text(*(chart.at(2.5, 1.0) + np.array([0, -8])), "bands: up_to, ratio", key=True)
     sheet.text(*(chart.at(1.45, 0.1) + np.array([0, 2])), "rayleigh", key=True)
+    return sheet
+
+
+def stops() -> Sheet:
+    """Force over the way of the node, on the way in and on the way out."""
+    fragment = """\
+stops:
+  end:
+    nodes: [carriage]
+    direction: x
+    gap: 0.5 mm
+    stiffness: 1 kN/mm
+    damping: 2 s/m"""
+    stop = mechanism(GUIDE, fragment).stops["end"]
+    gap, k, c = (float(own) for own in (stop.gap, stop.stiffness, stop.damping))
+    words = (
+        "The force of a stop over the way of its node: none up to the gap, then its stiffness, more on the way in than"
+    )
+    sheet = Sheet(f"{words} on the way out", fragment, 220)
+    speed, mass = 0.2, 1.0
+    chart = Chart(
+        sheet,
+        Area(sheet.left + 60, 52, WIDTH - 60, 176),
+        (0, 0.8),
+        (0, 260),
+        ("way of the node, mm", "force of the stop, N"),
+    )
+
+    def rates(_: float, state: np.ndarray) -> list[float]:
+        return [state[1], -k * max(state[0], 0.0) * max(1 + c * state[1], 0.0) / mass]
+
+    p, v = solve_ivp(rates, (0, 3.3e-3), [0.0, speed], max_step=2e-5).y
+    met = p >= 0
+    chart.curve([0, 1e3 * gap], [0, 0], INK, 2.4)
+    chart.curve(1e3 * (gap + p[met]), (k * p * (1 + c * v))[met])
+    deepest = float(p.max())
+    chart.curve(1e3 * (gap + np.array([0, deepest])), k * np.array([0, deepest]), GREY, 0.9, ' stroke-dasharray="4 3"')
+    chart.mark(1e3 * gap, "gap", 0)
+    sheet.text(
+        *(chart.at(1e3 * (gap + 0.85 * deepest), 0.85 * k * deepest) + np.array([8, 14])), "stiffness", anchor="start"
+    )
+    sheet.text(*(chart.at(1e3 * gap, 150) + np.array([-6, 0])), "damping: in above, out below", anchor="end")
     return sheet
 
 
@@ -442,6 +485,7 @@ PICTURES: tuple[Callable[[], Sheet], ...] = (
         contours,
         reduction,
         damping,
+        stops,
         modal_test,
         temperatures,
         thermal_contacts,

@@ -36,6 +36,7 @@ TABLES = {  # heading in file-format.md: the classes whose keys its table holds
     "Flat springs": (describe.FlatSpring,),
     "Springs": (describe.Spring,),
     "Dashpots": (describe.Dashpot,),
+    "Stops": (describe.Stop,),
     "Bodies": (describe.RigidBody,),
     "Masses": (describe.PointMass,),
     "Superelements": (describe.Superelement,),

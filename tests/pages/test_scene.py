@@ -354,6 +354,7 @@ def test_parts_of_one_name_tell_their_own_facts():
     named = {
         "springs": {"tip_x": d.Spring(nodes=("tip",), stiffness=d.DiagonalStiffness(tx=2.0))},
         "dashpots": {"tip_x": d.Dashpot(nodes=("tip",), damping=d.DiagonalDamping(tx=3.0, ry=0.5))},
+        "stops": {"tip_x": d.Stop(nodes=("tip",), direction="x", gap=1e-3, stiffness=2e6, damping=0.5)},
         "sensors": {"tip_x": d.MotionSensor(type="displacement", nodes=("tip",), direction="x")},
     }
     own = scene_of(cantilever(**named))
@@ -362,4 +363,6 @@ def test_parts_of_one_name_tell_their_own_facts():
     assert told["spring"] == {"kind": "spring", "stiffness tx": "2 N/m", "between": "tip and ground"}
     damping = {"damping tx": "3 N s/m", "damping ry": "0.5 N m s/rad"}
     assert told["dashpot"] == {"kind": "dashpot", **damping, "between": "tip and ground"}
+    stop = {"gap": "1 mm", "stiffness": "2 N/µm", "damping": "0.5 s/m"}
+    assert told["stop"] == {"kind": "stop", **stop, "between": "tip and ground"}
     assert told["sensor"] == {"kind": "sensor: displacement", "at": "tip"}

@@ -31,6 +31,7 @@ from flexura.mechanism import (
     RoundNotch,
     SectionConstants,
     Spring,
+    Stop,
     Substructure,
     Superelement,
     Support,
@@ -302,6 +303,18 @@ def test_the_piston_of_a_dashpot_moves_with_its_node_and_the_pot_stays():
     assert away[moved == 1].min() == pytest.approx(0, abs=1e-12) and away[moved == 0].max() == away.max()
 
 
+def test_the_plate_of_a_stop_stands_a_gap_ahead_and_stays_or_goes_with_the_first_node():
+    for nodes, moved in ((("b",), 0.0), (("a", "b"), 1.0)):
+        stop = {"s": Stop(nodes=nodes, direction="y", gap=2e-3, stiffness=1e6)}
+        model = assemble(one_member(bar(Circle(diameter=0.004)), stops=stop))
+        u = np.zeros((model.plan.topology.n_nodes, 6))
+        u[model.plan.topology.numbers(["a"])[0], 1] = 1.0
+        parts = solids(model, u)
+        plate = np.unique(parts.faces[parts.face_kinds == Kind.STOP])
+        assert parts.points[plate, 1].min() == pytest.approx(2e-3)
+        assert set(parts.motions[plate, 1]) == {moved}
+
+
 def test_a_dashpot_between_nodes_is_drawn_between_them():
     dashpot = {"d": Dashpot(nodes=("a", "b"), damping=DiagonalDamping(ty=3.0))}
     parts = solids(assemble(one_member(bar(Circle(diameter=0.004)), dashpots=dashpot)))
@@ -382,7 +395,8 @@ def test_of_very_many_parts_so_many_are_drawn_and_it_is_said():
     parts = solids(model)
     count = PICTURE.most + 500
     assert f"{PICTURE.most} of {count} members are drawn" in parts.notes
-    assert f"{2 * PICTURE.most + 1} of {2 * count + 1} bodies, masses, springs and dashpots are drawn" in parts.notes
+    told = f"{2 * PICTURE.most + 1} of {2 * count + 1} bodies, masses, springs, dashpots and stops are drawn"
+    assert told in parts.notes
     springs = {name for name in parts.names if name.endswith(".k")}
     assert len(springs) == PICTURE.most
     figure = draw_mechanism(model)

@@ -407,6 +407,10 @@ def time_response_command(
         list[str] | None,
         typer.Option(metavar="NAME=VALUE", help="Start from the static state under this, let go at time zero."),
     ] = None,
+    move: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="CSV with time and displacements of large motion, carriage.x, m and rad."),
+    ] = None,
     output: Outputs = None,
     hold: Annotated[Hold, typer.Option(help="Straight lines between samples, or held.")] = "foh",
     damping: Ratio = None,
@@ -423,8 +427,8 @@ def time_response_command(
     ] = None,
 ) -> Answer:
     """Time response to signals at actuators or any DOFs, exact for signals that are linear or held between samples."""
-    from flexura.analysis import read_signals, time_response
     from flexura.analysis import signals as waves
+    from flexura.analysis import time_response
 
     h = quantity_of("--dt", dt, "s", "0.1ms")
     total = time_of("--duration", duration, "0.5s")
@@ -445,17 +449,18 @@ def time_response_command(
         name, (rms, *limits) = commands.amounts("--noise", text, form, [hertz_of, hertz_of], optional=True)
         add_once(inputs, name, waves.random(rms, (limits[0], limits[1]) if limits else None), rule)
     if signals is not None:
-        read = read_signals(signals)
-        if abs(read.dt - h) > 1e-6 * h:
-            dts = f"{quantity(read.dt, 's', 6)}, not {quantity(h, 's', 6)}"
-            raise OptionError(f"{signals} is in steps of {dts}: give --dt {read.dt:.6g}s")
+        read = _in_steps(signals, h)
         for name, samples in read.signals.items():
             add_once(inputs, name, samples, rule)
         total = read.time[-1] if total is None else total
+    moved = None if move is None else _in_steps(move, h)
+    if moved is not None and total is None:
+        total = moved.time[-1]
     result = time_response(
         mechanism,
         parameters,
         inputs=inputs,
+        move=None if moved is None else moved.signals,
         outputs=output,
         dt=h,
         duration=total if total is not None or not inputs else None,
@@ -470,3 +475,14 @@ def time_response_command(
         local_error=local_error,
     )
     return Answer(result, pictures="draw_time")
+
+
+def _in_steps(file: Path, dt: float) -> Any:
+    """The signals of a file. Raises OptionError where they are not in steps of `dt`, s."""
+    from flexura.analysis import read_signals
+
+    read = read_signals(file)
+    if abs(read.dt - dt) > 1e-6 * dt:
+        dts = f"{quantity(read.dt, 's', 6)}, not {quantity(dt, 's', 6)}"
+        raise OptionError(f"{file} is in steps of {dts}: give --dt {read.dt:.6g}s")
+    return read

@@ -82,6 +82,7 @@ from flexura.mechanism import SolidPart as SolidPart
 from flexura.mechanism import Spokes as Spokes
 from flexura.mechanism import Spread as Spread
 from flexura.mechanism import Spring as Spring
+from flexura.mechanism import Stop as Stop
 from flexura.mechanism import StraightContour as StraightContour
 from flexura.mechanism import StrainActuator as StrainActuator
 from flexura.mechanism import Substructure as Substructure

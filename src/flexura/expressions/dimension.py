@@ -86,6 +86,7 @@ TIME = _dim(time=1)
 ACCELERATION = _dim(length=1, time=-2)
 TRANSLATIONAL_DAMPING = _dim(mass=1, time=-1)
 ROTATIONAL_DAMPING = _dim(length=2, mass=1, time=-1)
+PER_SPEED = _dim(length=-1, time=1)
 VOLTAGE = Dimension(Fraction(2), Fraction(1), Fraction(-3), Fraction(-1))
 STROKE_PER_VOLT = LENGTH.times(VOLTAGE, -1)
 STRAIN_PER_VOLT = NUMBER.times(VOLTAGE, -1)
@@ -113,6 +114,6 @@ _COHERENT = {
     "Hz": FREQUENCY,
     "V": VOLTAGE,
 }
-_DERIVED = ("N", "Pa", "N/m", "N*m", "N/m**3", "m/N", "N*s/m", "N*m*s", "W", "V", "m/V", "V/m")
+_DERIVED = ("N", "Pa", "N/m", "N*m", "N/m**3", "m/N", "N*s/m", "N*m*s", "s/m", "W", "V", "m/V", "V/m")
 _NAMED = {Dimension.of_unit(unit): unit for unit in _DERIVED}
 """Units of mechanics and actuators by dimension; those of 1/s are left, which are Hz as well as rad/s."""

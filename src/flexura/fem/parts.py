@@ -285,7 +285,7 @@ def _needed(mechanism: Mechanism, part: Substructure) -> set[str]:
     """Own nodes of a substructure that something else than its members names."""
     nodes = list(part.nodes)
     texts = [*part.interface, *(node for joint in part.joints for node in joint)]
-    for kind in ("diaphragms", "flat_springs", "springs", "superelements", "dashpots", "actuators", "sensors"):
+    for kind in ("diaphragms", "flat_springs", "springs", "superelements", "dashpots", "stops", "actuators", "sensors"):
         texts += [node for item in getattr(part, kind).values() for node in getattr(item, "nodes", ())]
     texts += [mass.node for mass in part.masses.values()]
     texts += [text for body in part.bodies.values() for text in body.carries]

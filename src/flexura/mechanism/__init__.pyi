@@ -24,6 +24,7 @@ from flexura.mechanism.body import RigidBody as RigidBody
 from flexura.mechanism.body import Rotation as Rotation
 from flexura.mechanism.body import Sheet as Sheet
 from flexura.mechanism.body import Spring as Spring
+from flexura.mechanism.body import Stop as Stop
 from flexura.mechanism.body import Superelement as Superelement
 from flexura.mechanism.body import Variation as Variation
 from flexura.mechanism.channels import Accelerometer as Accelerometer

@@ -1,4 +1,4 @@
-"""Parts with inertia, stiffness or damping that are not members: rigid bodies, point masses, springs, dashpots,
+"""Parts with inertia, stiffness or damping that are not members: rigid bodies, point masses, springs, dashpots, stops,
 superelements."""
 
 from __future__ import annotations
@@ -15,16 +15,19 @@ from flexura.mechanism.base import ORIGIN, Direction, Part, Vector, refuse
 from flexura.mechanism.quantity import (
     Angle,
     AnyQuantity,
+    ContactDamping,
     Density,
     ExpansionCoefficient,
     Inertia,
     Length,
+    NonNegativeLength,
     NonNegativeMass,
     NonNegativeNumber,
     PerKelvin,
     PositiveLength,
     PositiveMass,
     PositivePressure,
+    PositiveStiffness,
     RotationalDamping,
     RotationalStiffness,
     StiffnessRR,
@@ -309,6 +312,22 @@ class Dashpot(Part):
     at: Vector | None = None
     rotate: Rotation | None = None
     """Turns the axes of the dashpot."""
+
+
+class Stop(Part):
+    """What a node meets once it has moved by `gap` along `direction`, or the second of two nodes as seen from the
+    first, with which the direction turns; only large motion meets it.
+
+    It pushes back with `stiffness` k at the depth p beyond the gap by k p (1 + c dp/dt), c the `damping`, and never
+    pulls (Hunt and Crossley 1975).
+    """
+
+    nodes: OneOrTwo
+    direction: Direction
+    gap: NonNegativeLength
+    stiffness: PositiveStiffness
+    damping: ContactDamping = 0.0
+    """What is lost: slow impacts at a speed v rebound with 1 - 2 c v / 3 of it."""
 
 
 LARGEST_ENTRY = 1e150

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field, model_validator
 from flexura.errors import OptionError, did_you_mean
 from flexura.expressions import Dimension
 from flexura.mechanism.base import ORIGIN, Name, Part, Text, Title, Vector, refuse
-from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Superelement
+from flexura.mechanism.body import Composite, Dashpot, Matrix, PointMass, RigidBody, Spring, Stop, Superelement
 from flexura.mechanism.channels import Actuator, ModalTest, Sensor
 from flexura.mechanism.controllers import Controller
 from flexura.mechanism.diaphragm import Diaphragm
@@ -217,6 +217,7 @@ class Substructure(Part):
     masses: dict[Name, PointMass] = {}
     superelements: dict[Name, Superelement] = {}
     dashpots: dict[Name, Dashpot] = {}
+    stops: dict[Name, Stop] = {}
     actuators: dict[Name, Actuator] = {}
     sensors: dict[Name, Sensor] = {}
     instances: dict[Name, Instance] = {}

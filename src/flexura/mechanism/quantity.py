@@ -177,4 +177,5 @@ TranslationalDamping = Annotated[
 RotationalDamping = Annotated[
     Scalar, Quantity("rotational damping coefficient", dim.ROTATIONAL_DAMPING, "0.01 N*m*s/rad", "non-negative")
 ]
+ContactDamping = Annotated[Scalar, Quantity("contact damping", dim.PER_SPEED, "0.5 s/m", "non-negative")]
 AnyQuantity = Annotated[Scalar, Quantity("quantity", None, "0.3 mm")]

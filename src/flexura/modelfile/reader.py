@@ -49,6 +49,7 @@ _NAMED = frozenset(
         "masses",
         "superelements",
         "dashpots",
+        "stops",
         "actuators",
         "sensors",
         "instances",

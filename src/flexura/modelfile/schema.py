@@ -30,6 +30,7 @@ _DIRECTIONS = {
     "Flexure": ("reference",),
     "Diaphragm": ("normal", "reference"),
     "FlatSpring": ("normal", "reference"),
+    "Stop": ("direction",),
     "Sheet": ("normal",),
     "Interface": ("normal",),
     "ForceActuator": ("direction",),

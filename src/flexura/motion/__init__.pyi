@@ -4,9 +4,11 @@ from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
+from flexura.motion.integration import NOTHING_MOVED as NOTHING_MOVED
 from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.integration import Moved as Moved
 from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
 from flexura.motion.limits import beyond as beyond
@@ -41,5 +43,6 @@ from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
 from flexura.motion.se3 import rotation_vector as rotation_vector
+from flexura.motion.stops import Contact as Contact
 from flexura.motion.substructures import kept_frames as kept_frames
 from flexura.motion.turning import TurningModel as TurningModel

@@ -125,6 +125,14 @@ class Equations:
             travel[i] = self._drive(frames, drive)[0]
         return travel
 
+    def rows(self, frames: Frames) -> Array:
+        """Derivatives (d, n) of the driven displacements by the free ones in a state."""
+        rows = np.zeros((len(self.drives), self.model.n_dof), like=frames.x)
+        for i, drive in enumerate(self.drives):
+            dof = self.model.dof[drive.root]
+            rows[i, dof[dof >= 0]] = self._drive(frames, drive)[1][dof >= 0]
+        return rows
+
     def _drive(self, frames: Frames, drive: Drive) -> tuple[np.float64, Array, Array]:
         """A driven displacement, its derivatives (6,) by those of its frame, and theirs (6, 6)."""
         row, second = np.zeros(6, like=frames.x), np.zeros((6, 6), like=frames.x)
@@ -151,13 +159,9 @@ class Equations:
         local = forces.blocks[-1]
         external, slope = loads.external(self.model, frames)
         local -= slope
-        rows = np.zeros((len(self.drives), self.model.n_dof), like=frames.x)
-        for i, drive in enumerate(self.drives):
-            _, row, second = self._drive(frames, drive)
-            dof = self.model.dof[drive.root]
-            rows[i, dof[dof >= 0]] = row[dof >= 0]
-            local[drive.root] -= multipliers[i] * second
-        return Tangent(self.model, forces, rows), self.free(external - forces.force)
+        for drive, multiplier in zip(self.drives, multipliers, strict=True):
+            local[drive.root] -= multiplier * self._drive(frames, drive)[2]
+        return Tangent(self.model, forces, self.rows(frames)), self.free(external - forces.force)
 
     def ground_reaction(self, state: Equilibrium) -> Array:
         """Force and moment (6,) about the global origin that the ground exerts, N and N m (theory eq. G19)."""

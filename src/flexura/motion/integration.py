@@ -19,6 +19,7 @@ from flexura.motion.equilibrium import Equations
 from flexura.motion.model import Loads
 from flexura.motion.path import displacement
 from flexura.motion.se3 import LARGEST_ROTATION
+from flexura.motion.stops import Contacts
 from flexura.tables import quantity
 
 STEP_CONVERGED = 1e-3, 1e-6, 1e-10
@@ -52,16 +53,34 @@ EASY = 0.08
 LEAST_MOTION = 1e-4
 """Motion, over the size of the mechanism or in rad, to which local errors are related at least."""
 
+CONTACT_ERROR = 1e-3
+"""Local error in contact over its depth above which steps are halved: some 28 steps in half a period on the stop."""
+
 NO_STEP = 1e-14
 """Step over the size of the mechanism, or in rad, that counts as none."""
 
 
 class MotionState(NamedTuple):
-    """Frames with velocities and accelerations (n,) of the free displacements, m/s, rad/s, m/s^2, rad/s^2."""
+    """Frames with velocities and accelerations (n,) of the free displacements, m/s, rad/s, m/s^2, rad/s^2, and the
+    forces of the drives (d,), N or N m."""
 
     frames: Frames
     velocity: Array
     acceleration: Array
+    drive: Array
+
+
+class Moved(NamedTuple):
+    """Driven displacements (d,), m and rad, with their derivatives by time."""
+
+    place: Array
+    rate: Array
+    second: Array
+    third: Array
+
+
+NOTHING_MOVED = Moved(*np.zeros((4, 0)))
+"""Where no displacement is prescribed."""
 
 
 class Damping(NamedTuple):
@@ -107,11 +126,13 @@ class StepsTaken(NamedTuple):
 
 
 class _Stepped(NamedTuple):
-    """The state after a step, the auxiliary accelerations there, and the local error of the displacements."""
+    """The state after a step, the auxiliary accelerations there, and the local errors of the displacements and, over
+    the depth of contacts, in the directions of stops."""
 
     state: MotionState
     a: Array
     error: float
+    contact: float
 
 
 class Integrator:
@@ -119,7 +140,8 @@ class Integrator:
 
     Steps are `dt`, s, or halves, quarters ... of it where they do not settle, and where their local error is larger
     than a `tolerance`, over the largest motion so far (Zienkiewicz and Xie
-    1991, Earthq. Eng. Struct. Dyn. 20). `steps` tells what was taken.
+    1991, Earthq. Eng. Struct. Dyn. 20). In contact with a stop they always have one, over its depth. `steps` tells what
+    was taken, `contacts` what stops have met.
     """
 
     def __init__(
@@ -134,28 +156,44 @@ class Integrator:
         self.gamma: float = 0.5 + self.af - self.am
         self.beta: float = (self.gamma + 0.5) ** 2 / 4
         self.steps = StepsTaken()
+        model = equations.model
+        self.contacts = [Contacts(own, model.names_of_stops) for own in model.stops]
         self._h = dt
         self._factor: Any = None
+        self._rows, self._by_drive = np.empty((0, 0)), np.empty((0, 0))
+        self._moved: Callable[[float], Moved] = lambda _: NOTHING_MOVED
         self._rate = 0.5
         self._largest = LEAST_MOTION
 
     def through(
-        self, start: Frames, velocity: Array, loads: Callable[[float], Loads], count: int
+        self,
+        start: Frames,
+        velocity: Array,
+        loads: Callable[[float], Loads],
+        count: int,
+        moved: Callable[[float], Moved] = lambda _: NOTHING_MOVED,
     ) -> Iterator[MotionState]:
-        """States at the times 0, dt, ... (count - 1) dt, under loads by number of the time, with parts of it where
-        steps are shorter.
+        """States at the times 0, dt, ... (count - 1) dt, under loads and with the displacements of drives by number of
+        the time, with parts of it where steps are shorter. What drives set in motion at the start gives way at once.
 
         Raises SolverError where the shortest step does not settle.
         """
-        state = MotionState(start, velocity, np.zeros(len(velocity)))
-        missing = self._missing(state, loads(0))
-        self._renew(state.frames, loads(0))
+        self._moved = moved
+        none = np.zeros(len(self.equations.drives))
+        state = MotionState(start, velocity, np.zeros(len(velocity)), none)
+        self._renew(state, loads(0))
+        at_start, by_a = moved(0), self._by_step[1]
         # masses times accelerations alone would be singular where something has no mass
-        acceleration = self._factor.solve(missing) * self._by_step[1]
-        state = state._replace(acceleration=acceleration)
-        self._saw(start)
+        state = state._replace(velocity=velocity + self._driven(0 * velocity, at_start.rate, velocity)[0])
+        missing = self._missing(state, loads(0))
+        acceleration, drive = self._driven(missing * by_a, at_start.second, 0 * velocity)
+        state = state._replace(acceleration=acceleration, drive=drive / by_a)
+        self._saw(state, is_start=True)
         yield state
-        pace = _Pace(acceleration, np.zeros(len(velocity)))
+        # auxiliary accelerations are those at another time: without this the forces of drives would swing
+        jerk, _ = self._driven(0 * velocity, at_start.third, 0 * velocity)
+        pace = _Pace(acceleration + (self.am - self.af) * self._h * jerk, jerk)
+        state = state._replace(velocity=state.velocity + self._ahead * self._h**2 * jerk)
         for number in range(1, count):
             state = self._sample(state, pace, loads, number)
             yield state
@@ -165,9 +203,10 @@ class Integrator:
         done = 0.0
         while done < 1.0:
             part = 0.5**pace.level
-            self._set(part * self.dt, pace)
+            state = self._set(part * self.dt, pace, state, number - 1 + done)
             try:
-                stepped = self._step(state, pace, loads(number - 1 + done + part))
+                time = number - 1 + done + part
+                stepped = self._step(state, pace, loads(time), self._moved(time).place)
             except SolverError:
                 stepped = None
                 self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
@@ -188,7 +227,7 @@ class Integrator:
             done += part
             pace.went_on(stepped, state, self._h)
             state = stepped.state
-            self._saw(state.frames)
+            self._saw(state)
             shortest = min(self.steps.shortest, self._h)
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
             pace.longer(not self._is_rough(stepped, EASY), done)
@@ -196,21 +235,40 @@ class Integrator:
 
     def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
         """Whether the local error of a step is more than a share of what is tolerated."""
+        if stepped.contact > share * (self.tolerance or CONTACT_ERROR):
+            return True
         return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
-    def _set(self, h: float, pace: _Pace) -> None:
-        """Take steps of a length from now on: the auxiliary accelerations are those of another time then."""
+    def _set(self, h: float, pace: _Pace, state: MotionState, time: float) -> MotionState:
+        """The state from which steps of another length are taken: the auxiliary accelerations are those of another time
+        then, and velocities that drives give are ahead by something else."""
         if h == self._h:
-            return
-        pace.a = pace.a + (self.am - self.af) * (h - self._h) * pace.jerk
+            return state
+        jerk, third = pace.jerk, self._moved(time).third
+        if len(third):
+            if self._factor is None:
+                self._renew(state, self._last_loads)
+            none = 0 * jerk
+            jerk = jerk + self._driven(none, third, jerk)[0]
+            ahead = self._ahead * (h**2 - self._h**2) * self._driven(none, third, none)[0]
+            state = state._replace(velocity=state.velocity + ahead)
+        pace.a = pace.a + (self.am - self.af) * (h - self._h) * jerk
         self._h, self._factor, self._rate = h, None, 0.5
+        return state
 
-    def _saw(self, frames: Frames) -> None:
-        """Keep the largest motion so far, over the size of the mechanism or in rad."""
+    def _saw(self, state: MotionState, is_start: bool = False) -> None:
+        """Keep the largest motion so far, over the size of the mechanism or in rad, and what stops meet."""
+        equations = self.equations
+        for own in self.contacts:
+            own.saw(state.frames, equations.displacements(state.velocity), is_start)
         if self.tolerance is not None:
-            equations = self.equations
-            moved = equations.free(displacement(equations.model.rest, frames)) * equations.scale
+            moved = equations.free(displacement(equations.model.rest, state.frames)) * equations.scale
             self._largest = max(self._largest, float(np.abs(moved).max(initial=0.0)))
+
+    @property
+    def _ahead(self) -> float:
+        """By how much velocities are ahead of their displacements, over the squared step and the jerk."""
+        return 1 / 6 - self.beta - (self.am - self.af) / 2
 
     @property
     def _by_step(self) -> tuple[float, float]:
@@ -218,21 +276,32 @@ class Integrator:
         h = self._h
         return self.gamma / (self.beta * h), (1 - self.am) / (self.beta * h**2 * (1 - self.af))
 
-    def _step(self, last: MotionState, pace: _Pace, loads: Loads) -> _Stepped:
-        """The next state."""
+    def _driven(self, force: Array, wanted: Array, had: Array) -> tuple[Array, Array]:
+        """Motions (n,) by forces, and the forces (d,) of drives that make driven displacements as wanted beyond those
+        (n,) that are there, by the last matrix."""
+        motion = np.asarray(self._factor.solve(force), dtype=float)
+        if not len(wanted):
+            return motion, wanted
+        left = wanted - self._rows @ (had + motion)
+        drive = np.asarray(np.linalg.solve(self._rows @ self._by_drive, left), dtype=float)
+        return motion + self._by_drive @ drive, drive
+
+    def _step(self, last: MotionState, pace: _Pace, loads: Loads, targets: Array) -> _Stepped:
+        """The next state, with the driven displacements (d,) at their targets."""
         h, (by_v, by_a), a = self._h, self._by_step, pace.a
         equations, scale = self.equations, self.equations.scale
         accelerated = last.acceleration + h * pace.jerk
         after = ((1 - self.af) * accelerated + self.af * last.acceleration - self.am * a) / (1 - self.am)
         D = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)
-        size, done = np.inf, 0
+        size, done, drive = np.inf, 0, last.drive
         while True:
-            now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
+            now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
             if self._factor is None:
-                self._renew(now.frames, loads)
-            factor: Any = self._factor
-            correction = factor.solve(self._missing(now, loads))
+                self._renew(now, loads)
+            gap = targets - equations.travelled(now.frames)
+            correction, more = self._driven(self._missing(now, loads), gap, 0 * D)
+            drive = drive + more
             D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
@@ -252,8 +321,10 @@ class Integrator:
                 self._factor = None
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
-        state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated)
-        return _Stepped(state, after, error)
+        state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
+        missed = equations.displacements(off) if self.contacts else off
+        contact = max((own.error(last.frames, state.frames, missed) for own in self.contacts), default=0.0)
+        return _Stepped(state, after, error, contact)
 
     def _missing(self, state: MotionState, loads: Loads) -> Array:
         """Forces (n,) that are missing for equilibrium with inertia and damping."""
@@ -262,18 +333,24 @@ class Integrator:
         acceleration = equations.displacements(state.acceleration + self.damping.alpha * state.velocity)
         rates = Rates(velocity, acceleration, self.damping.beta)
         held = model.kinetics(state.frames, rates, loads.gravity, loads.actuators)
+        force = -held.force
         if loads.dead or loads.follower:
-            return equations.free(loads.forces(model, state.frames) - held.force)
-        return equations.free(-held.force)
+            force = force + loads.forces(model, state.frames)
+        return equations.free(force) + state.drive @ equations.rows(state.frames)
 
-    def _renew(self, frames: Frames, loads: Loads) -> None:
+    def _renew(self, state: MotionState, loads: Loads) -> None:
         """Factorise the matrix of Newton's method about a state."""
+        frames, self._last_loads = state.frames, loads
         equations, model, (by_v, by_a) = self.equations, self.equations.model, self._by_step
-        tangent, _ = equations.tangent(frames, loads, np.empty(0))
+        tangent, _ = equations.tangent(frames, loads, state.drive)
         K = model.matrix(tangent.forces.blocks)
         S = K + (by_a + self.damping.alpha * by_v) * model.mass(frames)
         if self.damping.beta:
             S = S + self.damping.beta * by_v * model.material(frames, loads.actuators)
         if model.dashpots:
             S = S + by_v * model.viscous(frames)
+        if model.stops:
+            S = S + model.stopping(frames, equations.displacements(state.velocity), by_v)
         self._factor = factorise(S)
+        self._rows = tangent.rows
+        self._by_drive = np.asarray(self._factor.solve(tangent.rows.T)) if len(tangent.rows) else tangent.rows.T

@@ -12,6 +12,7 @@ from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
 from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
+from flexura.motion.stops import Stops
 from flexura.motion.strain import beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements
 from flexura.structure import Copies, Design, Distortion, Part, SpringElement
@@ -114,19 +115,20 @@ class _Builder:
 
     def _groups(self) -> tuple[list[Named], list[Named]]:
         """Elements with their names, and actuators one by one."""
-        beams, springs = [], []
+        beams, springs, stops = [], [], []
         others: list[Named] = []
         actuators: list[Named] = []
         for at in self._copies():
             beams += at.members()
             springs += at.springs()
+            stops += at.stops()
             others += at.diaphragms()
             others += at.superelements()
             actuators += at.stacks()
             actuators += at.pushes()
             at.masses()
         together = [(joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
-                  for kind in (beams, springs) if kind]  # fmt: skip
+                  for kind in (beams, springs, stops) if kind]  # fmt: skip
         return [*together, *others], actuators
 
 
@@ -216,6 +218,19 @@ class _Copy:
         return PoseElements(
             frames[None], axes, arm[None], rest.e, linear_strain(self._signed(k)[None]), np.zeros((1, 12, 12))
         )
+
+    def stops(self) -> Iterator[tuple[Stops, tuple[str, ...]]]:
+        """Stops, one by one."""
+        for key, stop in self.part.stops.items():
+            nodes = np.array(stop.nodes)
+            frames, arm = self._frames(nodes), self._arms(nodes, np.zeros((len(nodes), 3)))
+            if len(nodes) == 1:
+                frames, arm = np.array([self.builder.ground, frames[0]]), np.concatenate([np.zeros((1, 3)), arm])
+            direction = self.Q @ stop.direction(self.design.values)
+            gap, stiffness, damping = (np.reshape(own, 1) for own in stop.numbers(self.design.values))
+            x = self.builder.rest.x[frames] + arm
+            reach = np.reshape(direction @ (x[1] - x[0]), 1) + gap
+            yield Stops(frames[None], arm[None], direction[None], reach, stiffness, damping), (self.prefix + key,)
 
     def pushes(self) -> Iterator[Named]:
         """Forces and moments between two nodes: along a direction, which turns with the first, or the line between."""

@@ -28,6 +28,7 @@ from flexura.motion.elements import (
     turned,
 )
 from flexura.motion.layout import Laid, laid_out
+from flexura.motion.stops import Stops
 from flexura.motion.warming import Warmed
 from flexura.records import Latest
 from flexura.structure import Design, Scatter
@@ -62,6 +63,22 @@ class MovingModel(Laid):
     def n_dof(self) -> int:
         """Number of free displacements."""
         return int(self.dof.max(initial=-1)) + 1
+
+    @cached_property
+    def stops(self) -> tuple[Stops, ...]:
+        """The elements that are stops, one kind of elements or none."""
+        return tuple(elements for elements in self.elements if isinstance(elements, Stops))
+
+    def meets_alike(self, one: Frames, other: Frames) -> bool:
+        """Whether two states meet the same stops; a path between those that do not has a kink."""
+        kinds = ([stops.depths(frames)[0] > 0 for frames in (one, other)] for stops in self.stops)
+        return all((first == second).all() for first, second in kinds)
+
+    @property
+    def names_of_stops(self) -> tuple[str, ...]:
+        """Names of the stops, as placed."""
+        kinds = zip(self.elements, self.names, strict=True)
+        return tuple(name for elements, names in kinds if isinstance(elements, Stops) for name in names)
 
     @cached_property
     def pattern(self) -> Scatter:
@@ -201,6 +218,19 @@ class MovingModel(Laid):
     def _viscous(self) -> Scatter:
         """Where the damping of dashpots goes."""
         return Scatter([self.dof[dashpot.node].reshape(len(dashpot.node), -1) for dashpot in self.dashpots], self.n_dof)
+
+    def stopping(self, frames: Frames, velocity: Array, by_rate: float) -> Matrix:
+        """What the damping of stops adds to the derivatives (n, n) of the forces by free displacements, to which
+        velocities change by `by_rate`, 1/s, with the frames at velocities (n + 1, 6)."""
+        blocks = [k + by_rate * c for k, c in (own.rate_tangents(frames, velocity) for own in self.stops)]
+        pattern = self._stopping
+        A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
+        return (A + A.T) / 2
+
+    @cached_property
+    def _stopping(self) -> Scatter:
+        """Where the damping of stops goes."""
+        return Scatter([self.dof[own.node].reshape(len(own.node), -1) for own in self.stops], self.n_dof)
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS

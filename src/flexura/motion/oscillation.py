@@ -219,7 +219,7 @@ class Oscillation:
         """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations.
 
         By slow coordinates they are differences, central ones by displacements; by those far above the motion they are
-        tangents, without what inertia forces change by them.
+        tangents, without what inertia forces and the damping of stops change by them.
         """
         s, n = q.shape
         K, C, M = self._tangents(q, drive)

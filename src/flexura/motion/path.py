@@ -152,8 +152,11 @@ class Path:
 def refuse_jump(equations: Equations, before: Frames, predicted: Frames, after: Frames) -> None:
     """Raise SolverError for a state that lies elsewhere, as on another path that Newton's method jumped to.
 
-    On one path what is left of a step after its prediction vanishes with its length; across a gap it does not.
+    On one path what is left of a step after its prediction vanishes with its length; across a gap it does not. Nor does
+    it where a stop is met or left, at a kink of the path.
     """
+    if not equations.model.meets_alike(before, after):
+        return
     scale = np.append(np.full(3, 1 / equations.size), np.ones(3))
     off, step = (float(np.abs(displacement(frames, after) * scale).max(initial=0.0)) for frames in (predicted, before))
     if off > max(JUMP * step, NO_JUMP):
@@ -294,7 +297,10 @@ class Arc:
         return None
 
     def _alike(self, at: Along, there: Along, length: float) -> bool:
-        """Whether a step of a length, along the tangent, led further on the same path."""
+        """Whether a step of a length, along the tangent, led further on the same path; where it meets a stop or leaves
+        one, the path has a kink."""
+        if not self.equations.model.meets_alike(at.state.frames, there.state.frames):
+            return True
         moved = self.equations.free(displacement(at.state.frames, there.state.frames))
         chord = float(np.sqrt(self.weight @ moved**2 + (there.share - at.share) ** 2))
         turned = float(self.weight @ (at.forward * there.forward)) + at.rising * there.rising

@@ -46,13 +46,18 @@ class Condensed(NamedTuple):
 
 def kept_frames(model: MovingModel) -> Flags:
     """Frames (n + 1,) that are kept as they are: those between the parts of the description, those that are held, and
-    those of superelements, actuators and dashpots."""
+    those of superelements, actuators, dashpots and stops."""
     topology = model.design.plan.topology
     kept = ~(model.dof >= 0).all(axis=1) | ~model.rest.placed
     for copies in topology.copies.values():
         kept[topology.root[copies.numbers(copies.part.boundary)]] = True
     driven = [model.elements[number] for number in model.actuators.values()]
-    for group in (*driven, *model.dashpots, *(own for own in model.elements if isinstance(own, Superelements))):
+    for group in (
+        *driven,
+        *model.dashpots,
+        *model.stops,
+        *(own for own in model.elements if isinstance(own, Superelements)),
+    ):
         kept[group.node] = True
     return kept
 

@@ -23,6 +23,7 @@ from flexura.structure.discrete_elements import BodyElement as BodyElement
 from flexura.structure.discrete_elements import Lumped as Lumped
 from flexura.structure.discrete_elements import PiezoElement as PiezoElement
 from flexura.structure.discrete_elements import SpringElement as SpringElement
+from flexura.structure.discrete_elements import StopElement as StopElement
 from flexura.structure.discrete_elements import inertia_tensor as inertia_tensor
 from flexura.structure.discrete_elements import least_aligned as least_aligned
 from flexura.structure.discrete_elements import rigid_mass as rigid_mass

@@ -1,4 +1,4 @@
-"""Matrices of what is no member: rigid bodies, point masses, springs, piezo stacks, sensors that weigh."""
+"""Matrices of what is no member: rigid bodies, point masses, springs, stops, piezo stacks, sensors that weigh."""
 
 from __future__ import annotations
 
@@ -37,6 +37,7 @@ from flexura.mechanism import (
     Rotation,
     Sensor,
     Spring,
+    Stop,
     StrainActuator,
     Substructure,
     Superelement,
@@ -306,6 +307,24 @@ class SpringElement(Lumped):
     def point(self, values: Array, positions: Array) -> Array:
         """Where it is (..., 3): rigid arms lead there from the nodes at `positions` (..., n, 3), part's axes."""
         return positions.mean(axis=-2) if self._at is None else values[..., self._at]
+
+
+class StopElement:
+    """Numbers of a stop between its one or two nodes, which has no part in any matrix."""
+
+    def __init__(self, table: ValueTable, stop: Stop, nodes: list[int]) -> None:
+        self.nodes = nodes
+        self._direction = table.entries(stop.direction)
+        self._numbers = table.entries((stop.gap, stop.stiffness, stop.damping))
+
+    def direction(self, values: Array) -> Array:
+        """The unit direction (3,) in which it is met, part's axes; one design."""
+        direction = values[self._direction]
+        return direction / np.linalg.norm(direction)
+
+    def numbers(self, values: Array) -> Array:
+        """Gap, m, stiffness, N/m, and damping, s/m; one design."""
+        return values[self._numbers]
 
 
 class SuperelementMatrices(Lumped):

@@ -29,6 +29,7 @@ from flexura.structure.discrete_elements import (
     PartChannels,
     PointMassElement,
     SpringElement,
+    StopElement,
     SuperelementMatrices,
     least_aligned,
 )
@@ -184,6 +185,9 @@ class Part:
         self.dashpots: dict[str, SpringElement] = {
             key: SpringElement(table, dashpot, [nodes.get(n) for n in dashpot.nodes])
             for key, dashpot in prototype.dashpots.items()
+        }
+        self.stops: dict[str, StopElement] = {
+            key: StopElement(table, stop, [nodes.get(n) for n in stop.nodes]) for key, stop in prototype.stops.items()
         }
         self.channels: PartChannels = PartChannels(table, prototype, nodes.get)
         exposed = layout.exposed(name)

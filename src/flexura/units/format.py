@@ -33,6 +33,7 @@ _PRETTY = (
     ("um/V", "m/V"),
     ("N*s/m",),
     ("N*m*s/rad",),
+    ("s/m",),
 )
 """Units to choose from, by dimension; the first is preferred."""
 _ANGLES = ("deg", "rad")

@@ -34,7 +34,7 @@ FAMILIAR = (
     *("N", "mN", "kN", "uN", "Pa", "kPa", "MPa", "GPa", "rad", "mrad", "urad", "deg", "K", "A"),
     *("N/m", "N/mm", "N/um", "kg/m^3", "g/cm^3", "kg*m^2", "g*mm^2", "mm^2", "mm^4"),
     *("N*m", "N*mm", "N*m/rad", "N*mm/rad", "N/rad"),
-    *("V", "um/V", "N*s/m", "N*m*s/rad"),
+    *("V", "um/V", "N*s/m", "N*m*s/rad", "s/m"),
 )
 """Units that are suggested for those that do not exist."""
 

@@ -16,3 +16,6 @@ from flexura.analysis.limits.stiffening import bent_most as bent_most
 from flexura.analysis.limits.stiffening import not_looked_at as not_looked_at
 from flexura.analysis.limits.stiffening import stiffening_limits as stiffening_limits
 from flexura.analysis.limits.stiffening import workspace_limits as workspace_limits
+from flexura.analysis.limits.stops import has_stops as has_stops
+from flexura.analysis.limits.stops import stop_limits as stop_limits
+from flexura.analysis.limits.stops import stops_met as stops_met

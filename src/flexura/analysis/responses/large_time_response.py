@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.responses.time_limits import Excitation
-from flexura.analysis.strokes import LowOrderMotion, low_order_motion
+from flexura.analysis.strokes import LowOrderMotion, driven_displacement, low_order_motion
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.linalg import factorise
 from flexura.mechanism import DOF_NAMES
 from flexura.motion import (
+    NOTHING_MOVED,
+    Contact,
     Damping,
+    Drive,
     Equations,
     Equilibrium,
     Frames,
     Integrator,
     Loads,
     MotionState,
+    Moved,
     MovingModel,
     Path,
     Point,
@@ -42,6 +48,12 @@ MODES = 6
 COMPARED = 12
 """States that are compared with the full order."""
 
+CALM = 0.6
+"""Spectral radius up to which what steps of other lengths set swinging in forces of drives dies out at once."""
+
+FEW = 8
+"""Steps of a contact below which its force and its rebound are rough."""
+
 COARSE = 20
 """Steps per period of the motion below which they count as coarse: periods are then off by 1 %."""
 
@@ -61,11 +73,22 @@ class Stepping(NamedTuple):
             raise OptionError(f"local_error is a share of the motion, between 0 and 1, not {self.local_error}")
 
 
+class LargeMotion(NamedTuple):
+    """Outputs (p, N) and, after them, forces of drives (d, N), whose channels are `reactions`, those of the driven
+    displacements `moved`, and notes and warnings."""
+
+    response: Array
+    moved: tuple[Channel, ...]
+    reactions: tuple[Channel, ...]
+    notes: tuple[str, ...]
+    warnings: tuple[Diagnostic, ...]
+
+
 def large_time_response(
-    built: System, excitation: Excitation, stepping: Stepping, order: str
-) -> tuple[Array, tuple[str, ...], tuple[Diagnostic, ...]]:
-    """Outputs (p, N) of a system of full order with large displacements and rotations (theory eqs. G33-G35), and notes
-    and warnings of them.
+    built: System, excitation: Excitation, stepping: Stepping, order: str, moves: Mapping[str, Array] | None = None
+) -> LargeMotion:
+    """Outputs of a system of full order with large displacements and rotations (theory eqs. G33-G35), `moves` (N,) by
+    name, m and rad, being prescribed, on splines between samples.
 
     Loads and gravity that are described are on all the time; the base that is accelerated is gravity the other way.
     Raises OptionError for damping that has no motion over time, for readings that are none of nodes and for a base that
@@ -76,9 +99,15 @@ def large_time_response(
     assert isinstance(full, FullOrderModel)
     moving = MovingModel.of(full.design)
     readings = [Reading.of(moving, port) for port in built.output_ports]
-    loads = _LoadsOverTime(moving, built, excitation)
-    equations = Equations(moving)
-    damping, damped = _damping(built, equations)
+    moves = moves or {}
+    loads = _LoadsOverTime(
+        moving, built, excitation, np.array([*moves.values()]).reshape(len(moves), excitation.u.shape[1])
+    )
+    equations = Equations(moving, [driven_displacement(moving, name) for name in moves])
+    equations.independent()
+    if moves and stepping.rho_infinity == 1:
+        raise OptionError("rho_infinity is below 1 where displacements are prescribed: their forces swing without end")
+    damping, damped = _damping(built, Equations(moving))
     runs: list[_Run] = []
 
     def run(equations: Equations) -> list[Equilibrium]:
@@ -90,9 +119,9 @@ def large_time_response(
         nodes = [*loads.nodes, *(node for reading in readings for node in reading.nodes)]
 
         def probe(equations: Equations) -> list[Equilibrium]:
-            return [_resting(equations, own) for own in loads.like_those_of_the_motion()]
+            return [_resting(equations, *own) for own in loads.like_those_of_the_motion()]
 
-        found = low_order_motion(equations, nodes, run, _resolved(equations, excitation.dt), probe)
+        found = low_order_motion(equations, nodes, run, _resolved(Equations(moving), excitation.dt), probe)
         low_order, chosen = found.motion, runs[found.run]
     else:
         run(equations)
@@ -101,6 +130,7 @@ def large_time_response(
         f"large displacements and rotations, generalised-alpha, rho_infinity {stepping.rho_infinity:g}, error of order"
         f" dt^2, {chosen.per_period:.3g} steps in a period of the motion",
         *_steps_taken(chosen.steps, len(excitation.time) - 1),
+        *map(_met, chosen.contacts),
         *damped,
         *([] if low_order is None else [low_order.note]),
     ]
@@ -109,8 +139,23 @@ def large_time_response(
     if chosen.per_period < COARSE:
         text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
         warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
+    if moves and chosen.steps.taken != len(excitation.time) - 1 and stepping.rho_infinity > CALM:
+        text = f"forces of drives swing where steps change their length: take a rho_infinity of {CALM:g} or less"
+        warnings.append(Diagnostic("step", "", stepping.rho_infinity, CALM, "1", text))
+    warnings += [own for contact in chosen.contacts for own in _coarse_contact(contact)]
     warnings += () if low_order is None else low_order.warnings
-    return chosen.response, tuple(notes), tuple(warnings)
+    channels = [_channels(moving, drive) for drive in equations.drives]
+    moved, reactions = (tuple(own[k] for own in channels) for k in (0, 1))
+    return LargeMotion(chosen.response, moved, reactions, tuple(notes), tuple(warnings))
+
+
+def _channels(model: MovingModel, drive: Drive) -> tuple[Channel, Channel]:
+    """What a drive moves, and the force or moment with which it does."""
+    turns, topology = drive.component >= 3, model.design.plan.topology
+    direction = tuple(np.eye(3)[drive.component % 3].tolist())
+    place = topology.node_names[drive.node], direction, tuple(model.positions(model.rest)[drive.node].tolist())
+    kinds = ("rotation", "moment") if turns else ("displacement", "force")
+    return Channel(drive.name, kinds[0], *place), Channel(f"{drive.name}:{kinds[1]}", kinds[1], *place)
 
 
 def _resolved(equations: Equations, dt: float) -> int:
@@ -122,8 +167,13 @@ def _resolved(equations: Equations, dt: float) -> int:
 class _LoadsOverTime:
     """Loads that are described, and those of the inputs at each time."""
 
-    def __init__(self, model: MovingModel, built: System, excitation: Excitation) -> None:
+    def __init__(self, model: MovingModel, built: System, excitation: Excitation, moves: Array) -> None:
         self.excitation = excitation
+        self._moves = moves
+        degree = next((k for k in (5, 3) if moves.shape[1] > k), 1)
+        times = excitation.dt * np.arange(moves.shape[1])
+        spline = make_interp_spline(times, moves, degree, axis=1) if len(moves) else None
+        self._splines = [] if spline is None else [spline, *(spline.derivative(k) for k in (1, 2, 3))]
         described = described_loads(model.design)
         self._dead: dict[int, Any] = dict(described.dead)
         self._gravity = described.gravity
@@ -148,11 +198,24 @@ class _LoadsOverTime:
         """Accelerations (3,) of the base at the time with a number, m/s^2."""
         return self.excitation.u[:, number] @ self._base
 
-    def like_those_of_the_motion(self) -> list[Loads]:
-        """Loads at the start, and where each input is at its largest."""
-        u = self.excitation.u
-        largest = sorted({int(np.abs(row).argmax()) for row in u})
-        return [self.under(self.excitation.start), *(self.under(u[:, k]) for k in largest if u[:, k].any())]
+    def moved(self, number: float) -> Moved:
+        """What is prescribed of displacements at the time with a number."""
+        return (
+            Moved(*(spline(number * self.excitation.dt) for spline in self._splines))
+            if self._splines
+            else NOTHING_MOVED
+        )
+
+    def at_start(self) -> tuple[Loads, Array]:
+        """Loads and driven displacements of the state to start from."""
+        return self.under(self.excitation.start), self.moved(0).place
+
+    def like_those_of_the_motion(self) -> list[tuple[Loads, Array]]:
+        """Loads and driven displacements at the start, and where each of them is at its largest."""
+        every = np.concatenate([self.excitation.u, self._moves]) if len(self._moves) else self.excitation.u
+        largest = sorted({int(np.abs(row).argmax()) for row in every})
+        there = [(self.under(self.excitation.u[:, k]), self.moved(k).place) for k in largest if every[:, k].any()]
+        return [self.at_start(), *there]
 
     def at(self, number: float) -> Loads:
         """Loads at the time with a number, on straight lines between whole ones."""
@@ -171,13 +234,32 @@ def _base(port: InputPort) -> Array:
 
 
 class _Run(NamedTuple):
-    """A motion on one model: outputs (p, N), some of the states, how many steps a period of the motion has, and the
-    steps that were taken."""
+    """A motion on one model: outputs (p, N), some of the states, how many steps a period of the motion has, the steps
+    that were taken, and what stops have met."""
 
     response: Array
     samples: list[Equilibrium]
     per_period: float
     steps: StepsTaken
+    contacts: list[Contact]
+
+
+def _met(contact: Contact) -> str:
+    """A note of what a stop has met."""
+    return (
+        f"the stop {contact.name} is met {counted(contact.count, 'time')}, {quantity(contact.depth, 'm', 3)} deep"
+        f" at most, with {quantity(contact.force, 'N', 3)}"
+    )
+
+
+def _coarse_contact(contact: Contact) -> Iterator[Diagnostic]:
+    """A warning where a contact has few steps."""
+    if contact.fewest is not None and contact.fewest < FEW:
+        text = (
+            f"a contact with the stop {contact.name} lasts {counted(contact.fewest, 'step')}, less than {FEW}: its"
+            " force and its rebound are rough; shorten dt"
+        )
+        yield Diagnostic("contact", contact.name, contact.fewest, FEW, "1", text)
 
 
 def _steps_taken(steps: StepsTaken, samples: int) -> list[str]:
@@ -196,33 +278,35 @@ def _integrated(
     equations: Equations, loads: _LoadsOverTime, damping: Damping, readings: list[Reading], stepping: Stepping
 ) -> _Run:
     """The motion on a model, step by step."""
-    model, (u, dt, impulses, start, _) = equations.model, loads.excitation
+    model, (u, dt, impulses, *_) = equations.model, loads.excitation
     count = u.shape[1]
-    at_start = _resting(equations, loads.under(start))
+    at_start, still = _resting(equations, *loads.at_start()), np.zeros(len(equations.drives))
     M = model.mass(at_start.frames)
     velocity = np.zeros(model.n_dof)
     if impulses.any():  # momentum, by what impulses act on at the start
         pushed = (loads.under(values) for values in (impulses, 0 * impulses))
-        acting, none = (equations.tangent(at_start.frames, own, np.empty(0))[1] for own in pushed)
+        acting, none = (equations.tangent(at_start.frames, own, still)[1] for own in pushed)
         velocity = factorise(M).solve(acting - none)
-    response = np.zeros((len(readings), count))
+    response = np.zeros((len(readings) + len(still), count))
     compared = {int(k) for k in np.linspace(0, count - 1, COMPARED)}
     samples, speed, force = list[Equilibrium](), 0.0, 0.0
     integrator = Integrator(equations, damping, dt, stepping.rho_infinity, stepping.local_error)
-    for number, state in enumerate(integrator.through(at_start.frames, velocity, loads.at, count)):
+    for number, state in enumerate(integrator.through(at_start.frames, velocity, loads.at, count, loads.moved)):
         checkpoint()
         rate, growth = (equations.displacements(own) for own in (state.velocity, state.acceleration))
         for k, reading in enumerate(readings):
             response[k, number] = reading.read(model, state, rate, growth, loads.base_at(number))
+        response[len(readings) :, number] = state.drive
         speed += float(state.velocity @ (M @ state.velocity))
         force += float(state.acceleration @ (M @ state.acceleration))
         if number in compared:
             there = loads.at(number)
-            tangent = equations.tangent(state.frames, there, np.empty(0))[0]
-            samples.append(Equilibrium(state.frames, np.empty(0), there, tangent, 0))
+            tangent = equations.tangent(state.frames, there, state.drive)[0]
+            samples.append(Equilibrium(state.frames, state.drive, there, tangent, 0))
     pace = np.sqrt(force / speed) if speed > 0 else 0.0
     per_period = 2 * np.pi * integrator.steps.taken / (pace * dt * (count - 1)) if pace > 0 else np.inf
-    return _Run(response, samples, per_period, integrator.steps)
+    met = [contact for own in integrator.contacts for contact in own.found()]
+    return _Run(response, samples, per_period, integrator.steps, met)
 
 
 class Reading(NamedTuple):
@@ -285,14 +369,14 @@ class Reading(NamedTuple):
         return float(self.direction @ moved)
 
 
-def _resting(equations: Equations, loads: Loads) -> Equilibrium:
-    """The static state under loads. Raises SolverError where there is none."""
-    zero = np.empty(0)
+def _resting(equations: Equations, loads: Loads, targets: Array) -> Equilibrium:
+    """The static state under loads, with the driven displacements at their targets. Raises SolverError where there is
+    none."""
     rest = equations.model.rest
-    if not loads.any:
-        tangent = equations.tangent(rest, loads, zero)[0]
-        return Equilibrium(rest, zero, loads, tangent, 0)
-    state = Path.from_rest(equations, Point(zero, loads))
+    if not loads.any and not targets.any():
+        tangent = equations.tangent(rest, loads, 0 * targets)[0]
+        return Equilibrium(rest, 0 * targets, loads, tangent, 0)
+    state = Path.from_rest(equations, Point(targets, loads))
     if isinstance(state, Stopped):
         raise SolverError(f"there is no static state to start from beyond {100 * state.share:.3g} % of the loads")
     return state

@@ -10,7 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.analysis.limits import States, command_limits, force_limits, merged, motion_limits, stress_limits
+from flexura.analysis.limits import (
+    States,
+    command_limits,
+    force_limits,
+    merged,
+    motion_limits,
+    stop_limits,
+    stress_limits,
+)
 from flexura.analysis.responses.frequency_response import response_meshes
 from flexura.analysis.responses.stepping import Driven, Hold, modal_motion
 from flexura.arrays import Array
@@ -164,7 +172,7 @@ def _reached(
             amplitudes = np.vstack([q, u[:, samples], np.ones((offset.shape[1], q.shape[1]))])
             states = States(full, np.hstack([columns, offset]), amplitudes, when_in_block)
         warnings += force_limits(states, ports, dict(zip(names, u[:, samples], strict=True)))
-        warnings += [*motion_limits(states), *stress_limits(states)]
+        warnings += [*motion_limits(states), *stop_limits(states), *stress_limits(states)]
     return merged(warnings)
 
 

@@ -196,6 +196,7 @@ def time_response(
     hold: Hold = "foh",
     impulses: Mapping[str, float] | None = None,
     start: Mapping[str, float] | None = None,
+    move: Mapping[str, Samples] | None = None,
     method: Method = "exact",
     rho_infinity: float = 0.9,
     local_error: float | None = None,
@@ -229,7 +230,9 @@ def time_response(
     corotational superelements, which are made as fine as the motion asks for (theory eqs. G28-G35). It is integrated by
     the generalised-alpha method on frames that turn (Brüls, Cardona, Arnold 2012); loads and gravity that are described
     are on all the time, and damping is that of dashpots and Rayleigh's. Steps that do not settle are halved, as often
-    as they need, and those of a larger `local_error`, a share of the largest motion so far; a note says so. The
+    as they need, and those of a larger `local_error`, a share of the largest motion so far, or in contact with a stop
+    (eqs. G49-G51); a note says so. Displacements may be prescribed, `move` by names such as `carriage.x`, m and rad,
+    on splines between samples; the forces that this takes follow the outputs, `carriage.x:force` (eq. G52). The
     base may be accelerated along axes, which is gravity the other way.
 
     Raises ModelError, and OptionError for unknown names, impossible steps, and signals that differ in length or are not
@@ -243,9 +246,12 @@ def time_response(
     known = _known_inputs(model)
     inputs, impulses, start = (_spread(values or {}, known) for values in (inputs, impulses, start))
     names: list[str] = list(dict.fromkeys([*inputs, *impulses, *start]))
-    if not names:
-        raise OptionError("nothing acts on the mechanism: give inputs, impulses or a state to start from")
-    signals = sampled(inputs, names, dt, duration)
+    moves = dict(move or {})
+    if not names and not moves:
+        raise OptionError("nothing acts on the mechanism: give inputs, impulses, moves or a state to start from")
+    if moves and motion != "large":
+        raise OptionError("move prescribes displacements of large motion: motion='large'")
+    signals, places = _sampled_together(inputs, names, moves, dt, duration)
     excitation = Excitation(signals, dt, by_name(names, impulses), by_name(names, start), hold)
     channels: dict[str, Any] = {"inputs": names, "outputs": outputs, "damping": damping}
     if is_closed(loop):
@@ -258,8 +264,19 @@ def time_response(
         if reducing or keep_modes or hold != "foh":
             raise OptionError("hold, keep_modes and methods of reduction belong to small motion")
         built = moving_system(model, parameters, **channels)
-        response, notes, warnings = large_time_response(built, excitation, Stepping(rho_infinity, local_error), order)
-        return _result(built, excitation, response, notes, known=warnings)
+        found = large_time_response(
+            built, excitation, Stepping(rho_infinity, local_error), order, dict(zip(moves, places, strict=True))
+        )
+        return TimeResponse(
+            built.name,
+            excitation.time,
+            found.response,
+            np.concatenate([excitation.u, places]) if moves else excitation.u,
+            (*built.inputs, *found.moved),
+            (*built.outputs, *found.reactions),
+            found.notes,
+            known=found.warnings,
+        )
     chosen = _small_motion_system(model, parameters, dt=dt, order=order, reducing=reducing, **channels)
     if method == "generalised_alpha":
         if isinstance(chosen, ModalSystem):
@@ -270,6 +287,16 @@ def time_response(
         is_resolved = isinstance(chosen.model, FullOrderModel) or isinstance(model, Plan)
         chosen = chosen.modal(up_to=1 / (PER_PERIOD * dt)) if is_resolved else chosen.modal()
     return _exact(chosen, excitation, keep_modes)
+
+
+def _sampled_together(
+    inputs: Mapping[str, Samples], names: list[str], moves: Mapping[str, Samples], dt: float, duration: float | None
+) -> tuple[Array, Array]:
+    """Samples (m, N) of inputs and (d, N) of prescribed displacements. Raises OptionError where they do not fit."""
+    if set(names) & set(moves):
+        raise OptionError(f"{', '.join(sorted(set(names) & set(moves)))} is prescribed and loaded by one name")
+    every = sampled({**inputs, **moves}, [*names, *moves], dt, duration)
+    return every[: len(names)], every[len(names) :]
 
 
 def _refuse_unknown(dt: float, hold: str, method: str, motion: str) -> None:

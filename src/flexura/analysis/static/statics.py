@@ -20,6 +20,7 @@ from flexura.analysis.limits import (
     pose_limits,
     preload,
     stiffening_limits,
+    stop_limits,
     stress_limits,
 )
 from flexura.analysis.model_error import Interval, ModelError, errors_of, interval_text
@@ -125,6 +126,7 @@ class Statics(Tabular):
             *command_limits(inputs, commands[:, None]),
             *force_limits(states, ports, by_name),
             *motion_limits(states),
+            *stop_limits(states),
             *stiffening_limits(self.model, bent_most(states), inputs, commands),
             *stress_limits(states, self._weight),
             *self._buckling[0],

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flexura.analysis.limits import coarse_mesh, solids_that_meet
+from flexura.analysis.limits import coarse_mesh, has_stops, solids_that_meet, stops_met
 from flexura.analysis.model_error import Assumptions, ModelError, frequency_errors, interval_text
 from flexura.analysis.strain import (
     Deformations,
@@ -57,6 +57,8 @@ WATCHED_BODIES = 2
 """Bodies whose displacements are reported where nothing says of which nodes."""
 
 LEFT_OUT = "not modelled: contact, plasticity, distortion of sections"
+
+BUT_STOPS = LEFT_OUT.replace("contact", "contact but that of stops")
 
 FLUTTER = "follower loads: stability and frequencies are of the symmetric part of the stiffness, flutter is not seen"
 
@@ -178,8 +180,12 @@ class Stroke(Tabular):
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What is left out, and what stands for the full order."""
-        notes = (LEFT_OUT,) if self.low_order is None else (LEFT_OUT, self.low_order.note, OF_LOW_ORDER)
+        left_out = BUT_STOPS if has_stops(self.model) else LEFT_OUT
+        notes = (left_out,) if self.low_order is None else (left_out, self.low_order.note, OF_LOW_ORDER)
         notes = (*notes, FLUTTER) if self.has_follower_loads else notes
+        for met in stops_met(self.model, self.frames):
+            first = self._text(self.poses[min(met.poses, key=self._travel.__getitem__)])
+            notes = (*notes, f"{met.text}, first at {first}")
         return (*notes, *edge_notes(part_stresses(self.model, self.deformed)))
 
     def _coarse_meshes(self) -> Iterator[Diagnostic]:

@@ -208,9 +208,9 @@ def _between_nodes(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
 
 
 def _channels(survey: Survey, name: str, nodes: _Nodes) -> Iterator[Use]:
-    """Dashpots, actuators and sensors."""
+    """Dashpots, stops, actuators and sensors."""
     prototype = survey.layout.prototypes[name]
-    for kind in ("dashpots", "actuators", "sensors"):
+    for kind in ("dashpots", "stops", "actuators", "sensors"):
         for key, part in getattr(prototype, kind).items():
             path = (*prefix(name), kind, key)
             if isinstance(part, ForceSensor):

@@ -23,6 +23,7 @@ from flexura.mechanism import (
     Plate,
     Rectangle,
     Spring,
+    Stop,
     StrainActuator,
     Tube,
     evaluated,
@@ -98,6 +99,8 @@ class Facts:
                 return _coupling("spring", evaluated(described.springs[key], self.values))
             case Kind.DASHPOT:
                 return _coupling("dashpot", evaluated(described.dashpots[key], self.values))
+            case Kind.STOP:
+                return _stop(evaluated(described.stops[key], self.values))
             case Kind.SUPERELEMENT:
                 nodes = [part.node_names[k] for k in part.superelements[key].nodes if k < part.n_positioned]
                 return [("kind", "superelement, linear inside"), ("nodes", _listed(nodes))]
@@ -209,6 +212,16 @@ def _coupling(word: str, element: Spring | Dashpot) -> list[Fact]:
     if own is None:
         found.append((what, "a 6 x 6 matrix"))
     found.append(("between", " and ".join([*element.nodes, "ground"][:2])))
+    return found
+
+
+def _stop(stop: Stop) -> list[Fact]:
+    """Of a stop whose numbers are resolved."""
+    found: list[Fact] = [("kind", "stop"), ("gap", quantity(_number(stop.gap), "m", 4))]
+    found.append(("stiffness", quantity(_number(stop.stiffness), "N/m", 4)))
+    if damping := _number(stop.damping):
+        found.append(("damping", quantity(damping, "s/m", 4)))
+    found.append(("between", " and ".join([*stop.nodes, "ground"][:2])))
     return found
 
 

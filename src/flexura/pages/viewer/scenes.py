@@ -125,6 +125,7 @@ GROUPS: dict[Kind, str] = {
     Kind.ACTUATOR: "actuators",
     Kind.SENSOR: "sensors",
     Kind.DASHPOT: "dashpots",
+    Kind.STOP: "stops",
 }
 """Groups of the legend."""
 

@@ -124,6 +124,7 @@ STYLES = {
     Kind.ACTUATOR: KindStyle("actuator", (0.60, 0.05, 0.25)),
     Kind.SENSOR: KindStyle("sensor", (0.13, 0.30, 0.75)),
     Kind.DASHPOT: KindStyle("dashpot", (0.52, 0.30, 0.12), 1.2),
+    Kind.STOP: KindStyle("stop", (0.62, 0.16, 0.10)),
 }
 COLOURS: dict[Kind, RGB] = {kind: style.colour for kind, style in STYLES.items()}
 """Colour of each kind of part, RGB."""

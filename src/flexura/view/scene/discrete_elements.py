@@ -22,6 +22,7 @@ from flexura.mechanism import (
     RigidBody,
     Rotation,
     Spring,
+    Stop,
     Superelement,
     evaluated,
     rotation_matrix,
@@ -30,11 +31,14 @@ from flexura.structure import FullOrderModel, Part, inertia_tensor
 from flexura.view.scene.meshes import Array, Hulls, Index, Mesh, box, cylinder, frame_along, is_inside, sphere
 from flexura.view.scene.scene import Collector, Kind, Motions
 
-Element = TypeVar("Element", RigidBody, PointMass, Spring, Dashpot)
+Element = TypeVar("Element", RigidBody, PointMass, Spring, Dashpot, Stop)
 
 _STEEL = 7850.0
 _SPRING_LENGTH = 0.09
 """Drawn length of a spring or dashpot that has none of its own, relative to the mechanism."""
+
+_STOP = np.array([0.008, 0.05, 0.05])
+"""Drawn thickness and sides of the plate of a stop, relative to the mechanism."""
 
 _ROUND, _BALL, _POT_SIDES = 64, 24, 16
 """Sides of cylinders, of balls, and of the pots of dashpots."""
@@ -67,13 +71,14 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
         placed, prototype = plan.topology.copies[name], plan.layout.prototypes[name]
         bodies, masses = chosen(prototype.bodies), chosen(prototype.masses)
         springs, dashpots = chosen(prototype.springs), chosen(prototype.dashpots)
-        described = (prototype.bodies, prototype.masses, prototype.springs, prototype.dashpots)
+        stops = chosen(prototype.stops)
+        described = (prototype.bodies, prototype.masses, prototype.springs, prototype.dashpots, prototype.stops)
         members, offsets = list(part.members), geometry.parts[name].offsets
         arms = np.argwhere(np.any(offsets, axis=-1))
         arms = arms[look.chosen(len(arms))]
         copies = look.chosen(len(placed.paths))
         total += len(placed.paths) * sum(map(len, described))
-        shown += len(copies) * sum(map(len, (bodies, masses, springs, dashpots)))
+        shown += len(copies) * sum(map(len, (bodies, masses, springs, dashpots, stops)))
         for k in copies:
             path, span = placed.paths[k], slice(placed.offset[k], placed.offset[k] + part.n_nodes)
             copy = _Copy(
@@ -91,12 +96,14 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
                 for key, bending in part.elastic.items():
                     copy.bending[key] = partial(bending.bent, model.values, own[bending.nodes], sizes)
             copy.add(bodies, masses, springs, dashpots, prototype.superelements)
+            for key, stop in stops.items():
+                copy.add_stop(key, stop)
             for key, piezo in part.channels.piezos.items():
                 section = piezo.section(model.values)
                 copy.add_stack(key, piezo.nodes, None if section is None else float(np.sqrt(section.A)))
             copy.add_member_arms([members[m] for m in arms[:, 0]], part.ends[*arms.T], offsets[*arms.T])
     if shown < total:
-        collector.notes.append(f"{shown} of {total} bodies, masses, springs and dashpots are drawn")
+        collector.notes.append(f"{shown} of {total} bodies, masses, springs, dashpots and stops are drawn")
 
 
 class _Scene(NamedTuple):
@@ -163,6 +170,19 @@ class _Copy:
         for key, nodes in ((key, own.nodes) for key, own in self.part.superelements.items()):
             if surface_of(superelements[key]) is None:
                 self._add_star(self.prefix + key, [node for node in nodes if node < self.part.n_positioned])
+
+    def add_stop(self, key: str, stop: Stop) -> None:
+        """The plate of a stop, a gap beyond the node that meets it and the body around this, which the other node or
+        the ground carries."""
+        nodes, size = self.part.stops[key].nodes, self.scene.size
+        direction = self.Q @ _vector(stop.direction)
+        direction /= np.linalg.norm(direction)
+        sides, start = _STOP * size, self.x[nodes[-1]]
+        away = self.scene.bodies.way_out(start, direction) + _number(stop.gap) + sides[0] / 2
+        plate = box(sides, np.inf)
+        points = plate.points @ frame_along(direction) + start + away * direction
+        moved = self.attached(nodes[0], points) if len(nodes) == 2 else np.zeros_like(points)
+        self.scene.collector.mesh(Mesh(points, plate.faces), moved, Kind.STOP, self.prefix + key)
 
     def add_arm(self, name: str, node: int, end: Array) -> None:
         """A rigid arm from a node to a point."""

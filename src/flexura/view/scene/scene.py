@@ -37,6 +37,7 @@ class Kind(IntEnum):
     ACTUATOR = 15
     SENSOR = 16
     DASHPOT = 17
+    STOP = 18
 
 
 class Look(NamedTuple):
