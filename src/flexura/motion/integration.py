@@ -155,9 +155,9 @@ class Integrator:
         self.af: float = rho / (rho + 1)
         self.gamma: float = 0.5 + self.af - self.am
         self.beta: float = (self.gamma + 0.5) ** 2 / 4
-        self.steps = StepsTaken()
+        self.steps: StepsTaken = StepsTaken()
         model = equations.model
-        self.contacts = [Contacts(own, model.names_of_stops) for own in model.stops]
+        self.contacts: list[Contacts] = [Contacts(own, model.names_of_stops) for own in model.stops]
         self._h = dt
         self._factor: Any = None
         self._rows, self._by_drive = np.empty((0, 0)), np.empty((0, 0))

@@ -142,7 +142,8 @@ class Contacts:
 
     def __init__(self, stops: Stops, names: Sequence[str]) -> None:
         e = len(names)
-        self.stops, self.names = stops, tuple(names)
+        self.stops: Stops = stops
+        self.names: tuple[str, ...] = tuple(names)
         self._depth, self._force = np.zeros(e), np.zeros(e)
         self._count, self._steps = np.zeros(e, dtype=np.intp), np.zeros(e, dtype=np.intp)
         self._fewest = np.full(e, np.iinfo(np.intp).max)

@@ -135,7 +135,8 @@ class StrokePoses:
     """What is known of poses of a stroke, each worked out once."""
 
     def __init__(self, stroke: SingleStroke, channels: dict[str, Any], n: int, up_to: float | None) -> None:
-        self.stroke, self.n = stroke, n
+        self.stroke: SingleStroke = stroke
+        self.n: int = n
         self._loads = described_loads(stroke.full.design)
         start = Point(np.zeros(1), self._loads)
         rest = Path.from_rest(stroke.equations, start) if self._loads.any else stroke.equations.at_rest()
@@ -154,7 +155,7 @@ class StrokePoses:
         self.up_to: float = IN_BAND * highest if up_to is None else up_to
         undeformed = system(stroke.full, order="full", **channels)
         ratios = undeformed.modal(up_to=self.up_to).total_ratios
-        self.is_assumed = bool(not undeformed.is_damped or ratios.min(initial=1.0) < UNDAMPED)
+        self.is_assumed: bool = bool(not undeformed.is_damped or ratios.min(initial=1.0) < UNDAMPED)
         ports = self.system.output_ports
         self._readings = [Reading.of(stroke.equations.model, port) for port in ports]
 
