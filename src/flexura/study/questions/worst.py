@@ -23,6 +23,9 @@ REFINEMENTS = 2
 LEAST_SHARE = 1e-4
 """Of a stroke, by which poses differ at least."""
 
+EQUAL = 1e-7
+"""Share of the worst number by which others differ that are as bad: of these the pose is the last one of the stroke."""
+
 Numbers = Callable[[PosedState, tuple[Quantity, ...]], list[float]]
 
 
@@ -117,7 +120,9 @@ def _searched(quantity: Quantity, states: StrokeStates, numbers_of: Numbers) -> 
         found[share] = WorstPose(value, state.pose, asked, tuple(numbers))
 
     def worst() -> float:
-        return max(found, key=lambda share: of.badness(found[share].value))
+        bad = {share: of.badness(own.value) for share, own in found.items()}
+        most = max(bad.values())
+        return max(share for share, own in bad.items() if own >= most - EQUAL * abs(most))
 
     for share in states.shares:
         look(share)
