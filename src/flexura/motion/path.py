@@ -82,6 +82,16 @@ class Path:
         undeformed = Point(np.zeros(len(equations.drives)), NO_LOADS)
         return Path(equations, equations.at_rest(), undeformed).to(point)
 
+    @staticmethod
+    def resting(equations: Equations, point: Point) -> Equilibrium:
+        """The state at a point, which only loads take away from the undeformed configuration. Raises SolverError where
+        that is free to move, and where the loads are too large."""
+        state = Path.from_rest(equations, point) if point.loads.any else equations.at_rest()
+        if isinstance(state, Stopped):
+            part = 100 * state.share
+            raise SolverError(f"the loads are too large: no equilibrium is found beyond {part:.3g} % of them")
+        return state
+
     def to(self, point: Point) -> Equilibrium | Stopped:
         """The state at one point."""
         return next(self.through([point]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -83,7 +83,6 @@ class Budget(Tabular):
     known: tuple[Diagnostic, ...] = ()
     unproven: SecondOrder | None = None
     settling: tuple[Settling, ...] = ()
-    move_units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rms(self) -> Array:
@@ -166,7 +165,7 @@ class Budget(Tabular):
             units = {c.name: c.unit for c in self.outputs}
             yield Table(
                 {
-                    "after a move": [self._move(s) for s in own],
+                    "after a move": [s.words for s in own],
                     "point": [s.point for s in own],
                     "ends at": [quantity(s.final, units[s.point], 4) for s in own],
                     "within": [quantity(s.within, units[s.point], 3) for s in own],
@@ -175,10 +174,6 @@ class Budget(Tabular):
                 "moves",
                 title="settling",
             )
-
-    def _move(self, own: Settling) -> str:
-        by = quantity(own.by, self.move_units[own.move], 4)
-        return f"{own.move} by {by}" + (f" over {quantity(own.over_s, 's', 3)}" if own.over_s else "")
 
     def _data(self) -> dict[str, Any]:
         return {
@@ -485,8 +480,7 @@ def _closed_budget(
 
 
 def _with_settling(told: Budget, form: PoleForm, inputs: Sequence[Channel], moves: Moves) -> Budget:
-    own = settled(form, inputs, told.outputs, moves, told.three_sigma)
-    return replace(told, settling=own, move_units={c.name: c.unit for c in inputs})
+    return replace(told, settling=settled(form, inputs, told.outputs, moves, told.three_sigma))
 
 
 def _told(

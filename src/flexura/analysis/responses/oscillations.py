@@ -27,7 +27,6 @@ from flexura.motion import (
     Oscillation,
     Path,
     Point,
-    Stopped,
     commanded,
     described_loads,
     rotation_vector,
@@ -152,7 +151,7 @@ def studied(
     loads = described_loads(full.design)
 
     def run(equations: Equations) -> list[Equilibrium]:
-        rest = _resting(equations)
+        rest = Path.resting(equations, Point(np.empty(0), loads))
         curve = follow(equations, rest)
         orbit = curve.orbits[int(curve.largest[:, 0].argmax())]
         instants = np.linspace(0, len(curve.balance.series.values), COMPARED, endpoint=False).astype(int)
@@ -175,17 +174,6 @@ def studied(
     note = f"the low order may be off by {off:.1g} in frequency, by its energy in the largest motion"
     motion: LowOrderMotion = found.motion
     return Studied(curve, float(off), (motion.note, note), motion.warnings)
-
-
-def _resting(equations: Equations) -> Equilibrium:
-    """The static state under described loads. Raises OptionError where there is none."""
-    loads = described_loads(equations.model.design)
-    if not loads.any:
-        return equations.at_rest()
-    state = Path.from_rest(equations, Point(np.empty(0), loads))
-    if isinstance(state, Stopped):
-        raise OptionError(f"there is no static state beyond {100 * state.share:.3g} % of the loads described")
-    return state
 
 
 def damped(built: System, equations: Equations, state: Equilibrium) -> tuple[Damping, Array | None, tuple[str, ...]]:

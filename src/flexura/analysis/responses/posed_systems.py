@@ -138,10 +138,7 @@ class StrokePoses:
         self.stroke: SingleStroke = stroke
         self.n: int = n
         self._loads = described_loads(stroke.full.design)
-        start = Point(np.zeros(1), self._loads)
-        rest = Path.from_rest(stroke.equations, start) if self._loads.any else stroke.equations.at_rest()
-        if isinstance(rest, Stopped):
-            raise SolverError(f"the loads are too large: no equilibrium is found beyond {100 * rest.share:.3g} %")
+        rest = Path.resting(stroke.equations, Point(np.zeros(1), self._loads))
         self._states: dict[float, Equilibrium] = {0.0: rest}
         self._known: dict[float, At] = {}
         self._channels = channels

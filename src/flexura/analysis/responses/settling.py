@@ -13,7 +13,7 @@ from flexura.errors import OptionError
 from flexura.records import Record
 from flexura.structure import Channel, channel_positions
 from flexura.systems import PoleForm, decay, settling_time
-from flexura.tables import SHOWN_AS_ZERO
+from flexura.tables import SHOWN_AS_ZERO, quantity
 
 
 class Moves(NamedTuple):
@@ -40,18 +40,28 @@ class Moves(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Settling(Record):
-    """After the end of a move of the input `move` `by` so much over `over_s`, the output `point` ends at `final` and is
-    within `within` of it for good after `time_s`; infinite where it never is, NaN where no band is known."""
+    """How long the output `point` rings after a move of the input `move`, `by` so much in its `unit` over `over_s`.
+
+    From the end of the move until it stays within `within` of where it ends, `final`, `time_s` pass; infinite where it
+    never does, NaN where no band is known.
+    """
 
     _shown = ("move", "point", "time_s")
 
     move: str
     by: float
+    unit: str
     over_s: float
     point: str
     final: float
     within: float
     time_s: float
+
+    @property
+    def words(self) -> str:
+        """The move in words."""
+        over = f" over {quantity(self.over_s, 's', 3)}" if self.over_s else ""
+        return f"{self.move} by {quantity(self.by, self.unit, 4)}{over}"
 
 
 def settled(
@@ -62,12 +72,13 @@ def settled(
     bands[channel_positions(outputs, list(moves.within))] = list(moves.within.values())
     found = list[Settling]()
     for name, by in moves.by.items():
-        weights = np.zeros((len(inputs), 1))
-        weights[channel_positions(inputs, [name])] = by
+        weights, [at] = np.zeros((len(inputs), 1)), channel_positions(inputs, [name])
+        weights[at] = by
         own = form.driven_by(weights, np.zeros((len(outputs), 1)))
         final, (amplitudes, poles) = own.response(np.zeros(1))[0, :, 0].real, decay(own, moves.over)
         final[np.abs(final) < SHOWN_AS_ZERO * np.abs(amplitudes).sum(axis=1)] = 0.0
         for k, channel in enumerate(outputs):
-            time = settling_time(amplitudes[k], poles, float(bands[k]))
-            found.append(Settling(name, by, moves.over, channel.name, float(final[k]), float(bands[k]), time))
+            end, band = float(final[k]), float(bands[k])
+            time = settling_time(amplitudes[k], poles, band)
+            found.append(Settling(name, by, inputs[at].unit, moves.over, channel.name, end, band, time))
     return tuple(found)

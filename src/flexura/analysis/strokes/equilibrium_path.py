@@ -319,14 +319,7 @@ class Continuation:
 
     def _undeformed(self) -> Equilibrium:
         """The state with nothing moved and the loads on that do not change. Raises SolverError where there is none."""
-        point = self.prescribed.undeformed
-        if not point.loads.any:
-            return self.equations.at_rest()
-        state = Path.from_rest(self.equations, point)
-        if isinstance(state, Stopped):
-            part = 100 * state.share
-            raise SolverError(f"the loads are too large: no equilibrium is found beyond {part:.3g} % of them")
-        return state
+        return Path.resting(self.equations, self.prescribed.undeformed)
 
     def _by_displacement(self, states: list[PathState], first: Equilibrium, shares: list[float]) -> None:
         """States at path parameters, the first of which is there, by prescribed displacements."""
