@@ -192,6 +192,7 @@ class Balance:
     ) -> tuple[Array, float, tuple[Array, Array, Array], int]:
         """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
         size, factor, fresh = np.inf, None, slopes is None
+        estimate = omega
         for count in range(1, CORRECTIONS + 1):
             if slopes is None:
                 slopes, fresh = self.oscillator.slopes(*self.motion(X, omega)), True
@@ -212,7 +213,7 @@ class Balance:
             fresh = False
             if count > 1 and rate > SLOW:
                 slopes = factor = None
-        raise _lost(omega)
+        raise _lost(estimate)
 
     def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
