@@ -30,7 +30,8 @@ import numpy as np
 import scipy.linalg as la
 
 import flexura as fx
-from flexura.io import FLAGS, shared_library, unit_of
+from flexura.compilers import FLAGS
+from flexura.io import shared_library, unit_of
 from flexura.structure import Channel
 from flexura.systems import StateSpace
 

@@ -13,6 +13,7 @@ from flexura.cli.app import app
 from flexura.cli.gallery import EXTRAS, SCHEMA, packages_of
 from flexura.errors import OptionError
 from flexura.gallery import entries, entry
+from flexura.kernels import without
 
 PROJECT = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -77,3 +78,5 @@ def test_the_doctor_says_how_to_get_what_is_missing(monkeypatch):
     told = " ".join(shell("doctor").stdout.split())
     assert "pip install 'flexura[fmi]'" in told and "nowhere" in told and "missing" in told
     assert "control 1.0" in told
+    with without():
+        assert "python -m flexura.kernels.build" in " ".join(shell("doctor").stdout.split())

@@ -14,6 +14,8 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+from flexura.kernels import is_compiled
+
 SCHEMA = "flexura.schema.json"
 EDITORS = f"# yaml-language-server: $schema={SCHEMA}\n"
 """The line by which editors know what a file may hold."""
@@ -150,6 +152,8 @@ def parts() -> Iterator[Part]:
         told = ", ".join(f"{name} {version}" for name, version in found.items() if version is not None)
         said = f"pip install 'flexura[{extra}]'" if lacking else told
         yield Part(extra, bool(found) and not lacking, purpose, said)
+    how = "NumPy does the same, more slowly; python -m flexura.kernels.build, with a C compiler, makes them"
+    yield Part("kernels", is_compiled(), "small steps of arithmetic in C", "compiled" if is_compiled() else how)
     for program, (purpose, how) in PROGRAMS.items():
         path = shutil.which(program)
         yield Part(program, path is not None, purpose, path or how)

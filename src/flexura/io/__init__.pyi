@@ -1,6 +1,5 @@
 from flexura.io.arrays import to_control as to_control
 from flexura.io.arrays import to_scipy as to_scipy
-from flexura.io.fmu import FLAGS as FLAGS
 from flexura.io.fmu import shared_library as shared_library
 from flexura.io.fmu import unit_of as unit_of
 from flexura.io.formats import FORMATS as FORMATS

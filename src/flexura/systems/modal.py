@@ -18,6 +18,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, count_below
 from flexura.results import Tabular
 from flexura.structure import Channel, channel_positions, ends_of
+from flexura.systems.modal_sum import modal_sum
 from flexura.systems.second_order import Remainder, SecondOrder, remainder_of, stiffening
 from flexura.tables import Facts, Item, Table, in_hz, percent
 
@@ -29,9 +30,6 @@ COUPLED_DAMPING = 1e-7
 
 DAMPING_ROUNDING = 1e-10
 """Size of such a coefficient, beside the larger of the two modes' own, below which it is the modes' round-off."""
-
-CACHED_FREQUENCIES = 512
-"""Frequencies that are summed at a time, so that their arrays stay in the processor's cache."""
 
 MODAL_ROUNDING = 1e-14
 """Size of a damping ratio or loss factor, or of an entry of a matrix in modes beside its terms, that is round-off."""
@@ -266,32 +264,19 @@ class ModalSystem(Tabular):
             if not rest.couples:
                 H += rest.flexibility(system, w, at)
             static = static - rest.stiff[np.ix_(*at)]
-        H += static / stiffening(system, w, self.loss is not None)[:, None, None]
+        if static.any():
+            H += static / stiffening(system, w, self.loss is not None)[:, None, None]
         for k, order in enumerate(self.derivative):
             if order:
                 H[:, k] *= ((1j * w) ** int(order))[:, None]
-        H += self.D
+        if self.D.any():
+            H += self.D
         return H
 
     def _sum(self, w: Array) -> Complex:
-        """Sum over modes of c_r b_r / (omega_r^2 - w^2 + i (w d_r + l_r))."""
-        p, m = len(self.C), self.B.shape[1]
-        residues = (self.C.T[:, :, None] * self.B[:, None, :]).reshape(self.order, p * m)
-        damping, loss = self.damping.diagonal(), None if self.loss is None else self.loss.diagonal()
-        H: Complex = np.empty((len(w), p * m), dtype=complex)
-        for start in range(0, len(w), CACHED_FREQUENCIES):
-            chunk = slice(start, start + CACHED_FREQUENCIES)
-            stiff, lossy = self.omega**2 - w[chunk, None] ** 2, np.multiply.outer(w[chunk], damping)
-            if loss is not None:
-                lossy += loss * np.sign(w[chunk, None])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                size = stiff * stiff
-                size += lossy * lossy
-                np.divide(1.0, size, out=size)
-                np.multiply(stiff, size, out=stiff)
-                np.multiply(lossy, size, out=lossy)
-                H[chunk].real, H[chunk].imag = stiff @ residues, -(lossy @ residues)
-        return H.reshape(len(w), p, m)
+        """The sum over modes that damping does not couple."""
+        loss = np.zeros(self.order) if self.loss is None else self.loss.diagonal()
+        return modal_sum(w, self.omega**2, self.damping.diagonal(), loss, self.C, self.B)
 
     def _partly_coupled(self, w: Array) -> Complex:
         """Real modes where damping does not couple them, and complex ones where it does and where there are any."""

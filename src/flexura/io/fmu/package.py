@@ -5,16 +5,16 @@ from __future__ import annotations
 import hashlib
 import uuid
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from flexura.analysis import ScheduledPlant
+from flexura.compilers import PLATFORMS, build_library, this_platform
 from flexura.errors import OptionError
-from flexura.files import write_file
-from flexura.io.fmu.compilers import binary_place, shared_library, this_platform
+from flexura.files import scratch_folder, write_file
 from flexura.io.fmu.description import build_description, description, model_identifier
 from flexura.io.fmu.posed import posed_unit
 from flexura.io.fmu.unit import Unit, linear_unit
@@ -66,12 +66,35 @@ def _write(
     if platforms is not None and (isinstance(platforms, str) or not binary or not platforms):
         raise OptionError("platforms are a list of names of what libraries are built for, and go with binary")
     names = list(dict.fromkeys(platforms or [this_platform()])) if binary else []
-    places = {name: binary_place(name, model_identifier(unit.name), version) for name in names}
+    places = {name: _binary_place(name, model_identifier(unit.name), version) for name in names}
     contents = fmu_contents(unit, version)
     texts = {name.split("/")[1]: content.decode() for name, content in contents.items() if "/" in name}
     for name, place in places.items():
         contents[place] = shared_library(texts, unit.compiled(version), name)
     return write_file(path, lambda file: _zip(file, contents))
+
+
+def _binary_place(name: str, identifier: str, version: int) -> str:
+    """Where the library for a platform stands in an FMU. Raises OptionError for platforms that have no place."""
+    own = PLATFORMS.get(name)
+    if own is None:
+        raise OptionError(
+            f"there is no platform {name!r} to build for; platforms: {', '.join(PLATFORMS)}. `binary=False` writes an"
+            " FMU with sources alone, which tools can compile"
+        )
+    folder = name if version == 3 else own.fmi2
+    if folder is None:
+        known = ", ".join(key for key, of in PLATFORMS.items() if of.fmi2)
+        raise OptionError(f'FMI 2 has no name for {name}, only for {known}; FMI 3 has one: format="fmi3"')
+    return f"binaries/{folder}/{identifier}{own.suffix}"
+
+
+def shared_library(sources: Mapping[str, str], compiled: Sequence[str], name: str) -> bytes:
+    """Sources compiled and linked for a platform."""
+    with scratch_folder() as folder:
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        return build_library(folder, compiled, name).read_bytes()
 
 
 def unit_of(model: StateSpace | ScheduledPlant) -> Unit:

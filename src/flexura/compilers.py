@@ -8,12 +8,11 @@ import platform
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from flexura.errors import OptionError
-from flexura.files import scratch_folder
 
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
 
@@ -43,41 +42,24 @@ def this_platform() -> str:
     return f"{ {'amd64': 'x86_64', 'arm64': 'aarch64'}.get(machine, machine) }-{system}"
 
 
-def binary_place(name: str, identifier: str, version: int) -> str:
-    """Where the library for a platform stands in an FMU. Raises OptionError for platforms that have no place."""
-    own = PLATFORMS.get(name)
-    if own is None:
-        raise OptionError(
-            f"there is no platform {name!r} to build for; platforms: {', '.join(PLATFORMS)}. `binary=False` writes an"
-            " FMU with sources alone, which tools can compile"
-        )
-    folder = name if version == 3 else own.fmi2
-    if folder is None:
-        known = ", ".join(key for key, of in PLATFORMS.items() if of.fmi2)
-        raise OptionError(f'FMI 2 has no name for {name}, only for {known}; FMI 3 has one: format="fmi3"')
-    return f"binaries/{folder}/{identifier}{own.suffix}"
-
-
-def shared_library(sources: Mapping[str, str], compiled: Sequence[str], name: str) -> bytes:
-    """Sources compiled and linked for a platform: on this machine by its C compiler, or else by zig.
+def build_library(
+    folder: Path, compiled: Sequence[str], name: str, flags: Sequence[str] = FLAGS, *, by_zig: bool = False
+) -> Path:
+    """The library of C sources in a folder for a platform: on this machine by its C compiler unless `by_zig` is asked
+    for, or else by zig.
 
     Raises OptionError when there is none, or when it fails.
     """
-    is_own = name == this_platform() and name.endswith("linux")
+    is_own = not by_zig and name == this_platform() and not name.endswith("windows")
     compiler = _system_compiler() if is_own else _zig(name)
-    with scratch_folder() as folder:
-        for file, text in sources.items():
-            (folder / file).write_text(text, encoding="utf-8")
-        library = "model" + PLATFORMS[name].suffix
-        command = [*compiler, *FLAGS, "-o", library, *compiled, *([] if is_own else ["-s"])]
-        command += ["-lm"] if name.endswith("linux") else []
-        done = subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(folder)
-        )
-        if done.returncode:
-            hint = " (Debian: apt install gcc libc6-dev has all it needs)" if is_own else f" for {name}"
-            raise OptionError(f"the C compiler {compiler[0]} failed{hint}: {' '.join(done.stderr.split())[:300]}")
-        return (folder / library).read_bytes()
+    library = folder / f"model{PLATFORMS[name].suffix}"
+    command = [*compiler, *flags, "-o", library.name, *compiled, *([] if is_own else ["-s"])]
+    command += ["-lm"] if name.endswith("linux") else []
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(folder))
+    if done.returncode:
+        hint = " (Debian: apt install gcc libc6-dev has all it needs)" if is_own else f" for {name}"
+        raise OptionError(f"the C compiler {compiler[0]} failed{hint}: {' '.join(done.stderr.split())[:300]}")
+    return library
 
 
 def _environment(folder: Path) -> dict[str, str]:
@@ -90,7 +72,7 @@ def _system_compiler() -> list[str]:
     compiler = shutil.which(name) or shutil.which("gcc")
     if compiler is None:
         raise OptionError(
-            f"there is no C compiler {name!r}: install one (Debian: apt install gcc libc6-dev), or write the FMU with"
+            f"there is no C compiler {name!r}: install one (Debian: apt install gcc libc6-dev), or write FMUs with"
             " sources alone (`binary=False`)"
         )
     return [compiler]

@@ -1,0 +1,4 @@
+from flexura.kernels.library import Kernel as Kernel
+from flexura.kernels.library import address as address
+from flexura.kernels.library import is_compiled as is_compiled
+from flexura.kernels.library import without as without
