@@ -28,6 +28,10 @@ WHEELS = {
 class Kernels(BuildHookInterface):
     """Compiles the kernels into wheels, and into the checkout for editable installations."""
 
+    def dependencies(self) -> list[str]:
+        """What builds need."""
+        return ["ziglang"] if os.environ.get("FLEXURA_PLATFORM") else []
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Before files are chosen. Raises OptionError where a platform is asked for that cannot be compiled for."""
         from flexura.errors import OptionError
