@@ -258,6 +258,8 @@ class SecondOrder(Result):
 
     def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Self:
         """The system with some of its inputs and outputs, by name. Raises OptionError for others."""
+        if inputs is outputs is None:
+            return self
         i, o = channel_positions(self.inputs, inputs), channel_positions(self.outputs, outputs)
         return replace(
             self,

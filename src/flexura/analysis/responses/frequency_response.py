@@ -473,7 +473,9 @@ def _notes(modes: ModalSystem, hz: Array, resonances: Resonances) -> tuple[str, 
     if not modes.system.is_damped:
         notes.append("no damping is given: resonances are infinitely high")
     # resonances with no frequency within their half-power width
-    nearest = np.abs(resonances.hz[:, None] - hz).min(axis=1, initial=np.inf)
+    after = np.searchsorted(hz, resonances.hz)
+    sides = (hz[np.clip(after - 1, 0, None)], hz[np.clip(after, None, len(hz) - 1)])
+    nearest = np.min([np.abs(resonances.hz - side) for side in sides], axis=0)
     missed = resonances.hz[nearest > np.maximum(resonances.ratios, SHARPEST) * resonances.hz]
     if len(missed):
         listed = ", ".join(f"{f:.5g}" for f in missed[:5])
@@ -484,8 +486,10 @@ def _notes(modes: ModalSystem, hz: Array, resonances: Resonances) -> tuple[str, 
 
 
 def _refuse_infinite(H: Complex, hz: Array) -> None:
-    bad = ~np.isfinite(H).all(axis=(1, 2))
-    if bad.any():
+    # sums of what is finite are quicker than asking each; a sum of all alone may overflow
+    with np.errstate(invalid="ignore", over="ignore"):
+        is_finite = np.isfinite(H.sum(axis=0)).all()
+    if not is_finite and (bad := ~np.isfinite(H).all(axis=(1, 2))).any():
         f = hz[bad][0]
         raise SolverError(f"{in_hz(f, 6)} is an undamped resonance, where the response is infinite: give some damping")
 
