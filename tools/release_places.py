@@ -17,8 +17,8 @@ ROOT = Path(__file__).parents[1]
 SCRIPT = "src/flexura/pages/web/"
 """Source of the pages' script, of which the wheel has what is built alone."""
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-KERNELS = {f"flexura/kernels/kernels{suffix}" for suffix in (".so", ".dll", ".dylib")}
-"""What is compiled when a wheel is built."""
+KERNELS = "flexura/kernels/kernels."
+"""How what is compiled when a wheel is built begins."""
 MOST = 3_000_000
 """Bytes that a wheel may have."""
 CALLER = ("PYTHONPATH", "PYTHONHOME", "PYTHONDONTWRITEBYTECODE", "VIRTUAL_ENV")
@@ -161,7 +161,8 @@ def look_at_wheel(dist: Path, tracked: set[str]) -> Path:
     """The wheel. Raises RuntimeError where it has other files than the package, is too large, or lacks a notice."""
     (wheel,) = dist.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
-        packed = {name for name in archive.namelist() if ".dist-info/" not in name and name not in KERNELS}
+        files = [name for name in archive.namelist() if not name.startswith(KERNELS)]
+        packed = {name for name in files if ".dist-info/" not in name}
         about = {name.partition(".dist-info/")[2]: name for name in archive.namelist() if ".dist-info/" in name}
         look_for_notices("the wheel", archive.read(about["METADATA"]).decode())
     size = wheel.stat().st_size

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import shutil
 import subprocess
 import sys
@@ -79,4 +80,10 @@ def test_installations_build_without_numpy():
 
 
 def test_each_platform_has_a_place_of_its_own():
-    assert {build.library_path(name).suffix for name in PLATFORMS} == {".so", ".dll", ".dylib"}
+    places = [build.library_path(name) for name in PLATFORMS]
+    assert len(set(places)) == len(PLATFORMS) and {path.suffix for path in places} == {".so", ".dll", ".dylib"}
+
+
+def test_no_place_is_that_of_a_module():
+    names = [inspect.getmodulename(str(build.library_path(name))) for name in PLATFORMS]
+    assert all(name is None or "." in name for name in names)

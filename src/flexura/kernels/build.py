@@ -17,9 +17,9 @@ FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-ffp-contract=fast", "-fPIC", "-
 
 
 def library_path(name: str | None = None) -> Path:
-    """Where the library for a platform stands, by default this one."""
-    own = PLATFORMS.get(name or this_platform())
-    return SOURCES.parent / f"kernels{own.suffix if own else '.none'}"
+    """Where the library for a platform stands, by default this one; Python takes no file with two dots for a module."""
+    name = name or this_platform()
+    return SOURCES.parent / f"kernels.{name}{PLATFORMS[name].suffix if name in PLATFORMS else ''}"
 
 
 def digest() -> str:

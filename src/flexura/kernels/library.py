@@ -71,4 +71,7 @@ _TAKEN = {"a": ctypes.c_void_p, "n": ctypes.c_int64, "x": ctypes.c_double}
 def address(array: Array | Complex | Index) -> int:
     """Where an array lies in memory."""
     assert array.flags.c_contiguous and array.dtype.itemsize % 8 == 0
-    return array.ctypes.data
+    try:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # quicker than what NumPy tells
+    except (TypeError, ValueError):  # it may not be written to, or is empty
+        return array.ctypes.data

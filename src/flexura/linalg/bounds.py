@@ -22,14 +22,19 @@ import scipy.sparse as sp
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
-from flexura.linalg.factor import FACTOR_ROUNDING, Factor, SingularError, SuperLU, factorise
+from flexura.linalg.factor import (
+    FACTOR_ROUNDING,
+    UNSTABLE_PIVOTS,
+    Elimination,
+    Factor,
+    SingularError,
+    eliminated,
+    factorise,
+)
 from flexura.linalg.pencil import EPS, MASS_LOST, Eigenpairs, Pencil, inverse_roots, scaled, toarray, unit_scale
 
 DENSE_BRACKET = 60
 """Up to this order eigenvalues are as quick as factorisations."""
-
-UNSTABLE_PIVOTS = 1e-7
-"""A factorisation that may be off by more than this, beside a diagonal of ones, is not trusted for its signs."""
 
 DENSE_FALLBACK = 4000
 
@@ -110,7 +115,7 @@ def _bracket(pencil: Pencil, value: float) -> Bracket | None:
     return _dense_bracket(A.toarray(), d, lost, value) if len(d) <= DENSE_FALLBACK else None
 
 
-def _solver(factor: SuperLU, d: Array) -> Callable[[Array], Array]:
+def _solver(factor: Elimination, d: Array) -> Callable[[Array], Array]:
     return lambda b: d[:, None] * factor.solve(d[:, None] * b)
 
 
@@ -118,7 +123,7 @@ def _solver(factor: SuperLU, d: Array) -> Callable[[Array], Array]:
 class _Signed:
     """A factor with diagonal pivots, how many are negative, and row sums (n,) of the bound of its round-off."""
 
-    factor: SuperLU
+    factor: Elimination
     negative: int
     lost: Array
 
@@ -126,7 +131,7 @@ class _Signed:
 def _signed(A: sp.csc_matrix, scale: Array) -> _Signed | None:
     """Of an A (n, n), scaled by `scale` (n,); None where a pivot is zero or not on the diagonal."""
     try:
-        factor = SuperLU(A, scale)
+        factor = eliminated(A, scale)
     except SingularError:
         return None
     negative, lost = factor.negative, factor.lost

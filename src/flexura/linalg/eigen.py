@@ -21,7 +21,18 @@ from flexura.arrays import Array, Index
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
 from flexura.linalg.bounds import bracket, count_below, solution, stable_count
-from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, Factor, Matrix, Progress, SuperLU, pivoted
+from flexura.linalg.factor import (
+    DENSE_LIMIT,
+    LDL,
+    SINGULAR_PIVOT,
+    Elimination,
+    Factor,
+    Matrix,
+    Progress,
+    eliminated,
+    pivoted,
+)
+from flexura.linalg.krylov import lowest_by_blocks
 from flexura.linalg.pencil import Eigenpairs, Pencil, scaled, toarray, unit_scale
 from flexura.thresholds import EQUAL_BY_SYMMETRY
 
@@ -122,8 +133,8 @@ class ShiftInvert:
     ) -> Eigenpairs:
         """The pairs with the copies of repeated eigenvalues that were missed below the `count`-th.
 
-        `counted` gives the number of eigenvalues below a value, None where it cannot tell; by default factors of
-        SuperLU are asked. Copies of the `count`-th itself do not matter. Where what is counted is not found, digits of
+        `counted` gives the number of eigenvalues below a value, None where it cannot tell; by default factors
+        are asked. Copies of the `count`-th itself do not matter. Where what is counted is not found, digits of
         the stiffness are lost and the next of the offsets serves. Raises SolverError when none does.
         """
         fewest, idle = self.K.shape[0] + 1, 0
@@ -174,11 +185,13 @@ def next_to(
     if n <= DENSE_LIMIT or count > n // 3:
         return _dense(toarray(K), toarray(M), count, shift, shapes)
     K, M = sp.csc_matrix(K), sp.csc_matrix(M)
-    factor = factor or SuperLU(K - shift * M if shift else K)
+    factor = factor or eliminated(K - shift * M if shift else K)
     d = factor.scale
     # what is counted is the matrix that was factorised, rounded as it was by its scaling
     search = ShiftInvert(scaled(K, d), scaled(M, d), shift, factor.solve_scaled)
-    pairs = search.completed(search.nearest(count), count)
+    search.M.eliminate_zeros()
+    pairs = lowest_by_blocks(search.M, factor.solve_scaled, count, shift) if isinstance(factor, LDL) else None
+    pairs = search.completed(pairs or search.nearest(count), count)
     return Eigenpairs(pairs.values[:count], d[:, None] * pairs.vectors[:, :count])
 
 
@@ -265,7 +278,7 @@ def coarse_shift(K: Matrix, M: Matrix) -> float:
     return COARSE_SHIFT * float(np.max(stiff[mass > 0] / mass[mass > 0], initial=1.0))
 
 
-def _polished(pencil: Pencil, X: Array, shift: float, factors: SuperLU | None = None) -> Array:
+def _polished(pencil: Pencil, X: Array, shift: float, factors: Elimination | None = None) -> Array:
     """X (n, k) after one inverse iteration with the true stiffness: that which is factorised only preconditions it."""
     if pencil.strain is None or not X.shape[1]:
         return X

@@ -1,6 +1,7 @@
 """Factors of symmetric matrices behind one interface, whichever library makes them.
 
-SuperLU and LAPACK; for matrices too large to be taken lightly MKL Pardiso where pypardiso is installed.
+L D L' by a kernel, SuperLU and LAPACK; for matrices too large to be taken lightly MKL Pardiso where pypardiso is
+installed.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ import scipy.sparse.linalg as spla
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
+from flexura.kernels import is_compiled
+from flexura.linalg.ldl import Factors
 from flexura.linalg.pencil import EPS, scaled, unit_scale
 
 Matrix = Any
@@ -29,6 +32,9 @@ Matrix = Any
 
 FACTOR_ROUNDING = 8
 """Units of round-off of a factor's entry per unit of the product of their absolute values."""
+
+UNSTABLE_PIVOTS = 1e-7
+"""A factorisation that may be off by more than this, beside a diagonal of ones, is not trusted for its signs."""
 
 SINGULAR_PIVOT = 1e-13
 """A pivot of the diagonally scaled stiffness below this counts as zero."""
@@ -91,19 +97,70 @@ class Factor(ABC):
         """(D A D)^-1 b."""
 
 
-class SuperLU(Factor):
-    """Factors by SuperLU with a fill-reducing ordering, diagonal pivots preferred (Demmel et al. 1999).
+class Elimination(Factor):
+    """Factors of a sparse matrix in an order that fills little, diagonal pivots preferred."""
 
-    `scale` is by default that of `unit_scale`. A stays as it is. Raises SingularError.
-    """
+    @property
+    @abstractmethod
+    def pivots(self) -> Array:
+        """Pivots (n,), in the order of elimination."""
+        ...
+
+    @property
+    @abstractmethod
+    def lost(self) -> Array | None:
+        """Row sums (n,) of a bound on the round-off in the product of the factors (Higham 2002, theorem 9.3), None
+        where pivots are not diagonal ones or not finite."""
+        ...
+
+    @property
+    def least_pivot(self) -> float:
+        """The least pivot, of either sign."""
+        return float(self.pivots.min())
+
+    @property
+    def negative(self) -> int | None:
+        """Number of negative pivots where all are diagonal ones, else None."""
+        return None if self.lost is None else int((self.pivots < 0).sum())
+
+
+class LDL(Elimination):
+    """Factors L D L' of a matrix that is nearly symmetric, by a kernel."""
+
+    name = "ldl"
+
+    def __init__(self, factors: Factors, scale: Array) -> None:
+        self.scale: Array = scale
+        self._factors = factors
+
+    def solve_scaled(self, b: Array) -> Array:
+        """(D A D)^-1 b."""
+        return self._factors.solve(b)
+
+    @property
+    def memory(self) -> float:
+        """Bytes that the factors take."""
+        return 16.0 * len(self._factors.L)
+
+    @property
+    def pivots(self) -> Array:
+        """Pivots (n,), in the order of elimination."""
+        return self._factors.D
+
+    @cached_property
+    def lost(self) -> Array | None:
+        """Row sums (n,) of a bound on the round-off in the product of the factors, None where they are not finite."""
+        size = self._factors.sizes()
+        return FACTOR_ROUNDING * EPS * size if np.isfinite(size).all() else None
+
+
+class SuperLU(Elimination):
+    """Factors by SuperLU (Demmel et al. 1999) of D A D, by columns and in order. Raises SingularError."""
 
     name = "superlu"
 
-    def __init__(self, A: Matrix, scale: Array | None = None) -> None:
-        A = sp.csc_matrix(A)
-        self.scale: Array = unit_scale(A) if scale is None else scale
-        unit = scaled(A, self.scale)
-        unit.sort_indices()  # SuperLU would do so in what it is given
+    def __init__(self, unit: sp.csc_matrix, scale: Array) -> None:
+        self.scale: Array = scale
         try:
             self._lu = spla.splu(
                 unit, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
@@ -121,23 +178,34 @@ class SuperLU(Factor):
         return 12.0 * self._lu.nnz
 
     @property
-    def least_pivot(self) -> float:
-        """The least pivot, of either sign."""
-        return float(self._lu.U.diagonal().min())
-
-    @property
-    def negative(self) -> int | None:
-        """Number of negative pivots where all are diagonal ones, else None."""
-        return None if self.lost is None else int((self._lu.U.diagonal() < 0).sum())
+    def pivots(self) -> Array:
+        """Pivots (n,), in the order of elimination."""
+        return self._lu.U.diagonal()
 
     @cached_property
     def lost(self) -> Array | None:
-        """Row sums (n,) of a bound on the round-off in the product of the factors (Higham 2002, theorem 9.3), None
-        where pivots are not diagonal ones or not finite."""
+        """Row sums (n,) of a bound on the round-off in the product of the factors, None where pivots are not diagonal
+        ones or not finite."""
         if not np.array_equal(self._lu.perm_r, self._lu.perm_c):
             return None
         size = abs(self._lu.L) @ (abs(self._lu.U) @ np.ones(len(self.scale)))
         return FACTOR_ROUNDING * EPS * size[self._lu.perm_r] if np.isfinite(size).all() else None
+
+
+def eliminated(A: Matrix, scale: Array | None = None) -> Elimination:
+    """Factors of a sparse A (n, n), which stays as it is: L D L' where these are sparse, else SuperLU's.
+
+    `scale` is by default that of `unit_scale`. Raises SingularError.
+    """
+    A = sp.csc_matrix(A)
+    scale = unit_scale(A) if scale is None else scale
+    unit = scaled(A, scale)
+    unit.sort_indices()  # SuperLU would do so in what it is given
+    if is_compiled() and (factors := Factors.of(unit)) is not None:
+        found = LDL(factors, scale)
+        if found.lost is not None and found.lost.max(initial=0.0) < UNSTABLE_PIVOTS:
+            return found
+    return SuperLU(unit, scale)
 
 
 class Dense(Factor):
@@ -168,10 +236,10 @@ class Dense(Factor):
 
 def factorise(A: Matrix) -> Factor:
     """Factors of a symmetric A (n, n), full or sparse. Raises SingularError, a SolverError, where it is singular."""
-    return Dense(A) if isinstance(A, np.ndarray) else SuperLU(A)
+    return Dense(A) if isinstance(A, np.ndarray) else eliminated(A)
 
 
-def pivoted(K: Matrix) -> tuple[float, SuperLU | None]:
+def pivoted(K: Matrix) -> tuple[float, Elimination | None]:
     """The least pivot, as `least_pivot`, and the factors where they are sparse."""
     if not (K.diagonal() > 0).all():
         return 0.0, None
@@ -183,7 +251,7 @@ def pivoted(K: Matrix) -> tuple[float, SuperLU | None]:
             return 0.0, None
         return float(pivots.min(initial=np.inf)), None
     try:
-        factor = SuperLU(K)
+        factor = eliminated(K)
     except SingularError:
         return 0.0, None
     return factor.least_pivot, factor
@@ -237,7 +305,7 @@ def factorise_large(
         return Pardiso(solver, A, definite, limit, progress or (lambda _stage, _fraction: None), single)
     n = A.shape[0]
     _refuse(12 * SUPERLU_FILL * n ** (5 / 3), limit, n)
-    return SuperLU(A)
+    return eliminated(A)
 
 
 @cache
