@@ -72,6 +72,6 @@ def address(array: Array | Complex | Index) -> int:
     """Where an array lies in memory."""
     assert array.flags.c_contiguous and array.dtype.itemsize % 8 == 0
     try:
-        return ctypes.addressof(ctypes.c_char.from_buffer(array))  # quicker than what NumPy tells
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))  # quicker than what NumPy tells
     except (TypeError, ValueError):  # it may not be written to, or is empty
         return array.ctypes.data

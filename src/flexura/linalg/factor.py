@@ -21,7 +21,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.kernels import is_compiled
 from flexura.linalg.ldl import Factors
@@ -147,6 +147,12 @@ class LDL(Elimination):
         """Pivots (n,), in the order of elimination."""
         return self._factors.D
 
+    @property
+    def arrays(self) -> tuple[Index, Index, Index, Array, Array]:
+        """Order, first entries, rows, L and D, as kernels take them."""
+        own = self._factors
+        return own.by.order, own.by.first, own.below, own.L, own.D
+
     @cached_property
     def lost(self) -> Array | None:
         """Row sums (n,) of a bound on the round-off in the product of the factors, None where they are not finite."""
@@ -188,7 +194,7 @@ class SuperLU(Elimination):
         ones or not finite."""
         if not np.array_equal(self._lu.perm_r, self._lu.perm_c):
             return None
-        size = abs(self._lu.L) @ (abs(self._lu.U) @ np.ones(len(self.scale)))
+        size = np.asarray(abs(self._lu.L) @ (abs(self._lu.U) @ np.ones(len(self.scale))))
         return FACTOR_ROUNDING * EPS * size[self._lu.perm_r] if np.isfinite(size).all() else None
 
 

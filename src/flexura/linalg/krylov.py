@@ -55,8 +55,8 @@ def lowest_by_blocks(M: Any, solve: Callable[[Array], Array], count: int, shift:
 
 
 def _orthonormal(X: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array] | None:
-    """X (n, b) made M-orthonormal, and M-orthogonal to the rows of V (k, n), of which V M is known, with M X; None where it is in
-    their span."""
+    """X (n, b) made M-orthonormal, and M-orthogonal to the rows of V (k, n), of which V M is known, with M X; None
+    where it is in their span."""
     MX = X
     for _ in range(2):
         X = X - V.T @ (MV @ X)

@@ -73,9 +73,9 @@ class FullOrderModel(OfDesign, Result):
         topology = self.plan.topology
         padded = np.concatenate([vectors, np.zeros((1, vectors.shape[1]))])
         u = padded[topology.dof[topology.root]]
-        arm = self.positions - self.positions[topology.root]
-        arm[~topology.is_rigid] = 0.0
-        u[:, :3] += np.cross(u[:, 3:], arm[:, :, None], axis=1)
+        follow = np.flatnonzero(topology.is_rigid & (topology.root != np.arange(len(u))))
+        arm = self.positions[follow] - self.positions[topology.root[follow]]
+        u[follow, :3] += np.cross(u[follow, 3:], arm[:, :, None], axis=1)
         return u
 
     def rigid_body_motions(self) -> Array:

@@ -15,13 +15,14 @@ from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import scipy.linalg as la
-import scipy.sparse.linalg as spla
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from flexura.arrays import Array, Complex
+from flexura.arrays import Array, Complex, Index
+from flexura.deadline import checkpoint
 from flexura.errors import OptionError, SolverError
-from flexura.linalg import scaled, unit_scale
+from flexura.kernels import Kernel
+from flexura.linalg import LDL, Factor, SingularError, factorise
 from flexura.systems import ModalSystem, held_exponentials
 
 Hold = Literal["zoh", "foh"]
@@ -40,6 +41,12 @@ SHORTEST, LONGEST = 64, 256
 
 BLOCK_COST = 140
 """Multiplications per mode and step from which filters are cheaper than blocks."""
+
+
+_steps = Kernel("alpha_steps", "nnn" + 3 * "aaa" + "aa" + "aaaaa" + "a" + "xxxxx" + "aaaa")
+
+STEPS_AT_ONCE = 1000
+"""Steps of generalised-alpha between which an interruption is seen."""
 
 
 class Driven(NamedTuple):
@@ -257,44 +264,61 @@ def generalised_alpha(
     af = rho_infinity / (rho_infinity + 1)
     gamma, beta = 0.5 - am + af, (1 - am + af) ** 2 / 4
     n, count = K.shape[0], u.shape[1]
-    solve = _factors((1 - am) * M + (1 - af) * gamma * dt * C + (1 - af) * beta * dt**2 * K)
+    factor = _factors((1 - am) * M + (1 - af) * gamma * dt * C + (1 - af) * beta * dt**2 * K)
     q, v, a = (np.zeros((count, n)) for _ in range(3))
     if start.any():
-        q[0] = _factors(K)(B @ start)
+        q[0] = _factors(K).solve(B @ start)
     if impulses.any():
-        v[0] = _factors(M)(B @ impulses)
+        v[0] = _factors(M).solve(B @ impulses)
     a[0] = _mass_solve(M, B @ u[:, 0] - C @ v[0] - K @ q[0])
+    if isinstance(factor, LDL):
+        rows = [part for A in (M, C, K) for part in _by_rows(A)]
+        loads, by_time, work = (
+            np.ascontiguousarray(B, dtype=float),
+            np.ascontiguousarray(u.T, dtype=float),
+            np.empty(6 * n),
+        )
+        weights = [float(x) for x in (dt, am, af, gamma, beta)]
+        for at in range(0, count - 1, STEPS_AT_ONCE):
+            checkpoint()
+            part = slice(at, min(at + STEPS_AT_ONCE + 1, count))
+            own = (x[part] for x in (q, v, a))
+            some = part.stop - at
+            _steps(n, len(u), some, *rows, loads, by_time[part], *factor.arrays, factor.scale, *weights, *own, work)
+        return q.T, v.T, a.T
     for k in range(count - 1):
         q_next = q[k] + dt * v[k] + (0.5 - beta) * dt**2 * a[k]
         v_next = v[k] + (1 - gamma) * dt * a[k]
         right = B @ ((1 - af) * u[:, k + 1] + af * u[:, k]) - M @ (am * a[k])
         right -= C @ ((1 - af) * v_next + af * v[k]) + K @ ((1 - af) * q_next + af * q[k])
-        a[k + 1] = solve(right)
+        a[k + 1] = factor.solve(right)
         q[k + 1] = q_next + beta * dt**2 * a[k + 1]
         v[k + 1] = v_next + gamma * dt * a[k + 1]
     return q.T, v.T, a.T
 
 
-def _factors(A: Any) -> Any:
+def _by_rows(A: Any) -> tuple[Index, Index, Array]:
+    """The arrays of a sparse matrix without its zeros, as kernels take them."""
+    A = sp.csr_matrix(A, copy=True)
+    A.eliminate_zeros()
+    return A.indptr.astype(np.intp), A.indices.astype(np.intp), np.asarray(A.data, dtype=float)
+
+
+def _factors(A: Any) -> Factor:
     if not np.abs(A.diagonal()).all():
         raise SolverError("a direction has neither mass nor stiffness")
-    d = unit_scale(A)
-    if isinstance(A, np.ndarray):
-        factors = la.lu_factor(scaled(A, d))
-        return lambda b: d * la.lu_solve(factors, d * b)
     try:
-        lu = spla.splu(scaled(A.tocsc(), d))
-    except RuntimeError:
+        return factorise(A)
+    except SingularError:
         raise SolverError("the matrix of the time step is singular") from None
-    return lambda b: d * lu.solve(d * b)
 
 
 def _mass_solve(M: Any, right: Array) -> Array:
     """M^-1 right, zero in directions without mass."""
     m = M.diagonal()
     if (m > 0).all():
-        return _factors(M)(right)
+        return _factors(M).solve(right)
     solved = np.zeros_like(right)
     heavy = np.flatnonzero(m > 0)
-    solved[heavy] = _factors(M[heavy][:, heavy])(right[heavy])
+    solved[heavy] = _factors(M[heavy][:, heavy]).solve(right[heavy])
     return solved

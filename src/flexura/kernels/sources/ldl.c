@@ -2,7 +2,7 @@
 
 Of A the upper triangle is given by columns: rows[i] of column k stand from start[k] to start[k + 1], the diagonal one last.
 Sources: Liu (1990), SIAM J. Matrix Anal. Appl. 11 (elimination trees); Davis (2005), ACM Trans. Math. Softw. 31. */
-#include "flexura.h"
+#include "ldl.h"
 
 /* The elimination tree, parent (n), -1 at roots, and how many entries each column of L has below its diagonal, count (n).
 `seen` (n) is scratch. */
@@ -62,21 +62,11 @@ KERNEL int64_t ldl_factor(int64_t n, const int64_t *start, const int64_t *rows, 
     return n;
 }
 
-/* X = A^-1 B (n, m), where row k of the factors is row order[k] of both; `y` (n, m) is scratch. */
+/* X = A^-1 B (n, m). */
 KERNEL int64_t ldl_solve(int64_t n, int64_t m, const int64_t *order, const int64_t *first, const int64_t *below,
                          const double *L, const double *D, const double *B, double *X, double *y)
 {
-    for (int64_t k = 0; k < n; k++) memcpy(y + k * m, B + order[k] * m, m * sizeof *y);
-    for (int64_t k = 0; k < n; k++)
-        for (int64_t at = first[k]; at < first[k + 1]; at++)
-            for (int64_t c = 0; c < m; c++) y[below[at] * m + c] -= L[at] * y[k * m + c];
-    for (int64_t k = n - 1; k >= 0; k--) {
-        double *own = y + k * m, inverse = 1.0 / D[k];
-        for (int64_t c = 0; c < m; c++) own[c] *= inverse;
-        for (int64_t at = first[k]; at < first[k + 1]; at++)
-            for (int64_t c = 0; c < m; c++) own[c] -= L[at] * y[below[at] * m + c];
-        memcpy(X + order[k] * m, own, m * sizeof *y);
-    }
+    ldl_solution(n, m, order, first, below, L, D, B, X, y);
     return 0;
 }
 
