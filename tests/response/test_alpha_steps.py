@@ -21,8 +21,7 @@ def chain(n, massless=()):
 
 
 @compiled
-@pytest.mark.parametrize("rho", [0.0, 0.8, 1.0])
-@pytest.mark.parametrize("massless", [(), (3, 4)])
+@pytest.mark.parametrize(("rho", "massless"), [(0.0, ()), (0.0, (3, 4)), (0.8, (3, 4)), (1.0, ())])
 @pytest.mark.parametrize("count", [1, 2, STEPS_AT_ONCE + 2])
 def test_kernel_and_numpy(rho, massless, count):
     M, C, K = chain(30, massless)
@@ -32,7 +31,7 @@ def test_kernel_and_numpy(rho, massless, count):
     kernel, numpy = both(lambda: generalised_alpha(M, C, K, B, u, **rest))
     for own, other in zip(kernel, numpy, strict=True):
         assert own.shape == (30, count)
-        assert np.abs(own - other).max() < 1e-11 * np.abs(other).max()
+        assert np.abs(own - other).max() <= 1e-11 * np.abs(other).max()
 
 
 @compiled
