@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import scipy.sparse as sp
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import zeros
+from flexura.kernels import Kernel, is_compiled
 from flexura.records import Latest
 from flexura.sizes import within
 from flexura.structure.design import Design
@@ -31,35 +31,21 @@ class Scatter:
         self.symmetric = symmetric
         key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
         self._length = len(key)
-        taken = key >= 0
-        self._take = None if taken.all() else np.flatnonzero(taken)
-        key = key if self._take is None else key[self._take]
-        unique, self._inverse = np.unique(key, return_inverse=True)
-        self._unique = unique
-        self._indices = (unique % n).astype(np.int32)
-        self._indptr = np.searchsorted(unique, np.arange(n + 1) * n).astype(np.int32)
-        self._mirror = np.searchsorted(unique, unique % n * n + unique // n)
-        whole = len(key) == n * n and self._take is None
+        self._target, indptr, rows = (_by_kernel if is_compiled() else _sorted)(key, n)
+        self._indptr, self._indices = indptr.astype(np.int32), rows.astype(np.int32)
+        self._mirror = _across(indptr, rows) if symmetric else None
+        whole = len(key) == n * n == len(rows)
         self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
         self._dense_targets: dict[int, Index] = {}
 
     def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
         """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so."""
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
-        summed = np.bincount(self._target, weights=data, minlength=len(self._unique) + 1)[:-1]
-        if self.symmetric:
+        summed = np.bincount(self._target, weights=data, minlength=len(self._indices) + 1)[:-1]
+        if self._mirror is not None:
             summed = (summed + summed[self._mirror]) / 2
         # arrays of its own: whoever holds the matrix may change its pattern
         return sp.csc_matrix((summed, self._indices.copy(), self._indptr.copy()), shape=(self.n, self.n))
-
-    @cached_property
-    def _target(self) -> Index:
-        """For every entry its position among the stored values; one past the last for those dropped."""
-        if self._take is None:
-            return self._inverse
-        place = np.full(self._length, len(self._unique))
-        place[self._take] = self._inverse
-        return place
 
     def dense(self, matrices: Sequence[Any], lead: tuple[int, ...] = ()) -> Any:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
@@ -85,7 +71,8 @@ class Scatter:
     def _dense_target(self, designs: int) -> Index:
         """Where the entries of so many designs go in stacked matrices, each one longer to take what is dropped."""
         if designs not in self._dense_targets:
-            place = np.append(self._unique, self.n**2)[self._target]
+            columns = np.repeat(np.arange(self.n), np.diff(self._indptr))
+            place = np.append(columns * self.n + self._indices, self.n**2)[self._target]
             self._dense_targets[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
         return self._dense_targets[designs]
 
@@ -94,6 +81,36 @@ def _keys(dofs: Index, n: int) -> Index:
     """Column times n plus row of every entry (k m m,) of matrices at DOFs (k, m), -1 where one of both is dropped."""
     row, column = dofs[:, :, None], dofs[:, None, :]
     return np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel()
+
+
+def _sorted(key: Index, n: int) -> tuple[Index, Index, Index]:
+    """Where every entry is stored, one past the last where it is dropped, by keys (m,); and what is stored, the first
+    of each column (n + 1,) and rows."""
+    unique, target = np.unique(np.where(key < 0, n * n, key), return_inverse=True)
+    unique = unique[unique < n * n]
+    return target, np.searchsorted(unique, np.arange(n + 1) * n), unique % n
+
+
+_pattern = Kernel("pattern", "nn" + 7 * "a")
+_pattern_across = Kernel("pattern_across", "naaaa")
+
+
+def _by_kernel(key: Index, n: int) -> tuple[Index, Index, Index]:
+    """The same."""
+    target, rows, order = (np.empty(len(key), dtype=np.intp) for _ in range(3))
+    start, seen, place = (np.empty(n + 1, dtype=np.intp) for _ in range(3))
+    stored = _pattern(n, len(key), key, target, start, rows, order, seen, place)
+    return target, start, rows[:stored].copy()
+
+
+def _across(start: Index, rows: Index) -> Index:
+    """The place of the entry across each one of a symmetric pattern by columns."""
+    n = len(start) - 1
+    if not is_compiled():
+        return np.lexsort((np.repeat(np.arange(n), np.diff(start)), rows))
+    across = np.empty(len(rows), dtype=np.intp)
+    _pattern_across(n, np.ascontiguousarray(start), rows, across, np.empty(n, dtype=np.intp))
+    return across
 
 
 def node_dofs(nodes: Any) -> Index:

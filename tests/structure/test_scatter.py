@@ -1,0 +1,45 @@
+"""Sums of small matrices: where they go, by the kernel and in NumPy, beside sums written out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers.kernels import both, compiled
+
+from flexura.structure import Scatter
+
+rng = np.random.default_rng(5)
+
+CASES = {
+    "none": (4, []),
+    "nothing free": (0, [np.full((3, 2), -1)]),
+    "one": (3, [np.array([[0, 1, 2]])]),
+    "some dropped": (7, [rng.integers(-1, 7, (20, 3)), rng.integers(-1, 7, (4, 5))]),
+    "a long column": (90, [np.stack([np.zeros(89, int), np.arange(1, 90)], axis=1)[::-1].copy()]),
+    "many": (300, [rng.integers(-1, 300, (400, 12))]),
+}
+
+
+@compiled
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_kernel_numpy_and_the_sum_written_out(name, symmetric):
+    n, dofs = CASES[name]
+    dofs = [np.asarray(d, dtype=np.intp) for d in dofs]
+    blocks = [rng.standard_normal((*d.shape, d.shape[1])) for d in dofs]
+    if symmetric:
+        blocks = [(block + np.swapaxes(block, 1, 2)) / 2 for block in blocks]
+    expected = np.zeros((n, n))
+    for d, block in zip(dofs, blocks, strict=True):
+        for rows, A in zip(d, block, strict=True):
+            for i, r in enumerate(rows):
+                for j, c in enumerate(rows):
+                    if r >= 0 and c >= 0:
+                        expected[r, c] += A[i, j]
+    for found in both(lambda: Scatter(dofs, n, symmetric=symmetric)):
+        sparse, dense = found.sparse(blocks), found.dense(blocks)
+        assert sparse.has_sorted_indices
+        assert np.allclose(sparse.toarray(), expected, atol=1e-13)
+        assert np.allclose(dense, expected, atol=1e-13)
+        if symmetric:
+            assert (sparse != sparse.T).nnz == 0
