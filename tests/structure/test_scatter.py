@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers.kernels import both, compiled
 
 from flexura.structure import Scatter
+from helpers.kernels import both, compiled
 
 rng = np.random.default_rng(5)
 
