@@ -101,4 +101,4 @@ def test_lowest_pairs_of_equal_chains(copies):
 def test_blocks_give_up_where_nothing_has_mass():
     A = chain(60)
     M = sp.csc_matrix(([1.0], ([0], [0])), (60, 60))
-    assert lowest_by_blocks(M, eliminated(A).solve, 2, 0.0) is None
+    assert lowest_by_blocks(eliminated(A).solve, M, 2, 2, 0.0) is None

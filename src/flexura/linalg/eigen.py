@@ -42,6 +42,9 @@ LANCZOS_RESTARTS = 500
 IDLE_ROUNDS = 4
 """Rounds of looking for missing copies of repeated eigenvalues that may pass without finding any."""
 
+SPARE = 2
+"""Vectors in a block beyond the pairs that are looked for."""
+
 COUNT_OFFSETS = (1e-6, 1e-5, 1e-4)
 """Relative distances below the last eigenvalue at which those up to it are counted, the first that can be."""
 
@@ -190,8 +193,9 @@ def next_to(
     # what is counted is the matrix that was factorised, rounded as it was by its scaling
     search = ShiftInvert(scaled(K, d), scaled(M, d), shift, factor.solve_scaled)
     search.M.eliminate_zeros()
-    pairs = lowest_by_blocks(search.M, factor.solve_scaled, count, shift) if isinstance(factor, LDL) else None
-    pairs = search.completed(pairs or search.nearest(count), count)
+    found = lowest_by_blocks(search.solve, search.M, count, SPARE, 0.0) if isinstance(factor, LDL) else None
+    pairs = search.nearest(count) if found is None else Eigenpairs(found[1][: found[0]] + shift, found[2])
+    pairs = search.completed(pairs, count)
     return Eigenpairs(pairs.values[:count], d[:, None] * pairs.vectors[:, :count])
 
 

@@ -1,7 +1,7 @@
-"""The lowest eigenpairs by blocks of vectors, for factors that solve for some right sides as quickly as for one.
+"""The lowest eigenpairs of a sparse pencil of some thousand unknowns by block Lanczos.
 
-Source: Golub and Underwood (1977), The block Lanczos method, in Mathematical Software III; here with every vector kept
-and all orthogonal to each other twice.
+Blocks lose no copies of a repeated eigenvalue as long as they are wider than there are copies (Golub and Underwood
+1977), and cost a call of each routine a block, where single vectors cost one a vector.
 """
 
 from __future__ import annotations
@@ -13,57 +13,65 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.deadline import checkpoint
-from flexura.linalg.pencil import Eigenpairs
 
-BLOCK = 6
-"""Vectors at a time: as many equal eigenvalues are found at once."""
+LANCZOS_BLOCKS = 8
+"""Blocks after which the search is given up."""
 
-MOST_BLOCKS = 20
-
-SETTLED = 1e-12
-"""Residual of a vector in the M-norm, relative: eigenvalues are off by its square."""
+LANCZOS_RESIDUAL = 1e-9
+"""Residual of a pair of the inverse problem, over its value; what is left of it goes into the vectors (one more
+inverse iteration), and Ritz vectors are mixed with one another by its square alone."""
 
 
-def lowest_by_blocks(M: Any, solve: Callable[[Array], Array], count: int, shift: float) -> Eigenpairs | None:
-    """The `count` pairs of K and M (n, n) above a shift below all of them, M-orthonormal, some of equal ones perhaps
-    missing; `solve` gives (K - shift M)^-1 b for b (n, k). None where they do not settle.
+def lowest_by_blocks(
+    solve: Callable[[Array], Array], M: Any, count: int, guard: int, gap: float
+) -> tuple[int, Array, Array] | None:
+    """The `count` lowest pairs of K x = lambda M x, M-orthonormal, and up to `guard - 1` that follow without a relative
+    gap wider than `gap`: how many these are, their values and those of others above, and their vectors (n, k).
+
+    `solve` gives K^-1 b for b (n, k), K positive definite. None where they do not settle, or more follow.
     """
-    n = M.shape[0]
-    most = min(BLOCK * MOST_BLOCKS, n // 2)
-    V, MV, T = np.empty((most, n)), np.empty((most, n)), np.zeros((most, most))
-    X = solve(M @ np.cos(np.outer(np.arange(n), 1.0 + np.arange(BLOCK))))
-    for k in range(0, most - BLOCK + 1, BLOCK):
+    n, width = M.shape[0], count + guard
+    V, MV = (np.empty((n, width * LANCZOS_BLOCKS), order="F") for _ in range(2))
+    T = np.zeros((width * LANCZOS_BLOCKS, width * LANCZOS_BLOCKS))
+    block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
+    moved = M @ block
+    for size in range(width, len(T) + 1, width):
         checkpoint()
-        own, so_far = slice(k, k + BLOCK), slice(k + BLOCK)
-        made = _orthonormal(X, M, V[:k], MV[:k])
-        if made is None:
+        last, before = slice(size - width, size), size - width
+        orthonormal = _orthonormalised(block, moved, M, V[:, :before], MV[:, :before])
+        if orthonormal is None:
             return None
-        V[own], MV[own] = made[0].T, made[1].T
-        X = solve(made[1])
-        T[so_far, own] = MV[so_far] @ X
-        T[own, so_far] = T[so_far, own].T
-        X = X - V[so_far].T @ T[so_far, own]
-        if k + BLOCK < count:
-            continue
-        mu, Y = np.linalg.eigh(T[so_far, so_far])
-        mu, Y = mu[: -count - 1 : -1], Y[:, : -count - 1 : -1]
-        rest = X @ Y[own]
-        size = np.sqrt((rest * (M @ rest)).sum(axis=0).clip(0.0))
-        if mu[-1] > 0 and (size <= SETTLED * mu).all():
-            return Eigenpairs(1 / mu + shift, V[so_far].T @ Y)
+        V[:, last], MV[:, last] = orthonormal
+        block = solve(orthonormal[1])
+        T[:size, last] = MV[:, :size].T @ block
+        T[last, :size] = T[:size, last].T
+        block -= V[:, :size] @ T[:size, last]
+        moved = M @ block
+        mu, y = np.linalg.eigh(T[:size, :size])
+        mu, y = mu[: -width - 1 : -1], y[:, : -width - 1 : -1]
+        near = mu[count:] >= (1 - gap) * mu[count - 1 : -1]
+        stop = count + (guard if near.all() else int(np.argmin(near)))
+        left = block @ y[-width:, :stop]
+        residual = np.sqrt((left * (moved @ y[-width:, :stop])).sum(axis=0).clip(0.0))
+        if stop < width and (residual <= LANCZOS_RESIDUAL * mu[:stop]).all():
+            return stop, 1 / mu, V[:, :size] @ y[:, :stop] + left / mu[:stop]
     return None
 
 
-def _orthonormal(X: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array] | None:
-    """X (n, b) made M-orthonormal, and M-orthogonal to the rows of V (k, n), of which V M is known, with M X; None
-    where it is in their span."""
-    MX = X
-    for _ in range(2):
-        X = X - V.T @ (MV @ X)
-        MX = M @ X
+def _orthonormalised(block: Array, moved: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array] | None:
+    """M-orthonormal Q (n, b), M-orthogonal to V (n, k), and M Q, that span what a block does which is M-orthogonal to V
+    but for round-off, `moved` M times the block; None where it has fewer than b directions of its own."""
+    for k in range(2):
+        if k:
+            block = block - V @ (MV.T @ block)
+            moved = M @ block
+        gram = block.T @ moved
+        size = np.sqrt(np.diagonal(gram))
+        if not (size > 0).all():
+            return None
         try:
-            turn = np.linalg.inv(np.linalg.cholesky(X.T @ MX)).T
+            turn = np.linalg.inv(np.linalg.cholesky(gram / np.outer(size, size))).T / size[:, None]
         except np.linalg.LinAlgError:
             return None
-        X, MX = X @ turn, MX @ turn
-    return X, MX
+        block, moved = block @ turn, moved @ turn
+    return block, moved

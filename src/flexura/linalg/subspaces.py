@@ -1,9 +1,6 @@
-"""Lowest eigenpairs by blocks of vectors: stacks of small dense pencils, and one sparse one of a few thousand unknowns.
+"""Lowest eigenpairs of stacks of small dense pencils, and groups of nearly equal ones of a sparse pencil.
 
 Stacks, one pencil a design, go through subspace iteration (Bathe 1996, sec. 11.6) without a Python loop over designs.
-The sparse one goes through block Lanczos: blocks lose no copies of a repeated eigenvalue as long as they are wider than
-there are copies (Golub and Underwood 1977), and cost a call of each routine a block, where single vectors cost one a
-vector.
 """
 
 from __future__ import annotations
@@ -22,6 +19,7 @@ from flexura.errors import SolverError
 from flexura.linalg.bounds import stable_count
 from flexura.linalg.eigen import lowest
 from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, pivoted
+from flexura.linalg.krylov import LANCZOS_BLOCKS, lowest_by_blocks
 from flexura.linalg.pencil import Eigenpairs, scaled, unit_scale
 
 GUARD = 4
@@ -31,13 +29,6 @@ SUBSPACE_STEPS = 8
 
 SUBSPACE_ERROR = 1e-11
 """Estimated relative error at which an eigenvalue is accepted."""
-
-LANCZOS_BLOCKS = 8
-"""Blocks after which the search is given up."""
-
-LANCZOS_RESIDUAL = 1e-9
-"""Residual of a pair of the inverse problem, over its value; what is left of it goes into the vectors (one more
-inverse iteration), and Ritz vectors are mixed with one another by its square alone."""
 
 COUNTED_ABOVE = 0.01
 """Farthest above the last eigenvalue, relative, that those up to it are counted."""
@@ -215,7 +206,7 @@ def lowest_groups(
     if factors is None or pivot <= SINGULAR_PIVOT:
         return None
     d = factors.scale
-    found = _lanczos(factors.solve_scaled, scaled(M, d), count, guard, gap)
+    found = lowest_by_blocks(factors.solve_scaled, scaled(M, d), count, guard, gap)
     if found is None:
         return None
     stop, values, vectors = found
@@ -235,51 +226,3 @@ def _refined(pairs: Eigenpairs, KX: Array, M: Any, solve: Callable[[Array], Arra
     A = X.T @ forces
     values, turn = la.eigh((A + A.T) / 2, X.T @ (M @ X))
     return Eigenpairs(values, X @ turn)
-
-
-def _lanczos(solve: Any, M: Any, count: int, guard: int, gap: float) -> tuple[int, Array, Array] | None:
-    """How many pairs were wanted, values of these and of others above them, and vectors of the wanted ones."""
-    n, width = M.shape[0], count + guard
-    V, MV = np.empty((2, n, width * LANCZOS_BLOCKS), order="F")
-    T, size = np.zeros((width * LANCZOS_BLOCKS, width * LANCZOS_BLOCKS)), 0
-    block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
-    while size < len(T):
-        last = slice(size, size + width)
-        orthogonal = _orthonormalised(block, M, V[:, :size], MV[:, :size])
-        if orthogonal is None:
-            return None
-        V[:, last], MV[:, last], B = orthogonal
-        if size:
-            mu, y = la.eigh(T[:size, :size], subset_by_index=[size - width, size - 1])
-            mu, y = mu[::-1], y[:, ::-1]
-            near = mu[count:] >= (1 - gap) * mu[count - 1 : -1]
-            stop = count + (guard if near.all() else int(np.argmin(near)))
-            left = B @ y[-width:, :stop]
-            if stop < width and (np.linalg.norm(left, axis=0) <= LANCZOS_RESIDUAL * mu[:stop]).all():
-                return stop, 1 / mu, V[:, :size] @ y[:, :stop] + V[:, last] @ (left / mu[:stop])
-        size += width
-        block = solve(MV[:, last])
-        T[:size, last] = MV[:, :size].T @ block
-        T[last, :size] = T[:size, last].T
-        block -= V[:, :size] @ T[:size, last]
-    return None
-
-
-def _orthonormalised(block: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array, Array] | None:
-    """M-orthonormal Q (n, b), M-orthogonal to V (n, k), M Q, and B (b, b) with block = Q B for a block that is
-    M-orthogonal to V but for round-off; None where it has fewer than b directions of its own."""
-    B = np.eye(block.shape[1])
-    for k in range(2):
-        block = block - V @ (MV.T @ block) if k else block
-        moved = M @ block
-        gram = block.T @ moved
-        size = np.sqrt(np.diagonal(gram))
-        if not size.all():
-            return None
-        try:
-            L = size[:, None] * la.cholesky(gram / np.outer(size, size), lower=True)
-        except la.LinAlgError:
-            return None
-        turn = la.solve_triangular(L, np.eye(len(L)), lower=True).T
-        block, moved, B = block @ turn, moved @ turn, L.T @ B
-    return block, moved, B
