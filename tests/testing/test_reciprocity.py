@@ -158,10 +158,10 @@ def test_scatter_that_is_known_is_what_noise_makes_of_a_pair():
     (whole,) = estimate_frf([*hits(0), *hits(1)], band=BAND)
     column, corner = parts_of(whole)
     (exact_one,) = fill_reciprocal([column, corner])
-    sigma = 0.01 * np.abs(exact_one.response)
+    sigma = np.broadcast_to(0.01 * np.abs(exact_one.response).mean(axis=0), exact_one.response.shape)
     noise = np.random.default_rng(0).standard_normal((2, *sigma.shape)) / np.sqrt(2)
     noisy = exact_one.response + sigma * (noise[0] + 1j * noise[1])
     (pair,) = reciprocity(replace(exact_one, response=noisy, sigma=sigma)).pairs
     assert pair.deviation == pytest.approx(pair.scatter, rel=0.15)
     (filled,) = fill_reciprocal([replace(f, sigma=0.01 * np.abs(f.response)) for f in (column, corner)])
-    np.testing.assert_allclose(filled.sigma, sigma, rtol=1e-9)
+    np.testing.assert_allclose(filled.sigma, 0.01 * np.abs(filled.response), rtol=1e-9)
