@@ -28,6 +28,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
@@ -62,19 +63,28 @@ def of_responses(quantity: str, hz: np.ndarray, H: np.ndarray) -> Poles:
     return np.column_stack([modes.frequency_hz, modes.damping_ratio])
 
 
-def by_pyoma(y: np.ndarray, rate: float, band: tuple[float, float] | None, picks: Sequence[float]) -> Poles:
-    """Poles of samples (N, channels) by covariance-driven subspaces of pyOMA2 with uncertainties."""
+SIMULATED, MEASURED = {"method": "dat"}, {"method": "cov", "calc_unc": True}
+"""What the examples of pyOMA2 take for a simulated record, and for a measured one, with uncertainties."""
+
+
+def by_pyoma(
+    y: np.ndarray, rate: float, band: tuple[float, float] | None, picks: Sequence[float], how: dict[str, Any]
+) -> Poles:
+    """Poles of samples (N, channels) by subspaces of pyOMA2, as its examples have them."""
     algorithms, setups = import_module("pyoma2.algorithms"), import_module("pyoma2.setup")
     setup = setups.SingleSetup(y.copy(), fs=rate)
     setup.detrend_data()
     if band is not None:
         setup.filter_data(Wn=band[0], order=4, btype="highpass")
         setup.decimate_data(q=int(rate / (2 * band[1])))
-    own = algorithms.SSI(name="ssi", method="cov", br=20, ordmax=40, calc_unc=True, nb=50)
+    own = algorithms.SSI(name="ssi", br=30, ordmax=30, **how)
     setup.add_algorithms(own)
     setup.run_by_name("ssi")
-    setup.mpe("ssi", sel_freq=list(picks), order_in="find_min")
-    return np.column_stack([own.result.Fn, own.result.Xi])
+    found: list[np.ndarray] = []
+    for pick in picks:  # one by one: of several it takes only orders at which all are stable
+        setup.mpe("ssi", sel_freq=[float(pick)], order_in="find_min")
+        found.append(np.column_stack([own.result.Fn, own.result.Xi]))
+    return np.vstack(found)
 
 
 def of_record(y: np.ndarray, rate: float, band: tuple[float, float] | None) -> Poles:
@@ -136,7 +146,10 @@ def of_pyoma2(turns: int) -> None:
     except ImportError as error:
         print(f"the record of pyOMA2 is left out: {error}")
         return
-    programs = {"pyOMA2": partial(by_pyoma, y, 100.0, None, hz), "flexura": partial(of_record, y, 100.0, None)}
+    programs = {
+        "pyOMA2": partial(by_pyoma, y, 100.0, None, hz, SIMULATED),
+        "flexura": partial(of_record, y, 100.0, None),
+    }
     found = in_turns(programs, turns)
     told("pyOMA2's frame of five floors, outputs alone", found, np.array([(f, ratio) for f in hz]), None)
 
@@ -171,7 +184,10 @@ def of_file(path: Path, rate: float, band: tuple[float, float], turns: int) -> N
     first = 10 * np.log10(np.linalg.svd(np.moveaxis(S, -1, 0), compute_uv=False)[:, 0])
     peaks = hz[find_peaks(first, prominence=10, distance=8)[0]]
     picks = peaks[(peaks > band[0]) & (peaks < band[1])]
-    programs = {"pyOMA2": partial(by_pyoma, y, rate, band, picks), "flexura": partial(of_record, y, rate, band)}
+    programs = {
+        "pyOMA2": partial(by_pyoma, y, rate, band, picks, MEASURED),
+        "flexura": partial(of_record, y, rate, band),
+    }
     print(f"\npeaks of {path.name}: {', '.join(f'{f:.4g}' for f in picks)} Hz")
     told(f"{path.name}, outputs alone", in_turns(programs, turns), None, None)
 
