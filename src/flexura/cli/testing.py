@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from flexura.testing.measurement import MeasuredFRF
     from flexura.testing.updating import Calibration, Sample
 
-BothWays = Annotated[
+ShowPairs = Annotated[
     bool, typer.Option("--reciprocity", help="Show how far responses that are measured both ways are from each other.")
 ]
 Reciprocal = Annotated[
@@ -69,7 +69,7 @@ def estimate_frf_command(
         list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")
     ] = None,
     reciprocal: Reciprocal = False,
-    reciprocity: BothWays = False,
+    reciprocity: ShowPairs = False,
     reference: Annotated[
         list[str] | None,
         typer.Option(metavar="CHANNEL", help="Excites the loop that the plant is in. May be repeated."),
@@ -145,7 +145,7 @@ def identify_command(
         typer.Option(help="Poles by least squares (of responses), or subspaces (of outputs alone)."),
     ] = None,
     reciprocal: Reciprocal = False,
-    reciprocity: BothWays = False,
+    reciprocity: ShowPairs = False,
     channels: Channels = None,
     repeated: Repeated = None,
 ) -> Answer:
