@@ -62,7 +62,10 @@ SHELL = {
     "misalignment": ((flexura.misalignment,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
-    "estimate-frf": ((flexura.testing.estimate_frf, flexura.read_measurement), {"data"}),
+    "estimate-frf": (
+        (flexura.testing.estimate_frf, flexura.read_measurement),
+        {"data", "reciprocity"},  # and whether the outcome of the verb of this name is printed
+    ),
     "virtual-test": ((flexura.virtual_test, flexura.view.save_virtual_test), set()),
     "export": (
         (
@@ -73,7 +76,7 @@ SHELL = {
         ),
         {"what"},  # of the things that are exported
     ),
-    "identify": ((flexura.identify, flexura.read_measurement), {"data"}),
+    "identify": ((flexura.identify, flexura.read_measurement), {"data", "reciprocity"}),
     "couple": (
         (flexura.couple, flexura.virtual_points, flexura.frequency_response),
         {"parts"},  # as NAME=FILE

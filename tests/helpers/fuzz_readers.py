@@ -14,7 +14,7 @@ from flexura.errors import FlexuraError, ModelError
 from flexura.io import read_measurement, write_measurement
 from flexura.modelfile import dumps, load, loads
 from flexura.sizes import size_limits
-from flexura.testing.measurement.channels import read_channel_descriptions
+from flexura.testing.measurement.channels import read_channel_descriptions, read_columns
 from flexura.units import parse_quantity, parse_unit
 
 SMALL = {"nodes": 2_000, "elements": 2_000, "copies": 2_000, "file_bytes": 50_000_000, "model_values": 20_000}
@@ -90,6 +90,7 @@ def signals(file: Path) -> None:
 def channels(file: Path) -> None:
     """A file of channels."""
     read_channel_descriptions(file)
+    read_columns(file)
 
 
 def refusal(ask: Callable[[], object]) -> FlexuraError | None:

@@ -10,6 +10,7 @@ import flexura as fx
 from flexura.cli.app import app
 from flexura.testing.measurement.channels import MeasuredChannel
 from flexura.testing.measurement.measurement import IdentifiedModes, MeasuredFRF, Measurement
+from flexura.testing.updating.targets import targets_of
 from helpers import samples
 
 KX, KY, MASS = 4e3, 9e3, 0.4
@@ -396,3 +397,15 @@ def test_command(tmp_path):
     run = CliRunner().invoke(app, ["calibrate", *names, "--free", "kx", "--method", "least_squares", "--json"])
     data = json.loads(run.output)
     assert data["parameters"][0]["value"] == pytest.approx(5e3, rel=1e-6)
+
+
+def test_standard_deviations_of_responses_weigh_as_the_coherence_that_says_the_same():
+    hz, n = np.linspace(1.0, 50.0, 60), 8
+    H = 1 / (900 - hz**2 + 2j * hz)[:, None, None]
+    gamma = np.random.default_rng(0).uniform(0.9, 0.999, H.shape)
+    channels = ((fx.testing.MeasuredChannel("hammer", "force"),), (fx.testing.MeasuredChannel("p", "displacement"),))
+    by_coherence = fx.testing.MeasuredFRF(hz, H, *channels, gamma, n)
+    by_sigma = fx.testing.MeasuredFRF(hz, H, *channels, sigma=np.abs(H) * np.sqrt((1 - gamma) / (n * gamma)))
+    (first,), (second,) = (targets_of(frf, 0.01, 0.05, 0.02, 0.01) for frf in (by_coherence, by_sigma))
+    np.testing.assert_allclose(second.sigma, first.sigma, rtol=1e-12)
+    assert (first.sigma > 0.02).all()

@@ -288,6 +288,23 @@ def test_csv_with_a_file_of_channels(tmp_path):
     )
 
 
+def test_scatter_comes_back(tmp_path):
+    whole = measurement()
+    frf = whole.frfs[0]
+    sigma = np.random.default_rng(3).uniform(0.01, 0.1, frf.response.shape)
+    own = replace(whole, recordings=(), frfs=(replace(frf, sigma=sigma),))
+    for name in ("x.npz", "x.csv"):
+        (back,) = read_measurement(write_measurement(own, tmp_path / name)).frfs
+        np.testing.assert_allclose(back.sigma, sigma, rtol=1e-14)
+    spoilt = replace(own, frfs=(replace(frf, sigma=-sigma),))
+    with pytest.raises(fx.OptionError, match="sigma is a standard deviation, at least 0"):
+        read_measurement(write_measurement(spoilt, tmp_path / "y.npz"))
+    scaled = "channels: {" + ", ".join(f"{c.name}: {{unit: {c.unit}}}" for c in frf.outputs) + "}\n"
+    (tmp_path / "x.channels.yaml").write_text(scaled)
+    (given,) = read_measurement(tmp_path / "x.npz").frfs
+    np.testing.assert_allclose(given.sigma, sigma, rtol=1e-14)
+
+
 @pytest.mark.parametrize("part", ["record", "response"])
 def test_csv_comes_back(part, tmp_path):
     whole = measurement()
@@ -350,6 +367,77 @@ def test_csv_files_that_cannot_be_used(text, message, tmp_path):
     (tmp_path / "x.csv").write_text(text)
     with pytest.raises(fx.OptionError, match=message):
         read_measurement(tmp_path / "x.csv")
+
+
+HZ = np.array([10.0, 20.0, 30.0])
+VALUES = np.array([1 + 2j, -3 + 0.5j, 0.25 - 4j])
+EXPORTED = "Header Size: 4\r\nTitle: mount, run 3\r\nAmplitudeUnit: (m/s²)/N\r\n\r\n"
+RESPONSE = "p1.z / hammer [(m/s^2)/N]"
+
+
+def exported(tmp_path, rows, columns, encoding="utf-8", above=EXPORTED):
+    """The response of a table as other programs export it, below a header, with headings by a file of channels."""
+    (tmp_path / "t.txt").write_bytes((above + "".join(f"{row}\r\n" for row in rows)).encode(encoding))
+    listed = "".join(f"  - '{name}'\n" for name in columns)
+    (tmp_path / "t.channels.yaml").write_text(f"columns:\n{listed}channels:\n  p1.z: {{node: p1, direction: z}}\n")
+    return read_measurement(tmp_path / "t.txt")
+
+
+def test_a_table_without_headings_takes_those_of_the_file_of_channels(tmp_path):
+    """Ordinal, frequency, real and imaginary part, as text that PULSE exports is read by others."""
+    rows = [f"{k}\t{f:g}\t{H.real:E}\t{H.imag:E}\t" for k, (f, H) in enumerate(zip(HZ, VALUES, strict=True), 1)]
+    columns = ("-", "frequency [Hz]", f"{RESPONSE} real", f"{RESPONSE} imag")
+    for encoding in ("utf-8", "utf-16", "cp1252"):
+        measured = exported(tmp_path, rows, columns, encoding)
+        (frf,) = measured.frfs
+        np.testing.assert_allclose(frf.response[:, 0, 0], VALUES, rtol=1e-6)
+        assert np.array_equal(frf.frequency_hz, HZ) and frf.outputs[0].direction == (0.0, 0.0, 1.0)
+        assert "t.txt: 3 lines above the table left out" in measured.notes
+        assert ("t.txt is no UTF-8: read as Windows-1252" in measured.notes) == (encoding == "cp1252")
+
+
+@pytest.mark.parametrize("unit", ["deg", "rad"])
+def test_magnitude_and_phase_with_decimal_commas(unit, tmp_path):
+    angle = np.angle(VALUES, deg=unit == "deg")
+    rows = [f"{f:g};{abs(H):.12g};{a:.12g}".replace(".", ",") for f, H, a in zip(HZ, VALUES, angle, strict=True)]
+    columns = ("frequency [Hz]", f"{RESPONSE} magnitude", f"p1.z / hammer [{unit}] phase")
+    measured = exported(tmp_path, rows, columns)
+    np.testing.assert_allclose(measured.frfs[0].response[:, 0, 0], VALUES, rtol=1e-10)
+    assert "commas in numbers are read as decimal signs" in measured.notes
+    headed = EXPORTED + ";".join(columns) + "\n" + "\n".join(rows) + "\n"
+    (tmp_path / "headed.csv").write_text(headed, encoding="utf-8")
+    np.testing.assert_allclose(read_measurement(tmp_path / "headed.csv").frfs[0].response[:, 0, 0], VALUES, rtol=1e-10)
+
+
+def test_a_record_in_columns_of_spaces(tmp_path):
+    rows = [f"  {0.5 * k:.1f}   {k:d}  {k * k:d}" for k in range(4)]
+    (record,) = exported(tmp_path, rows, ("time [ms]", "hammer [N]", "p1.z [m/s^2]")).recordings
+    np.testing.assert_allclose(record.samples, [[0, 1, 2, 3], [0, 1, 4, 9]])
+    assert (record.sample_rate, record.inputs) == (2000.0, (0,))
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "message"),
+    [
+        (["1 2", "2 3"], ("frequency [Hz]",) * 3, "no line is 3 numbers, one for each of `columns`"),
+        (["1 2", "2 3 4"], ("time [s]", "p1.z [g]"), r"t\.txt:6: 2 columns are named, here are 3"),
+        (["1;2,5", "2;3.5"], ("time [s]", "p1.z [g]"), r"t\.txt:5: p1\.z \[g\]: '2,5' is no finite number"),
+        (["1 2", "2 3", "next table"], ("time [s]", "p1.z [g]"), r"t\.txt:7: .* 'next' is no finite number"),
+        (["1 2 3", "2 3 4"], ("frequency [Hz]", "a / b [m/N] magnitude", "a / b phase"), "a phase is in deg or rad"),
+        (["1 2", "2 3"], ("frequency [Hz]", "a / b [m/N] magnitude"), "there is no column a / b phase"),
+        (["1 2", "2 3"], ("", "x"), r"t\.channels\.yaml:2: columns is a list of headings"),
+    ],
+)  # fmt: skip
+def test_tables_with_named_columns_that_cannot_be_used(rows, columns, message, tmp_path):
+    with pytest.raises(fx.OptionError, match=message):
+        exported(tmp_path, rows, columns)
+
+
+def test_columns_are_of_text_alone(tmp_path):
+    path = write_measurement(measurement(), tmp_path / "t.npz")
+    (tmp_path / "t.channels.yaml").write_text("columns: ['time [s]', 'a [N]']\n")
+    with pytest.raises(fx.OptionError, match=r"columns are those of a table of text, and t\.npz is none"):
+        read_measurement(path)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -105,3 +106,62 @@ def test_from_the_shell(tmp_path):
     assert done.exit_code == 0, done.output
     assert "by reciprocity: p1.tz / hammer2 from p2.tz / hammer" in " ".join(done.output.split())
     assert fx.read_measurement(out).frfs[0].response.shape[1:] == (2, 2)
+
+
+def both_ways(tmp_path):
+    frfs = estimate_frf([*hits(0), *hits(1)], band=BAND)
+    return fx.write_measurement(fx.Measurement("t", (), frfs), tmp_path / "frf.npz"), frfs[0]
+
+
+def parts_of(whole):
+    """The first column, and what the second one has that is not in it."""
+    column = replace(whole, response=whole.response[:, :, :1], inputs=whole.inputs[:1], coherence=None)
+    ends = {"inputs": whole.inputs[1:], "outputs": whole.outputs[1:]}
+    return column, replace(whole, response=whole.response[:, 1:, 1:], coherence=None, **ends)
+
+
+def test_what_is_filled_is_identified_from_files_and_from_the_shell(tmp_path):
+    path, whole = both_ways(tmp_path)
+    column, corner = parts_of(whole)
+    part = fx.write_measurement(fx.Measurement("t", (), (column, corner)), tmp_path / "part.npz")
+    with pytest.raises(fx.OptionError, match="is missing"):
+        fx.identify(fx.read_measurement(part))
+    modes = fx.identify(fx.read_measurement(part), reciprocal=True)
+    known = fx.identify(fx.read_measurement(path))
+    np.testing.assert_allclose(modes.frequency_hz, known.frequency_hz, rtol=1e-4)
+    assert any(note.startswith("by reciprocity: p1.tz / hammer2 from") for note in modes.notes)
+    done = CliRunner().invoke(app, ["identify", str(part), "--reciprocal", "--plot", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    assert "by reciprocity: p1.tz / hammer2 from p2.tz / hammer" in " ".join(done.output.split())
+    assert len(list(tmp_path.glob("*.png"))) >= 2
+
+
+@pytest.mark.parametrize("verb", ["estimate-frf", "identify"])
+def test_the_shell_shows_the_pairs(verb, tmp_path):
+    path = fx.write_measurement(fx.Measurement("t", (*hits(0), *hits(1))), tmp_path / "hits.npz")
+    done = CliRunner().invoke(app, [verb, str(path), "--band", "5,60 Hz", "--reciprocity", "--json"])
+    assert done.exit_code == 0, done.output
+    (pair,) = json.loads(done.output)["reciprocity"]["pairs"]
+    assert {pair["first"], pair["second"]} == {"p2.tz / hammer", "p1.tz / hammer2"} and pair["deviation"] < 0.01
+    both = CliRunner().invoke(app, [verb, str(path), "--reciprocity", "--reciprocal"])
+    assert "take one of them" in str(both.exception)
+
+
+def test_outputs_alone_have_no_reciprocals():
+    record = hits(0)[0]
+    outputs = replace(record, samples=record.samples[1:], channels=record.channels[1:], inputs=())
+    with pytest.raises(fx.OptionError, match="outputs alone have no reciprocals"):
+        fx.identify(fx.Measurement("t", (outputs,)), reciprocal=True)
+
+
+def test_scatter_that_is_known_is_what_noise_makes_of_a_pair():
+    (whole,) = estimate_frf([*hits(0), *hits(1)], band=BAND)
+    column, corner = parts_of(whole)
+    (exact_one,) = fill_reciprocal([column, corner])
+    sigma = np.broadcast_to(0.01 * np.abs(exact_one.response).mean(axis=0), exact_one.response.shape)
+    noise = np.random.default_rng(0).standard_normal((2, *sigma.shape)) / np.sqrt(2)
+    noisy = exact_one.response + sigma * (noise[0] + 1j * noise[1])
+    (pair,) = reciprocity(replace(exact_one, response=noisy, sigma=sigma)).pairs
+    assert pair.deviation == pytest.approx(pair.scatter, rel=0.15)
+    (filled,) = fill_reciprocal([replace(f, sigma=0.01 * np.abs(f.response)) for f in (column, corner)])
+    np.testing.assert_allclose(filled.sigma, 0.01 * np.abs(filled.response), rtol=1e-9)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 import flexura as fx
 from flexura.testing import MeasuredChannel, MeasuredFRF
@@ -167,7 +168,7 @@ def test_scatter_is_that_of_repeated_noise():
     assert np.abs(spread / told.sigma[0] - 1).max() < 0.1
 
 
-def test_noise_of_one_part_is_amplified_by_its_share_of_the_interface():
+def test_noise_of_one_part_is_amplified_by_its_share_of_the_interface(tmp_path):
     """Of one DOF, Y = Ya Yb / (Ya + Yb): noise of A over its response comes out times Yb / (Ya + Yb)."""
     Ya, Yb = oscillator(0.2, 4e4, 2.0), oscillator(0.3, 9e4, 4.0)
     found = fx.couple({"A": along(["x"], HZ, Ya), "B": along(["x"], HZ, Yb)}, joins=[("A.x", "B.x")], noise={"A": 1e-3})
@@ -176,6 +177,10 @@ def test_noise_of_one_part_is_amplified_by_its_share_of_the_interface():
     sigma = 1e-3 * np.sqrt((np.abs(Ya) ** 2).mean())
     assert np.allclose(found.sigma, ratio**2 * sigma, rtol=1e-9, atol=0)
     assert np.allclose(found.amplification, ratio[:, 0, 0])
+    for name in ("x.npz", "x.mat"):
+        (path,) = fx.export(found, tmp_path / name)
+        held = np.load(path) if name == "x.npz" else {"sigma": loadmat(path)["Sigma"]}
+        assert np.allclose(held["sigma"].ravel(), found.sigma.ravel(), rtol=1e-12, atol=0)
 
 
 def test_coherence_gives_the_scatter_of_averaged_responses():

@@ -73,6 +73,29 @@ def test_a_spring_between_and_noise():
     assert np.array(found["sigma"]).shape == (3, 1, 1)
 
 
+@pytest.mark.parametrize("name", ["both.npz", "both.csv", "both.uff"])
+def test_scatter_stays_in_what_is_written(name, tmp_path):
+    if name == "both.uff":
+        pytest.importorskip("pyuff")
+    out = tmp_path / name
+    joined = ["couple", f"A={BLOCK}", f"B={BLOCK}", "--join", "A.s1=B.s1,2 N/mm", "-o", "A.s1", "-i", "A.s1"]
+    found = document(*joined, "--noise", "A=1e-4", "--out", out)
+    (back,) = fx.read_measurement(out).frfs
+    lost = f"{out.suffix} holds no scatter, as .npz, .h5, .hdf5, .hdf, .csv, .txt do: it is not kept"
+    if name == "both.uff":
+        assert back.sigma is None and lost in found["notes"]
+        return
+    assert np.allclose(back.sigma, found["sigma"], rtol=1e-12) and lost not in found["notes"]
+    again = document("couple", f"A={out}", f"B={BLOCK}", "--join", "A.A.s1=B.s1,2 N/mm", "-o", "B.s1", "-i", "B.s1")
+    known = fx.couple(
+        {"A": fx.read_measurement(out), "B": fx.read_measurement(BLOCK)},
+        joins=[fx.Join("A.A.s1", "B.s1", 2e3)],
+        inputs=["B.s1"],
+        outputs=["B.s1"],
+    )
+    assert (np.array(again["sigma"]) > 0).all() and np.allclose(again["sigma"], known.sigma, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 DESCRIBED = (".yaml", ".yml")
 """Suffixes of files that describe a part, not measure it."""
+
+SCATTERED = (".npz", ".h5", ".hdf5", ".hdf", ".csv", ".txt")
+"""Suffixes of files that hold the scatter of responses."""
 
 Joined = Annotated[
     list[str],
@@ -92,7 +96,7 @@ def couple_command(
         interpolate=interpolate,
         tolerance=tolerance,
     )
-    return Answer(result, pictures="save_frequency_response", write=_writer(result, out))
+    return _answer(result, out)
 
 
 @command("plot", "dpi", "strict", reads=False)
@@ -129,7 +133,7 @@ def decouple_command(
         interpolate=interpolate,
         tolerance=tolerance,
     )
-    return Answer(result, pictures="save_frequency_response", write=_writer(result, out))
+    return _answer(result, out)
 
 
 @command("plot", "dpi", "strict", reads=False)
@@ -148,7 +152,7 @@ def virtual_points_command(
     from flexura.testing.substructuring import virtual_points
 
     result = virtual_points(read_measurement(data, channels), points_of(point), noise=noise)
-    return Answer(result, pictures="save_frequency_response", write=_writer(result, out))
+    return _answer(result, out)
 
 
 def _join(text: str) -> Join:
@@ -223,10 +227,17 @@ def _computed(path: Path, wanted: Sequence[str], like: Mapping[str, Any]) -> Any
     return frequency_response(mechanism, parameters, inputs=list(names), outputs=list(names), **like)
 
 
-def _writer(result: ScatteredResponse, out: Path | None) -> Callable[[], list[Path]]:
-    """Writes the responses as measured data."""
+def _answer(result: ScatteredResponse, out: Path | None) -> Answer:
+    """The responses, which are written as measured data; universal files have no place for their scatter."""
     from flexura.io import write_measurement
     from flexura.testing.measurement import Measurement
     from flexura.testing.substructuring import as_measured
 
-    return lambda: [] if out is None else [write_measurement(Measurement(result.name, (), (as_measured(result),)), out)]
+    measured = Measurement(result.name, (), (as_measured(result),))
+    if out is not None and result.sigma is not None and out.suffix.lower() not in SCATTERED:
+        listed = ", ".join(SCATTERED)
+        result = replace(
+            result, notes=(*result.notes, f"{out.suffix} holds no scatter, as {listed} do: it is not kept")
+        )
+    write = list if out is None else lambda: [write_measurement(measured, out)]
+    return Answer(result, pictures="save_frequency_response", write=write)

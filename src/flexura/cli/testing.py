@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -28,7 +29,15 @@ from flexura.errors import OptionError
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism
+    from flexura.testing.measurement import MeasuredFRF
     from flexura.testing.updating import Calibration, Sample
+
+ShowPairs = Annotated[
+    bool, typer.Option("--reciprocity", help="Show how far responses that are measured both ways are from each other.")
+]
+Reciprocal = Annotated[
+    bool, typer.Option("--reciprocal", help="Fill responses that are not measured by their reciprocals.")
+]
 
 LISTS = (".yaml", ".yml")
 """Suffixes of files that hold a plain list of frequencies."""
@@ -59,9 +68,8 @@ def estimate_frf_command(
     accept: Annotated[
         list[str] | None, typer.Option(metavar="DEFECT", help="Use records with this defect. May be repeated.")
     ] = None,
-    reciprocal: Annotated[
-        bool, typer.Option("--reciprocal", help="Fill responses that are not measured by their reciprocals.")
-    ] = False,
+    reciprocal: Reciprocal = False,
+    reciprocity: ShowPairs = False,
     reference: Annotated[
         list[str] | None,
         typer.Option(metavar="CHANNEL", help="Excites the loop that the plant is in. May be repeated."),
@@ -89,10 +97,25 @@ def estimate_frf_command(
     result = Measurement(name, records, frfs, notes)
     responses = result.to_dict()["responses"]
     each = tuple(note for row in responses for note in row["notes"])
-    return Answer(
+    answer = Answer(
         replace(result, notes=tuple(dict.fromkeys((*notes, *each)))),
         write=lambda: [] if out is None else [write_measurement(Measurement(name, (), frfs), out)],
         data=result.to_dict,
+    )
+    return _with_pairs(answer, frfs, reciprocal) if reciprocity else answer
+
+
+def _with_pairs(answer: Answer, frfs: Sequence[MeasuredFRF], reciprocal: bool) -> Answer:
+    """An answer, with the pairs that are measured both ways. Raises OptionError for filled ones, which are equal."""
+    from flexura.testing.measurement import reciprocity
+
+    if reciprocal:
+        raise OptionError("--reciprocity compares what is measured, --reciprocal fills what is not: take one of them")
+    found, result = reciprocity(frfs), answer.result
+    return answer._replace(
+        result=replace(result, notes=tuple(dict.fromkeys((*result.notes, *found.notes)))),
+        text=[*result.presentation(), *found.presentation()],
+        data=lambda: {**(answer.data or result.to_dict)(), "reciprocity": found.to_dict()},
     )
 
 
@@ -121,12 +144,14 @@ def identify_command(
         Literal["plscf", "ssi"] | None,
         typer.Option(help="Poles by least squares (of responses), or subspaces (of outputs alone)."),
     ] = None,
+    reciprocal: Reciprocal = False,
+    reciprocity: ShowPairs = False,
     channels: Channels = None,
     repeated: Repeated = None,
 ) -> Answer:
     """Modes of a test: frequencies, damping, complexity of shapes, and the confidence in each."""
     from flexura.io import read_measurement
-    from flexura.testing.identification import identify
+    from flexura.testing.identification import frfs_of, identify
 
     measurement = read_measurement(data, channels=channels, repeated=repeated)
     result = identify(
@@ -139,8 +164,11 @@ def identify_command(
         most_damped=most_damped,
         least_confidence=least_confidence,
         method=method,
+        reciprocal=reciprocal,
     )
-    return Answer(result, pictures="save_identification", drawn={"data": measurement})
+    drawn = {"data": frfs_of(measurement, reciprocal=True)[1] if reciprocal else measurement}
+    answer = Answer(result, pictures="save_identification", drawn=drawn)
+    return _with_pairs(answer, frfs_of(measurement)[1], reciprocal) if reciprocity else answer
 
 
 @command("plot", reads=False)

@@ -178,6 +178,7 @@ def _frf(arrays: Arrays, where: str, descriptions: ChannelDescriptions) -> Measu
         _text(arrays, "setup"),
         tuple(str(n) for n in np.atleast_1d(arrays.get("notes", np.array([], dtype=str)))),
         shares[1],
+        None if (sigma := arrays.get("sigma")) is None else np.asarray(sigma, float) * (above[:, None] / below),
     )
 
 
@@ -215,6 +216,7 @@ def contents(measurement: Measurement) -> Arrays:
         group |= {"setup": np.array(f.setup), "estimator": np.array(f.estimator), "notes": np.array(f.notes, dtype=str)}
         group |= {} if f.coherence is None else {"coherence": f.coherence}
         group |= {} if f.partial_coherence is None else {"partial_coherence": f.partial_coherence}
+        group |= {} if f.sigma is None else {"sigma": f.sigma}
         group |= {} if f.averages is None else {"averages": np.array(f.averages)}
         group |= _described(f.inputs, "input_") | _described(f.outputs, "output_")
         arrays |= {f"frf{k}.{name}": value for name, value in group.items()}

@@ -41,6 +41,7 @@ _MATLAB_NAMES = {
     "kind": "Kind",
     "frequency_hz": "FrequencyHz",
     "response": "ResponseData",
+    "sigma": "Sigma",
     "input_names": "InputName",
     "output_names": "OutputName",
     "state_names": "StateName",

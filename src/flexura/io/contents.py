@@ -122,6 +122,7 @@ def contents(what: Any, damping: Any | None = None) -> dict[str, Any]:
             "name": what.name,
             "frequency_hz": np.asarray(what.frequency_hz, dtype=float),
             "response": np.asarray(what.response, dtype=complex),
+            **({} if getattr(what, "sigma", None) is None else {"sigma": np.asarray(getattr(what, "sigma", None))}),
             **_channels("input", what.inputs),
             **_channels("output", what.outputs),
             "notes": [*getattr(what, "notes", ()), *(f"warning: {w}" for w in getattr(what, "warnings", ())), *errors],

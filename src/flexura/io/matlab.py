@@ -108,8 +108,8 @@ def _responses(own: Arrays) -> Arrays:
     shape = (np.size(own.get("frequency_hz", ())), *sides)
     H = np.asarray(own["response"])
     filled = {**own, "response": H.reshape(shape) if H.size == np.prod(shape) else H}
-    gamma = np.asarray(own.get("coherence", ()))
-    return filled | ({"coherence": gamma.reshape(shape)} if gamma.size and gamma.size == H.size else {})
+    beside = {name: np.asarray(own[name]) for name in ("coherence", "sigma") if name in own}
+    return filled | {name: values.reshape(shape) for name, values in beside.items() if values.size == H.size}
 
 
 def _by_variable(own: Arrays, where: str, name: str, descriptions: ChannelDescriptions) -> tuple[Recording, list[str]]:

@@ -29,6 +29,7 @@ from flexura.testing.measurement import (
     checked,
     described_channels,
     read_channel_descriptions,
+    read_columns,
     refuse_implausible,
     with_description,
 )
@@ -109,18 +110,20 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
 
 def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
     sidecars = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
-    descriptions: ChannelDescriptions = {}
-    if isinstance(channels, str | Path):
-        descriptions = read_channel_descriptions(channels)
-    elif channels is None:
-        descriptions = next((read_channel_descriptions(p) for p in sidecars if p.is_file()), {})
-    elif not isinstance(channels, Mechanism | Plan):
+    if not isinstance(channels, str | Path | Mechanism | Plan | None):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
+    beside = next((p for p in sidecars if p.is_file()), None) if channels is None else None
+    known = channels if isinstance(channels, str | Path) else beside
+    descriptions: ChannelDescriptions = {} if known is None else read_channel_descriptions(known)
+    columns = () if known is None else read_columns(known)
     scaled = [name for name, described in descriptions.items() if described.full_scale is not None]
     if scaled and file.suffix.lower() != ".wav":
         raise OptionError(f"{file}: {scaled[0]} has a full scale, and only the samples of WAV files are shares of one")
     read = _format_of(file, f"{file}: ").read
-    options = {"repeated": repeated} if "repeated" in signature(read).parameters else {}
+    if columns and "columns" not in signature(read).parameters:
+        raise OptionError(f"{known}: columns are those of a table of text, and {file.name} is none")
+    given = {"repeated": repeated, "columns": columns}
+    options: dict[str, Any] = {name: value for name, value in given.items() if name in signature(read).parameters}
     try:
         with np.errstate(all="ignore"):
             measurement = _with_descriptions(read(file, descriptions, **options), descriptions)
@@ -161,7 +164,8 @@ def _with_descriptions(measurement: Measurement, descriptions: ChannelDescriptio
 
     def response(f: MeasuredFRF) -> MeasuredFRF:
         sizes = _sizes(f.outputs, descriptions)[:, None] / _sizes(f.inputs, descriptions)
-        return replace(f, response=f.response * sizes, inputs=of(f.inputs), outputs=of(f.outputs))
+        sigma = None if f.sigma is None else f.sigma * np.abs(sizes)
+        return replace(f, response=f.response * sizes, sigma=sigma, inputs=of(f.inputs), outputs=of(f.outputs))
 
     if not descriptions:
         return measurement

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Complex
 from flexura.errors import ExpressionError, OptionError
-from flexura.files import read_text
-from flexura.tables import quantity
+from flexura.files import read_bytes, read_text
+from flexura.tables import counted, quantity
 from flexura.testing.measurement import (
     FORCES,
     ChannelDescription,
@@ -36,39 +38,113 @@ _LISTED = {"mode", "frequency", "hz", "unit", "sigma"}
 
 _A_FREQUENCY = re.compile(r"[\d.]+(e[+-]?\d+)?\s*(k?hz|rad/s|rpm)?")
 
-_PARTS = ("real", "imag", "coherence")
+_PARTS = ("real", "imag", "magnitude", "phase", "coherence", "sigma")
+
+TIMES, FREQUENCIES = ("time", "t"), ("frequency", "f")
+"""Names of first columns, in small letters."""
+
+_HEADED = re.compile(rf"\ufeff?\s*\"?({'|'.join((*TIMES, *FREQUENCIES))})\s*\[", re.IGNORECASE)
 
 
-def read_csv(path: Path, descriptions: ChannelDescriptions) -> Measurement:
+def read_csv(path: Path, descriptions: ChannelDescriptions, columns: Sequence[str] = ()) -> Measurement:
     """Read `time [s], NAME [UNIT], ...` as a record, or `frequency [Hz], OUT / IN [UNIT] real, ... imag` as responses.
 
-    Lines `# setup: NAME` and `# decay: RATE` (1/s) may stand above. Forces are inputs where `descriptions` say nothing
-    else. Raises OptionError, with the line, for anything else, empty cells, numbers that are not finite and uneven
-    times.
+    Responses may be `magnitude` and `[deg] phase`, too. Columns are separated by commas, semicolons or tabs, or, where
+    `columns` gives the headings, by spaces; `-` leaves a column out. Numbers may have decimal commas where these do not
+    separate. What stands above the table is left out, with a note; lines `# setup: NAME` and `# decay: RATE` (1/s)
+    there are read. Forces are inputs where `descriptions` say nothing else. Raises OptionError, with the line, for
+    anything else, empty cells, numbers that are not finite and uneven times.
     """
-    text = read_text(path)
+    text, notes = _text(path)
     remarks = dict(re.findall(r"^#\s*(\w+)\s*:\s*(.*?)\s*$", text, flags=re.MULTILINE))
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
-    _refuse_frequencies(path, lines[0][1] if lines else "")
-    if len(lines) < 3:
-        raise OptionError(f"{path}: a header and at least two rows are expected")
-    separator = max(",;\t", key=lines[0][1].count)
-    rows = [(n, next(csv.reader([line], delimiter=separator))) for n, line in lines]
-    headings = [cell.strip() for cell in rows[0][1]]
-    numbers = [n for n, _ in rows[1:]]
-    values = _numbers(path, headings, rows[1:])
-    first, unit = split_heading(headings[0], f"{path}:{rows[0][0]}")
+    table = _named(path, lines, columns) if columns else _headed(path, lines)
+    headings, place = table.headings, f"{path}:{table.line}"
+    values = _numbers(path, headings, table.rows)
+    first, unit = split_heading(headings[0], place)
     if len(set(headings)) < len(headings) or len(headings) < 2:
-        raise OptionError(f"{path}:{rows[0][0]}: every column has a heading of its own, at least one beside {first}")
-    if first.lower() in ("time", "t"):
-        factor = _seconds(unit, path)
-        return _record(
-            path, headings[1:], factor * values[:, 0], values[:, 1:], numbers, descriptions, remarks.get("setup", "")
-        )
-    if first.lower() in ("frequency", "f"):
+        raise OptionError(f"{place}: every column has a heading of its own, at least one beside {first}")
+    if first.lower() in TIMES:
+        time, numbers = _seconds(unit, path) * values[:, 0], [n for n, _ in table.rows]
+        read = _record(path, headings[1:], time, values[:, 1:], numbers, descriptions, remarks.get("setup", ""))
+    elif first.lower() in FREQUENCIES:
         hz = frequency_factor(unit, f"{path}: {headings[0]}") * values[:, 0]
-        return _responses(path, headings[1:], hz, values[:, 1:], descriptions, remarks)
-    raise OptionError(f"{path}:{rows[0][0]}: the first column is time [s] or frequency [Hz], not {headings[0]}")
+        read = _responses(path, headings[1:], hz, values[:, 1:], descriptions, remarks)
+    else:
+        raise OptionError(f"{place}: the first column is time [s] or frequency [Hz], not {headings[0]}")
+    return replace(read, notes=(*notes, *table.notes))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The cells of a table: its headings, in this line, and its rows with their lines."""
+
+    line: int
+    headings: list[str]
+    rows: list[tuple[int, list[str]]]
+    notes: tuple[str, ...]
+
+
+def _text(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Text in UTF-8, UTF-16 with its mark, or else as Windows has it, which a note says."""
+    if read_bytes(path)[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return read_text(path, encoding="utf-16"), ()
+    try:
+        return read_text(path), ()
+    except OptionError:
+        return read_text(path, encoding="cp1252"), (f"{path.name} is no UTF-8: read as Windows-1252",)
+
+
+def _headed(path: Path, lines: Sequence[tuple[int, str]]) -> _Table:
+    """The table below the first line that begins with a time or a frequency, or else with the first line."""
+    _refuse_frequencies(path, lines[0][1] if lines else "")
+    at = next((k for k, (_, line) in enumerate(lines) if _HEADED.match(line)), 0)
+    if len(lines) - at < 3:
+        raise OptionError(f"{path}: a header and at least two rows are expected")
+    separator = max(",;\t", key=lines[at][1].count)
+    rows = [(n, next(csv.reader([line], delimiter=separator))) for n, line in lines[at:]]
+    found, notes = _with_points(rows[1:], separator)
+    return _Table(rows[0][0], [cell.strip() for cell in rows[0][1]], found, (*_above(path, at), *notes))
+
+
+def _named(path: Path, lines: Sequence[tuple[int, str]], columns: Sequence[str]) -> _Table:
+    """The table from the first line of as many numbers on as there are `columns`, without those called `-`."""
+    for at, (line, text) in enumerate(lines):
+        for separator in (";", "\t", ",", None):
+            cells = _split(text, separator)
+            if len(cells) == len(columns) and all(is_number(c if separator == "," else _point(c)) for c in cells):
+                kept = [k for k, name in enumerate(columns) if name != "-"]
+                rows = [(n, _split(row, separator)) for n, row in lines[at:]]
+                wrong = next(((n, len(own)) for n, own in rows if len(own) != len(columns)), None)
+                if wrong is not None:
+                    raise OptionError(f"{path}:{wrong[0]}: {len(columns)} columns are named, here are {wrong[1]}")
+                found, notes = _with_points([(n, [own[k] for k in kept]) for n, own in rows], separator)
+                return _Table(line, [columns[k] for k in kept], found, (*_above(path, at), *notes))
+    raise OptionError(f"{path}: no line is {len(columns)} numbers, one for each of `columns`")
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    """The cells of a line, without an empty one behind the last separator."""
+    cells = line.split() if separator is None else next(csv.reader([line], delimiter=separator))
+    return cells[:-1] if len(cells) > 1 and not cells[-1].strip() else cells
+
+
+def _point(cell: str) -> str:
+    return cell.strip().replace(",", ".", 1)
+
+
+def _with_points(
+    rows: Sequence[tuple[int, list[str]]], separator: str | None
+) -> tuple[list[tuple[int, list[str]]], tuple[str, ...]]:
+    """Numbers with decimal points, where a table has commas in them and no point in any."""
+    cells = [cell for _, own in rows for cell in own]
+    if separator == "," or not any("," in cell for cell in cells) or any("." in cell for cell in cells):
+        return list(rows), ()
+    return [(n, [_point(cell) for cell in own]) for n, own in rows], ("commas in numbers are read as decimal signs",)
+
+
+def _above(path: Path, count: int) -> tuple[str, ...]:
+    return (f"{path.name}: {counted(count, 'line')} above the table left out",) if count else ()
 
 
 def _refuse_frequencies(path: Path, header: str) -> None:
@@ -167,32 +243,37 @@ def _responses(
         raise OptionError(f"{path}: frequencies do not increase")
     columns: dict[tuple[str, str], dict[str, tuple[str, Array]]] = {}
     for heading, column in zip(headings, values.T, strict=True):
-        match = re.fullmatch(r"(.+?) / (.+?)\s*(?:\[(.+)\])?\s+(real|imag|coherence)", heading)
+        match = re.fullmatch(rf"(.+?) / (.+?)\s*(?:\[(.+)\])?\s+({'|'.join(_PARTS)})", heading)
         if match is None:
             raise OptionError(
-                f"{path}: {heading!r}: a column is headed `OUT / IN [UNIT] real`, imag or `OUT / IN coherence`"
+                f"{path}: {heading!r}: a column is headed `OUT / IN [UNIT] real`, imag, magnitude or sigma, `OUT / IN"
+                " [deg] phase` or `OUT / IN coherence`"
             )
         columns.setdefault((match[1], match[2]), {})[match[4]] = match[3] or "", column
     outs, ins = (list(dict.fromkeys(pair[k] for pair in columns)) for k in (0, 1))
     lacking = [
-        f"{o} / {i} {part}" for o in outs for i in ins for part in _PARTS[:2] if part not in columns.get((o, i), {})
+        f"{o} / {i} {part}"
+        for o in outs
+        for i in ins
+        for part in (_PARTS[2:4] if _PARTS[2] in columns.get((o, i), {}) else _PARTS[:2])
+        if part not in columns.get((o, i), {})
     ]
     if lacking:
         raise OptionError(f"{path}: there is no column {lacking[0]}")
     above_of: dict[str, tuple[MeasuredChannel, float]] = {}
     below_of: dict[str, tuple[MeasuredChannel, float]] = {}
-    for out, into in columns:
-        above, below = _units_of(columns[out, into]["real"][0], f"{path}: {out} / {into}")
+    for (out, into), parts in columns.items():
+        above, below = _units_of(parts.get("real", parts.get("magnitude", ("",)))[0], f"{path}: {out} / {into}")
         above_of.setdefault(out, _channel(path, out, above, descriptions))
         below_of.setdefault(into, _channel(path, into, below, descriptions, is_reference=True))
     H = np.empty((len(hz), len(outs), len(ins)), dtype=complex)
-    has_coherence = all("coherence" in parts for parts in columns.values())
-    gamma = np.empty(H.shape) if has_coherence else None
+    beside = {name: np.empty(H.shape) for name in _PARTS[4:] if all(name in parts for parts in columns.values())}
     for (out, into), parts in columns.items():
         at = (slice(None), outs.index(out), ins.index(into))
-        H[at] = (parts["real"][1] + 1j * parts["imag"][1]) * (above_of[out][1] / below_of[into][1])
-        if gamma is not None:
-            gamma[at] = parts["coherence"][1]
+        size = above_of[out][1] / below_of[into][1]
+        H[at] = _complex(parts, f"{path}: {out} / {into}") * size
+        for name, kept in beside.items():
+            kept[at] = parts[name][1] * (size if name == "sigma" else 1.0)
     inputs, outputs = tuple(below_of[n][0] for n in ins), tuple(above_of[n][0] for n in outs)
     averages = int(remarks["averages"]) if remarks.get("averages", "").isdigit() else None
     try:
@@ -200,9 +281,22 @@ def _responses(
     except ValueError:
         raise OptionError(f"{path}: decay is a rate in 1/s, not {remarks['decay']!r}") from None
     frf = MeasuredFRF(
-        hz, H, inputs, outputs, gamma, averages, remarks.get("estimator", ""), decay, remarks.get("setup", "")
+        *(hz, H, inputs, outputs, beside.get("coherence"), averages, remarks.get("estimator", "")),
+        *(decay, remarks.get("setup", "")),
+        sigma=beside.get("sigma"),
     )
     return Measurement(path.stem, frfs=(frf,))
+
+
+def _complex(parts: dict[str, tuple[str, Array]], what: str) -> Complex:
+    """The complex values of two columns. Raises OptionError for a phase that is in no unit of an angle."""
+    if "real" in parts:
+        return np.asarray(parts["real"][1] + 1j * parts["imag"][1], dtype=np.complex128)
+    unit, phase = parts["phase"]
+    if unit not in ("deg", "rad"):
+        raise OptionError(f"{what}: a phase is in deg or rad, written as `[deg] phase`, not {unit or 'without a unit'}")
+    angle = np.deg2rad(phase) if unit == "deg" else phase
+    return np.asarray(parts["magnitude"][1] * np.exp(1j * angle), dtype=np.complex128)
 
 
 def _units_of(text: str, what: str) -> tuple[str, str]:
@@ -241,6 +335,9 @@ def write_csv(measurement: Measurement, path: Path) -> None:
                 if frf.coherence is not None:
                     headings.append(f"{pair} coherence")
                     columns.append(frf.coherence[:, i, j])
+                if frf.sigma is not None:
+                    headings.append(f"{pair} [({out.unit})/({into.unit})] sigma")
+                    columns.append(frf.sigma[:, i, j])
         writer.writerow(headings)
         writer.writerows(np.stack(columns, axis=1).tolist())
     path.write_text(text.getvalue(), encoding="utf-8")

@@ -148,6 +148,7 @@ def _part(frf: MeasuredFRF, lines: Index, outputs: Index, inputs: Index) -> Meas
         response=frf.response[at],
         coherence=None if frf.coherence is None else frf.coherence[at],
         partial_coherence=None if frf.partial_coherence is None else frf.partial_coherence[at],
+        sigma=None if frf.sigma is None else frf.sigma[at],
         outputs=tuple(frf.outputs[k] for k in outputs),
         inputs=tuple(frf.inputs[k] for k in inputs),
     )

@@ -26,6 +26,7 @@ from flexura.testing.measurement import (
     ResponseMatrix,
     correlations_of,
     estimate_frf,
+    fill_reciprocal,
     half_spectra,
     response_matrices,
 )
@@ -51,6 +52,7 @@ def identify(
     most_damped: float = 0.2,
     least_confidence: float = LEAST_CONFIDENCE,
     method: Method | None = None,
+    reciprocal: bool = False,
 ) -> IdentifiedModes:
     """Poles, damping, shapes and participation of the modes in a band (from, to), Hz (theory eqs. I1-I18).
 
@@ -69,6 +71,7 @@ def identify(
     I27-I35): inputs are then taken for white noise, shapes are not scaled, setups are merged by the outputs that all
     share, and without `refine` poles are those of the subspaces, with standard deviations of their own. `method`: poles
     by least squares (plscf, that of frequency responses) or by stochastic subspaces (ssi, that of outputs alone).
+    `reciprocal`: responses that are not measured are those from the other end, as of `testing.fill_reciprocal`.
 
     Repeated modes take as many inputs (or outputs) as there are of them. Raises OptionError for bad options, bad or
     incomplete data, and when there is no mode; SolverError when there are too few lines for the order.
@@ -83,7 +86,7 @@ def identify(
         raise OptionError(f"an order is between 2 and 500, not {order}")
     if method is not None and method not in get_args(Method):
         raise OptionError(f"method is plscf or ssi, not {method!r}")
-    test = matrices_of(data, band, together=setups == "together")
+    test = matrices_of(data, band, together=setups == "together", reciprocal=reciprocal)
     if method == "ssi" and not test.is_output_only:
         raise OptionError("ssi takes records of outputs alone; frequency responses are identified by plscf")
     options = Options(order, select, refine, most_damped, least_confidence, test.is_output_only and method != "plscf")
@@ -122,12 +125,16 @@ class Setting:
         return any(known is not None for known in self.correlations)
 
 
-def matrices_of(data: Data, band: tuple[float, float] | None = None, *, together: bool = False) -> Setting:
+def matrices_of(
+    data: Data, band: tuple[float, float] | None = None, *, together: bool = False, reciprocal: bool = False
+) -> Setting:
     """The matrix of every setup of data in a band: frequency responses, or half spectra of outputs alone."""
     if isinstance(data, Measurement) and has_outputs_alone(data):
+        if reciprocal:
+            raise OptionError("outputs alone have no reciprocals: that takes forces")
         each = correlations_of(data.recordings, band, together)
         return Setting(data.name, [half_spectra(one) for one in each], each, (*data.notes, UNKNOWN))
-    name, frfs, notes = frfs_of(data)
+    name, frfs, notes = frfs_of(data, reciprocal)
     matrices = response_matrices(frfs, band, together)
     return Setting(name, matrices, [None] * len(matrices), notes)
 
@@ -137,14 +144,18 @@ def has_outputs_alone(data: Measurement) -> bool:
     return bool(data.recordings) and not data.frfs and not any(r.inputs for r in data.recordings)
 
 
-def frfs_of(data: Data) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
+def frfs_of(data: Data, reciprocal: bool = False) -> tuple[str, Sequence[MeasuredFRF], tuple[str, ...]]:
     """Name, frequency responses and notes of data; those of a measurement that has only records are estimated (H1).
 
-    Records of outputs alone have none.
+    Records of outputs alone have none. `reciprocal`: those that are not measured are filled from the other end.
     """
+    if reciprocal and not (isinstance(data, Measurement) and data.recordings and not data.frfs):
+        name, frfs, notes = frfs_of(data)
+        frfs = fill_reciprocal(frfs)
+        return name, frfs, tuple(dict.fromkeys((*notes, *(note for frf in frfs for note in frf.notes))))
     if isinstance(data, Measurement):
         is_given = data.frfs or not data.recordings or has_outputs_alone(data)
-        frfs = data.frfs if is_given else estimate_frf(data)
+        frfs = data.frfs if is_given else estimate_frf(data, reciprocal=reciprocal)
         return data.name, frfs, (*data.notes, *(note for frf in frfs for note in frf.notes))
     if isinstance(data, FrequencyResponse):
         inputs, outputs = (tuple(_placed(c) for c in channels) for channels in (data.inputs, data.outputs))

@@ -7,6 +7,7 @@ from flexura.testing.measurement.channels import dimension as dimension
 from flexura.testing.measurement.channels import frequency_factor as frequency_factor
 from flexura.testing.measurement.channels import quantity_of as quantity_of
 from flexura.testing.measurement.channels import read_channel_descriptions as read_channel_descriptions
+from flexura.testing.measurement.channels import read_columns as read_columns
 from flexura.testing.measurement.channels import split_heading as split_heading
 from flexura.testing.measurement.channels import split_response as split_response
 from flexura.testing.measurement.channels import with_description as with_description

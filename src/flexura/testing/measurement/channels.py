@@ -177,6 +177,9 @@ def split_heading(text: str, what: str) -> tuple[str, str]:
 
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+COLUMNS = "columns"
+"""Key of a file of channels that lists the headings of a table of text."""
+
 _KEYS = ("node", "direction", "position", "quantity", "unit", "force", "input", "full_scale", "sensitivity")
 
 
@@ -235,12 +238,35 @@ def read_channel_descriptions(path: str | Path) -> dict[str, ChannelDescription]
     file = Path(path)
     root = parse(text_of(file), str(file))
     table = root.value.get("channels", root)
+    if table is root and _headings_of(root) is not None:
+        table = replace(root, value={name: entry for name, entry in root.value.items() if name != COLUMNS})
     if not isinstance(table.value, dict):
         raise OptionError(f"{file}:{table.line}: a mapping of channel names is expected, e.g. p1.z: {{direction: z}}")
     return {
         name: _description(entry.plain(), f"{file}:{table.key_places[name][1]}: channel {name}")
         for name, entry in table.value.items()
     }
+
+
+def read_columns(path: str | Path) -> tuple[str, ...]:
+    """Headings of the columns of a table of text, by the list `columns` of a file of channels; none without it.
+
+    Raises ModelError for text that is no YAML and OptionError for a list of anything but headings.
+    """
+    file = Path(path)
+    listed = _headings_of(parse(text_of(file), str(file)))
+    if listed is None:
+        return ()
+    headings = listed.plain()
+    if not headings or not all(isinstance(heading, str) and heading.strip() for heading in headings):
+        raise OptionError(f"{file}:{listed.line}: columns is a list of headings, - for those to leave out")
+    return tuple(heading.strip() for heading in headings)
+
+
+def _headings_of(root: Any) -> Any:
+    """The list `columns` of a file; None without one: a mapping is a channel of that name."""
+    listed = root.value.get(COLUMNS) if isinstance(root.value, dict) else None
+    return listed if listed is not None and isinstance(listed.value, list) else None
 
 
 def _description(entry: Any, what: str) -> ChannelDescription:

@@ -1,7 +1,7 @@
 """The response of a plant within a loop, by what excites the loop from outside (joint input-output method).
 
 Noise that the controller feeds back goes with the input of the plant, and biases H1 from there. It does not go with the
-reference: Y = G U of what the reference alone explains of both (Söderström and Stoica 1989, section 10.5).
+reference: Y = G U of what the reference alone explains of both (Söderström and Stoica 1989; Abdalmoaty and Smith 2024).
 """
 
 from __future__ import annotations

@@ -268,7 +268,9 @@ class MeasuredFRF(Tabular):
 
     `coherence` (f, p, m) from `averages` records, where known. `decay`, 1/s, is what an exponential window has added to
     the decay rate of every mode. `estimator`: H1, H2, Hv or joint. `partial_coherence` (f, p, m) is that with one input
-    once the others are taken out, where several excite at once.
+    once the others are taken out, where several excite at once. `sigma` (f, p, m) are standard deviations of the
+    complex values, in their unit, of which real and imaginary part have a half of the variance each; None where
+    coherence and averages tell the noise, or nothing does.
     """
 
     frequency_hz: Array
@@ -282,6 +284,7 @@ class MeasuredFRF(Tabular):
     setup: str = ""
     notes: tuple[str, ...] = ()
     partial_coherence: Array | None = None
+    sigma: Array | None = None
 
     def _title(self) -> str:
         lines = counted(len(self.frequency_hz), "line")
@@ -303,13 +306,17 @@ class MeasuredFRF(Tabular):
             columns["median coherence"] = [f"{_median(self.coherence[:, i, j]):.3f}" for i, j in pairs]
         if self.partial_coherence is not None:
             columns["partial"] = [f"{_median(self.partial_coherence[:, i, j]):.3f}" for i, j in pairs]
+        if self.sigma is not None:
+            peaks = zip(pairs, sizes, strict=True)
+            columns["scatter"] = [percent(_median(self.sigma[:, i, j]) / _median(H)) for (i, j), H in peaks]
         yield Table(columns, "pairs")
 
     def _data(self) -> dict[str, Any]:
         numbers = {"frequency_hz": self.frequency_hz, "real": self.response.real, "imaginary": self.response.imag}
         ends = {"inputs": self.inputs, "outputs": self.outputs}
         shares = {"coherence": self.coherence, "partial_coherence": self.partial_coherence}
-        return {**self._summary(), **ends, **numbers, **shares, "estimator": self.estimator}
+        own = {"sigma": self.sigma, "estimator": self.estimator}
+        return {**self._summary(), **ends, **numbers, **shares, **own}
 
     def _summary(self) -> dict[str, Any]:
         """What the responses are of, without them."""
@@ -440,6 +447,8 @@ def _refuse_response(frf: MeasuredFRF, where: str) -> None:
             raise OptionError(f"{where}: coherence is {gamma.shape}, responses are {frf.response.shape}")
         if gamma is not None:
             _refuse_large(gamma, f"{where}: coherence")
+    if frf.sigma is not None and (frf.sigma.shape != frf.response.shape or not (frf.sigma >= 0).all()):
+        raise OptionError(f"{where}: sigma is a standard deviation, at least 0, of every response")
 
 
 def _refuse_large(values: np.ndarray, where: str) -> None:

@@ -181,7 +181,9 @@ def _measured(frfs: Sequence[MeasuredFRF]) -> dict[tuple[Place, Place], _Respons
             gamma = None if frf.coherence is None else frf.coherence[:, i, j]
             values = frf.response[:, i, j] * size
             variance = None
-            if gamma is not None and frf.averages:
+            if frf.sigma is not None:
+                variance = (np.abs(size) * frf.sigma[:, i, j]) ** 2
+            elif gamma is not None and frf.averages:
                 variance = np.abs(values) ** 2 * (1 - gamma) / np.maximum(gamma, 1e-12) / frf.averages
             found.setdefault((above[0], below[0]), _Response(f"{out.name} / {into.name}", values, variance, gamma))
     return found
@@ -220,11 +222,15 @@ def _filled(setup: str, frfs: Sequence[MeasuredFRF]) -> MeasuredFRF:
     rows, columns = list(outputs), list(inputs)
     shape = (len(frfs[0].frequency_hz), len(rows), len(columns))
     H, gamma, count = np.zeros(shape, dtype=complex), np.zeros(shape), np.zeros(shape[1:], dtype=int)
-    is_known = all(frf.coherence is not None for frf in frfs)
+    is_known, is_scattered = (
+        all(x is not None for x in each) for each in zip(*((f.coherence, f.sigma) for f in frfs), strict=True)
+    )
+    sigma = np.zeros(shape)
     for frf in frfs:
         at = np.ix_([rows.index(key_of(c)) for c in frf.outputs], [columns.index(key_of(c)) for c in frf.inputs])
         H[:, at[0], at[1]] = frf.response
         gamma[:, at[0], at[1]] = 1.0 if frf.coherence is None else frf.coherence
+        sigma[:, at[0], at[1]] = 0.0 if frf.sigma is None else frf.sigma
         np.add.at(count, at, 1)
     if (count > 1).any():
         i, j = np.argwhere(count > 1)[0]
@@ -236,7 +242,9 @@ def _filled(setup: str, frfs: Sequence[MeasuredFRF]) -> MeasuredFRF:
         known = None if above is None or below is None else measured.get((below[0], above[0]))
         if known is None or above is None or below is None:
             raise OptionError(f"{where}{out.name} / {into.name} is not measured, and no reciprocal of it either")
-        H[:, i, j] = above[1] * below[1] * known.values / _s(frfs[0]) ** (2 - POWER.get(out.quantity, 0))
+        size = above[1] * below[1] / _s(frfs[0]) ** (2 - POWER.get(out.quantity, 0))
+        H[:, i, j] = known.values * size
+        sigma[:, i, j] = 0.0 if known.variance is None else np.sqrt(known.variance) * np.abs(size)
         gamma[:, i, j] = 1.0 if known.coherence is None else known.coherence
         filled.append(f"{out.name} / {into.name} from {known.name}")
     notes = [note for frf in frfs for note in frf.notes]
@@ -254,4 +262,5 @@ def _filled(setup: str, frfs: Sequence[MeasuredFRF]) -> MeasuredFRF:
         frfs[0].decay,
         setup,
         tuple(dict.fromkeys(notes)),
+        sigma=sigma if is_scattered else None,
     )

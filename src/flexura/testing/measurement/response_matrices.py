@@ -152,7 +152,7 @@ def _matrix(setup: str, frfs: Sequence[MeasuredFRF], band: tuple[float, float] |
             f"{where}{forces[0].name} / {motions[0].name} is a force per motion (impedance): modes take motions per"
             " force; invert it, all channels at once"
         )
-    H, coherence = filled(frfs, inputs, outputs, where)
+    H, coherence, _ = filled(frfs, inputs, outputs, where)
     H, coherence, hz = H[lines], coherence[lines], hz[lines]
     refuse_infinite(H, list(inputs.values()), list(outputs.values()), hz, where)
     _refuse_silent(H, list(inputs.values()), list(outputs.values()), where)
@@ -230,24 +230,27 @@ def _lines(hz: Array, band: tuple[float, float] | None, where: str) -> NDArray[n
 
 def filled(
     frfs: Sequence[MeasuredFRF], inputs: dict[Key, MeasuredChannel], outputs: dict[Key, MeasuredChannel], where: str
-) -> tuple[Complex, Array]:
-    """All pairs in one matrix and their coherence, 1 where it is unknown. Raises OptionError for missing pairs."""
+) -> tuple[Complex, Array, Array | None]:
+    """All pairs in one matrix, their coherence, 1 where it is unknown, and their standard deviations, None unless all
+    are known. Raises OptionError for missing pairs."""
     row, column = list(outputs), list(inputs)
     shape = (len(frfs[0].frequency_hz), len(row), len(column))
-    H, coherence = np.zeros(shape, dtype=complex), np.ones(shape)
+    H, coherence, sigma = np.zeros(shape, dtype=complex), np.ones(shape), np.full(shape, np.nan)
     count = np.zeros(shape[1:], dtype=int)
     for frf in frfs:
         at = np.ix_([row.index(key_of(c)) for c in frf.outputs], [column.index(key_of(c)) for c in frf.inputs])
         H[:, at[0], at[1]] = frf.response
         if frf.coherence is not None:
             coherence[:, at[0], at[1]] = frf.coherence
+        if frf.sigma is not None:
+            sigma[:, at[0], at[1]] = frf.sigma
         np.add.at(count, at, 1)
     if (count != 1).any():
         i, j = np.argwhere(count != 1)[0]
         pair = f"{outputs[row[i]].name} / {inputs[column[j]].name}"
         fault = "is missing" if count[i, j] == 0 else f"is given {count[i, j]} times"
         raise OptionError(f"{where}the response {pair} {fault}; every output needs every input once in a setup")
-    return H, coherence
+    return H, coherence, None if np.isnan(sigma).any() else sigma
 
 
 def refuse_infinite(H: Complex, inputs: Sequence[Channel], outputs: Sequence[Channel], hz: Array, where: str) -> None:

@@ -79,7 +79,9 @@ def as_measured(response: ScatteredResponse) -> MeasuredFRF:
         tuple(MeasuredChannel(c.name, c.quantity, c.node, c.direction, c.position) for c in channels)
         for channels in (response.inputs, response.outputs)
     )
-    return MeasuredFRF(response.frequency_hz, response.response, inputs, outputs, decay=response.decay)
+    return MeasuredFRF(
+        response.frequency_hz, response.response, inputs, outputs, decay=response.decay, sigma=response.sigma
+    )
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,8 @@ def _scatter_of(
         return Scatter(noise * np.sqrt((np.abs(H) ** 2).mean(axis=0)) * scale)
     if isinstance(response, ScatteredResponse):
         return response.scatter
+    if isinstance(response, MeasuredFRF) and response.sigma is not None:
+        return Scatter(response.sigma[lines] * scale)
     if isinstance(response, FrequencyResponse) or response.coherence is None or (response.averages or 0) < 2:
         return None
     coherence = np.clip(np.nan_to_num(response.coherence), LEAST_COHERENCE, 1.0)
@@ -196,11 +200,12 @@ def _measured(name: str, data: Measurement | MeasuredFRF | Sequence[MeasuredFRF]
     refuse_other_lines(frfs, where)
     inputs = {key_of(c): c for frf in frfs for c in frf.inputs}
     outputs = {key_of(c): c for frf in frfs for c in frf.outputs}
-    H, coherence = filled(frfs, inputs, outputs, where)
+    H, coherence, sigma = filled(frfs, inputs, outputs, where)
     known = all(frf.coherence is not None for frf in frfs)
     return replace(
         frfs[0],
         response=H,
+        sigma=sigma,
         inputs=tuple(inputs.values()),
         outputs=tuple(outputs.values()),
         coherence=coherence if known else None,

@@ -412,7 +412,10 @@ def targets_of(data: Any, sigma: float, shape_sigma: float, response_sigma: floa
 def _response_target(frf: MeasuredFRF, sigma: float, damping: float) -> ResponseTarget:
     """Points that are finite, not zero and coherent; coherence widens sigma (Bendat and Piersol 2010, ch. 9)."""
     sigmas = np.full(frf.response.shape, sigma)
-    if frf.coherence is not None:
+    if frf.sigma is not None:
+        size = np.abs(frf.response) * np.sqrt(2)
+        sigmas = np.hypot(sigmas, np.divide(frf.sigma, size, out=np.zeros_like(sigmas), where=size > 0))
+    elif frf.coherence is not None:
         gamma = np.clip(frf.coherence, 1e-6, 1.0)
         sigmas = np.hypot(sigmas, np.sqrt((1 - gamma) / (2 * gamma * max(frf.averages or 1, 1))))
         sigmas = np.where(frf.coherence >= COHERENT_POINT, sigmas, np.inf)
