@@ -69,7 +69,7 @@ FMI2_PUBLIC fmi2Component FMI2(fmi2Instantiate)(fmi2String name, fmi2Type type, 
     own->name = calloc(name ? strlen(name) + 1 : 1, 1);
     if (own->name && name)
         memcpy(own->name, name, strlen(name));
-    own->unit = own->name ? flexura_new(guid, type == fmi2CoSimulation, &fault) : NULL;
+    own->unit = own->name ? flexura_new(guid, type == fmi2CoSimulation ? BY_STEPS : BY_SOLVER, &fault) : NULL;
     if (!own->unit) {
         report(own, fault);
         FMI2(fmi2FreeInstance)(own);

@@ -1,4 +1,5 @@
 #include "unit.h"
+#include "clock.h"
 #include "dynamics.h"
 
 #include <float.h>
@@ -14,18 +15,20 @@
 
 typedef enum { BEFORE, RUNNING, LEFT, ENDED } Phase;
 
-enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, INDICATOR, TIME, KINDS };
+enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, INDICATOR, TIME, NEXT, CLOCK, KINDS };
 
 /* What makes up the state of a unit: states, inputs, parameters and gains behind it. */
 typedef struct {
     double time;
+    Clock clock;
     Phase phase;
     double numbers[];
 } State;
 
 struct Unit {
     unsigned int first[KINDS + 1];
-    int makes_steps, is_tuned, is_fresh, is_warned;
+    Drive drive;
+    int is_tuned, is_fresh, is_warned;
     Dynamics *dynamics;
     double *u; /* inputs times their gains */
     State *state;
@@ -34,8 +37,9 @@ struct Unit {
 /* Where value references of a kind begin: the next after those of the kind before. */
 static void count_references(unsigned int *first)
 {
-    const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs, MODEL->states, MODEL->dt > 0.0 ? 0 : MODEL->states,
-                              MODEL->parameters, MODEL->inputs, MODEL->indicators, 1};
+    const int is_discrete = MODEL->dt > 0.0, rates = is_discrete ? 0 : MODEL->states;
+    const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs,    MODEL->states, rates,                 MODEL->parameters,
+                              MODEL->inputs, MODEL->indicators, 1,             MODEL->states - rates, is_discrete};
     for (int kind = 0; kind < KINDS; kind++)
         first[kind + 1] = first[kind] + (unsigned int)sizes[kind];
 }
@@ -94,6 +98,7 @@ static Fault refresh(Unit *unit)
 
 void flexura_restart(Unit *unit)
 {
+    memset(&unit->state->clock, 0, sizeof(Clock));
     unit->state->time = 0.0;
     unit->state->phase = BEFORE;
     unit->is_tuned = unit->is_fresh = unit->is_warned = 0;
@@ -105,19 +110,21 @@ void flexura_restart(Unit *unit)
         gains(unit)[i] = 1.0;
 }
 
-Unit *flexura_new(const char *token, int makes_steps, Fault *fault)
+Unit *flexura_new(const char *token, Drive drive, Fault *fault)
 {
     Unit *unit = NULL;
     if (!token || strcmp(token, MODEL_TOKEN) != 0)
         *fault = "the token is not that of this model: modelDescription.xml belongs to another";
-    else if (MODEL->dt > 0.0 && !makes_steps)
+    else if (MODEL->dt > 0.0 && drive == BY_SOLVER)
         *fault = "a model in steps has no derivatives: it is for co-simulation";
+    else if (!(MODEL->dt > 0.0) && drive == BY_CLOCK)
+        *fault = "this model has no clock, and no event mode";
     else if (!(unit = calloc(1, sizeof(Unit))) || !(unit->dynamics = flexura_dynamics()) ||
              !(unit->u = calloc((size_t)MODEL->inputs + 1, sizeof(double))) ||
              !(unit->state = calloc(1, state_bytes())))
         *fault = "no memory for an instance";
     else {
-        unit->makes_steps = makes_steps;
+        unit->drive = drive;
         count_references(unit->first);
         flexura_restart(unit);
         return unit;
@@ -152,6 +159,8 @@ Fault flexura_at_time(Unit *unit, double time)
 void flexura_run(Unit *unit)
 {
     unit->state->phase = RUNNING;
+    unit->state->clock.start = unit->state->time;
+    unit->state->clock.is_event = unit->drive != BY_STEPS;
 }
 
 void flexura_end(Unit *unit)
@@ -164,15 +173,19 @@ double flexura_time(const Unit *unit)
     return unit->state->time;
 }
 
-int flexura_makes_steps(const Unit *unit)
-{
-    return unit->makes_steps;
-}
-
 size_t flexura_states(void)
 {
-    return (size_t)MODEL->states;
+    return MODEL->dt > 0.0 ? 0 : (size_t)MODEL->states;
 }
+
+/* Whether variables of a kind have values now: those of a clock that drives the unit do while it ticks, and before the start. */
+static int has_values(const Unit *unit, int kind)
+{
+    return unit->drive != BY_CLOCK || (kind != INPUT && kind != OUTPUT && kind != NEXT) ||
+           unit->state->phase == BEFORE || unit->state->clock.is_ticking;
+}
+
+static const char SILENT[] = "inputs, outputs and next states have values while the clock ticks alone";
 
 Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *value)
 {
@@ -181,7 +194,10 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
         return fault;
     for (size_t k = 0; k < n; k++) {
         int i = 0;
-        switch (kind_of(unit, reference[k], &i)) {
+        const int kind = kind_of(unit, reference[k], &i);
+        if (!has_values(unit, kind))
+            return SILENT;
+        switch (kind) {
         case INPUT:
             value[k] = inputs(unit)[i];
             break;
@@ -192,6 +208,7 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
             value[k] = states(unit)[i];
             break;
         case DERIVATIVE:
+        case NEXT:
             value[k] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
             break;
         case PARAMETER:
@@ -207,7 +224,7 @@ Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *v
             value[k] = unit->state->time;
             break;
         default:
-            return "there is no variable of that value reference";
+            return "there is no number of that value reference";
         }
     }
     return NULL;
@@ -221,7 +238,9 @@ Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const dou
         const int kind = kind_of(unit, reference[k], &i);
         if (kind != INPUT && kind != STATE && kind != PARAMETER && kind != GAIN)
             return "inputs, states, parameters and gains are what can be set";
-        if (kind == STATE && unit->makes_steps && unit->state->phase != BEFORE)
+        if (!has_values(unit, kind))
+            return SILENT;
+        if (kind == STATE && unit->drive != BY_SOLVER && unit->state->phase != BEFORE)
             return "in co-simulation states are set before the start only";
         if (!isfinite(value[k]))
             return "a value is not finite";
@@ -232,6 +251,19 @@ Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const dou
         (kind == INPUT ? inputs(unit) : kind == STATE ? states(unit) : kind == GAIN ? gains(unit) : parameters(unit))[i] =
             value[k];
     }
+    return NULL;
+}
+
+/* Moves the states by h, or by less, *done, where they leave. */
+static Fault move(Unit *unit, double h, double rounding, double *done)
+{
+    Fault fault = refresh(unit);
+    if (fault || (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), done)))
+        return fault;
+    unit->is_fresh = 0;
+    for (int i = 0; i < MODEL->states; i++)
+        if (!isfinite(states(unit)[i]))
+            return "a state has grown beyond all numbers";
     return NULL;
 }
 
@@ -246,22 +278,73 @@ Fault flexura_advance(Unit *unit, double time, double h)
         return "a step is a finite time that is not negative";
     if (!(fabs(time - unit->state->time) <= 1e-6 * h + 8.0 * rounding))
         return "a step begins where the last one ended, the first at the start time";
-    if ((fault = refresh(unit)) ||
-        (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), &done)))
+    fault = unit->drive == BY_CLOCK ? flexura_wait(&unit->state->clock, time + h, MODEL->dt)
+                                    : move(unit, h, rounding, &done);
+    if (fault)
         return fault;
-    unit->is_fresh = 0;
     unit->state->time = time + done;
-    for (int i = 0; i < MODEL->states; i++)
-        if (!isfinite(states(unit)[i]))
-            return "a state has grown beyond all numbers";
     if (done < h)
         unit->state->phase = LEFT;
     return NULL;
 }
 
+static const char NO_EVENTS[] = "co-simulation without event mode never leaves step mode";
+
+Fault flexura_enter_event(Unit *unit)
+{
+    if (unit->state->phase == BEFORE || unit->state->phase == ENDED)
+        return "event mode before initialization or after the end";
+    unit->state->clock.is_event = unit->drive != BY_STEPS;
+    return unit->drive == BY_STEPS ? NO_EVENTS : NULL;
+}
+
+Fault flexura_leave_event(Unit *unit)
+{
+    return unit->drive == BY_STEPS ? NO_EVENTS : flexura_leave(&unit->state->clock);
+}
+
+Fault flexura_set_clock(Unit *unit, int is_active)
+{
+    Clock *clock = &unit->state->clock;
+    if (!is_active)
+        return clock->is_ticking ? "a tick cannot be taken back" : NULL;
+    return flexura_begin_tick(clock, unit->state->time, MODEL->dt);
+}
+
+int flexura_is_ticking(const Unit *unit)
+{
+    return unit->state->clock.is_ticking;
+}
+
+Fault flexura_update(Unit *unit)
+{
+    Clock *clock = &unit->state->clock;
+    double done = 0.0;
+    Fault fault = clock->is_event ? NULL : "discrete states are updated in event mode alone";
+    if (fault || !clock->is_ticking)
+        return fault;
+    fault = move(unit, MODEL->dt, 0.0, &done);
+    flexura_end_tick(clock);
+    return fault;
+}
+
+Fault flexura_find_clocks(const Unit *unit, const unsigned int *reference, size_t n)
+{
+    int i = 0;
+    for (size_t k = 0; k < n; k++)
+        if (kind_of(unit, reference[k], &i) != CLOCK)
+            return "there is no clock of that value reference";
+    return NULL;
+}
+
+double flexura_interval(void)
+{
+    return MODEL->dt;
+}
+
 Fault flexura_set_states(Unit *unit, const double *x, size_t n)
 {
-    if (n != (size_t)MODEL->states)
+    if (n != flexura_states())
         return "wrong number of states";
     memcpy(states(unit), x, BYTES(n));
     unit->is_fresh = 0;
@@ -270,7 +353,7 @@ Fault flexura_set_states(Unit *unit, const double *x, size_t n)
 
 Fault flexura_get_states(const Unit *unit, double *x, size_t n)
 {
-    if (n != (size_t)MODEL->states)
+    if (n != flexura_states())
         return "wrong number of states";
     memcpy(x, states(unit), BYTES(n));
     return NULL;
@@ -279,16 +362,16 @@ Fault flexura_get_states(const Unit *unit, double *x, size_t n)
 Fault flexura_get_rates(Unit *unit, double *rates, size_t n)
 {
     const Fault fault = refresh(unit);
-    if (n != (size_t)MODEL->states)
+    if (n != flexura_states())
         return "wrong number of states";
-    for (int i = 0; i < MODEL->states && !fault; i++)
+    for (int i = 0; i < (int)n && !fault; i++)
         rates[i] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
     return fault;
 }
 
 Fault flexura_get_nominals(double *nominal, size_t n)
 {
-    if (n != (size_t)MODEL->states)
+    if (n != flexura_states())
         return "wrong number of states";
     memcpy(nominal, MODEL->nominal, BYTES(n));
     return NULL;
@@ -310,7 +393,7 @@ size_t flexura_indicators(void)
 
 const char *flexura_has_left(Unit *unit)
 {
-    for (int i = 0; i < MODEL->indicators && unit->state->phase == RUNNING && !unit->makes_steps; i++)
+    for (int i = 0; i < MODEL->indicators && unit->state->phase == RUNNING && unit->drive == BY_SOLVER; i++)
         if (flexura_indicator(i, states(unit)) <= 0.5 * MODEL->slack)
             unit->state->phase = LEFT;
     return unit->state->phase == LEFT ? MODEL->left : NULL;
@@ -356,10 +439,11 @@ Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknow
             dunknown[k] = flexura_output_change(unit->dynamics, i);
             break;
         case DERIVATIVE:
+        case NEXT:
             dunknown[k] = flexura_rate_change(unit->dynamics, i);
             break;
         default:
-            return "outputs and derivatives are what is unknown";
+            return "outputs, derivatives and next states are what is unknown";
         }
     return NULL;
 }
