@@ -149,10 +149,7 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2SetFMUstate)(fmi2Component c, fmi2FMUstate kept)
 FMI2_PUBLIC fmi2Status FMI2(fmi2FreeFMUstate)(fmi2Component c, fmi2FMUstate *kept)
 {
     (void)c;
-    if (kept) {
-        free(*kept);
-        *kept = NULL;
-    }
+    flexura_drop(kept);
     return fmi2OK;
 }
 

@@ -340,10 +340,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3SetFMUState)(fmi3Instance instance, fmi3FMUState
 FMI3_PUBLIC fmi3Status FMI3(fmi3FreeFMUState)(fmi3Instance instance, fmi3FMUState *kept)
 {
     (void)instance;
-    if (kept) {
-        free(*kept);
-        *kept = NULL;
-    }
+    flexura_drop(kept);
     return fmi3OK;
 }
 

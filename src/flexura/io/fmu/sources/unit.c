@@ -1,6 +1,4 @@
-#include "unit.h"
-#include "clock.h"
-#include "dynamics.h"
+#include "instance.h"
 
 #include <float.h>
 #include <math.h>
@@ -9,30 +7,7 @@
 
 #include "model.h"
 
-#define MODEL (&flexura_sizes)
-#define BYTES(count) (sizeof(double) * (size_t)(count))
 #define TOKEN_BYTES sizeof(MODEL_TOKEN)
-
-typedef enum { BEFORE, RUNNING, LEFT, ENDED } Phase;
-
-enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, INDICATOR, TIME, NEXT, CLOCK, KINDS };
-
-/* What makes up the state of a unit: states, inputs, parameters and gains behind it. */
-typedef struct {
-    double time;
-    Clock clock;
-    Phase phase;
-    double numbers[];
-} State;
-
-struct Unit {
-    unsigned int first[KINDS + 1];
-    Drive drive;
-    int is_tuned, is_fresh, is_warned;
-    Dynamics *dynamics;
-    double *u; /* inputs times their gains */
-    State *state;
-};
 
 /* Where value references of a kind begin: the next after those of the kind before. */
 static void count_references(unsigned int *first)
@@ -44,43 +19,12 @@ static void count_references(unsigned int *first)
         first[kind + 1] = first[kind] + (unsigned int)sizes[kind];
 }
 
-/* KINDS when there is none. */
-static int kind_of(const Unit *unit, unsigned int reference, int *index)
-{
-    int kind = 0;
-    while (kind < KINDS && reference >= unit->first[kind + 1])
-        kind++;
-    *index = (int)(reference - unit->first[kind]);
-    return kind;
-}
-
-static double *states(const Unit *unit)
-{
-    return unit->state->numbers;
-}
-
-static double *inputs(const Unit *unit)
-{
-    return states(unit) + MODEL->states;
-}
-
-static double *parameters(const Unit *unit)
-{
-    return inputs(unit) + MODEL->inputs;
-}
-
-static double *gains(const Unit *unit)
-{
-    return parameters(unit) + MODEL->parameters;
-}
-
 static size_t state_bytes(void)
 {
     return sizeof(State) + BYTES(MODEL->states + 2 * MODEL->inputs + MODEL->parameters);
 }
 
-/* Parameters and inputs as they act, and what they and the states make. */
-static Fault refresh(Unit *unit)
+Fault flexura_refresh(Unit *unit)
 {
     Fault fault = NULL;
     if (unit->is_fresh)
@@ -178,86 +122,10 @@ size_t flexura_states(void)
     return MODEL->dt > 0.0 ? 0 : (size_t)MODEL->states;
 }
 
-/* Whether variables of a kind have values now: those of a clock that drives the unit do while it ticks, and before the start. */
-static int has_values(const Unit *unit, int kind)
-{
-    return unit->drive != BY_CLOCK || (kind != INPUT && kind != OUTPUT && kind != NEXT) ||
-           unit->state->phase == BEFORE || unit->state->clock.is_ticking;
-}
-
-static const char SILENT[] = "inputs, outputs and next states have values while the clock ticks alone";
-
-Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *value)
-{
-    const Fault fault = refresh(unit);
-    if (fault)
-        return fault;
-    for (size_t k = 0; k < n; k++) {
-        int i = 0;
-        const int kind = kind_of(unit, reference[k], &i);
-        if (!has_values(unit, kind))
-            return SILENT;
-        switch (kind) {
-        case INPUT:
-            value[k] = inputs(unit)[i];
-            break;
-        case OUTPUT:
-            value[k] = flexura_output(unit->dynamics, i, states(unit), unit->u);
-            break;
-        case STATE:
-            value[k] = states(unit)[i];
-            break;
-        case DERIVATIVE:
-        case NEXT:
-            value[k] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
-            break;
-        case PARAMETER:
-            value[k] = parameters(unit)[i];
-            break;
-        case GAIN:
-            value[k] = gains(unit)[i];
-            break;
-        case INDICATOR:
-            value[k] = flexura_indicator(i, states(unit));
-            break;
-        case TIME:
-            value[k] = unit->state->time;
-            break;
-        default:
-            return "there is no number of that value reference";
-        }
-    }
-    return NULL;
-}
-
-Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const double *value)
-{
-    unit->is_fresh = 0;
-    for (size_t k = 0; k < n; k++) {
-        int i = 0;
-        const int kind = kind_of(unit, reference[k], &i);
-        if (kind != INPUT && kind != STATE && kind != PARAMETER && kind != GAIN)
-            return "inputs, states, parameters and gains are what can be set";
-        if (!has_values(unit, kind))
-            return SILENT;
-        if (kind == STATE && unit->drive != BY_SOLVER && unit->state->phase != BEFORE)
-            return "in co-simulation states are set before the start only";
-        if (!isfinite(value[k]))
-            return "a value is not finite";
-        if (kind == PARAMETER && !(value[k] >= 0.0))
-            return "damping ratios and masses are not negative";
-        if (kind == PARAMETER && value[k] != parameters(unit)[i])
-            unit->is_tuned = 0;
-        (kind == INPUT ? inputs(unit) : kind == STATE ? states(unit) : kind == GAIN ? gains(unit) : parameters(unit))[i] =
-            value[k];
-    }
-    return NULL;
-}
-
 /* Moves the states by h, or by less, *done, where they leave. */
 static Fault move(Unit *unit, double h, double rounding, double *done)
 {
-    Fault fault = refresh(unit);
+    Fault fault = flexura_refresh(unit);
     if (fault || (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), done)))
         return fault;
     unit->is_fresh = 0;
@@ -328,62 +196,9 @@ Fault flexura_update(Unit *unit)
     return fault;
 }
 
-Fault flexura_find_clocks(const Unit *unit, const unsigned int *reference, size_t n)
-{
-    int i = 0;
-    for (size_t k = 0; k < n; k++)
-        if (kind_of(unit, reference[k], &i) != CLOCK)
-            return "there is no clock of that value reference";
-    return NULL;
-}
-
 double flexura_interval(void)
 {
     return MODEL->dt;
-}
-
-Fault flexura_set_states(Unit *unit, const double *x, size_t n)
-{
-    if (n != flexura_states())
-        return "wrong number of states";
-    memcpy(states(unit), x, BYTES(n));
-    unit->is_fresh = 0;
-    return NULL;
-}
-
-Fault flexura_get_states(const Unit *unit, double *x, size_t n)
-{
-    if (n != flexura_states())
-        return "wrong number of states";
-    memcpy(x, states(unit), BYTES(n));
-    return NULL;
-}
-
-Fault flexura_get_rates(Unit *unit, double *rates, size_t n)
-{
-    const Fault fault = refresh(unit);
-    if (n != flexura_states())
-        return "wrong number of states";
-    for (int i = 0; i < (int)n && !fault; i++)
-        rates[i] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
-    return fault;
-}
-
-Fault flexura_get_nominals(double *nominal, size_t n)
-{
-    if (n != flexura_states())
-        return "wrong number of states";
-    memcpy(nominal, MODEL->nominal, BYTES(n));
-    return NULL;
-}
-
-Fault flexura_get_indicators(Unit *unit, double *indicator, size_t n)
-{
-    if (n != (size_t)MODEL->indicators)
-        return "wrong number of event indicators";
-    for (int i = 0; i < MODEL->indicators; i++)
-        indicator[i] = flexura_indicator(i, states(unit));
-    return NULL;
 }
 
 size_t flexura_indicators(void)
@@ -407,47 +222,6 @@ const char *flexura_caution(Unit *unit)
     return MODEL->caution;
 }
 
-Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknowns, const unsigned int *known,
-                          size_t knowns, const double *dknown, double *dunknown)
-{
-    Fault fault = refresh(unit);
-    Change change = {NULL, NULL, NULL};
-    int i = 0;
-    if (fault || (fault = flexura_change(unit->dynamics, &change)))
-        return fault;
-    for (size_t k = 0; k < knowns; k++)
-        switch (kind_of(unit, known[k], &i)) {
-        case INPUT:
-            change.u[i] += gains(unit)[i] * dknown[k];
-            break;
-        case GAIN:
-            change.u[i] += inputs(unit)[i] * dknown[k];
-            break;
-        case STATE:
-            change.x[i] += dknown[k];
-            break;
-        case PARAMETER:
-            change.p[i] += dknown[k];
-            break;
-        default:
-            return "inputs, states, parameters and gains are what is known";
-        }
-    flexura_changed(unit->dynamics, states(unit), unit->u);
-    for (size_t k = 0; k < unknowns; k++)
-        switch (kind_of(unit, unknown[k], &i)) {
-        case OUTPUT:
-            dunknown[k] = flexura_output_change(unit->dynamics, i);
-            break;
-        case DERIVATIVE:
-        case NEXT:
-            dunknown[k] = flexura_rate_change(unit->dynamics, i);
-            break;
-        default:
-            return "outputs, derivatives and next states are what is unknown";
-        }
-    return NULL;
-}
-
 Fault flexura_keep(const Unit *unit, void **kept)
 {
     if (!*kept && !(*kept = malloc(state_bytes())))
@@ -467,6 +241,14 @@ Fault flexura_restore(Unit *unit, const void *kept)
     unit->is_fresh = 0;
     memcpy(unit->state, kept, state_bytes());
     return NULL;
+}
+
+void flexura_drop(void **kept)
+{
+    if (kept) {
+        free(*kept);
+        *kept = NULL;
+    }
 }
 
 size_t flexura_bytes(void)

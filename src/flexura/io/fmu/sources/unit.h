@@ -60,6 +60,7 @@ Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknow
 /* Copies of all that changes: kept in memory (made when *kept is NULL), and as bytes. */
 Fault flexura_keep(const Unit *unit, void **kept);
 Fault flexura_restore(Unit *unit, const void *kept);
+void flexura_drop(void **kept);
 size_t flexura_bytes(void);
 Fault flexura_write(const void *kept, char *bytes, size_t size);
 Fault flexura_read(const char *bytes, size_t size, void **kept);
