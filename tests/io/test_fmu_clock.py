@@ -44,6 +44,21 @@ def unit(controller: StateSpace, tmp_path_factory: pytest.TempPathFactory) -> Pa
     return fx.export(controller, tmp_path_factory.mktemp("clock") / "servo.fmu", format="fmi3")[0]
 
 
+@pytest.fixture(scope="module")
+def plant(servo: fx.Mechanism) -> StateSpace:
+    return fx.state_space(fx.system(servo, inputs=["coil"], outputs=["gauge"], order="full"), n=30, residual_modes=True)
+
+
+@pytest.fixture(scope="module")
+def stage(plant: StateSpace, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return fx.export(plant, tmp_path_factory.mktemp("stage") / "stage.fmu", format="fmi3")[0]
+
+
+@pytest.fixture(scope="module")
+def loop(servo: fx.Mechanism) -> StateSpace:
+    return fx.closed_loop(servo, n=8).model.selected([REFERENCE], ["gauge", COMMAND]).discretised(H)
+
+
 class Ticking:
     """A unit of which an importer schedules the clock."""
 
@@ -123,12 +138,9 @@ def by_scipy(plant: StateSpace, controller: StateSpace, reference: np.ndarray) -
 
 @pytest.mark.parametrize("kind", [FMU3Slave, FMU3Model])
 def test_a_clock_drives_the_sampled_loop(
-    servo: fx.Mechanism, controller: StateSpace, unit: Path, tmp_path: Path, kind: Any
+    plant: StateSpace, stage: Path, controller: StateSpace, unit: Path, kind: Any
 ) -> None:
     """A plant in continuous time and a controller that ticks, in co-simulation and in model exchange, from 0.3 s on."""
-    built = fx.system(servo, inputs=["coil"], outputs=["gauge"], order="full")
-    plant = fx.state_space(built, n=30, residual_modes=True)
-    stage = fx.export(plant, tmp_path / "stage.fmu", format="fmi3")[0]
     reference, start, found = wanted(H * np.arange(600)), 0.3, []
     with ExitStack() as stack:
         moving, ref, _ = stack.enter_context(instance(stage, start=start))
@@ -146,10 +158,8 @@ def test_a_clock_drives_the_sampled_loop(
 
 
 @pytest.mark.parametrize("kind", [FMU3Slave, FMU3Model])
-def test_a_closed_loop_in_steps_ticks_as_scipy_steps_it(servo: fx.Mechanism, tmp_path: Path, kind: Any) -> None:
+def test_a_closed_loop_in_steps_ticks_as_scipy_steps_it(loop: StateSpace, tmp_path: Path, kind: Any) -> None:
     """Against scipy.signal.dlsim; between ticks time passes in pieces of any size."""
-    ends = (["servo.reference"], ["gauge", "servo.command"])
-    loop = fx.closed_loop(servo, n=8).model.selected(*ends).discretised(H)
     path = fx.export(loop, tmp_path / "loop.fmu", format="fmi3")[0]
     reference, found = wanted(H * np.arange(300))[:, None], []
     with ExitStack() as stack:
@@ -157,7 +167,7 @@ def test_a_closed_loop_in_steps_ticks_as_scipy_steps_it(servo: fx.Mechanism, tmp
         for k, target in enumerate(reference[:, 0]):
             own.at((k - 0.6) * H if k else 0.0)
             own.at(k * H)
-            found.append(own.tick({REFERENCE: target}, ends[1]))
+            found.append(own.tick({REFERENCE: target}, ["gauge", COMMAND]))
     _, expected, _ = scipy.signal.dlsim((loop.A, loop.B, loop.C, loop.D, H), reference)
     assert (np.abs(np.array(found) - expected).max(axis=0) < 1e-10 * np.abs(expected).max(axis=0)).all()
 
@@ -306,16 +316,12 @@ def test_wrong_use_of_a_clock_is_refused_and_logged(
         assert len(own.log) == 1 and told in own.log[0] and "logStatusError" in own.log[0]
 
 
-def test_event_mode_belongs_to_units_with_a_clock_and_importers_that_use_it(
-    unit: Path, servo: fx.Mechanism, tmp_path: Path
-) -> None:
+def test_event_mode_belongs_to_units_with_a_clock_and_importers_that_use_it(unit: Path, stage: Path) -> None:
     with instance(unit) as (fmu, ref, log):
         for call in (fmu.enterEventMode, fmu.enterStepMode, lambda: fmu.setClock([ref["clock"]], [True])):
             with pytest.raises(FMICallException):
                 call()
         assert len(log) == 3
-    model = fx.state_space(fx.system(servo, inputs=["coil"], outputs=["gauge"], order="full"), n=3)
-    path = fx.export(model, tmp_path / "plant.fmu", format="fmi3")[0]
-    assert fmpy.read_model_description(str(path)).coSimulation.hasEventMode is False
-    with pytest.raises(Exception, match="instantiate"), instance(path, **DRIVEN):
+    assert fmpy.read_model_description(str(stage)).coSimulation.hasEventMode is False
+    with pytest.raises(Exception, match="instantiate"), instance(stage, **DRIVEN):
         pass
