@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import zipfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from ctypes import c_double
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +15,14 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmpy.fmi3 import FMU3Model
 from fmpy.validation import validate_fmu
 from lxml import etree
 
 import flexura as fx
 from flexura.systems import StateSpace
 from helpers.export_models import EXAMPLES
+from helpers.fmi3 import instance
 
 GUIDE = (EXAMPLES / "guide" / "guide.yaml").read_text()
 FORCE, SHIFT, RATE = "carriage.tx.force", "carriage.tx.displacement", "carriage.tx:acceleration"
@@ -43,26 +43,6 @@ def model() -> StateSpace:
 @pytest.fixture(scope="module")
 def unit(model: StateSpace, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return fx.export(model, tmp_path_factory.mktemp("fmi3") / "guide.fmu", format="fmi3")[0]
-
-
-@contextmanager
-def instance(path: Path, kind: Any = FMU3Slave, start: float = 0.0) -> Iterator[tuple[Any, dict[str, int], list[str]]]:
-    """An instance after initialization, value references by name, and what is logged."""
-    about = fmpy.read_model_description(str(path))
-    part = about.coSimulation if kind is FMU3Slave else about.modelExchange
-    folder = path.with_suffix("")
-    if not folder.exists():
-        fmpy.extract(str(path), str(folder))
-    fmu = kind(guid=about.guid, unzipDirectory=folder, modelIdentifier=part.modelIdentifier, instanceName="one")
-    log: list[str] = []
-    fmu.instantiate(logMessage=lambda _, status, category, text: log.append(f"{status} {category!r} {text.decode()}"))
-    fmu.enterInitializationMode(startTime=start)
-    fmu.exitInitializationMode()
-    try:
-        yield fmu, {v.name: v.valueReference for v in about.modelVariables}, log
-    finally:
-        fmu.terminate()
-        fmu.freeInstance()
 
 
 def stepped(model: StateSpace, u: np.ndarray, h: float) -> np.ndarray:
@@ -266,7 +246,7 @@ def test_a_model_in_steps_makes_its_own(tmp_path: Path) -> None:
     path = fx.export(model, tmp_path / "steps.fmu", format="fmi3")[0]
     assert validate_fmu(str(path)) == []
     about = fmpy.read_model_description(str(path))
-    assert about.modelExchange is None and float(about.coSimulation.fixedInternalStepSize) == dt
+    assert float(about.coSimulation.fixedInternalStepSize) == dt
     rng = np.random.default_rng(6)
     x = np.zeros(model.order)
     with instance(path, start=0.3) as (fmu, ref, log):

@@ -3,6 +3,7 @@ is told where the motion leaves the stroke."""
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 import flexura as fx
@@ -52,6 +54,8 @@ def test_a_description_is_valid(units: dict[str, Path], plant: fx.ScheduledPlant
     assert found["der(carriage.x)"].derivative is found["carriage.x"]
     assert {"carriage.x above its lowest", "carriage.x below its highest"} <= set(found)
     depends = {u.variable.name: {v.name for v in u.dependencies} for u in about.outputs}
+    with zipfile.ZipFile(units[version]) as archive:
+        assert archive.read("modelDescription.xml").decode().count("providesDirectionalDerivative") == 2
     assert FORCE not in depends[SHIFT]
     assert FORCE in depends["carriage.tz:acceleration"]
     assert f"{plant.speed:.3g} m/s" in about.description
@@ -150,6 +154,66 @@ def test_the_energy_of_a_free_motion_stays(plant: fx.ScheduledPlant, tmp_path: P
     faint = simulated(path, "CoSimulation", 5.0, 800.0, {names[0]: 0.0, names[1]: 1e-13}, output=names)
     E = energy(*(faint[name] for name in names))
     assert (np.diff(E) < 0).all()  # where the error that is allowed leaves steps as long as they may be
+
+
+def unit_at(path: Path, kind: Any) -> tuple[Any, dict[str, int]]:
+    """A unit after initialization, and value references by name."""
+    about = fmpy.read_model_description(str(path))
+    is_two = about.fmiVersion == "2.0"
+    part: Any = about.coSimulation if kind in (FMU2Slave, FMU3Slave) else about.modelExchange
+    token = about.guid if is_two else about.instantiationToken
+    folder = path.with_suffix("")
+    if not folder.exists():
+        fmpy.extract(str(path), str(folder))
+    fmu = kind(guid=token, unzipDirectory=folder, modelIdentifier=part.modelIdentifier, instanceName="one")
+    fmu.instantiate()
+    if is_two:
+        fmu.setupExperiment(startTime=0.0)
+    fmu.enterInitializationMode()
+    return fmu, {v.name: v.valueReference for v in about.modelVariables}
+
+
+@pytest.mark.parametrize("kind", [FMU2Model, FMU3Model, FMU2Slave, FMU3Slave])
+@pytest.mark.parametrize("at", [0.1, 0.5, 0.97])
+def test_slopes_are_the_limits_of_differences(
+    units: dict[str, Path], plant: fx.ScheduledPlant, kind: Any, at: float
+) -> None:
+    """Of outputs and derivatives of a plant in motion, by its force, its gain and all states, one by one and together;
+    and at rest those of Python's state space about the pose, but for the pose itself, of which the force is another."""
+    is_two = kind in (FMU2Model, FMU2Slave)
+    fmu, ref = unit_at(units["fmu" if is_two else "fmi3"], kind)
+    get, put = (fmu.getReal, fmu.setReal) if is_two else (fmu.getFloat64, fmu.setFloat64)
+    names = list(plant.state_names)
+    known = [ref[name] for name in (*names, FORCE, f"{FORCE}.gain")]
+    about = fmpy.read_model_description(str(units["fmu"]))
+    outputs = [u.variable.valueReference for u in about.outputs]
+    unknown = [*outputs, *(ref[f"der({name})"] for name in names)]
+    size = {v.name: float(v.nominal or 1.0) for v in about.modelVariables}
+    sizes = np.array([*(size[name] for name in names), 20.0, 1.0])
+    rng = np.random.default_rng(5)
+    where = 0.2 * sizes * rng.uniform(-1, 1, len(sizes))
+    where[[0, -2, -1]] = at * 9e-3, 12.0, 1.3
+
+    def outcome(values: np.ndarray) -> np.ndarray:
+        put(known, values.tolist())
+        return np.array(get(unknown))
+
+    slopes = []
+    for direction in (*np.diag(sizes), sizes * rng.uniform(-1, 1, len(sizes))):
+        h = 1e-3
+        rough, fine = ((outcome(where + k * direction) - outcome(where - k * direction)) / (2 * k) for k in (h, h / 2))
+        outcome(where)
+        found = np.array(fmu.getDirectionalDerivative(unknown, known, direction.tolist()))
+        slopes.append([(4 * fine - rough) / 3, found])
+    expected, found = np.swapaxes(np.array(slopes), 0, 1)
+    assert np.abs(expected[0, [0, 1, 3]]).min() > 0  # these outputs feel where the plant is
+    assert (np.abs(found - expected) <= 1e-8 * np.abs(expected) + 1e-10 * np.abs(expected).max(axis=0)).all()
+    outcome(np.array([at * 9e-3, *np.zeros(len(names)), 1.0]))
+    still = [fmu.getDirectionalDerivative(unknown, [one], [1.0]) for one in known[1:-1]]
+    model = plant.state_space(at * 9e-3)
+    whole = np.block([[model.C, model.D], [model.A, model.B]])[:, 1:]
+    assert (np.abs(np.array(still).T - whole) <= 1e-9 * np.abs(whole).max(axis=1, keepdims=True)).all()
+    fmu.freeInstance()
 
 
 def test_a_start_outside_and_a_state_that_is_kept(units: dict[str, Path]) -> None:

@@ -69,8 +69,11 @@ def description(model: Unit, token: str, version: int) -> str:
         stop, step = map(repr, model.experiment)
         ET.SubElement(root, "DefaultExperiment", startTime="0", stopTime=stop, stepSize=step)
     parent = ET.SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(found.variables):
-        (_variable2 if version == 2 else _variable3)(parent, reference, variable)
+    for reference, variable in enumerate(found.variables if version == 2 else (*found.variables, *found.clocked)):
+        if version == 2:
+            _variable2(parent, reference, variable)
+        else:
+            _variable3(parent, reference, variable, found.clock)
     structure = ET.SubElement(root, "ModelStructure")
     (_structure2 if version == 2 else _structure3)(structure, found)
     return _text(root)
@@ -92,20 +95,19 @@ def _text(root: ET.Element) -> str:
 
 
 def _kinds(root: ET.Element, model: Unit, version: int) -> None:
-    """Model exchange, which models in steps are not for, and co-simulation."""
+    """Model exchange, which models in steps are for where a clock drives them, in FMI 3, and co-simulation."""
     both = {"modelIdentifier": model_identifier(model.name)}
     state, derivative = ("FMUstate", "Derivative") if version == 2 else ("FMUState", "Derivatives")
-    can = [f"canGetAndSet{state}", f"canSerialize{state}"]
-    can += [f"providesDirectional{derivative}"] if model.has_directional else []
+    can = [f"canGetAndSet{state}", f"canSerialize{state}", f"providesDirectional{derivative}"]
     can += ["canNotUseMemoryManagementFunctions"] if version == 2 else []
     both |= dict.fromkeys(can, "true")
     steps = {} if version == 2 and model.dt is not None else {"canHandleVariableCommunicationStepSize": "true"}
     if version == 3 and model.dt is not None:
-        steps["fixedInternalStepSize"] = repr(float(model.dt))
+        steps |= {"fixedInternalStepSize": repr(float(model.dt)), "hasEventMode": "true"}
     exchange = dict(both)
     if version == 3 and model.variables.indicators:
         steps["mightReturnEarlyFromDoStep"] = exchange["needsCompletedIntegratorStep"] = "true"
-    kinds = {} if model.dt is not None else {"ModelExchange": exchange}
+    kinds = {} if version == 2 and model.dt is not None else {"ModelExchange": exchange}
     for kind, attributes in {**kinds, "CoSimulation": {**both, **steps}}.items():
         element = ET.SubElement(root, kind, attributes)
         if version == 2:
@@ -137,11 +139,18 @@ def _variable2(parent: ET.Element, reference: int, variable: Variable) -> None:
     ET.SubElement(ET.SubElement(parent, "ScalarVariable", own), "Real", _numbers(variable) | of)
 
 
-def _variable3(parent: ET.Element, reference: int, variable: Variable) -> None:
+def _variable3(parent: ET.Element, reference: int, variable: Variable, clock: int | None) -> None:
     own = {"name": variable.name, "valueReference": str(reference), "causality": variable.causality}
     own |= {"variability": variable.variability} | ({"initial": variable.initial} if variable.initial else {})
-    of = {} if variable.derivative_of is None else {"derivative": str(variable.derivative_of)}
-    ET.SubElement(parent, "Float64", own | _numbers(variable) | of)
+    if variable.interval is not None:
+        every = {"intervalVariability": "constant", "intervalDecimal": repr(float(variable.interval))}
+        ET.SubElement(parent, "Clock", own | every)
+        return
+    of = {"derivative": variable.derivative_of, "previous": variable.previous}
+    if clock is not None and (variable.causality in ("input", "output") or variable.previous is not None):
+        of["clocks"] = clock
+    own |= _numbers(variable) | {key: str(value) for key, value in of.items() if value is not None}
+    ET.SubElement(parent, "Float64", own)
 
 
 def _initial(unknowns: dict[int, list[Dependency]]) -> dict[int, list[Dependency]]:
@@ -156,8 +165,9 @@ def _structure2(parent: ET.Element, found: Variables) -> None:
     def running(unknowns: dict[int, list[Dependency]]) -> dict[int, list[Dependency]]:
         return {k: [d for d in own if d.reference < found.parameters] for k, own in unknowns.items()}
 
-    groups = {"Outputs": running(found.outputs), "Derivatives": running(found.derivatives)}
-    groups["InitialUnknowns"] = _initial({**found.outputs, **found.derivatives})
+    rates = {} if found.clocked else found.rates
+    groups = {"Outputs": running(found.outputs), "Derivatives": running(rates)}
+    groups["InitialUnknowns"] = _initial({**found.outputs, **rates})
     for group, unknowns in groups.items():
         element = ET.SubElement(parent, group) if unknowns else parent
         for index, own in unknowns.items():
@@ -165,9 +175,14 @@ def _structure2(parent: ET.Element, found: Variables) -> None:
 
 
 def _structure3(parent: ET.Element, found: Variables) -> None:
-    """Outputs and derivatives with what they depend on, by value references."""
-    groups = {"Output": found.outputs, "ContinuousStateDerivative": found.derivatives}
-    groups["InitialUnknown"] = _initial({**found.outputs, **found.derivatives})
+    """Outputs and derivatives, or next states, with what they depend on, by value references; clocked ones depend on
+    their clock, and are known from its first tick on."""
+    groups = {"Output": found.outputs, "ContinuousStateDerivative": found.rates}
+    groups["InitialUnknown"] = _initial({**found.outputs, **found.rates})
+    if found.clock is not None:
+        tick = Dependency(found.clock, "dependent")
+        groups = {"Output": found.outputs, "ClockedState": found.rates}
+        groups = {group: {k: [*own, tick] for k, own in of.items()} for group, of in groups.items()}
     for group, unknowns in groups.items():
         for reference, own in unknowns.items():
             ET.SubElement(parent, group, {"valueReference": str(reference), **_depends(own, 0)})

@@ -51,7 +51,8 @@ def write_fmi3(
     binary: bool = True,
     platforms: Sequence[str] | None = None,
 ) -> Path:
-    """Write an FMU of FMI 3.0; otherwise as `write_fmu`."""
+    """Write an FMU of FMI 3.0, in which a discrete model declares its sample clock, which may drive it in both kinds;
+    otherwise as `write_fmu`."""
     return _write(model, path, binary, platforms, 3)
 
 

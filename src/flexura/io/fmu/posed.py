@@ -61,7 +61,6 @@ def posed_unit(plant: ScheduledPlant) -> Unit:
         _data(plant, initial, x),
         None,
         ordinary_times(middle.A),
-        has_directional=False,
     )
 
 

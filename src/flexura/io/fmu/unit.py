@@ -13,6 +13,9 @@ from flexura.io.fmu.code import blocks_of, model_data, pole_sizes, refuse_unfit
 from flexura.io.fmu.variables import Variables, variables_of
 from flexura.systems import StateSpace
 
+COMMON = ("unit.c", "unit.h", "values.c", "instance.h", "clock.c", "clock.h", "dynamics.h")
+"""C files of every unit."""
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -26,16 +29,15 @@ class Unit:
     data: str
     dt: float | None
     experiment: tuple[float, float] | None
-    has_directional: bool
 
     def compiled(self, version: int) -> tuple[str, ...]:
         """Names of the C files that a version of FMI compiles."""
-        return (f"fmi{version}.c", "unit.c", *(name for name in self.own if name.endswith(".c")), "model.c")
+        return (f"fmi{version}.c", *(name for name in (*COMMON, *self.own) if name.endswith(".c")), "model.c")
 
     def sources(self, token: str, version: int) -> dict[str, str]:
         """All C files by name: fixed ones, and `model.c` with the numbers of the model."""
         folder = files("flexura.io.fmu") / "sources"
-        names = (f"fmi{version}.c", f"fmi{version}.h", "unit.c", "unit.h", "dynamics.h", *self.own)
+        names = (f"fmi{version}.c", f"fmi{version}.h", *COMMON, *self.own)
         fixed = {name: (folder / name).read_text(encoding="utf-8") for name in names}
         return {**fixed, "model.h": f'#define MODEL_TOKEN "{token}"\n', "model.c": self.data}
 
@@ -52,7 +54,6 @@ def linear_unit(model: StateSpace) -> Unit:
         model_data(model),
         None if model.dt is None else float(model.dt),
         None if times is None else (float(f"{times[0]:.6g}"), float(times[1])),
-        not model.is_discrete,
     )
 
 

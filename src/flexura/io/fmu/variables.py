@@ -16,7 +16,8 @@ from flexura.systems import StateSpace
 
 
 class Variable(NamedTuple):
-    """A real variable in the words of FMI; its value reference is its place in the list."""
+    """A variable in the words of FMI, a number or with an `interval`, s, a clock; its value reference is its place in
+    the list."""
 
     name: str
     causality: str
@@ -27,6 +28,8 @@ class Variable(NamedTuple):
     nominal: float | None = None
     minimum: float | None = None
     derivative_of: int | None = None
+    previous: int | None = None
+    interval: float | None = None
 
 
 class Dependency(NamedTuple):
@@ -38,17 +41,24 @@ class Dependency(NamedTuple):
 
 @dataclass(frozen=True)
 class Variables:
-    """All variables: inputs, outputs, states, derivatives where time is continuous, parameters, gains, and time.
+    """All variables: inputs, outputs, states, derivatives where time is continuous, parameters, gains, and time; where
+    it is not, next states and a clock, which FMI 3 alone has, follow.
 
-    `outputs` and `derivatives` are what each of these, by its value reference, depends on; `parameters` is the value
-    reference of the first parameter, `indicators` those of event indicators, before time.
+    `outputs` and `rates`, which are derivatives or next states, are what each of these, by its value reference, depends
+    on; `parameters` is the value reference of the first parameter, `indicators` those of event indicators, before time.
     """
 
     variables: list[Variable]
     outputs: dict[int, list[Dependency]]
-    derivatives: dict[int, list[Dependency]]
+    rates: dict[int, list[Dependency]]
     parameters: int
     indicators: tuple[int, ...] = ()
+    clocked: tuple[Variable, ...] = ()
+
+    @property
+    def clock(self) -> int | None:
+        """The value reference of the clock, the last."""
+        return len(self.variables) + len(self.clocked) - 1 if self.clocked else None
 
 
 def variables_of(model: StateSpace) -> Variables:
@@ -61,12 +71,20 @@ def variables_of(model: StateSpace) -> Variables:
     ]
     found, first = listed(model, (np.zeros(n), *sizes), parameters, [], model.is_discrete)
     m, p = len(model.inputs), len(model.outputs)
+    clocked = () if model.dt is None else _clocked(found[m + p : m + p + n], m + p, model.dt)
+    refuse_clashes([v.name for v in (*found, *clocked)])
     outputs = {m + i: _depends(model, pattern.C[i], pattern.D[i], pattern.onto[i], first) for i in range(p)}
-    derivatives = {
-        m + p + n + i: _depends(model, pattern.A[i], pattern.B[i], pattern.into[i], first)
-        for i in range(0 if model.is_discrete else n)
-    }
-    return Variables(found, outputs, derivatives, first)
+    at = len(found) if clocked else m + p + n
+    rates = {at + i: _depends(model, pattern.A[i], pattern.B[i], pattern.into[i], first) for i in range(n)}
+    return Variables(found, outputs, rates, first, clocked=clocked)
+
+
+def _clocked(states: Sequence[Variable], first: int, dt: float) -> tuple[Variable, ...]:
+    """Next states, and the clock."""
+    following = [
+        Variable(f"next({x.name})", "local", "discrete", "calculated", previous=first + k) for k, x in enumerate(states)
+    ]
+    return *following, Variable("clock", "input", "discrete", interval=dt)
 
 
 def listed(

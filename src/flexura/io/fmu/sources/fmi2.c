@@ -69,7 +69,7 @@ FMI2_PUBLIC fmi2Component FMI2(fmi2Instantiate)(fmi2String name, fmi2Type type, 
     own->name = calloc(name ? strlen(name) + 1 : 1, 1);
     if (own->name && name)
         memcpy(own->name, name, strlen(name));
-    own->unit = own->name ? flexura_new(guid, type == fmi2CoSimulation, &fault) : NULL;
+    own->unit = own->name ? flexura_new(guid, type == fmi2CoSimulation ? BY_STEPS : BY_SOLVER, &fault) : NULL;
     if (!own->unit) {
         report(own, fault);
         FMI2(fmi2FreeInstance)(own);
@@ -149,10 +149,7 @@ FMI2_PUBLIC fmi2Status FMI2(fmi2SetFMUstate)(fmi2Component c, fmi2FMUstate kept)
 FMI2_PUBLIC fmi2Status FMI2(fmi2FreeFMUstate)(fmi2Component c, fmi2FMUstate *kept)
 {
     (void)c;
-    if (kept) {
-        free(*kept);
-        *kept = NULL;
-    }
+    flexura_drop(kept);
     return fmi2OK;
 }
 

@@ -7,7 +7,7 @@ typedef struct {
     fmi3LogMessageCallback log;
     fmi3InstanceEnvironment environment;
     Unit *unit;
-    int may_return_early;
+    int may_return_early, is_told; /* what the interval of the clock is */
 } Instance;
 
 static fmi3Status tell(const Instance *own, fmi3Status status, const char *category, const char *text)
@@ -49,7 +49,7 @@ FMI3_PUBLIC void FMI3(fmi3FreeInstance)(fmi3Instance instance)
     free(own);
 }
 
-static fmi3Instance instantiate(fmi3String token, int makes_steps, Fault fault, fmi3InstanceEnvironment environment,
+static fmi3Instance instantiate(fmi3String token, Drive drive, Fault fault, fmi3InstanceEnvironment environment,
                                 fmi3LogMessageCallback log)
 {
     Instance *own = calloc(1, sizeof(Instance));
@@ -57,7 +57,7 @@ static fmi3Instance instantiate(fmi3String token, int makes_steps, Fault fault, 
         return NULL;
     own->log = log;
     own->environment = environment;
-    own->unit = fault ? NULL : flexura_new(token, makes_steps, &fault);
+    own->unit = fault ? NULL : flexura_new(token, drive, &fault);
     if (own->unit)
         return own;
     report(own, fault);
@@ -71,7 +71,7 @@ FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateModelExchange)(fmi3String name, fmi
                                                             fmi3LogMessageCallback log)
 {
     (void)name, (void)resources, (void)visible, (void)logging;
-    return instantiate(token, 0, NULL, environment, log);
+    return instantiate(token, flexura_interval() > 0.0 ? BY_CLOCK : BY_SOLVER, NULL, environment, log);
 }
 
 FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateCoSimulation)(
@@ -79,8 +79,8 @@ FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateCoSimulation)(
     fmi3Boolean has_events, fmi3Boolean may_return_early, const fmi3ValueReference intermediate[], size_t n,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
-    const Fault fault = has_events ? "this model has no event mode" : n ? "there are no intermediate updates" : NULL;
-    Instance *own = instantiate(token, 1, fault, environment, log);
+    const Fault fault = n ? "there are no intermediate updates" : NULL;
+    Instance *own = instantiate(token, has_events ? BY_CLOCK : BY_STEPS, fault, environment, log);
     (void)name, (void)resources, (void)visible, (void)logging, (void)intermediate, (void)update;
     if (own)
         own->may_return_early = may_return_early;
@@ -93,7 +93,7 @@ FMI3_PUBLIC fmi3Instance FMI3(fmi3InstantiateScheduledExecution)(
     fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
 {
     (void)name, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
-    return instantiate(token, 1, "this model is not for scheduled execution", environment, log);
+    return instantiate(token, BY_CLOCK, "this model is not for scheduled execution", environment, log);
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3EnterInitializationMode)(fmi3Instance instance, fmi3Boolean has_tolerance,
@@ -113,7 +113,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3ExitInitializationMode)(fmi3Instance instance)
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3EnterEventMode)(fmi3Instance instance)
 {
-    return report(instance, flexura_makes_steps(unit_of(instance)) ? "co-simulation is without event mode" : NULL);
+    return report(instance, flexura_enter_event(unit_of(instance)));
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3Terminate)(fmi3Instance instance)
@@ -124,7 +124,9 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3Terminate)(fmi3Instance instance)
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3Reset)(fmi3Instance instance)
 {
-    flexura_restart(unit_of(instance));
+    Instance *own = instance;
+    own->is_told = 0;
+    flexura_restart(own->unit);
     return fmi3OK;
 }
 
@@ -144,7 +146,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3SetFloat64)(fmi3Instance instance, const fmi3Val
 
 static fmi3Status none(const Instance *own, size_t n)
 {
-    return report(own, n ? "all variables of this model are Float64" : NULL);
+    return report(own, n ? "all variables of this model but a clock are Float64" : NULL);
 }
 
 #define NO_VARIABLES(Type)                                                                                             \
@@ -187,67 +189,90 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3SetBinary)(fmi3Instance instance, const fmi3Valu
     return none(instance, n);
 }
 
-#define NO_CLOCKS(name, ...)                                                                                           \
+/* The clock, whose interval is that of modelDescription.xml */
+
+FMI3_PUBLIC fmi3Status FMI3(fmi3GetClock)(fmi3Instance instance, const fmi3ValueReference vr[], size_t n,
+                                          fmi3Clock values[])
+{
+    const Fault fault = flexura_find_clocks(unit_of(instance), vr, n);
+    for (size_t k = 0; k < n && !fault; k++)
+        values[k] = flexura_is_ticking(unit_of(instance));
+    return report(instance, fault);
+}
+
+FMI3_PUBLIC fmi3Status FMI3(fmi3SetClock)(fmi3Instance instance, const fmi3ValueReference vr[], size_t n,
+                                          const fmi3Clock values[])
+{
+    Fault fault = flexura_find_clocks(unit_of(instance), vr, n);
+    for (size_t k = 0; k < n && !fault; k++)
+        fault = flexura_set_clock(unit_of(instance), values[k]);
+    return report(instance, fault);
+}
+
+FMI3_PUBLIC fmi3Status FMI3(fmi3GetIntervalDecimal)(fmi3Instance instance, const fmi3ValueReference vr[], size_t n,
+                                                    fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
+{
+    Instance *own = instance;
+    const Fault fault = flexura_find_clocks(own->unit, vr, n);
+    for (size_t k = 0; k < n && !fault; k++) {
+        intervals[k] = flexura_interval();
+        qualifiers[k] = own->is_told ? fmi3IntervalUnchanged : fmi3IntervalChanged;
+        own->is_told = 1;
+    }
+    return report(own, fault);
+}
+
+FMI3_PUBLIC fmi3Status FMI3(fmi3GetShiftDecimal)(fmi3Instance instance, const fmi3ValueReference vr[], size_t n,
+                                                 fmi3Float64 shifts[])
+{
+    const Fault fault = flexura_find_clocks(unit_of(instance), vr, n);
+    for (size_t k = 0; k < n && !fault; k++)
+        shifts[k] = 0.0;
+    return report(instance, fault);
+}
+
+#define NOT_OF_CLOCK(name, ...)                                                                                        \
     FMI3_PUBLIC fmi3Status FMI3(name)(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, __VA_ARGS__)
 
-NO_CLOCKS(fmi3GetClock, fmi3Clock values[])
+static fmi3Status constant(const Instance *own, size_t n)
 {
-    (void)vr, (void)values;
-    return none(instance, n);
+    return report(own, n ? "the interval of a clock is constant, from the start on, and no fraction" : NULL);
 }
 
-NO_CLOCKS(fmi3SetClock, const fmi3Clock values[])
-{
-    (void)vr, (void)values;
-    return none(instance, n);
-}
-
-NO_CLOCKS(fmi3GetIntervalDecimal, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
-{
-    (void)vr, (void)intervals, (void)qualifiers;
-    return none(instance, n);
-}
-
-NO_CLOCKS(fmi3GetIntervalFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
+NOT_OF_CLOCK(fmi3GetIntervalFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
 {
     (void)vr, (void)counters, (void)resolutions, (void)qualifiers;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
-NO_CLOCKS(fmi3GetShiftDecimal, fmi3Float64 shifts[])
-{
-    (void)vr, (void)shifts;
-    return none(instance, n);
-}
-
-NO_CLOCKS(fmi3GetShiftFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
+NOT_OF_CLOCK(fmi3GetShiftFraction, fmi3UInt64 counters[], fmi3UInt64 resolutions[])
 {
     (void)vr, (void)counters, (void)resolutions;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
-NO_CLOCKS(fmi3SetIntervalDecimal, const fmi3Float64 intervals[])
+NOT_OF_CLOCK(fmi3SetIntervalDecimal, const fmi3Float64 intervals[])
 {
     (void)vr, (void)intervals;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
-NO_CLOCKS(fmi3SetIntervalFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+NOT_OF_CLOCK(fmi3SetIntervalFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 {
     (void)vr, (void)counters, (void)resolutions;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
-NO_CLOCKS(fmi3SetShiftDecimal, const fmi3Float64 shifts[])
+NOT_OF_CLOCK(fmi3SetShiftDecimal, const fmi3Float64 shifts[])
 {
     (void)vr, (void)shifts;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
-NO_CLOCKS(fmi3SetShiftFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
+NOT_OF_CLOCK(fmi3SetShiftFraction, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 {
     (void)vr, (void)counters, (void)resolutions;
-    return none(instance, n);
+    return constant(instance, n);
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3ActivateModelPartition)(fmi3Instance instance, fmi3ValueReference clock,
@@ -315,10 +340,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3SetFMUState)(fmi3Instance instance, fmi3FMUState
 FMI3_PUBLIC fmi3Status FMI3(fmi3FreeFMUState)(fmi3Instance instance, fmi3FMUState *kept)
 {
     (void)instance;
-    if (kept) {
-        free(*kept);
-        *kept = NULL;
-    }
+    flexura_drop(kept);
     return fmi3OK;
 }
 
@@ -352,7 +374,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3GetDirectionalDerivative)(fmi3Instance instance,
                   flexura_directional(unit_of(instance), unknown, unknowns, known, knowns, seed, sensitivity));
 }
 
-/* Model exchange */
+/* Event mode, and model exchange */
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3EvaluateDiscreteStates)(fmi3Instance instance)
 {
@@ -365,18 +387,18 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3UpdateDiscreteStates)(fmi3Instance instance, fmi
                                                       fmi3Boolean *new_states, fmi3Boolean *has_next,
                                                       fmi3Float64 *next)
 {
+    const Fault fault = flexura_update(unit_of(instance));
     const char *left = flexura_has_left(unit_of(instance));
     (void)next;
     *again = *new_nominals = *new_states = *has_next = fmi3False;
     *terminate = left != NULL;
     tell(instance, fmi3Discard, "logStatusDiscard", left);
-    return fmi3OK;
+    return report(instance, fault);
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3EnterContinuousTimeMode)(fmi3Instance instance)
 {
-    (void)instance;
-    return fmi3OK;
+    return report(instance, flexura_leave_event(unit_of(instance)));
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3CompletedIntegratorStep)(fmi3Instance instance, fmi3Boolean no_rollback,
@@ -436,7 +458,7 @@ FMI3_PUBLIC fmi3Status FMI3(fmi3GetNumberOfContinuousStates)(fmi3Instance instan
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3EnterStepMode)(fmi3Instance instance)
 {
-    return report(instance, "co-simulation is without event mode, so it never leaves step mode");
+    return report(instance, flexura_leave_event(unit_of(instance)));
 }
 
 FMI3_PUBLIC fmi3Status FMI3(fmi3DoStep)(fmi3Instance instance, fmi3Float64 time, fmi3Float64 h,

@@ -22,47 +22,75 @@ static const double STAGE[STAGES][STAGES - 1] = {
 static const double OFF[STAGES] = {71.0 / 57600.0,      0.0,          -71.0 / 16695.0, 71.0 / 1920.0,
                                    -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
 
+/* Everything of a pose, or its slopes by p: one array, and where its parts begin. */
+typedef struct {
+    double *flat, force; /* what holds it there */
+    const double *M, *C, *K, *B, *rows, *residual, *readings, *swing, *slopes;
+} Pose;
+
+/* What a pose is linear in: coordinates, their rates and accelerations, rates times that of p, inputs, and 1. */
+typedef struct {
+    const double *x, *v, *a, *w, *u;
+    double one;
+} Motion;
+
 struct Dynamics {
     int all;      /* numbers of a pose */
     double speed; /* the largest of p within the last step */
-    double *flat, *T, *L, *rate, *stage, *next, *output;
-    const double *M, *C, *K, *B, *rows, *residual, *readings, *swing, *slopes;
+    Pose at, by;  /* p as it is, and slopes there */
+    double *T, *L, *rate, *w, *stage, *next, *output;
+    double *dx, *du, *drate, *dw, *doutput; /* changes */
 };
+
+static void lay_out(Pose *pose, double *flat)
+{
+    const int r = PLANT->coordinates, m = PLANT->inputs, p = PLANT->outputs;
+    pose->flat = flat;
+    pose->M = flat;
+    pose->C = pose->M + r * r;
+    pose->K = pose->C + r * r;
+    pose->B = pose->K + r * r;
+    pose->rows = pose->B + r * m;
+    pose->residual = pose->rows + p * r;
+    pose->readings = pose->residual + p * m;
+    pose->swing = pose->readings + p;
+    pose->slopes = pose->swing + r;
+}
 
 Dynamics *flexura_dynamics(void)
 {
     const int r = PLANT->coordinates, m = PLANT->inputs, p = PLANT->outputs;
+    const int all = r * (3 * r + m + 2 * p + 1) + p * (m + 1);
+    const int steps = r * r + r * (2 * STAGES + 5) + p, changes = 5 * r + m + p;
     Dynamics *own = calloc(1, sizeof(Dynamics));
-    if (!own)
-        return NULL;
-    own->all = r * (3 * r + m + 2 * p + 1) + p * (m + 1);
-    own->flat = calloc((size_t)(own->all + 2 * PLANT->points + r * r + 2 * r * (STAGES + 2) + p), sizeof(double));
-    if (!own->flat) {
+    double *numbers = calloc((size_t)(2 * all + 4 * PLANT->points + steps + changes), sizeof(double));
+    if (!own || !numbers) {
         free(own);
+        free(numbers);
         return NULL;
     }
-    own->M = own->flat;
-    own->C = own->M + r * r;
-    own->K = own->C + r * r;
-    own->B = own->K + r * r;
-    own->rows = own->B + r * m;
-    own->residual = own->rows + p * r;
-    own->readings = own->residual + p * m;
-    own->swing = own->readings + p;
-    own->slopes = own->swing + r;
-    own->T = own->flat + own->all;
-    own->L = own->T + 2 * PLANT->points;
+    own->all = all;
+    lay_out(&own->at, numbers);
+    lay_out(&own->by, own->at.flat + all);
+    own->T = own->by.flat + all;
+    own->L = own->T + 4 * PLANT->points;
     own->rate = own->L + r * r;
-    own->stage = own->rate + 2 * r;
+    own->w = own->rate + 2 * r;
+    own->stage = own->w + r;
     own->next = own->stage + 2 * r * STAGES;
     own->output = own->next + 2 * r;
+    own->dx = own->output + p;
+    own->du = own->dx + 2 * r;
+    own->drate = own->du + m;
+    own->dw = own->drate + 2 * r;
+    own->doutput = own->dw + r;
     return own;
 }
 
 void flexura_forget(Dynamics *own)
 {
     if (own)
-        free(own->flat);
+        free(own->at.flat);
     free(own);
 }
 
@@ -80,20 +108,37 @@ static double dot(int n, const double *left, const double *right)
     return sum;
 }
 
-/* Everything at p, or at the end that it is beyond. Returns the force that holds it there. */
-static double at_pose(Dynamics *own, double p)
+/* The sum of polynomials whose values, or slopes, are T. */
+static void add_up(int all, const double *T, Pose *pose)
+{
+    memset(pose->flat, 0, BYTES(all));
+    for (int k = 0; k < PLANT->points; k++)
+        for (int i = 0; i < all; i++)
+            pose->flat[i] += T[k] * PLANT->flat[k * all + i];
+    pose->force = dot(2 * PLANT->points, T, PLANT->force);
+}
+
+/* Everything at p, or at the end that it is beyond. */
+static void at_pose(Dynamics *own, double p)
 {
     const double place = fmin(fmax((2.0 * p - PLANT->low - PLANT->high) / (PLANT->high - PLANT->low), -1.0), 1.0);
-    const int count = 2 * PLANT->points;
     own->T[0] = 1.0;
     own->T[1] = place;
-    for (int k = 2; k < count; k++)
+    for (int k = 2; k < 2 * PLANT->points; k++)
         own->T[k] = 2.0 * place * own->T[k - 1] - own->T[k - 2];
-    memset(own->flat, 0, BYTES(own->all));
-    for (int k = 0; k < PLANT->points; k++)
-        for (int i = 0; i < own->all; i++)
-            own->flat[i] += own->T[k] * PLANT->flat[k * own->all + i];
-    return dot(count, own->T, PLANT->force);
+    add_up(own->all, own->T, &own->at);
+}
+
+/* Slopes of what is known at p: beyond an end there are none. */
+static void slopes_at_pose(Dynamics *own, double p)
+{
+    const double *T = own->T;
+    double *slope = own->T + 2 * PLANT->points;
+    slope[0] = 0.0;
+    slope[1] = p < PLANT->low || p > PLANT->high ? 0.0 : 2.0 / (PLANT->high - PLANT->low);
+    for (int k = 2; k < 2 * PLANT->points; k++)
+        slope[k] = 2.0 * (slope[1] * T[k - 1] + T[1] * slope[k - 1]) - slope[k - 2];
+    add_up(own->all, slope, &own->by);
 }
 
 /* a = M^-1 a by the factors of Cholesky; 0 where M has none. */
@@ -116,38 +161,60 @@ static int solve(int r, const double *M, double *L, double *a)
     return 1;
 }
 
-/* Rates of z = (x, v), and what the pose is there. */
+/* Adds `factor` times B u - C v - K x - s w - f: what moves a coordinate. */
+static void add_forces(const Pose *pose, const Motion *of, double factor, double *forces)
+{
+    const int r = PLANT->coordinates, m = PLANT->inputs;
+    for (int i = 0; i < r; i++)
+        forces[i] += factor * (dot(m, pose->B + i * m, of->u) - dot(r, pose->C + i * r, of->v) -
+                               dot(r, pose->K + i * r, of->x) - pose->swing[i] * of->w[0]);
+    forces[0] -= factor * pose->force * of->one;
+}
+
+/* What an output reads, but for D u. */
+static double reading(const Pose *pose, int i, const Motion *of)
+{
+    const int r = PLANT->coordinates, m = PLANT->inputs;
+    const double *row = pose->rows + i * r;
+    if (PLANT->derivative[i] == 0)
+        return pose->readings[i] * of->one + dot(r - 1, row + 1, of->x + 1) + dot(m, pose->residual + i * m, of->u);
+    if (PLANT->derivative[i] == 1)
+        return dot(r, row, of->v);
+    return dot(r, row, of->a) + dot(r, pose->slopes + i * r, of->w);
+}
+
+/* The motion at z = (x, v), whose accelerations are those of `rate`. */
+static Motion motion_at(Dynamics *own, const double *z, const double *u, const double *rate)
+{
+    const int r = PLANT->coordinates;
+    const Motion motion = {z, z + r, rate + r, own->w, u, 1.0};
+    for (int i = 0; i < r; i++)
+        own->w[i] = motion.v[i] * motion.v[0];
+    return motion;
+}
+
+/* Rates of z, and what the pose is there. */
 static int rates(Dynamics *own, const double *z, const double *u, double *rate)
 {
     const int r = PLANT->coordinates;
-    const double *v = z + r, force = at_pose(own, z[0]);
-    memcpy(rate, v, BYTES(r));
-    for (int i = 0; i < r; i++)
-        rate[r + i] = dot(PLANT->inputs, own->B + i * PLANT->inputs, u) - dot(r, own->C + i * r, v) -
-                      dot(r, own->K + i * r, z) - own->swing[i] * v[0] * v[0];
-    rate[r] -= force;
-    return solve(r, own->M, own->L, rate + r);
+    const Motion motion = motion_at(own, z, u, rate);
+    at_pose(own, z[0]);
+    memcpy(rate, motion.v, BYTES(r));
+    memset(rate + r, 0, BYTES(r));
+    add_forces(&own->at, &motion, 1.0, rate + r);
+    return solve(r, own->at.M, own->L, rate + r);
 }
 
 static const char SINGULAR[] = "at this pose the mass matrix is not positive";
 
 Fault flexura_look(Dynamics *own, const double *x, const double *u)
 {
-    const int r = PLANT->coordinates, m = PLANT->inputs;
-    const double *v = x + r;
+    const int m = PLANT->inputs;
     if (!rates(own, x, u, own->rate))
         return SINGULAR;
-    for (int i = 0; i < PLANT->outputs; i++) {
-        const double *row = own->rows + i * r;
-        double sum = dot(m, PLANT->D + i * m, u);
-        if (PLANT->derivative[i] == 0)
-            sum += own->readings[i] + dot(r - 1, row + 1, x + 1) + dot(m, own->residual + i * m, u);
-        else if (PLANT->derivative[i] == 1)
-            sum += dot(r, row, v);
-        else
-            sum += dot(r, row, own->rate + r) + dot(r, own->slopes + i * r, v) * v[0];
-        own->output[i] = sum;
-    }
+    const Motion motion = motion_at(own, x, u, own->rate);
+    for (int i = 0; i < PLANT->outputs; i++)
+        own->output[i] = reading(&own->at, i, &motion) + dot(m, PLANT->D + i * m, u);
     return NULL;
 }
 
@@ -239,23 +306,40 @@ Fault flexura_move(Dynamics *own, double h, double rounding, const double *u, do
 
 Fault flexura_change(Dynamics *own, Change *change)
 {
-    (void)own, (void)change;
-    return "directional derivatives are not provided";
+    memset(own->dx, 0, BYTES(2 * PLANT->coordinates + PLANT->inputs));
+    change->x = own->dx;
+    change->u = own->du;
+    return NULL;
 }
 
+/* By the product rule, of everything that was looked at: what is linear in pose and motion changes with either, and
+   M da = dF - dM a. */
 void flexura_changed(Dynamics *own, const double *x, const double *u)
 {
-    (void)own, (void)x, (void)u;
+    const int r = PLANT->coordinates, m = PLANT->inputs;
+    const double *v = x + r, *dv = own->dx + r, dp = own->dx[0];
+    const Motion motion = motion_at(own, x, u, own->rate);
+    const Motion change = {own->dx, dv, own->drate + r, own->dw, own->du, 0.0};
+    slopes_at_pose(own, x[0]);
+    for (int i = 0; i < r; i++)
+        own->dw[i] = dv[i] * v[0] + v[i] * dv[0];
+    memcpy(own->drate, dv, BYTES(r));
+    for (int i = 0; i < r; i++)
+        own->drate[r + i] = -dp * dot(r, own->by.M + i * r, motion.a);
+    add_forces(&own->by, &motion, dp, own->drate + r);
+    add_forces(&own->at, &change, 1.0, own->drate + r);
+    (void)solve(r, own->at.M, own->L, own->drate + r); /* as it did for the rates */
+    for (int i = 0; i < PLANT->outputs; i++)
+        own->doutput[i] = dp * reading(&own->by, i, &motion) + reading(&own->at, i, &change) +
+                          dot(m, PLANT->D + i * m, own->du);
 }
 
 double flexura_output_change(const Dynamics *own, int i)
 {
-    (void)own, (void)i;
-    return 0.0;
+    return own->doutput[i];
 }
 
 double flexura_rate_change(const Dynamics *own, int i)
 {
-    (void)own, (void)i;
-    return 0.0;
+    return own->drate[i];
 }

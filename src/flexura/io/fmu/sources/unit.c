@@ -1,5 +1,4 @@
-#include "unit.h"
-#include "dynamics.h"
+#include "instance.h"
 
 #include <float.h>
 #include <math.h>
@@ -8,66 +7,16 @@
 
 #include "model.h"
 
-#define MODEL (&flexura_sizes)
-#define BYTES(count) (sizeof(double) * (size_t)(count))
 #define TOKEN_BYTES sizeof(MODEL_TOKEN)
-
-typedef enum { BEFORE, RUNNING, LEFT, ENDED } Phase;
-
-enum { INPUT, OUTPUT, STATE, DERIVATIVE, PARAMETER, GAIN, INDICATOR, TIME, KINDS };
-
-/* What makes up the state of a unit: states, inputs, parameters and gains behind it. */
-typedef struct {
-    double time;
-    Phase phase;
-    double numbers[];
-} State;
-
-struct Unit {
-    unsigned int first[KINDS + 1];
-    int makes_steps, is_tuned, is_fresh, is_warned;
-    Dynamics *dynamics;
-    double *u; /* inputs times their gains */
-    State *state;
-};
 
 /* Where value references of a kind begin: the next after those of the kind before. */
 static void count_references(unsigned int *first)
 {
-    const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs, MODEL->states, MODEL->dt > 0.0 ? 0 : MODEL->states,
-                              MODEL->parameters, MODEL->inputs, MODEL->indicators, 1};
+    const int is_discrete = MODEL->dt > 0.0, rates = is_discrete ? 0 : MODEL->states;
+    const int sizes[KINDS] = {MODEL->inputs, MODEL->outputs,    MODEL->states, rates,                 MODEL->parameters,
+                              MODEL->inputs, MODEL->indicators, 1,             MODEL->states - rates, is_discrete};
     for (int kind = 0; kind < KINDS; kind++)
         first[kind + 1] = first[kind] + (unsigned int)sizes[kind];
-}
-
-/* KINDS when there is none. */
-static int kind_of(const Unit *unit, unsigned int reference, int *index)
-{
-    int kind = 0;
-    while (kind < KINDS && reference >= unit->first[kind + 1])
-        kind++;
-    *index = (int)(reference - unit->first[kind]);
-    return kind;
-}
-
-static double *states(const Unit *unit)
-{
-    return unit->state->numbers;
-}
-
-static double *inputs(const Unit *unit)
-{
-    return states(unit) + MODEL->states;
-}
-
-static double *parameters(const Unit *unit)
-{
-    return inputs(unit) + MODEL->inputs;
-}
-
-static double *gains(const Unit *unit)
-{
-    return parameters(unit) + MODEL->parameters;
 }
 
 static size_t state_bytes(void)
@@ -75,8 +24,7 @@ static size_t state_bytes(void)
     return sizeof(State) + BYTES(MODEL->states + 2 * MODEL->inputs + MODEL->parameters);
 }
 
-/* Parameters and inputs as they act, and what they and the states make. */
-static Fault refresh(Unit *unit)
+Fault flexura_refresh(Unit *unit)
 {
     Fault fault = NULL;
     if (unit->is_fresh)
@@ -94,6 +42,7 @@ static Fault refresh(Unit *unit)
 
 void flexura_restart(Unit *unit)
 {
+    memset(&unit->state->clock, 0, sizeof(Clock));
     unit->state->time = 0.0;
     unit->state->phase = BEFORE;
     unit->is_tuned = unit->is_fresh = unit->is_warned = 0;
@@ -105,19 +54,21 @@ void flexura_restart(Unit *unit)
         gains(unit)[i] = 1.0;
 }
 
-Unit *flexura_new(const char *token, int makes_steps, Fault *fault)
+Unit *flexura_new(const char *token, Drive drive, Fault *fault)
 {
     Unit *unit = NULL;
     if (!token || strcmp(token, MODEL_TOKEN) != 0)
         *fault = "the token is not that of this model: modelDescription.xml belongs to another";
-    else if (MODEL->dt > 0.0 && !makes_steps)
+    else if (MODEL->dt > 0.0 && drive == BY_SOLVER)
         *fault = "a model in steps has no derivatives: it is for co-simulation";
+    else if (!(MODEL->dt > 0.0) && drive == BY_CLOCK)
+        *fault = "this model has no clock, and no event mode";
     else if (!(unit = calloc(1, sizeof(Unit))) || !(unit->dynamics = flexura_dynamics()) ||
              !(unit->u = calloc((size_t)MODEL->inputs + 1, sizeof(double))) ||
              !(unit->state = calloc(1, state_bytes())))
         *fault = "no memory for an instance";
     else {
-        unit->makes_steps = makes_steps;
+        unit->drive = drive;
         count_references(unit->first);
         flexura_restart(unit);
         return unit;
@@ -152,6 +103,8 @@ Fault flexura_at_time(Unit *unit, double time)
 void flexura_run(Unit *unit)
 {
     unit->state->phase = RUNNING;
+    unit->state->clock.start = unit->state->time;
+    unit->state->clock.is_event = unit->drive != BY_STEPS;
 }
 
 void flexura_end(Unit *unit)
@@ -164,74 +117,21 @@ double flexura_time(const Unit *unit)
     return unit->state->time;
 }
 
-int flexura_makes_steps(const Unit *unit)
-{
-    return unit->makes_steps;
-}
-
 size_t flexura_states(void)
 {
-    return (size_t)MODEL->states;
+    return MODEL->dt > 0.0 ? 0 : (size_t)MODEL->states;
 }
 
-Fault flexura_get(Unit *unit, const unsigned int *reference, size_t n, double *value)
+/* Moves the states by h, or by less, *done, where they leave. */
+static Fault move(Unit *unit, double h, double rounding, double *done)
 {
-    const Fault fault = refresh(unit);
-    if (fault)
+    Fault fault = flexura_refresh(unit);
+    if (fault || (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), done)))
         return fault;
-    for (size_t k = 0; k < n; k++) {
-        int i = 0;
-        switch (kind_of(unit, reference[k], &i)) {
-        case INPUT:
-            value[k] = inputs(unit)[i];
-            break;
-        case OUTPUT:
-            value[k] = flexura_output(unit->dynamics, i, states(unit), unit->u);
-            break;
-        case STATE:
-            value[k] = states(unit)[i];
-            break;
-        case DERIVATIVE:
-            value[k] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
-            break;
-        case PARAMETER:
-            value[k] = parameters(unit)[i];
-            break;
-        case GAIN:
-            value[k] = gains(unit)[i];
-            break;
-        case INDICATOR:
-            value[k] = flexura_indicator(i, states(unit));
-            break;
-        case TIME:
-            value[k] = unit->state->time;
-            break;
-        default:
-            return "there is no variable of that value reference";
-        }
-    }
-    return NULL;
-}
-
-Fault flexura_set(Unit *unit, const unsigned int *reference, size_t n, const double *value)
-{
     unit->is_fresh = 0;
-    for (size_t k = 0; k < n; k++) {
-        int i = 0;
-        const int kind = kind_of(unit, reference[k], &i);
-        if (kind != INPUT && kind != STATE && kind != PARAMETER && kind != GAIN)
-            return "inputs, states, parameters and gains are what can be set";
-        if (kind == STATE && unit->makes_steps && unit->state->phase != BEFORE)
-            return "in co-simulation states are set before the start only";
-        if (!isfinite(value[k]))
-            return "a value is not finite";
-        if (kind == PARAMETER && !(value[k] >= 0.0))
-            return "damping ratios and masses are not negative";
-        if (kind == PARAMETER && value[k] != parameters(unit)[i])
-            unit->is_tuned = 0;
-        (kind == INPUT ? inputs(unit) : kind == STATE ? states(unit) : kind == GAIN ? gains(unit) : parameters(unit))[i] =
-            value[k];
-    }
+    for (int i = 0; i < MODEL->states; i++)
+        if (!isfinite(states(unit)[i]))
+            return "a state has grown beyond all numbers";
     return NULL;
 }
 
@@ -246,61 +146,59 @@ Fault flexura_advance(Unit *unit, double time, double h)
         return "a step is a finite time that is not negative";
     if (!(fabs(time - unit->state->time) <= 1e-6 * h + 8.0 * rounding))
         return "a step begins where the last one ended, the first at the start time";
-    if ((fault = refresh(unit)) ||
-        (fault = flexura_move(unit->dynamics, h, rounding, unit->u, states(unit), &done)))
+    fault = unit->drive == BY_CLOCK ? flexura_wait(&unit->state->clock, time + h, MODEL->dt)
+                                    : move(unit, h, rounding, &done);
+    if (fault)
         return fault;
-    unit->is_fresh = 0;
     unit->state->time = time + done;
-    for (int i = 0; i < MODEL->states; i++)
-        if (!isfinite(states(unit)[i]))
-            return "a state has grown beyond all numbers";
     if (done < h)
         unit->state->phase = LEFT;
     return NULL;
 }
 
-Fault flexura_set_states(Unit *unit, const double *x, size_t n)
+static const char NO_EVENTS[] = "co-simulation without event mode never leaves step mode";
+
+Fault flexura_enter_event(Unit *unit)
 {
-    if (n != (size_t)MODEL->states)
-        return "wrong number of states";
-    memcpy(states(unit), x, BYTES(n));
-    unit->is_fresh = 0;
-    return NULL;
+    if (unit->state->phase == BEFORE || unit->state->phase == ENDED)
+        return "event mode before initialization or after the end";
+    unit->state->clock.is_event = unit->drive != BY_STEPS;
+    return unit->drive == BY_STEPS ? NO_EVENTS : NULL;
 }
 
-Fault flexura_get_states(const Unit *unit, double *x, size_t n)
+Fault flexura_leave_event(Unit *unit)
 {
-    if (n != (size_t)MODEL->states)
-        return "wrong number of states";
-    memcpy(x, states(unit), BYTES(n));
-    return NULL;
+    return unit->drive == BY_STEPS ? NO_EVENTS : flexura_leave(&unit->state->clock);
 }
 
-Fault flexura_get_rates(Unit *unit, double *rates, size_t n)
+Fault flexura_set_clock(Unit *unit, int is_active)
 {
-    const Fault fault = refresh(unit);
-    if (n != (size_t)MODEL->states)
-        return "wrong number of states";
-    for (int i = 0; i < MODEL->states && !fault; i++)
-        rates[i] = flexura_rate(unit->dynamics, i, states(unit), unit->u);
+    Clock *clock = &unit->state->clock;
+    if (!is_active)
+        return clock->is_ticking ? "a tick cannot be taken back" : NULL;
+    return flexura_begin_tick(clock, unit->state->time, MODEL->dt);
+}
+
+int flexura_is_ticking(const Unit *unit)
+{
+    return unit->state->clock.is_ticking;
+}
+
+Fault flexura_update(Unit *unit)
+{
+    Clock *clock = &unit->state->clock;
+    double done = 0.0;
+    Fault fault = clock->is_event ? NULL : "discrete states are updated in event mode alone";
+    if (fault || !clock->is_ticking)
+        return fault;
+    fault = move(unit, MODEL->dt, 0.0, &done);
+    flexura_end_tick(clock);
     return fault;
 }
 
-Fault flexura_get_nominals(double *nominal, size_t n)
+double flexura_interval(void)
 {
-    if (n != (size_t)MODEL->states)
-        return "wrong number of states";
-    memcpy(nominal, MODEL->nominal, BYTES(n));
-    return NULL;
-}
-
-Fault flexura_get_indicators(Unit *unit, double *indicator, size_t n)
-{
-    if (n != (size_t)MODEL->indicators)
-        return "wrong number of event indicators";
-    for (int i = 0; i < MODEL->indicators; i++)
-        indicator[i] = flexura_indicator(i, states(unit));
-    return NULL;
+    return MODEL->dt;
 }
 
 size_t flexura_indicators(void)
@@ -310,7 +208,7 @@ size_t flexura_indicators(void)
 
 const char *flexura_has_left(Unit *unit)
 {
-    for (int i = 0; i < MODEL->indicators && unit->state->phase == RUNNING && !unit->makes_steps; i++)
+    for (int i = 0; i < MODEL->indicators && unit->state->phase == RUNNING && unit->drive == BY_SOLVER; i++)
         if (flexura_indicator(i, states(unit)) <= 0.5 * MODEL->slack)
             unit->state->phase = LEFT;
     return unit->state->phase == LEFT ? MODEL->left : NULL;
@@ -322,46 +220,6 @@ const char *flexura_caution(Unit *unit)
         return NULL;
     unit->is_warned = 1;
     return MODEL->caution;
-}
-
-Fault flexura_directional(Unit *unit, const unsigned int *unknown, size_t unknowns, const unsigned int *known,
-                          size_t knowns, const double *dknown, double *dunknown)
-{
-    Fault fault = refresh(unit);
-    Change change = {NULL, NULL, NULL};
-    int i = 0;
-    if (fault || (fault = flexura_change(unit->dynamics, &change)))
-        return fault;
-    for (size_t k = 0; k < knowns; k++)
-        switch (kind_of(unit, known[k], &i)) {
-        case INPUT:
-            change.u[i] += gains(unit)[i] * dknown[k];
-            break;
-        case GAIN:
-            change.u[i] += inputs(unit)[i] * dknown[k];
-            break;
-        case STATE:
-            change.x[i] += dknown[k];
-            break;
-        case PARAMETER:
-            change.p[i] += dknown[k];
-            break;
-        default:
-            return "inputs, states, parameters and gains are what is known";
-        }
-    flexura_changed(unit->dynamics, states(unit), unit->u);
-    for (size_t k = 0; k < unknowns; k++)
-        switch (kind_of(unit, unknown[k], &i)) {
-        case OUTPUT:
-            dunknown[k] = flexura_output_change(unit->dynamics, i);
-            break;
-        case DERIVATIVE:
-            dunknown[k] = flexura_rate_change(unit->dynamics, i);
-            break;
-        default:
-            return "outputs and derivatives are what is unknown";
-        }
-    return NULL;
 }
 
 Fault flexura_keep(const Unit *unit, void **kept)
@@ -383,6 +241,14 @@ Fault flexura_restore(Unit *unit, const void *kept)
     unit->is_fresh = 0;
     memcpy(unit->state, kept, state_bytes());
     return NULL;
+}
+
+void flexura_drop(void **kept)
+{
+    if (kept) {
+        free(*kept);
+        *kept = NULL;
+    }
 }
 
 size_t flexura_bytes(void)
