@@ -29,11 +29,11 @@ class Duffing:
 
 
 def free(harmonics: int, up_to: float) -> tuple[Balance, list[Orbit]]:
-    balance = Balance(Duffing(), Series.of(harmonics, even=True), False, 1.0, 1.0)
+    balance = Balance(Duffing(), Series.of(harmonics, even=True), False, 1.0, 1.0, 1.0)
     X, direction = np.zeros((harmonics + 1, 1)), np.zeros(harmonics + 2)
     X[1], direction[1] = 0.05, 1.0
     orbits = []
-    for orbit in along(balance, balance.start(X, 1.0, direction), 0.05, lambda _: 0.3):
+    for orbit in along(balance, balance.near(X, 1.0, direction)[0], 0.05, lambda _: 0.3):
         orbits.append(orbit)
         if orbit.X.sum() > up_to:
             break
@@ -68,11 +68,11 @@ DRIVEN = Duffing(0.05, 0.5, 0.1)
 
 @pytest.fixture(scope="module")
 def driven() -> tuple[Balance, list[Orbit]]:
-    balance = Balance(DRIVEN, Series.of(9), True, 1.0, 0.3)
+    balance = Balance(DRIVEN, Series.of(9), True, 1.0, 0.3, 2.0)
     direction = np.zeros(20)
     direction[-1] = 1.0
     orbits = []
-    for orbit in along(balance, balance.start(np.zeros((19, 1)), 0.6, direction), 0.1, lambda _: 0.4):
+    for orbit in along(balance, balance.near(np.zeros((19, 1)), 0.6, direction)[0], 0.1, lambda _: 0.4):
         orbits.append(orbit)
         if orbit.omega > 2.0:
             break
@@ -123,8 +123,8 @@ def test_folds_have_a_multiplier_of_one_and_bound_what_is_unstable(driven):
 
 
 def test_what_has_no_motion_near_is_said():
-    balance = Balance(Duffing(0.0, 0.0, 1.0), Series.of(1), True, 1.0, 1.0)
+    balance = Balance(Duffing(0.0, 0.0, 1.0), Series.of(1), True, 1.0, 1.0, 1.0)
     direction = np.zeros(4)
     direction[-1] = 1.0
     with pytest.raises(SolverError):
-        balance.start(np.zeros((3, 1)), 1.0, direction)
+        balance.near(np.zeros((3, 1)), 1.0, direction)

@@ -4,24 +4,27 @@ A motion is q(t) = c0 + sum c_k cos k wt + s_k sin k wt. What holds and accelera
 period and balanced by its own series.
 
 Sources: Cameron, Griffin (1989), J. Appl. Mech. 56 (alternating frequency/time); Krack, Gross (2019), Harmonic balance
-for nonlinear vibration problems; Lazarus, Thomas (2010), C. R. Mecanique 338 (stability by sorted exponents of Hill).
+for nonlinear vibration problems; Lazarus, Thomas (2010), C. R. Mecanique 338 (stability by sorted exponents of Hill);
+Keller (1977), in Applications of bifurcation theory (arc length; branches where the determinant changes its sign).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, Protocol
 from warnings import catch_warnings
 
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
 
-CONVERGED = 1e-8
+CONVERGED = 1e-9
 """Largest last step of Newton's method over the unknowns, both in their scales."""
 
 CORRECTIONS = 16
@@ -45,8 +48,14 @@ SHORTEST = 1e-6
 LOCATED = 1e-6
 """How near to its zero something is located, over what it was at the ends of the step."""
 
+CORNERS = 8
+"""Motions at which it is looked at on the way at most."""
+
 
 Factor = tuple[Array, NDArray[np.int32]]
+
+Slopes = tuple[Array, Array, Array]
+"""Derivatives (s, n, n) at instants by displacements, velocities and accelerations."""
 
 
 class Oscillator(Protocol):
@@ -102,12 +111,14 @@ class Series(NamedTuple):
 
 class Orbit(NamedTuple):
     """A periodic motion: coefficients X (N, n), frequency `omega`, rad/s, the unit `tangent` (N n + 1,) of the curve in
-    scaled unknowns, slopes there unless they are forgotten, and the arc length of the step that led to it."""
+    scaled unknowns, the `determinant` of the equations across it, sign and logarithm, slopes there unless they are
+    forgotten, and the arc length of the step that led to it."""
 
     X: Array
     omega: float
     tangent: Array
-    slopes: tuple[Array, Array, Array] | None
+    determinant: tuple[float, float]
+    slopes: Slopes | None
     step: float
 
     @property
@@ -115,12 +126,20 @@ class Orbit(NamedTuple):
         """The frequency in the unit tangent, zero at folds."""
         return float(self.tangent[-1])
 
+    @property
+    def side(self) -> float:
+        """The sign of the determinant, which folds do not change: another curve goes through where it does (Keller
+        1977)."""
+        return self.determinant[0]
+
 
 @dataclass(frozen=True)
 class Balance:
     """Periodic motions of an oscillator, free ones that are even in time (`driven` false) or driven by its excitation.
 
     Arc lengths are over amplitudes of coordinates of unit stiffness over `size`, and frequencies over `width`, rad/s.
+    Coordinates whose natural frequency is beyond `quick`, rad/s, which follow the others, count by `quick` over it, as
+    they do in kinetic energies: where leaves shorten as they bend, their stiffness along would be most of an arc.
     """
 
     oscillator: Oscillator
@@ -128,6 +147,17 @@ class Balance:
     driven: bool
     size: float
     width: float
+    quick: float
+
+    @cached_property
+    def metric(self) -> Array:
+        """Weights (N n + 1,) of squares of scaled unknowns in those of arc lengths."""
+        weight = np.square(self.quick / np.maximum(self.oscillator.frequencies, self.quick))
+        return np.append(np.tile(weight, len(self.series.order)), 1.0)
+
+    def unit(self, direction: Array) -> Array:
+        """A direction (N n + 1,) with arc length one."""
+        return direction / np.sqrt(direction @ (self.metric * direction))
 
     def motion(self, X: Array, omega: float) -> tuple[Array, Array, Array, Array]:
         """Displacements, velocities and accelerations (s, n), and shares (s,) of the excitation."""
@@ -139,7 +169,7 @@ class Balance:
         """What is missing (N, n)."""
         return self.series.balance @ self.oscillator.forces(*self.motion(X, omega))
 
-    def jacobian(self, X: Array, omega: float, slopes: tuple[Array, Array, Array]) -> Array:
+    def jacobian(self, X: Array, omega: float, slopes: Slopes) -> Array:
         """Derivatives (N n, N n + 1) of what is missing by coefficients over `size` and the frequency over `width`."""
         own, (K, C, M) = self.series, slopes
         size = X.size
@@ -160,44 +190,65 @@ class Balance:
             total += (by @ slope.reshape(len(slope), -1)).reshape(N, N, n, n).transpose(0, 2, 1, 3)
         return total.reshape(N * n, N * n)
 
-    def start(self, X: Array, omega: float, direction: Array) -> Orbit:
-        """The motion next to an estimate, in the plane across a direction (N n + 1,). Raises SolverError."""
-        X, omega, slopes, _ = self._corrected(X, omega, direction, None)
-        return Orbit(X, omega, self._tangent(X, omega, slopes, direction), slopes, 0.0)
+    def near(self, X: Array, omega: float, direction: Array) -> tuple[Orbit, int]:
+        """The motion next to an estimate, in the plane across a direction (N n + 1,), and the corrections that it took.
+        Raises SolverError."""
+        X, omega, count = self._corrected(X, omega, self.metric * direction)
+        slopes = self.oscillator.slopes(*self.motion(X, omega))
+        across = self.metric * direction
+        factor = self._factor(X, omega, slopes, across)
+        last = np.zeros(len(across))
+        last[-1] = 1.0
+        tangent = la.lu_solve(factor, last, check_finite=False)
+        scale = float(np.sqrt(tangent @ (self.metric * tangent)))
+        return Orbit(X, omega, tangent / scale, _determinant(factor, scale), slopes, 0.0), count
 
-    def onward(self, orbit: Orbit, length: float, by: tuple[Orbit, Orbit] | None = None) -> tuple[Orbit, int]:
+    def onward(self, orbit: Orbit, length: float, last: Orbit | None = None) -> tuple[Orbit, int]:
         """The motion a step further along the curve, and the corrections that it took. Raises SolverError.
 
-        It is looked for along the tangent, or `by` the cubic through two neighbours, one of them the motion itself,
-        that has their tangents.
+        It is looked for along the tangent, or where the cubic through the `last` motion before that has both tangents
+        goes on.
         """
-        step, slopes = length * orbit.tangent, orbit.slopes
-        if by is not None:
-            step, slopes = self._cubic(*by, length / by[1].step + (orbit is by[1])), None
-            step = step - self._cubic(*by, float(orbit is by[1]))
-            step = step + (length - step @ orbit.tangent) * orbit.tangent
+        across, step = self.metric * orbit.tangent, length * orbit.tangent
+        if last is not None:
+            step = self._cubic(last, orbit, 1 + length / orbit.step)[0] - self._chord(last, orbit)
+            step = step + (length - step @ across) * orbit.tangent
+        guess = self._moved(orbit, step, orbit.tangent)
+        found, count = self.near(guess.X, guess.omega, orbit.tangent)
+        return found._replace(step=length), count
+
+    def between(self, one: Orbit, other: Orbit, t: float) -> Orbit:
+        """An estimate of the motion t of the way from one to a later one, or beyond it, by the cubic that has their
+        tangents (Hermite), and by a line the determinant."""
+        step, tangent = self._cubic(one, other, t)
+        (sign, log), (later, more) = one.determinant, other.determinant
+        value = (1 - t) * sign + t * later * np.exp(np.clip(more - log, -50.0, 50.0))
+        determinant = float(np.sign(value)), log + float(np.log(abs(value) or 1e-300))
+        return self._moved(one, step, self.unit(tangent))._replace(determinant=determinant)
+
+    def _cubic(self, one: Orbit, other: Orbit, t: float) -> tuple[Array, Array]:
+        """Scaled unknowns from those of one motion on, t of the way to another, and how they go on from there."""
+        chord, a, b = self._chord(one, other), other.step * one.tangent, other.step * other.tangent
+        square, cube = 3 * chord - 2 * a - b, a + b - 2 * chord
+        return t * a + t**2 * square + t**3 * cube, a + 2 * t * square + 3 * t**2 * cube
+
+    def _chord(self, one: Orbit, other: Orbit) -> Array:
+        """Scaled unknowns (N n + 1,) from one motion to another."""
+        return np.append((other.X - one.X).ravel() / self.size, (other.omega - one.omega) / self.width)
+
+    def _moved(self, orbit: Orbit, step: Array, tangent: Array) -> Orbit:
+        """An orbit after a step (N n + 1,) in scaled unknowns."""
         X = orbit.X + self.size * step[:-1].reshape(orbit.X.shape)
-        omega = orbit.omega + self.width * float(step[-1])
-        X, omega, slopes, count = self._corrected(X, omega, orbit.tangent, slopes)
-        return Orbit(X, omega, self._tangent(X, omega, slopes, orbit.tangent), slopes, length), count
+        return orbit._replace(X=X, omega=orbit.omega + self.width * float(step[-1]), tangent=tangent)
 
-    def _cubic(self, one: Orbit, other: Orbit, t: float) -> Array:
-        """Scaled unknowns from those of one motion on, t of the way to another (Hermite)."""
-        chord = np.append((other.X - one.X).ravel() / self.size, (other.omega - one.omega) / self.width)
-        a, b = other.step * one.tangent, other.step * other.tangent
-        return t * a + t**2 * (3 * chord - 2 * a - b) + t**3 * (a + b - 2 * chord)
-
-    def _corrected(
-        self, X: Array, omega: float, across: Array, slopes: tuple[Array, Array, Array] | None
-    ) -> tuple[Array, float, tuple[Array, Array, Array], int]:
+    def _corrected(self, X: Array, omega: float, across: Array) -> tuple[Array, float, int]:
         """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
-        size, factor, fresh = np.inf, None, slopes is None
+        size, factor, fresh = np.inf, None, True
         estimate = omega
         for count in range(1, CORRECTIONS + 1):
-            if slopes is None:
-                slopes, fresh = self.oscillator.slopes(*self.motion(X, omega)), True
             if factor is None:
-                factor = self._factor(X, omega, slopes, across)
+                factor = self._factor(X, omega, self.oscillator.slopes(*self.motion(X, omega)), across)
+                fresh = True
             missing = np.append(-self.residual(X, omega).ravel(), 0.0)
             correction = la.lu_solve(factor, missing, check_finite=False)
             before, size = size, float(np.linalg.norm(correction))
@@ -209,13 +260,13 @@ class Balance:
             if omega <= 0:
                 break
             if size * min(rate, 1.0) < CONVERGED * (1 + float(np.linalg.norm(X)) / self.size):
-                return X, omega, self.oscillator.slopes(*self.motion(X, omega)), count
+                return X, omega, count
             fresh = False
             if count > 1 and rate > SLOW:
-                slopes = factor = None
+                factor = None
         raise _lost(estimate)
 
-    def _factor(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], across: Array) -> Factor:
+    def _factor(self, X: Array, omega: float, slopes: Slopes, across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
         if not np.isfinite(bordered).all():
             raise _lost(omega)
@@ -224,13 +275,6 @@ class Balance:
         if not factor[0].diagonal().all():
             raise _lost(omega)
         return factor
-
-    def _tangent(self, X: Array, omega: float, slopes: tuple[Array, Array, Array], last: Array) -> Array:
-        """The unit tangent (N n + 1,) of the curve, on from a direction."""
-        unit = np.zeros(len(last))
-        unit[-1] = 1.0
-        tangent = la.lu_solve(self._factor(X, omega, slopes, last), unit, check_finite=False)
-        return tangent / np.linalg.norm(tangent)
 
     def error(self, orbit: Orbit) -> tuple[float, float]:
         """What twice as many harmonics, two more at least, would change, to first order: of the motion and of the
@@ -242,12 +286,13 @@ class Balance:
         X = np.zeros((len(series.order), orbit.X.shape[1]))
         X[: len(orbit.X)] = orbit.X
         across = np.zeros(X.size + 1)
-        across[: orbit.X.size], across[-1] = orbit.tangent[:-1], orbit.turning
+        across[: orbit.X.size], across[-1] = (self.metric * orbit.tangent)[:-1], orbit.turning
         slopes = self.oscillator.slopes(*finer.motion(X, orbit.omega))
         missing = np.append(-finer.residual(X, orbit.omega).ravel(), 0.0)
         step = la.lu_solve(finer._factor(X, orbit.omega, slopes, across), missing, check_finite=False)
-        moving = float(np.linalg.norm(X[1:])) or 1.0
-        return self.size * float(np.linalg.norm(step[:-1])) / moving, self.width * abs(float(step[-1])) / orbit.omega
+        weights = finer.metric[:-1]
+        changed, moving = (float(np.sqrt(own**2 @ weights)) for own in (step[:-1], np.append(0 * X[0], X[1:])))
+        return self.size * changed / (moving or 1.0), self.width * abs(float(step[-1])) / orbit.omega
 
     def exponents(self, orbit: Orbit) -> Complex:
         """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant with twice as
@@ -267,7 +312,7 @@ class Balance:
         values: Complex = la.eigvals(A, check_finite=False).astype(complex)
         return omega * values[np.argsort(np.abs(values.imag), kind="stable")[: 2 * K.shape[-1]]]
 
-    def _slow(self, orbit: Orbit, slopes: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    def _slow(self, orbit: Orbit, slopes: Slopes) -> tuple[Array, Array, Array]:
         """Slopes (s, m, m) by the coordinates up to the highest harmonic, with the others at rest at each instant."""
         K, C, M = slopes
         m = max(int((self.oscillator.frequencies < self.series.harmonics * orbit.omega).sum()), 1)
@@ -277,6 +322,13 @@ class Balance:
         first, second = (np.fft.irfft(np.fft.rfft(T, axis=0) * rate**k, len(K), axis=0) for k in (1, 2))
         back = np.swapaxes(T, 1, 2)
         return back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
+
+
+def _determinant(factor: Factor, scale: float) -> tuple[float, float]:
+    """Sign and logarithm of the determinant of what is factored, so many times."""
+    diagonal, swaps = factor[0].diagonal(), (factor[1] != np.arange(len(factor[1]))).sum()
+    sign = np.prod(np.sign(diagonal)) * (-1) ** int(swaps)
+    return float(sign), float(np.log(np.abs(diagonal)).sum() + np.log(scale))
 
 
 def _lost(omega: float) -> SolverError:
@@ -298,11 +350,11 @@ def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit]
     yield orbit
     while length > SHORTEST * step:
         try:
-            found, count = balance.onward(orbit, length, None if last is None else (last, orbit))
+            found, count = balance.onward(orbit, length, last)
         except SolverError:
             length /= 2
             continue
-        if float(found.tangent @ orbit.tangent) < BEND:
+        if float(found.tangent @ (balance.metric * orbit.tangent)) < BEND:
             length /= 2
             continue
         last, orbit = orbit, found
@@ -311,19 +363,20 @@ def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit]
 
 
 def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit], float]) -> Orbit:
-    """The motion between two neighbours on a curve at which something changes its sign (false position, Illinois)."""
-    low, high = 0.0, after.step
-    at_low, at_high = of(before), of(after)
-    scale = max(abs(at_low), abs(at_high))
-    best = after
-    for _ in range(20):
-        length = (low * at_high - high * at_low) / (at_high - at_low)
-        best, _ = balance.onward(before, length, (before, after))
-        value = of(best)
-        if abs(value) <= LOCATED * scale:
+    """The motion between two neighbours on a curve at which something changes its sign: where it does on the cubic
+    between them, which is drawn anew through the motion that is found there."""
+    low, high, at_low = before, after, of(before)
+    scale = max(abs(at_low), abs(of(after)))
+    found = min(before, after, key=lambda end: abs(of(end)))
+    for _ in range(CORNERS):
+        if abs(of(found)) <= LOCATED * scale:
             break
-        if (value > 0) == (at_high > 0):
-            high, at_high, at_low = length, value, at_low / 2
+        here = low, high
+        t = float(brentq(lambda t: of(balance.between(*here, t)), 0.0, 1.0, xtol=1e-12))
+        guess = balance.between(low, high, t)
+        found = balance.near(guess.X, guess.omega, guess.tangent)[0]._replace(step=t * high.step)
+        if (of(found) > 0) == (at_low > 0):
+            low, high = found, high._replace(step=(1 - t) * high.step)
         else:
-            low, at_low, at_high = length, value, at_high / 2
-    return best
+            high = found
+    return found

@@ -16,7 +16,9 @@ from flexura.beam import skew
 from flexura.duals import Dual, zeros
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.elements import (
+    HALVES,
     Bars,
+    Ends,
     Frames,
     Group,
     Kinetics,
@@ -24,11 +26,14 @@ from flexura.motion.elements import (
     Push,
     Rates,
     Response,
+    accelerating,
     accelerating_bodies,
     turned,
 )
 from flexura.motion.layout import Laid, laid_out
+from flexura.motion.se3 import rotation
 from flexura.motion.stops import Stops
+from flexura.motion.superelements import Superelements
 from flexura.motion.warming import Warmed
 from flexura.records import Latest
 from flexura.structure import Design, Scatter
@@ -240,7 +245,21 @@ class MovingModel(Laid):
         responses = [elements.kinetics(frames, rates) for elements in self.commanded(actuators)]
         total = self._summed([response.force for response in responses])
         strain = sum(response.strain for response in responses)
-        kinetic = sum(response.kinetic for response in responses)
+        kinetic = sum(response.kinetic for response in responses) + self._carried(total, frames, rates)
+        if gravity.any():
+            total -= self._weights(frames, gravity)[0]
+            inside, _ = self.sagging.response(frames, gravity)
+            np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
+        return Kinetics(total, strain, kinetic)
+
+    def accelerating(self, frames: Frames, rates: Rates) -> Array:
+        """The part of the forces (n + 1, 6) of `kinetics` that accelerates masses, and what dashpots resist."""
+        total = self._summed([_accelerating(elements, frames, rates) for elements in self.elements])
+        self._carried(total, frames, rates)
+        return total
+
+    def _carried(self, total: Array, frames: Frames, rates: Rates) -> float:
+        """Add to forces (n + 1, 6) those of dashpots and of what frames carry, whose kinetic energy is returned."""
         for dashpot in self.dashpots:
             held = dashpot.material(frames)[0] @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
             np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
@@ -248,11 +267,7 @@ class MovingModel(Laid):
         velocity, acceleration = rates.velocity[heavy], rates.acceleration[heavy]
         force, more = accelerating_bodies(self._heavy_inertia, frames.R[heavy], velocity, acceleration)
         total[heavy] += force
-        if gravity.any():
-            total -= self._weights(frames, gravity)[0]
-            inside, _ = self.sagging.response(frames, gravity)
-            np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
-        return Kinetics(total, strain, kinetic + more)
+        return more
 
     def _summed(self, forces: Sequence[Array]) -> Array:
         """Forces (n + 1, 6) on the frames by those of `elements` (e, 6k)."""
@@ -306,6 +321,24 @@ def element_masses(elements: Sequence[Group], frames: Frames) -> Iterator[Array]
         yield group.masses(frames)
         for node in group.coupled:
             yield np.zeros((len(node), 6 * node.shape[1], 6 * node.shape[1]))
+
+
+def _accelerating(group: Group, frames: Frames, rates: Rates) -> Array:
+    """Forces (e, 6k) on the frames of elements that accelerate them (theory eq. G33)."""
+    e, k = group.node.shape
+    if isinstance(group, Superelements):
+        ends, turning = group.ends(frames), np.eye(group.count)[0]
+        axes = ends.axes[:, 0]
+    elif isinstance(group, PoseElements):
+        ends, turning = group.ends(frames), HALVES
+        axes = ends.axes[:, 0] @ rotation(ends.relative().e[:, 3:] / 2)
+    elif isinstance(group, Bars):
+        axes, turning = np.tile(np.eye(3), (e, 1, 1)), np.zeros(2)
+        ends = Ends.of(frames, group.node, axes[:, None], group.arm)
+    else:
+        return np.zeros((e, 6 * k))
+    velocity, acceleration = rates.velocity[group.node], rates.acceleration[group.node]
+    return accelerating(group.mass, axes, ends.arm, turning, velocity, acceleration)[0]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ which forces are those of virtual work.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 from math import factorial
@@ -64,6 +64,20 @@ def turning(w: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
     more = (grown * slope[0])[..., None] * across + (grown * slope[1])[..., None] * twice
     more += b[..., None] * (V @ across[..., None])[..., 0]
     return J, (J @ rate[..., None])[..., 0], (J @ second[..., None])[..., 0] + more
+
+
+def turning_slopes(w: Array, m: Array) -> Array:
+    """Derivatives (..., 3, 3) of T' m by rotation vectors w (..., 3), for moments m (..., 3) that stay as they are."""
+    W, M = skew(w), skew(m)
+    powers = (w * w).sum(axis=-1)[..., None] ** np.arange(TERMS)
+    k = np.arange(1, TERMS)
+    a, b = (powers @ own for own in (_A, _B))
+    slope = powers[..., :-1] @ (k * _A[1:]), powers[..., :-1] @ (k * _B[1:])
+    once = (W @ m[..., None])[..., 0]
+    twice = (W @ once[..., None])[..., 0]
+    grown = slope[1][..., None] * twice - slope[0][..., None] * once
+    along = 2 * grown[..., :, None] * w[..., None, :]
+    return a[..., None, None] * M - b[..., None, None] * (skew(once) + W @ M) + along
 
 
 def side_by_side(data: T, count: int) -> T:
@@ -175,26 +189,49 @@ class Oscillation:
         return np.concatenate([self._forces(q[own], v[own], a[own], drive[own]) for own in parts])
 
     def _forces(self, q: Array, v: Array, a: Array, drive: Array) -> Array:
-        at, model, shapes = self._at(len(q)), self.equations.model, self.shapes
-        x, rate, second = (self._spread(each @ shapes.T) for each in (q, v, a))
+        dead, commands = self._loads(drive)
+        frames, J, rates = self._moving(q, v, a)
+        model, moving = self.equations.model, self._at(len(q)).model
+        force = moving.kinetics(frames, rates, self.state.loads.gravity, commands).force
+        force -= self._pulled(frames, dead, len(q)).reshape(-1, 6)
+        missing = self._by_coordinates(force.reshape(len(q), *model.dof.shape), J)
+        return missing if self._dampers is None else missing + self._dampers * v
+
+    def _moving(self, q: Array, v: Array, a: Array) -> tuple[Frames, Array, Rates]:
+        """Frames at instants, what (s, t, 3, 3) makes rates of turning of rates of rotation vectors, and the rates."""
+        x, rate, second = (self._spread(each @ self.shapes.T) for each in (q, v, a))
         turns = self._turning
         J, omega, turned = turning(x[:, turns, 3:], rate[:, turns, 3:], second[:, turns, 3:])
         rate[:, turns, 3:], second[:, turns, 3:] = omega, turned
-        frames = at.state.moved(x.reshape(-1, 6))
-        rates = Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta)
-        dead, commands = self._loads(drive)
-        force = at.model.kinetics(frames, rates, self.state.loads.gravity, commands).force.reshape(x.shape)
+        frames = self._at(len(q)).state.moved(x.reshape(-1, 6))
+        return frames, J, Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta)
+
+    def _pulled(self, frames: Frames, dead: Mapping[int, Array], count: int) -> Array:
+        """Dead loads (s, n + 1, 6) on frames."""
+        model = self.equations.model
+        total = np.zeros((count, *model.dof.shape))
         for node, wrench in dead.items():
             root = int(model.root[node])
-            arm = frames.R.reshape(*x.shape[:2], 3, 3)[:, root] @ model.arm[node]
-            force[:, root, :3] -= wrench[:, :3]
-            force[:, root, 3:] -= wrench[:, 3:] + np.cross(arm, wrench[:, :3])
+            arm = frames.R.reshape(count, -1, 3, 3)[:, root] @ model.arm[node]
+            total[:, root] += wrench
+            total[:, root, 3:] += np.cross(arm, wrench[:, :3])
+        return total
+
+    def _by_coordinates(self, force: Array, J: Array) -> Array:
+        """Forces (s, n) by the coordinates from those (s, n + 1, 6) on frames."""
+        model, turns = self.equations.model, self._turning
         force[:, turns, 3:] = (force[:, turns, None, 3:] @ J)[:, :, 0]
-        missing = np.zeros((len(q), model.n_dof))
+        out = np.zeros((len(force), model.n_dof))
         free = model.dof >= 0
-        missing[:, model.dof[free]] = force[:, free]
-        missing = missing @ shapes
-        return missing if self._dampers is None else missing + self._dampers * v
+        out[:, model.dof[free]] = force[:, free]
+        return out @ self.shapes
+
+    def _accelerating(self, q: Array, v: Array, a: Array) -> Array:
+        """The part of `forces` that accelerates masses, Rayleigh's damping of these included, and what dashpots
+        resist."""
+        frames, J, rates = self._moving(q, v, a)
+        force = self._at(len(q)).model.accelerating(frames, rates)
+        return self._by_coordinates(force.reshape(len(q), *self.equations.model.dof.shape), J)
 
     @cached_property
     def _turning(self) -> Index:
@@ -218,44 +255,63 @@ class Oscillation:
     def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
         """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations.
 
-        By slow coordinates they are differences, central ones by displacements; by those far above the motion they are
-        tangents, without what inertia forces and the damping of stops change by them.
+        They are exact but for what inertia forces and damping change by displacements: differences by slow
+        coordinates, and none by those far above the motion.
         """
-        s, n = q.shape
-        K, C, M = self._tangents(q, drive)
+        K, viscous, other, M = self._tangents(q, v, drive)
+        C = viscous + other
         speed = np.sqrt((a * a).sum() / (v * v).sum()) if v.any() else self.frequencies[0]
         slow = max(int(np.searchsorted(self.frequencies, QUICK * speed)), 1)
         reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
-        quick = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or speed) * step
-        changes = np.zeros((3 * slow + 1, 2, n))
-        at = np.arange(slow)
-        changes[1 + at, 0, at], changes[1 + slow + at, 0, at], changes[1 + 2 * slow + at, 1, at] = step, -step, quick
-        moved = ((each + changes[:, k, None]).reshape(-1, n) for k, each in enumerate((q, v)))
-        values = self.forces(next(moved), next(moved), np.tile(a, (3 * slow + 1, 1)), np.tile(drive, 3 * slow + 1))
-        here, more, less, quicker = np.split(values.reshape(-1, s, n), [1, slow + 1, 2 * slow + 1])
-        K[..., :slow] = np.moveaxis((more - less) / (2 * step[:, None, None]), 0, -1)
-        C[..., :slow] = np.moveaxis((quicker - here) / quick[:, None, None], 0, -1)
+        fast = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or speed) * step
+        a, drive = (np.concatenate([own] * (2 * slow)) for own in (a, drive))
+
+        def changing(q: Array, v: Array) -> Array:
+            return self.forces(q, v, a, drive) if self._is_damped_by_place else self._accelerating(q, v, a)
+
+        by_place = _differences(changing, q, v, step)
+        by_rate = _differences(lambda v, q: changing(q, v), v, q, fast)
+        if not self._is_damped_by_place:
+            by_place, by_rate = by_place + K[..., :slow], by_rate + other[..., :slow]
+        K[..., :slow], C[..., :slow] = by_place, by_rate
         return K, C, M
 
-    def _tangents(self, q: Array, drive: Array) -> tuple[Array, Array, Array]:
-        """Stiffness, damping and mass (s, n, n) by the coordinates in states, without inertia forces."""
-        at = self._at(len(q))
-        x = self._spread(q @ self.shapes.T)
-        frames, commands = at.state.moved(x.reshape(-1, 6)), self._loads(drive)[1]
-        X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (len(q), 1, 1, 1))
-        J = turning(x[:, self._turning, 3:], np.zeros(3), np.zeros(3))[0]
-        X[:, self._turning, 3:] = J @ X[:, self._turning, 3:]
+    @property
+    def _is_damped_by_place(self) -> bool:
+        """Whether damping by stiffness or of stops changes with displacements."""
+        return bool(self.damping.beta) or any(own.damping.any() for own in self.equations.model.stops)
+
+    def _tangents(self, q: Array, v: Array, drive: Array) -> tuple[Array, Array, Array, Array]:
+        """Stiffness (s, n, n) by the coordinates in states, of forces at rest, damping in proportion to masses and by
+        dashpots, the other damping, and mass."""
+        s, at, model = len(q), self._at(len(q)), self.equations.model
+        moving, turns = at.model, self._turning
+        frames, J, rates = self._moving(q, v, np.zeros_like(q))
+        dead, commands = self._loads(drive)
+        X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (s, 1, 1, 1))
+        X[:, turns, 3:] = J @ X[:, turns, 3:]
         X = X.reshape(-1, *X.shape[2:])
-        moving = at.model
-        stiffness = moving.forces(frames, self.state.loads.gravity, commands).blocks
-        K, M = (self._summed(blocks, X, len(q)) for blocks in (stiffness, moving.mass_blocks(frames)))
-        C = self.damping.alpha * M
-        if self.damping.beta:
-            C = C + self.damping.beta * self._summed(moving.material_blocks(frames, commands), X, len(q))
+        held = moving.forces(frames, self.state.loads.gravity, commands)
+        K, M = (self._summed(blocks, X, s) for blocks in (held.blocks, moving.mass_blocks(frames)))
+        x = self._spread(q @ self.shapes.T)
+        moments = held.force.reshape(x.shape)[:, turns, 3:] - self._pulled(frames, dead, s)[:, turns, 3:]
+        still = self._spread(self.shapes.T)[:, turns, 3:]
+        slope = turning_slopes(x[:, turns, 3:], moments) @ still.transpose(1, 2, 0)
+        K += still.reshape(len(still), -1) @ slope.reshape(s, -1, len(still))
+        for node, wrench in dead.items():
+            root = int(model.root[node])
+            turned = X.reshape(s, -1, 6, X.shape[-1])[:, root, 3:]
+            arm = frames.R.reshape(s, -1, 3, 3)[:, root] @ model.arm[node]
+            K -= np.swapaxes(turned, 1, 2) @ (skew(wrench[:, :3]) @ skew(arm) @ turned)
+        viscous, other = self.damping.alpha * M, np.zeros_like(M)
         for dashpot in moving.dashpots:
-            C = C + _projected(dashpot.material(frames)[0], X[dashpot.node], len(q))
-        return K, C if self._dampers is None else C + np.diag(self._dampers), M
+            viscous = viscous + _projected(dashpot.material(frames)[0], X[dashpot.node], s)
+        if self.damping.beta:
+            other += self.damping.beta * self._summed(moving.material_blocks(frames, commands), X, s)
+        for stops in moving.stops:
+            other += _projected(stops.rate_tangents(frames, rates.velocity)[1], X[stops.node], s)
+        return K, viscous, other if self._dampers is None else other + np.diag(self._dampers), M
 
     def _summed(self, blocks: Sequence[Array], X: Array, count: int) -> Array:
         """Blocks in the order of a model's pattern by the coordinates (count, n, n), of which frames have motions X."""
@@ -280,3 +336,14 @@ def _projected(blocks: Array, X: Array, count: int) -> Array:
     X = X.reshape(e, -1, n)
     pushed = (blocks @ X).reshape(count, -1, n)
     return np.swapaxes(X.reshape(count, -1, n), 1, 2) @ pushed
+
+
+def _differences(of: Callable[[Array, Array], Array], at: Array, other: Array, step: Array) -> Array:
+    """Derivatives (s, n, m) of what depends on two values (s, n) by the first m coordinates of one of them, by
+    central differences of a step (m,)."""
+    s, n = at.shape
+    changes = np.zeros((2, len(step), 1, n))
+    changes[0, range(len(step)), 0, range(len(step))] = step
+    changes[1] = -changes[0]
+    values = of((at + changes).reshape(-1, n), np.tile(other, (2 * len(step), 1))).reshape(2, -1, s, n)
+    return np.moveaxis((values[0] - values[1]) / (2 * step[:, None, None]), 0, -1)

@@ -176,21 +176,21 @@ class Superelements:
         energy = Polynomial.linear((k + k.T)[None] / 2)
         return Superelements(frames[None], count, axes[None], placed_arm, logs.e, energy, M[None])
 
-    def _ends(self, frames: Frames) -> Ends:
+    def ends(self, frames: Frames) -> Ends:
         """Where these frames are, (e, count)."""
         return Ends.of(frames, self.node[:, : self.count], self.axes[:, None], self.arm)
 
     def logs_at(self, frames: Frames) -> Logarithm:
         """Poses of the other frames as seen from the first."""
-        return _seen_from_first(self._ends(frames))
+        return _seen_from_first(self.ends(frames))
 
     def turns(self, frames: Frames) -> Array:
         """The largest rotations (e,), rad, of frames seen from the first."""
-        return np.linalg.norm(_seen_from_first(self._ends(frames)).e[..., 3:], axis=-1).max(axis=1, initial=0.0)
+        return np.linalg.norm(_seen_from_first(self.ends(frames)).e[..., 3:], axis=-1).max(axis=1, initial=0.0)
 
     def deformation(self, frames: Frames) -> Array:
         """Changes (e, d) of the logarithms of the relative poses, and amplitudes."""
-        return self._deformation(frames, _seen_from_first(self._ends(frames)))
+        return self._deformation(frames, _seen_from_first(self.ends(frames)))
 
     def motions(self, frames: Frames, rest: Frames) -> Array:
         """Displacements and rotations (e, d) of the other frames as seen from the first, which the same deformation has
@@ -203,7 +203,7 @@ class Superelements:
 
     def _small(self, d: Array, rest: Frames) -> Array:
         """Small motions (e, d, m) with changes d of the logarithms from rest."""
-        inner, after = 6 * (self.count - 1), _seen_from_first(self._ends(rest)).after
+        inner, after = 6 * (self.count - 1), _seen_from_first(self.ends(rest)).after
         moved = np.linalg.inv(after) @ d[:, :inner].reshape(*after.shape[:-1], d.shape[-1])
         return np.concatenate([moved.reshape(len(d), inner, -1), d[:, inner:]], axis=1)
 
@@ -214,7 +214,7 @@ class Superelements:
 
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames (theory eq. G3)."""
-        ends = self._ends(frames)
+        ends = self.ends(frames)
         log = _seen_from_first(ends)
         twists = ends.twists()
         energy, n, hessian = self.energy.response(self._deformation(frames, log))
@@ -231,7 +231,7 @@ class Superelements:
 
     def rows(self, frames: Frames) -> Array:
         """Derivatives (e, d, 6k) of the deformation by displacements of the frames."""
-        ends = self._ends(frames)
+        ends = self.ends(frames)
         return self._rows(ends.twists(), _seen_from_first(ends))
 
     def _rows(self, twists: Array, log: Logarithm) -> Array:
@@ -250,7 +250,7 @@ class Superelements:
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
-        ends = self._ends(frames)
+        ends = self.ends(frames)
         e, k = self.node.shape
         twists = ends.twists(np.repeat(ends.axes[:, :1], self.count, axis=1))
         seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.count, 1, 1))], axis=1)
@@ -259,7 +259,7 @@ class Superelements:
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
         """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
-        ends = self._ends(frames)
+        ends = self.ends(frames)
         log = _seen_from_first(ends)
         velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
         d, inner = self._deformation(frames, log), 6 * (self.count - 1)

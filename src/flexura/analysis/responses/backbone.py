@@ -248,7 +248,7 @@ def _curve(
     if abs(motion) < 1e-6 * np.abs(reach(np.eye(n) * unit.max())).max() / unit.max():
         raise OptionError(f"mode {mode} does not move {channel.name}: read what it moves")
     series, omega = Series.of(harmonics, even=True), float(oscillation.frequencies[mode - 1])
-    balance = Balance(oscillation, series, False, abs(target / motion), omega)
+    balance = Balance(oscillation, series, False, abs(target / motion), omega, omega)
     X, direction = np.zeros((harmonics + 1, n)), np.zeros((harmonics + 1) * n + 1)
     X[1, mode - 1] = FIRST * target / motion
     direction[n + mode - 1] = np.sign(motion)
@@ -259,7 +259,7 @@ def _curve(
 
     def motions() -> Iterator[Orbit]:
         last: Orbit | None = None
-        for orbit in followed(balance, balance.start(X, omega, direction), STEPS[0], lambda _: STEPS[1]):
+        for orbit in followed(balance, balance.near(X, omega, direction)[0], STEPS[0], lambda _: STEPS[1]):
             if last is not None and beyond(orbit) > 0:
                 yield located(balance, last, orbit, beyond)
                 return
