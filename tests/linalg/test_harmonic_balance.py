@@ -29,13 +29,13 @@ class Duffing:
 
 
 def free(harmonics: int, up_to: float) -> tuple[Balance, list[Orbit]]:
-    balance = Balance(Duffing(), Series.of(harmonics, even=True), False, 1.0, 1.0, 1.0)
+    balance = Balance.of(Duffing(), Series.of(harmonics, even=True), False, 1.0, 1.0, 1.0)
     X, direction = np.zeros((harmonics + 1, 1)), np.zeros(harmonics + 2)
     X[1], direction[1] = 0.05, 1.0
     orbits = []
-    for orbit in along(balance, balance.near(X, 1.0, direction)[0], 0.05, lambda _: 0.3):
+    for orbit in along(balance, balance.near(balance.linear(X, 1.0), direction)[0], 0.05, lambda _: 0.3):
         orbits.append(orbit)
-        if orbit.X.sum() > up_to:
+        if orbit.motion.X.sum() > up_to:
             break
     return balance, orbits
 
@@ -50,7 +50,7 @@ def exact(amplitude: np.ndarray) -> np.ndarray:
 def test_the_backbone_of_duffing_is_that_of_elliptic_functions(harmonics):
     """Off by no more than is estimated, with each pair of harmonics some thirty times less."""
     balance, orbits = free(harmonics, 2.0)
-    amplitude = np.array([orbit.X.sum() for orbit in orbits])
+    amplitude = np.array([orbit.motion.X.sum() for orbit in orbits])
     omega = np.array([orbit.omega for orbit in orbits])
     off = np.abs(omega / exact(amplitude) - 1)
     motion, _ = balance.error(orbits[-1])
@@ -68,11 +68,11 @@ DRIVEN = Duffing(0.05, 0.5, 0.1)
 
 @pytest.fixture(scope="module")
 def driven() -> tuple[Balance, list[Orbit]]:
-    balance = Balance(DRIVEN, Series.of(9), True, 1.0, 0.3, 2.0)
+    balance = Balance.of(DRIVEN, Series.of(9), True, 1.0, 0.3, 2.0)
     direction = np.zeros(20)
     direction[-1] = 1.0
     orbits = []
-    for orbit in along(balance, balance.near(np.zeros((19, 1)), 0.6, direction)[0], 0.1, lambda _: 0.4):
+    for orbit in along(balance, balance.near(balance.linear(np.zeros((19, 1)), 0.6), direction)[0], 0.1, lambda _: 0.4):
         orbits.append(orbit)
         if orbit.omega > 2.0:
             break
@@ -81,8 +81,8 @@ def driven() -> tuple[Balance, list[Orbit]]:
 
 def start(orbit: Orbit) -> np.ndarray:
     """Displacement and velocity at time zero."""
-    order = np.arange(1, len(orbit.X) // 2 + 1)
-    return np.array([orbit.X[0, 0] + orbit.X[1::2, 0].sum(), orbit.omega * (order @ orbit.X[2::2, 0])])
+    order = np.arange(1, len(orbit.motion.X) // 2 + 1)
+    return np.array([orbit.motion.X[0, 0] + orbit.motion.X[1::2, 0].sum(), orbit.omega * (order @ orbit.motion.X[2::2, 0])])
 
 
 def period(omega: float, start: np.ndarray) -> np.ndarray:
@@ -123,8 +123,8 @@ def test_folds_have_a_multiplier_of_one_and_bound_what_is_unstable(driven):
 
 
 def test_what_has_no_motion_near_is_said():
-    balance = Balance(Duffing(0.0, 0.0, 1.0), Series.of(1), True, 1.0, 1.0, 1.0)
+    balance = Balance.of(Duffing(0.0, 0.0, 1.0), Series.of(1), True, 1.0, 1.0, 1.0)
     direction = np.zeros(4)
     direction[-1] = 1.0
     with pytest.raises(SolverError):
-        balance.near(np.zeros((3, 1)), 1.0, direction)
+        balance.near(balance.linear(np.zeros((3, 1)), 1.0), direction)

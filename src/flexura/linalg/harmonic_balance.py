@@ -48,6 +48,9 @@ SHORTEST = 1e-6
 LOCATED = 1e-6
 """How near to its zero something is located, over what it was at the ends of the step."""
 
+FOLLOWING = 4.0
+"""Natural frequencies of coordinates over that of the highest harmonic from which they follow the others."""
+
 CORNERS = 8
 """Motions at which it is looked at on the way at most."""
 
@@ -109,17 +112,31 @@ class Series(NamedTuple):
         return self.values[:, 1]
 
 
-class Orbit(NamedTuple):
-    """A periodic motion: coefficients X (N, n), frequency `omega`, rad/s, the unit `tangent` (N n + 1,) of the curve in
-    scaled unknowns, the `determinant` of the equations across it, sign and logarithm, slopes there unless they are
-    forgotten, and the arc length of the step that led to it."""
+class Motion(NamedTuple):
+    """A periodic motion: coefficients X (N, m) of slow coordinates, quick ones Q (s, n - m) at instants, which follow,
+    and the frequency `omega`, rad/s."""
 
     X: Array
+    Q: Array
     omega: float
+
+
+class Orbit(NamedTuple):
+    """A motion on a curve: the unit `tangent` (N m + 1,) of this in scaled unknowns, how quick coordinates (s, n - m)
+    go along, the `determinant` of the equations across the curve, sign and logarithm, slopes at instants unless they
+    are forgotten, and the arc length of the step that led here."""
+
+    motion: Motion
     tangent: Array
+    along: Array
     determinant: tuple[float, float]
     slopes: Slopes | None
     step: float
+
+    @property
+    def omega(self) -> float:
+        """The frequency, rad/s."""
+        return self.motion.omega
 
     @property
     def turning(self) -> float:
@@ -133,13 +150,34 @@ class Orbit(NamedTuple):
         return self.determinant[0]
 
 
+class _Following(NamedTuple):
+    """Slopes by slow coordinates (s, m, m) where the others follow as in statics, how all do T (s, n, m), and the
+    inverse (s, n - m, n - m) of the stiffness of the others."""
+
+    slopes: Slopes
+    T: Array
+    inverse: Array
+
+    @staticmethod
+    def of(slopes: Slopes, m: int, omega: float) -> _Following:
+        """With m slow coordinates."""
+        K, C, M = slopes
+        inverse = np.linalg.inv(K[:, m:, m:])
+        T = np.concatenate([np.tile(np.eye(m), (len(K), 1, 1)), -inverse @ K[:, m:, :m]], axis=1)
+        first, second = (_rates(T, omega, k) for k in (1, 2))
+        back = np.swapaxes(T, 1, 2)
+        own = back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
+        return _Following(own, T, inverse)
+
+
 @dataclass(frozen=True)
 class Balance:
     """Periodic motions of an oscillator, free ones that are even in time (`driven` false) or driven by its excitation.
 
-    Arc lengths are over amplitudes of coordinates of unit stiffness over `size`, and frequencies over `width`, rad/s.
-    Coordinates whose natural frequency is beyond `quick`, rad/s, which follow the others, count by `quick` over it, as
-    they do in kinetic energies: where leaves shorten as they bend, their stiffness along would be most of an arc.
+    The first `slow` coordinates are balanced. The others, far above the highest harmonic, are in equilibrium at each
+    instant: where leaves bend, what goes along grows with the square of the motion and needs twice its harmonics.
+    Arc lengths are over amplitudes of coordinates of unit stiffness over `size`, those with natural frequencies beyond
+    `quick`, rad/s, counting less in proportion, and frequencies over `width`, rad/s.
     """
 
     oscillator: Oscillator
@@ -148,36 +186,42 @@ class Balance:
     size: float
     width: float
     quick: float
+    slow: int
+
+    @staticmethod
+    def of(oscillator: Oscillator, series: Series, driven: bool, size: float, width: float, quick: float) -> Balance:
+        """For frequencies up to `quick`, rad/s."""
+        slow = int((oscillator.frequencies < FOLLOWING * series.harmonics * quick).sum())
+        return Balance(oscillator, series, driven, size, width, quick, max(slow, 1))
 
     @cached_property
     def metric(self) -> Array:
-        """Weights (N n + 1,) of squares of scaled unknowns in those of arc lengths."""
-        weight = np.square(self.quick / np.maximum(self.oscillator.frequencies, self.quick))
+        """Weights (N m + 1,) of squares of scaled unknowns in those of arc lengths."""
+        weight = np.square(self.quick / np.maximum(self.oscillator.frequencies[: self.slow], self.quick))
         return np.append(np.tile(weight, len(self.series.order)), 1.0)
 
-    def unit(self, direction: Array) -> Array:
-        """A direction (N n + 1,) with arc length one."""
-        return direction / np.sqrt(direction @ (self.metric * direction))
+    def linear(self, X: Array, omega: float) -> Motion:
+        """The motion with coefficients (N, n) of all coordinates."""
+        return Motion(X[:, : self.slow], self.series.values @ X[:, self.slow :], omega)
 
-    def motion(self, X: Array, omega: float) -> tuple[Array, Array, Array, Array]:
+    def instants(self, motion: Motion) -> tuple[Array, Array, Array, Array]:
         """Displacements, velocities and accelerations (s, n), and shares (s,) of the excitation."""
-        own = self.series
+        own, (X, Q, omega) = self.series, motion
         drive = own.drive if self.driven else np.zeros(len(own.values))
-        return own.values @ X, omega * (own.rates @ X), omega**2 * (own.seconds @ X), drive
+        slow = own.values @ X, omega * (own.rates @ X), omega**2 * (own.seconds @ X)
+        quick = Q, _rates(Q, omega, 1), _rates(Q, omega, 2)
+        q, v, a = (np.concatenate(both, axis=1) for both in zip(slow, quick, strict=True))
+        return q, v, a, drive
 
-    def residual(self, X: Array, omega: float) -> Array:
-        """What is missing (N, n)."""
-        return self.series.balance @ self.oscillator.forces(*self.motion(X, omega))
-
-    def jacobian(self, X: Array, omega: float, slopes: Slopes) -> Array:
-        """Derivatives (N n, N n + 1) of what is missing by coefficients over `size` and the frequency over `width`."""
-        own, (K, C, M) = self.series, slopes
-        size = X.size
-        J = np.empty((size, size + 1))
+    def jacobian(self, motion: Motion, slopes: Slopes, following: _Following) -> Array:
+        """Derivatives (N m, N m + 1) of what is missing by coefficients over `size` and the frequency over `width`."""
+        own, (X, _, omega), (K, C, M) = self.series, motion, following.slopes
+        J = np.empty((X.size, X.size + 1))
         J[:, :-1] = self.size * self._balanced((K, own.values), (C, omega * own.rates), (M, omega**2 * own.seconds))
-        _, v, a, _ = self.motion(X, omega)
-        by = (C @ v[..., None] + 2 * M @ a[..., None])[..., 0] / omega
-        J[:, -1] = self.width * (own.balance @ by).ravel()
+        _, v, a, _ = self.instants(motion)
+        _, by_rate, by_second = slopes
+        by = (v[:, None] @ np.swapaxes(by_rate, 1, 2) + 2 * a[:, None] @ np.swapaxes(by_second, 1, 2)) / omega
+        J[:, -1] = self.width * (own.balance @ (by @ following.T)[:, 0]).ravel()
         return J
 
     def _balanced(self, *terms: tuple[Array, Array]) -> Array:
@@ -190,18 +234,33 @@ class Balance:
             total += (by @ slope.reshape(len(slope), -1)).reshape(N, N, n, n).transpose(0, 2, 1, 3)
         return total.reshape(N * n, N * n)
 
-    def near(self, X: Array, omega: float, direction: Array) -> tuple[Orbit, int]:
-        """The motion next to an estimate, in the plane across a direction (N n + 1,), and the corrections that it took.
+    def near(self, motion: Motion, direction: Array) -> tuple[Orbit, int]:
+        """The motion next to an estimate, in the plane across a direction (N m + 1,), and the corrections that it took.
         Raises SolverError."""
-        X, omega, count = self._corrected(X, omega, self.metric * direction)
-        slopes = self.oscillator.slopes(*self.motion(X, omega))
         across = self.metric * direction
-        factor = self._factor(X, omega, slopes, across)
+        found, count = self._corrected(motion, across)
+        slopes = self.oscillator.slopes(*self.instants(found))
+        following = self._following(slopes, found)
+        factor = self._factor(found, slopes, following, across)
         last = np.zeros(len(across))
         last[-1] = 1.0
         tangent = la.lu_solve(factor, last, check_finite=False)
         scale = float(np.sqrt(tangent @ (self.metric * tangent)))
-        return Orbit(X, omega, tangent / scale, _determinant(factor, scale), slopes, 0.0), count
+        along = self._followed(following, tangent / scale)
+        return Orbit(found, tangent / scale, along, _determinant(factor, scale), slopes, 0.0), count
+
+    def _following(self, slopes: Slopes, motion: Motion) -> _Following:
+        if not all(np.isfinite(slope).all() for slope in slopes):
+            raise _lost(motion.omega)
+        try:
+            return _Following.of(slopes, self.slow, motion.omega)
+        except np.linalg.LinAlgError:
+            raise _lost(motion.omega) from None
+
+    def _followed(self, following: _Following, step: Array) -> Array:
+        """How quick coordinates (s, n - m) follow a step (N m + 1,)."""
+        moved = self.series.values @ (self.size * step[:-1].reshape(-1, self.slow))
+        return (following.T[:, self.slow :] @ moved[..., None])[..., 0]
 
     def onward(self, orbit: Orbit, length: float, last: Orbit | None = None) -> tuple[Orbit, int]:
         """The motion a step further along the curve, and the corrections that it took. Raises SolverError.
@@ -209,90 +268,109 @@ class Balance:
         It is looked for along the tangent, or where the cubic through the `last` motion before that has both tangents
         goes on.
         """
-        across, step = self.metric * orbit.tangent, length * orbit.tangent
+        n, tangent = len(orbit.tangent), np.append(orbit.tangent, orbit.along)
+        step = length * tangent
         if last is not None:
             step = self._cubic(last, orbit, 1 + length / orbit.step)[0] - self._chord(last, orbit)
-            step = step + (length - step @ across) * orbit.tangent
-        guess = self._moved(orbit, step, orbit.tangent)
-        found, count = self.near(guess.X, guess.omega, orbit.tangent)
+            step = step + (length - step[:n] @ (self.metric * orbit.tangent)) * tangent
+        found, count = self.near(self._moved(orbit.motion, step), orbit.tangent)
         return found._replace(step=length), count
 
     def between(self, one: Orbit, other: Orbit, t: float) -> Orbit:
-        """An estimate of the motion t of the way from one to a later one, or beyond it, by the cubic that has their
-        tangents (Hermite), and by a line the determinant."""
+        """An estimate of the motion t of the way from one to a later one by the cubic that has their tangents
+        (Hermite), and by a line the determinant."""
         step, tangent = self._cubic(one, other, t)
+        tangent = tangent[: len(one.tangent)]
         (sign, log), (later, more) = one.determinant, other.determinant
         value = (1 - t) * sign + t * later * np.exp(np.clip(more - log, -50.0, 50.0))
+        unit = tangent / np.sqrt(tangent @ (self.metric * tangent))
         determinant = float(np.sign(value)), log + float(np.log(abs(value) or 1e-300))
-        return self._moved(one, step, self.unit(tangent))._replace(determinant=determinant)
+        return one._replace(motion=self._moved(one.motion, step), tangent=unit, determinant=determinant)
 
     def _cubic(self, one: Orbit, other: Orbit, t: float) -> tuple[Array, Array]:
-        """Scaled unknowns from those of one motion on, t of the way to another, and how they go on from there."""
-        chord, a, b = self._chord(one, other), other.step * one.tangent, other.step * other.tangent
+        """Scaled unknowns and quick coordinates from those of one motion on, t of the way to another, and how they go
+        on from there."""
+        chord = self._chord(one, other)
+        a, b = (other.step * np.append(own.tangent, own.along) for own in (one, other))
         square, cube = 3 * chord - 2 * a - b, a + b - 2 * chord
         return t * a + t**2 * square + t**3 * cube, a + 2 * t * square + 3 * t**2 * cube
 
     def _chord(self, one: Orbit, other: Orbit) -> Array:
-        """Scaled unknowns (N n + 1,) from one motion to another."""
-        return np.append((other.X - one.X).ravel() / self.size, (other.omega - one.omega) / self.width)
+        """Scaled unknowns and quick coordinates from those of one motion to another."""
+        (X, Q, omega), (X1, Q1, omega1) = one.motion, other.motion
+        return np.concatenate([(X1 - X).ravel() / self.size, [(omega1 - omega) / self.width], (Q1 - Q).ravel()])
 
-    def _moved(self, orbit: Orbit, step: Array, tangent: Array) -> Orbit:
-        """An orbit after a step (N n + 1,) in scaled unknowns."""
-        X = orbit.X + self.size * step[:-1].reshape(orbit.X.shape)
-        return orbit._replace(X=X, omega=orbit.omega + self.width * float(step[-1]), tangent=tangent)
+    def _moved(self, motion: Motion, step: Array) -> Motion:
+        """A motion after a step in scaled unknowns and quick coordinates."""
+        (X, Q, omega), n = motion, motion.X.size
+        X, Q = X + self.size * step[:n].reshape(X.shape), Q + step[n + 1 :].reshape(Q.shape)
+        return Motion(X, Q, omega + self.width * float(step[n]))
 
-    def _corrected(self, X: Array, omega: float, across: Array) -> tuple[Array, float, int]:
+    def _corrected(self, motion: Motion, across: Array) -> tuple[Motion, int]:
         """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
-        size, factor, fresh = np.inf, None, True
-        estimate = omega
+        size, estimate, fresh = np.inf, motion.omega, True
+        following: _Following | None = None
+        factor: Factor | None = None
         for count in range(1, CORRECTIONS + 1):
-            if factor is None:
-                factor = self._factor(X, omega, self.oscillator.slopes(*self.motion(X, omega)), across)
-                fresh = True
-            missing = np.append(-self.residual(X, omega).ravel(), 0.0)
-            correction = la.lu_solve(factor, missing, check_finite=False)
-            before, size = size, float(np.linalg.norm(correction))
+            at = self.instants(motion)
+            if factor is None or following is None:
+                slopes, fresh = self.oscillator.slopes(*at), True
+                following = self._following(slopes, motion)
+                factor = self._factor(motion, slopes, following, across)
+            step, settling = self._step(following, factor, self.oscillator.forces(*at))
+            before, size = size, float(np.hypot(np.linalg.norm(step), self._norm(settling)))
             if not np.isfinite(size) or (fresh and size > before):
                 break
-            X = X + self.size * correction[:-1].reshape(X.shape)
-            omega += self.width * float(correction[-1])
+            motion = self._moved(motion, np.append(step, settling))
             rate = size / before if count > 1 else 0.5
-            if omega <= 0:
+            if motion.omega <= 0:
                 break
-            if size * min(rate, 1.0) < CONVERGED * (1 + float(np.linalg.norm(X)) / self.size):
-                return X, omega, count
+            large = 1 + float(np.linalg.norm(motion.X)) / self.size + self._norm(motion.Q)
+            if size * min(rate, 1.0) < CONVERGED * large:
+                return motion, count
             fresh = False
             if count > 1 and rate > SLOW:
                 factor = None
         raise _lost(estimate)
 
-    def _factor(self, X: Array, omega: float, slopes: Slopes, across: Array) -> Factor:
-        bordered = np.concatenate([self.jacobian(X, omega, slopes), across[None]])
+    def _norm(self, Q: Array) -> float:
+        """Size of quick coordinates (s, n - m)."""
+        return float(np.linalg.norm(Q)) / (self.size * len(Q) ** 0.5)
+
+    def _step(self, following: _Following, factor: Factor, missing: Array) -> tuple[Array, Array]:
+        """The step (N m + 1,) to what is missing (s, n), negative, and what quick coordinates (s, n - m) make of it."""
+        balanced = self.series.balance @ (missing[:, None] @ following.T)[:, 0]
+        step = la.lu_solve(factor, np.append(-balanced.ravel(), 0.0), check_finite=False)
+        settling = -(following.inverse @ missing[:, self.slow :, None])[..., 0]
+        return step, settling + self._followed(following, step)
+
+    def _factor(self, motion: Motion, slopes: Slopes, following: _Following, across: Array) -> Factor:
+        bordered = np.concatenate([self.jacobian(motion, slopes, following), across[None]])
         if not np.isfinite(bordered).all():
-            raise _lost(omega)
+            raise _lost(motion.omega)
         with catch_warnings(action="ignore", category=la.LinAlgWarning):
             factor: Factor = la.lu_factor(bordered, check_finite=False)
         if not factor[0].diagonal().all():
-            raise _lost(omega)
+            raise _lost(motion.omega)
         return factor
 
     def error(self, orbit: Orbit) -> tuple[float, float]:
-        """What twice as many harmonics, two more at least, would change, to first order: of the motion and of the
-        frequency, relative."""
-        series = Series.of(
-            max(2 * self.series.harmonics, self.series.harmonics + 2), even=len(orbit.X) == self.series.harmonics + 1
-        )
-        finer = replace(self, series=series)
-        X = np.zeros((len(series.order), orbit.X.shape[1]))
-        X[: len(orbit.X)] = orbit.X
-        across = np.zeros(X.size + 1)
-        across[: orbit.X.size], across[-1] = (self.metric * orbit.tangent)[:-1], orbit.turning
-        slopes = self.oscillator.slopes(*finer.motion(X, orbit.omega))
-        missing = np.append(-finer.residual(X, orbit.omega).ravel(), 0.0)
-        step = la.lu_solve(finer._factor(X, orbit.omega, slopes, across), missing, check_finite=False)
-        weights = finer.metric[:-1]
-        changed, moving = (float(np.sqrt(own**2 @ weights)) for own in (step[:-1], np.append(0 * X[0], X[1:])))
-        return self.size * changed / (moving or 1.0), self.width * abs(float(step[-1])) / orbit.omega
+        """What twice as many harmonics, two more at least, would change, to first order: of the motion, by arc length,
+        and of the frequency, relative."""
+        H, (X, Q, omega) = self.series.harmonics, orbit.motion
+        finer = replace(self, series=Series.of(max(2 * H, H + 2), even=len(X) == H + 1))
+        more = np.zeros((len(finer.series.order), X.shape[1]))
+        more[: len(X)] = X
+        motion = Motion(more, _resampled(Q, len(finer.series.values)), omega)
+        across = np.zeros(more.size + 1)
+        across[: X.size], across[-1] = (self.metric * orbit.tangent)[:-1], orbit.turning
+        at = finer.instants(motion)
+        slopes = self.oscillator.slopes(*at)
+        following = finer._following(slopes, motion)
+        step, _ = finer._step(following, finer._factor(motion, slopes, following, across), self.oscillator.forces(*at))
+        moving = np.append(0 * more[0], more[1:])
+        changed, whole = (float(np.sqrt(own**2 @ finer.metric[:-1])) for own in (step[:-1], moving))
+        return self.size * changed / (whole or 1.0), self.width * abs(float(step[-1])) / omega
 
     def exponents(self, orbit: Orbit) -> Complex:
         """Floquet's exponents (2m,), 1/s, of small motions beside a motion: those of Hill's determinant with twice as
@@ -300,8 +378,9 @@ class Balance:
         harmonic of the motion follow the others as in statics, instant by instant."""
         omega, finer = orbit.omega, Series.of(2 * self.series.harmonics)
         own = replace(self, series=finer)
-        slopes = orbit.slopes or self.oscillator.slopes(*self.motion(orbit.X, omega))
-        K, C, M = (_resampled(slope, len(finer.values)) for slope in self._slow(orbit, slopes))
+        slopes = orbit.slopes or self.oscillator.slopes(*self.instants(orbit.motion))
+        m = max(int((self.oscillator.frequencies < self.series.harmonics * omega).sum()), 1)
+        K, C, M = (_resampled(slope, len(finer.values)) for slope in _Following.of(slopes, m, omega).slopes)
         D0 = own._balanced((K, finer.values), (C, omega * finer.rates), (M, omega**2 * finer.seconds))
         D1 = omega * own._balanced((C, finer.values), (M, 2 * omega * finer.rates))
         inertia = la.lu_factor(omega**2 * own._balanced((M, finer.values)))
@@ -311,17 +390,6 @@ class Balance:
         A[size:, :size], A[size:, size:] = -la.lu_solve(inertia, D0), -la.lu_solve(inertia, D1)
         values: Complex = la.eigvals(A, check_finite=False).astype(complex)
         return omega * values[np.argsort(np.abs(values.imag), kind="stable")[: 2 * K.shape[-1]]]
-
-    def _slow(self, orbit: Orbit, slopes: Slopes) -> tuple[Array, Array, Array]:
-        """Slopes (s, m, m) by the coordinates up to the highest harmonic, with the others at rest at each instant."""
-        K, C, M = slopes
-        m = max(int((self.oscillator.frequencies < self.series.harmonics * orbit.omega).sum()), 1)
-        follow = -np.linalg.solve(K[:, m:, m:], K[:, m:, :m])
-        T = np.concatenate([np.tile(np.eye(m), (len(K), 1, 1)), follow], axis=1)
-        rate = 1j * orbit.omega * np.arange(len(K) // 2 + 1)[:, None, None]
-        first, second = (np.fft.irfft(np.fft.rfft(T, axis=0) * rate**k, len(K), axis=0) for k in (1, 2))
-        back = np.swapaxes(T, 1, 2)
-        return back @ (K @ T + C @ first + M @ second), back @ (C @ T + 2 * M @ first), back @ M @ T
 
 
 def _determinant(factor: Factor, scale: float) -> tuple[float, float]:
@@ -336,6 +404,13 @@ def _lost(omega: float) -> SolverError:
     return SolverError(
         f"no periodic motion is found near {hz}: ask for a smaller amplitude or force, or more harmonics"
     )
+
+
+def _rates(values: Array, omega: float, order: int) -> Array:
+    """Derivatives by time, of first or second order, of values (s, ...) over a period."""
+    rate = (1j * omega * np.arange(len(values) // 2 + 1)) ** order
+    spectrum = np.fft.rfft(values, axis=0) * rate.reshape(-1, *[1] * (values.ndim - 1))
+    return np.fft.irfft(spectrum, len(values), axis=0)
 
 
 def _resampled(values: Array, count: int) -> Array:
@@ -374,7 +449,7 @@ def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit],
         here = low, high
         t = float(brentq(lambda t: of(balance.between(*here, t)), 0.0, 1.0, xtol=1e-12))
         guess = balance.between(low, high, t)
-        found = balance.near(guess.X, guess.omega, guess.tangent)[0]._replace(step=t * high.step)
+        found = balance.near(guess.motion, guess.tangent)[0]._replace(step=t * high.step)
         if (of(found) > 0) == (at_low > 0):
             low, high = found, high._replace(step=(1 - t) * high.step)
         else:

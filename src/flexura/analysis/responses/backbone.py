@@ -185,7 +185,7 @@ def backbone(
     curve, own = found.curve, found.curve.oscillation
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
-    shares = np.array([_kinetic_shares(own, orbit) for orbit in curve.orbits])
+    shares = np.array([_kinetic_shares(curve, orbit) for orbit in curve.orbits])
     other = np.delete(shares, mode - 1, axis=1)
     warnings = (
         *_joined(curve, shares, mode),
@@ -202,7 +202,7 @@ def backbone(
         float(own.frequencies[mode - 1]) / (2 * np.pi),
         curve.frequency_hz,
         curve.largest[:, 0],
-        np.array([own.potential(orbit.X.sum(axis=0)) for orbit in curve.orbits]),
+        np.array([own.potential(q[0]) for q in curve.displacements]),
         curve.amplitudes[:, :, 0],
         other.sum(axis=1),
         curve.stable,
@@ -248,18 +248,18 @@ def _curve(
     if abs(motion) < 1e-6 * np.abs(reach(np.eye(n) * unit.max())).max() / unit.max():
         raise OptionError(f"mode {mode} does not move {channel.name}: read what it moves")
     series, omega = Series.of(harmonics, even=True), float(oscillation.frequencies[mode - 1])
-    balance = Balance(oscillation, series, False, abs(target / motion), omega, omega)
-    X, direction = np.zeros((harmonics + 1, n)), np.zeros((harmonics + 1) * n + 1)
+    balance = Balance.of(oscillation, series, False, abs(target / motion), omega, omega)
+    X, direction = np.zeros((harmonics + 1, n)), np.zeros((harmonics + 1) * balance.slow + 1)
     X[1, mode - 1] = FIRST * target / motion
-    direction[n + mode - 1] = np.sign(motion)
+    direction[balance.slow + mode - 1] = np.sign(motion)
 
     def beyond(orbit: Orbit) -> float:
-        ends = np.stack([orbit.X.sum(axis=0), ((-1.0) ** np.arange(harmonics + 1)) @ orbit.X])
-        return float(np.abs(reach(ends)).max()) / target - 1
+        q = balance.instants(orbit.motion)[0]
+        return float(np.abs(reach(q[[0, len(q) // 2]])).max()) / target - 1
 
     def motions() -> Iterator[Orbit]:
         last: Orbit | None = None
-        for orbit in followed(balance, balance.near(X, omega, direction)[0], STEPS[0], lambda _: STEPS[1]):
+        for orbit in followed(balance, balance.near(balance.linear(X, omega), direction)[0], STEPS[0], lambda _: STEPS[1]):
             if last is not None and beyond(orbit) > 0:
                 yield located(balance, last, orbit, beyond)
                 return
@@ -276,11 +276,11 @@ def _curve(
     return curve
 
 
-def _kinetic_shares(oscillation: Oscillation, orbit: Orbit) -> Array:
+def _kinetic_shares(curve: Curve, orbit: Orbit) -> Array:
     """Shares (n,) of the modes at rest in the mean kinetic energy."""
-    order = np.arange(len(orbit.X))[:, None]
+    v = curve.balance.instants(orbit.motion)[1]
     with np.errstate(divide="ignore"):
-        energy = ((order * orbit.X) ** 2).sum(axis=0) / oscillation.frequencies**2
+        energy = (v**2).sum(axis=0) / curve.oscillation.frequencies**2
     return energy / energy.sum()
 
 
@@ -292,11 +292,12 @@ def _joined(curve: Curve, shares: Array, mode: int) -> tuple[Diagnostic, ...]:
     j = int(other[k].argmax())
     if other[k, j] <= JOINED:
         return ()
-    orbit, frequency = curve.orbits[k], curve.oscillation.frequencies[j] / (2 * np.pi)
-    moving = np.abs(orbit.X[1:, j]) * np.arange(1, len(orbit.X))
+    frequency = curve.oscillation.frequencies[j] / (2 * np.pi)
+    moving = np.abs(np.fft.rfft(curve.displacements[k][:, j]))
+    moving *= np.arange(len(moving))
     text = (
         f"from {in_hz(curve.frequency_hz[k], 5)} on mode {j + 1}, {in_hz(float(frequency), 5)} at rest, takes part in"
-        f" harmonic {int(moving.argmax()) + 1}, with {100 * other[k, j]:.2g} % of the kinetic energy (internal"
+        f" harmonic {int(moving.argmax())}, with {100 * other[k, j]:.2g} % of the kinetic energy (internal"
         f" resonance): the curve leaves mode {mode}"
     )
     return (Diagnostic("resonance", "", float(other[k, j]), JOINED, "1", text),)

@@ -221,8 +221,8 @@ def _curve(oscillation: Oscillation, readings: Sequence[Reading], band: tuple[fl
     load = -oscillation.forces(none, none, none, one)[0]
     damping = np.diagonal(oscillation.slopes(none, none, none, one)[1][0])
     size, width = _linear(omega, damping, load, low, high)
-    balance = Balance(oscillation, Series.of(harmonics), True, size, width, high)
-    X, direction = np.zeros((2 * harmonics + 1, n)), np.zeros((2 * harmonics + 1) * n + 1)
+    balance = Balance.of(oscillation, Series.of(harmonics), True, size, width, high)
+    X, direction = np.zeros((2 * harmonics + 1, n)), np.zeros((2 * harmonics + 1) * balance.slow + 1)
     response = load / (1 - (low / omega) ** 2 + 1j * low * damping)
     X[1], X[2], direction[-1] = response.real, -response.imag, 1.0
     known = omega[np.isfinite(omega)]
@@ -232,7 +232,7 @@ def _curve(oscillation: Oscillation, readings: Sequence[Reading], band: tuple[fl
 
     def motions() -> Iterator[Orbit]:
         last: Orbit | None = None
-        for orbit in followed(balance, balance.near(X, low, direction)[0], STEPS[0], longest):
+        for orbit in followed(balance, balance.near(balance.linear(X, low), direction)[0], STEPS[0], longest):
             if last is not None and last.turning * orbit.turning < 0:
                 yield located(balance, last, orbit, lambda own: own.turning)
             if last is not None and orbit.omega > high:

@@ -101,11 +101,13 @@ class Reading(NamedTuple):
 
 class Curve(NamedTuple):
     """Motions along a curve: frequencies, Hz, and amplitudes (c, H + 1, p) of the harmonics of outputs, constant part
-    first, their largest values (c, p), whether each is stable (c,), and the orbits with their oscillation."""
+    first, their largest values (c, p), whether each is stable (c,), and the orbits with their oscillation and the
+    `displacements` (s, n) of all its coordinates at instants."""
 
     balance: Balance
     oscillation: Oscillation
     orbits: list[Orbit]
+    displacements: list[Array]
     frequency_hz: Array
     amplitudes: Complex
     largest: Array
@@ -153,9 +155,9 @@ def studied(
     def run(equations: Equations) -> list[Equilibrium]:
         rest = Path.resting(equations, Point(np.empty(0), loads))
         curve = follow(equations, rest)
-        orbit = curve.orbits[int(curve.largest[:, 0].argmax())]
-        instants = np.linspace(0, len(curve.balance.series.values), COMPARED, endpoint=False).astype(int)
-        x, R, z, placed = curve.oscillation.frames(curve.balance.series.values[instants] @ orbit.X)
+        largest = curve.displacements[int(curve.largest[:, 0].argmax())]
+        instants = np.linspace(0, len(largest), COMPARED, endpoint=False).astype(int)
+        x, R, z, placed = curve.oscillation.frames(largest[instants])
         parts = (np.split(each, COMPARED) for each in (x, R, z))
         none, own = np.empty(0), placed[: len(equations.model.dof)]
         frames = [Frames(x, R, z, own) for x, R, z in zip(*parts, strict=True)]
@@ -224,8 +226,10 @@ def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading]
     count, H = len(balance.series.values), balance.series.harmonics
     still = oscillation.frames(np.zeros((1, model.n_dof)))
     orbits, amplitudes, largest, stable = list[Orbit](), list[Complex](), list[Array](), list[bool]()
+    displacements = list[Array]()
     for orbit in motions:
-        frames = oscillation.frames(balance.series.values @ orbit.X)
+        displacements.append(balance.instants(orbit.motion)[0])
+        frames = oscillation.frames(displacements[-1])
         y = np.stack([own.at(model, frames, count) - own.at(model, still, 1) for own in readings], axis=1)
         rate = 1j * orbit.omega * np.arange(count // 2 + 1)[:, None]
         spectrum = np.fft.rfft(y, axis=0) * rate ** [own.derivative for own in readings] / count
@@ -241,7 +245,7 @@ def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading]
     if len(orbits) < 2:
         raise SolverError("no periodic motion is found near the linear one: start with less, or take order full")
     hz = np.array([orbit.omega for orbit in orbits]) / (2 * np.pi)
-    return Curve(balance, oscillation, orbits, hz, np.array(amplitudes), np.array(largest), np.array(stable))
+    return Curve(balance, oscillation, orbits, displacements, hz, np.array(amplitudes), np.array(largest), np.array(stable))
 
 
 def harmonic_errors(curve: Curve) -> tuple[float, float]:
