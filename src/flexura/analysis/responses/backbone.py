@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.linalg import Balance, Orbit, Series, located
 from flexura.mechanism import Mechanism
-from flexura.motion import Equations, Equilibrium, Oscillation
+from flexura.motion import Equations, Equilibrium, Oscillation, Path, Point
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan
 from flexura.systems import Order
@@ -181,7 +181,10 @@ def backbone(
         ended.clear()
         return _curve(Oscillation(still, state), reading, port.channel, mode, target, harmonics, ended)
 
-    found = studied(built, order, node_numbers(built), max(int(mode), 1), follow)
+    def like(equations: Equations, state: Equilibrium) -> list[Equilibrium]:
+        return [_bent(Oscillation(equations, state), Reading.of(equations.model, port), port.channel, mode, target)]
+
+    found = studied(built, order, node_numbers(built), max(int(mode), 1), follow, like)
     curve, own = found.curve, found.curve.oscillation
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
@@ -223,6 +226,40 @@ def _target(amplitude: Mapping[str, float]) -> tuple[str, float]:
     return name, float(target)
 
 
+def _reach(oscillation: Oscillation, reading: Reading) -> Callable[[Array], Array]:
+    """What reads (s,) beside the state at rest in coordinates (s, n)."""
+    model, n = oscillation.equations.model, len(oscillation.frequencies)
+    still = float(reading.at(model, oscillation.frames(np.zeros((1, n))), 1)[0])
+    return lambda q: reading.at(model, oscillation.frames(q), len(q)) - still
+
+
+def _motion_of(oscillation: Oscillation, reading: Reading, channel: Channel, mode: int) -> float:
+    """What a small motion of a mode reads over its coordinate. Raises OptionError for modes that there are not, and for
+    those that do not move it."""
+    n, finite = len(oscillation.frequencies), int(np.isfinite(oscillation.frequencies).sum())
+    if isinstance(mode, bool) or not 1 <= mode <= finite:
+        raise OptionError(f"mode is the number of a mode, 1 to {finite}, not {mode}")
+    reach, unit = _reach(oscillation, reading), np.zeros((1, n))
+    unit[0, mode - 1] = oscillation.equations.size / np.abs(oscillation.shapes[:, mode - 1]).max() * 1e-7
+    motion = float(reach(unit)[0]) / unit[0, mode - 1]
+    if abs(motion) < 1e-6 * np.abs(reach(np.eye(n) * unit.max())).max() / unit.max():
+        raise OptionError(f"mode {mode} does not move {channel.name}: read what it moves")
+    return motion
+
+
+def _bent(oscillation: Oscillation, reading: Reading, channel: Channel, mode: int, target: float) -> Equilibrium:
+    """The state under the forces that accelerate masses in a small motion of a mode, as large as if that reached an
+    amplitude. Raises SolverError where there is none."""
+    model, loads, k = oscillation.equations.model, oscillation.state.loads, mode - 1
+    amount = oscillation.frequencies[k] ** 2 * target / _motion_of(oscillation, reading, channel, mode)
+    force = amount * (model.mass(oscillation.state.frames) @ oscillation.shapes[:, k])
+    spread = np.where(model.dof >= 0, force[model.dof], 0.0)
+    dead = dict(loads.dead)
+    for node in np.flatnonzero(model.rest.placed & spread.any(axis=1)).tolist():
+        dead[node] = dead.get(node, 0.0) + spread[node]
+    return Path.resting(oscillation.equations, Point(np.empty(0), replace(loads, dead=dead)))
+
+
 def _curve(
     oscillation: Oscillation,
     reading: Reading,
@@ -234,19 +271,8 @@ def _curve(
 ) -> Curve:
     """Motions of a mode up to an amplitude."""
     n, model = len(oscillation.frequencies), oscillation.equations.model
-    finite = int(np.isfinite(oscillation.frequencies).sum())
-    if isinstance(mode, bool) or not 1 <= mode <= finite:
-        raise OptionError(f"mode is the number of a mode, 1 to {finite}, not {mode}")
-    still = float(reading.at(model, oscillation.frames(np.zeros((1, n))), 1)[0])
-
-    def reach(q: Array) -> Array:
-        return reading.at(model, oscillation.frames(q), len(q)) - still
-
-    unit = np.zeros((1, n))
-    unit[0, mode - 1] = oscillation.equations.size / np.abs(oscillation.shapes[:, mode - 1]).max() * 1e-7
-    motion = float(reach(unit)[0]) / unit[0, mode - 1]
-    if abs(motion) < 1e-6 * np.abs(reach(np.eye(n) * unit.max())).max() / unit.max():
-        raise OptionError(f"mode {mode} does not move {channel.name}: read what it moves")
+    motion = _motion_of(oscillation, reading, channel, mode)
+    reach = _reach(oscillation, reading)
     series, omega = Series.of(harmonics, even=True), float(oscillation.frequencies[mode - 1])
     balance = Balance.of(oscillation, series, False, abs(target / motion), omega, omega)
     X, direction = np.zeros((harmonics + 1, n)), np.zeros((harmonics + 1) * balance.slow + 1)

@@ -139,10 +139,15 @@ def built_system(model: Any, parameters: Mapping[str, Any] | None, order: str, *
 
 
 def studied(
-    built: System, order: str, nodes: Sequence[int], n: int, follow: Callable[[Equations, Equilibrium], Curve]
+    built: System,
+    order: str,
+    nodes: Sequence[int],
+    n: int,
+    follow: Callable[[Equations, Equilibrium], Curve],
+    like: Callable[[Equations, Equilibrium], list[Equilibrium]] = lambda equations, rest: [],
 ) -> Studied:
-    """What `follow` finds about the state under described loads, on the order that turns, judged by n modes, or the
-    full one.
+    """What `follow` finds about the state under described loads, on the full order or the one that turns, which is made
+    good in this state and those of equilibrium that are `like` the largest motion, judged by n modes, first.
 
     Raises SolverError where nothing is found.
     """
@@ -169,7 +174,12 @@ def studied(
     if order == "full":
         run(equations)
         return Studied(runs[0][0], 0.0, (f"full-order model, order {equations.model.n_dof}",), ())
-    found = low_order_motion(equations, [*loads.dead, *nodes], run, n)
+
+    def probe(equations: Equations) -> list[Equilibrium]:
+        rest = Path.resting(equations, Point(np.empty(0), loads))
+        return [rest, *like(equations, rest)]
+
+    found = low_order_motion(equations, [*loads.dead, *nodes], run, n, probe)
     curve, (rest, *energies) = runs[found.run]
     k = int(np.argmax(np.abs(np.array(energies) - rest)))
     off = abs(found.states[k].tangent.forces.energy - energies[k]) / abs(energies[k] - rest)
