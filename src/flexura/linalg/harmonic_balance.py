@@ -308,19 +308,22 @@ class Balance:
 
     def _corrected(self, motion: Motion, across: Array) -> tuple[Motion, int]:
         """The motion in the plane through an estimate, by Newton's method with derivatives of a motion near it."""
-        size, estimate, fresh = np.inf, motion.omega, True
+        size, of_newton, estimate = np.inf, np.inf, motion.omega
         following: _Following | None = None
         factor: Factor | None = None
+        fresh = False
         for count in range(1, CORRECTIONS + 1):
             at = self.instants(motion)
             if factor is None or following is None:
-                slopes, fresh = self.oscillator.slopes(*at), True
+                slopes = self.oscillator.slopes(*at)
                 following = self._following(slopes, motion)
                 factor = self._factor(motion, slopes, following, across)
+                fresh = True
             step, settling = self._step(following, factor, self.oscillator.forces(*at))
             before, size = size, float(np.hypot(np.linalg.norm(step), self._norm(settling)))
-            if not np.isfinite(size) or (fresh and size > before):
+            if not np.isfinite(size) or (fresh and size > of_newton):
                 break
+            of_newton = size if fresh else of_newton
             motion = self._moved(motion, np.append(step, settling))
             rate = size / before if count > 1 else 0.5
             if motion.omega <= 0:
