@@ -22,8 +22,8 @@ class Duffing:
     def forces(self, q, v, a, drive):
         return a + self.c * v + q + self.e * q**3 - self.f * drive[:, None]
 
-    def slopes(self, q, v, a, drive):
-        del a, drive
+    def slopes(self, q, v, a, drive, slow):
+        del a, drive, slow
         one = np.ones((*v.shape, 1))
         return (1 + 3 * self.e * q**2)[..., None], self.c * one, one
 

@@ -36,6 +36,9 @@ SLOW = 0.15
 EASY = 7
 """Corrections up to which the next step is longer."""
 
+UNSETTLED = 1e-3
+"""Move of quick coordinates, over all of the motion, from which they settle before derivatives are worked out."""
+
 LONGER = 1.5
 """How many times as long that is."""
 
@@ -74,8 +77,9 @@ class Oscillator(Protocol):
         of the excitation."""
         ...
 
-    def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
-        """Derivatives (s, n, n) of the forces by displacements, velocities and accelerations."""
+    def slopes(self, q: Array, v: Array, a: Array, drive: Array, slow: int) -> tuple[Array, Array, Array]:
+        """Derivatives (s, n, n) of the forces by displacements, velocities and accelerations, exact along motions of
+        the first `slow` coordinates that the others follow as in statics."""
         ...
 
 
@@ -239,7 +243,7 @@ class Balance:
         Raises SolverError."""
         across = self.metric * direction
         found, count = self._corrected(motion, across)
-        slopes = self.oscillator.slopes(*self.instants(found))
+        slopes = self.oscillator.slopes(*self.instants(found), self.slow)
         following = self._following(slopes, found)
         factor = self._factor(found, slopes, following, across)
         last = np.zeros(len(across))
@@ -315,24 +319,30 @@ class Balance:
         for count in range(1, CORRECTIONS + 1):
             at = self.instants(motion)
             if factor is None or following is None:
-                slopes = self.oscillator.slopes(*at)
+                slopes = self.oscillator.slopes(*at, self.slow)
                 following = self._following(slopes, motion)
                 factor = self._factor(motion, slopes, following, across)
                 fresh = True
-            step, settling = self._step(following, factor, self.oscillator.forces(*at))
+            missing = self.oscillator.forces(*at)
+            settling = self._settling(following, missing)
+            large = 1 + float(np.linalg.norm(motion.X)) / self.size + self._norm(motion.Q)
+            if fresh and np.isfinite(settling).all() and self._norm(settling) > UNSETTLED * large:
+                motion, factor = motion._replace(Q=motion.Q + settling), None
+                continue
+            step = self._step(following, factor, missing)
+            settling = settling + self._followed(following, step)
             before, size = size, float(np.hypot(np.linalg.norm(step), self._norm(settling)))
             if not np.isfinite(size) or (fresh and size > of_newton):
                 break
             of_newton = size if fresh else of_newton
             motion = self._moved(motion, np.append(step, settling))
-            rate = size / before if count > 1 else 0.5
+            rate = size / before if np.isfinite(before) else 0.5
             if motion.omega <= 0:
                 break
-            large = 1 + float(np.linalg.norm(motion.X)) / self.size + self._norm(motion.Q)
             if size * min(rate, 1.0) < CONVERGED * large:
                 return motion, count
             fresh = False
-            if count > 1 and rate > SLOW:
+            if np.isfinite(before) and rate > SLOW:
                 factor = None
         raise _lost(estimate)
 
@@ -340,12 +350,14 @@ class Balance:
         """Size of quick coordinates (s, n - m)."""
         return float(np.linalg.norm(Q)) / (self.size * len(Q) ** 0.5)
 
-    def _step(self, following: _Following, factor: Factor, missing: Array) -> tuple[Array, Array]:
-        """The step (N m + 1,) to what is missing (s, n), negative, and what quick coordinates (s, n - m) make of it."""
+    def _step(self, following: _Following, factor: Factor, missing: Array) -> Array:
+        """The step (N m + 1,) to what is missing (s, n), negative."""
         balanced = self.series.balance @ (missing[:, None] @ following.T)[:, 0]
-        step = la.lu_solve(factor, np.append(-balanced.ravel(), 0.0), check_finite=False)
-        settling = -(following.inverse @ missing[:, self.slow :, None])[..., 0]
-        return step, settling + self._followed(following, step)
+        return la.lu_solve(factor, np.append(-balanced.ravel(), 0.0), check_finite=False)
+
+    def _settling(self, following: _Following, missing: Array) -> Array:
+        """What quick coordinates (s, n - m) give way by to what is missing (s, n)."""
+        return -(following.inverse @ missing[:, self.slow :, None])[..., 0]
 
     def _factor(self, motion: Motion, slopes: Slopes, following: _Following, across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(motion, slopes, following), across[None]])
@@ -368,9 +380,9 @@ class Balance:
         across = np.zeros(more.size + 1)
         across[: X.size], across[-1] = (self.metric * orbit.tangent)[:-1], orbit.turning
         at = finer.instants(motion)
-        slopes = self.oscillator.slopes(*at)
+        slopes = self.oscillator.slopes(*at, self.slow)
         following = finer._following(slopes, motion)
-        step, _ = finer._step(following, finer._factor(motion, slopes, following, across), self.oscillator.forces(*at))
+        step = finer._step(following, finer._factor(motion, slopes, following, across), self.oscillator.forces(*at))
         moving = np.append(0 * more[0], more[1:])
         changed, whole = (float(np.sqrt(own**2 @ finer.metric[:-1])) for own in (step[:-1], moving))
         return self.size * changed / (whole or 1.0), self.width * abs(float(step[-1])) / omega
@@ -381,7 +393,7 @@ class Balance:
         harmonic of the motion follow the others as in statics, instant by instant."""
         omega, finer = orbit.omega, Series.of(2 * self.series.harmonics)
         own = replace(self, series=finer)
-        slopes = orbit.slopes or self.oscillator.slopes(*self.instants(orbit.motion))
+        slopes = orbit.slopes or self.oscillator.slopes(*self.instants(orbit.motion), self.slow)
         m = max(int((self.oscillator.frequencies < self.series.harmonics * omega).sum()), 1)
         K, C, M = (_resampled(slope, len(finer.values)) for slope in _Following.of(slopes, m, omega).slopes)
         D0 = own._balanced((K, finer.values), (C, omega * finer.rates), (M, omega**2 * finer.seconds))

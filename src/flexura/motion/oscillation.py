@@ -19,11 +19,12 @@ from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.errors import OptionError
 from flexura.linalg import is_definite
-from flexura.motion.elements import Frames, Rates
+from flexura.motion.elements import Frames, Group, PoseElements, Rates, Response
 from flexura.motion.equilibrium import Equations, Equilibrium
 from flexura.motion.integration import Damping
 from flexura.motion.model import Loads, MovingModel
 from flexura.motion.posed import Lever
+from flexura.motion.superelements import Superelements
 
 T = TypeVar("T")
 
@@ -35,9 +36,6 @@ AT_ONCE = 4000
 
 DIFFERENCE = 1e-5
 """Change of coordinates, m over the size or rad, of differences."""
-
-QUICK = 10.0
-"""Natural frequencies of coordinates over the rate of a motion from which they count as far above it."""
 
 SMALL_RATE = 1e-4
 """Change of velocities over the largest ones."""
@@ -204,7 +202,11 @@ class Oscillation:
         J, omega, turned = turning(x[:, turns, 3:], rate[:, turns, 3:], second[:, turns, 3:])
         rate[:, turns, 3:], second[:, turns, 3:] = omega, turned
         frames = self._at(len(q)).state.moved(x.reshape(-1, 6))
-        return frames, J, Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta)
+        return (
+            frames,
+            J,
+            Rates(rate.reshape(-1, 6), (second + self.damping.alpha * rate).reshape(-1, 6), self.damping.beta),
+        )
 
     def _pulled(self, frames: Frames, dead: Mapping[int, Array], count: int) -> Array:
         """Dead loads (s, n + 1, 6) on frames."""
@@ -252,29 +254,34 @@ class Oscillation:
                 dead[lever.node] = dead.get(lever.node, 0.0) + own
         return dead, commands
 
-    def slopes(self, q: Array, v: Array, a: Array, drive: Array) -> tuple[Array, Array, Array]:
+    def slopes(self, q: Array, v: Array, a: Array, drive: Array, slow: int) -> tuple[Array, Array, Array]:
         """Derivatives (s, n, n) of what is missing by displacements, velocities and accelerations.
 
-        They are exact but for what inertia forces and damping change by displacements: differences by slow
-        coordinates, and none by those far above the motion.
+        Those of forces at rest are exact, as are those by velocities. What inertia forces and damping change by
+        displacements are differences along motions of the first `slow` coordinates that the others follow as in
+        statics, by these alone.
         """
-        K, viscous, other, M = self._tangents(q, v, drive)
-        C = viscous + other
-        speed = np.sqrt((a * a).sum() / (v * v).sum()) if v.any() else self.frequencies[0]
-        slow = max(int(np.searchsorted(self.frequencies, QUICK * speed)), 1)
+        K, viscous, other, M = self._tangents(q, drive)
+        n, times = q.shape[1], 2 * slow
+        follow = -np.linalg.solve(K[:, slow:, slow:], K[:, slow:, :slow])
+        T = np.concatenate([np.tile(np.eye(slow), (len(q), 1, 1)), follow], axis=1)
         reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
-        fast = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or speed) * step
-        a, drive = (np.concatenate([own] * (2 * slow)) for own in (a, drive))
+        fast = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or float(self.frequencies[0])) * step
+        a, drive = (np.concatenate([own] * times) for own in (a, drive))
 
         def changing(q: Array, v: Array) -> Array:
             return self.forces(q, v, a, drive) if self._is_damped_by_place else self._accelerating(q, v, a)
 
-        by_place = _differences(changing, q, v, step)
-        by_rate = _differences(lambda v, q: changing(q, v), v, q, fast)
-        if not self._is_damped_by_place:
-            by_place, by_rate = by_place + K[..., :slow], by_rate + other[..., :slow]
-        K[..., :slow], C[..., :slow] = by_place, by_rate
+        by_place = _differences(changing, q, v, T, step)
+        C = viscous + other
+        by_rate = _differences(lambda v, q: changing(q, v), v, q, T, fast)
+        if self._is_damped_by_place:
+            by_place -= K @ T
+        else:
+            by_rate += other @ T
+        K[..., :slow] += by_place
+        C[..., :slow] = by_rate - C[..., slow:] @ T[:, slow:]
         return K, C, M
 
     @property
@@ -282,12 +289,12 @@ class Oscillation:
         """Whether damping by stiffness or of stops changes with displacements."""
         return bool(self.damping.beta) or any(own.damping.any() for own in self.equations.model.stops)
 
-    def _tangents(self, q: Array, v: Array, drive: Array) -> tuple[Array, Array, Array, Array]:
+    def _tangents(self, q: Array, drive: Array) -> tuple[Array, Array, Array, Array]:
         """Stiffness (s, n, n) by the coordinates in states, of forces at rest, damping in proportion to masses and by
         dashpots, the other damping, and mass."""
         s, at, model = len(q), self._at(len(q)), self.equations.model
         moving, turns = at.model, self._turning
-        frames, J, rates = self._moving(q, v, np.zeros_like(q))
+        frames, J, _ = self._moving(q, np.zeros_like(q), np.zeros_like(q))
         dead, commands = self._loads(drive)
         X = np.tile(self._spread(self.shapes.T).transpose(1, 2, 0), (s, 1, 1, 1))
         X[:, turns, 3:] = J @ X[:, turns, 3:]
@@ -308,9 +315,9 @@ class Oscillation:
         for dashpot in moving.dashpots:
             viscous = viscous + _projected(dashpot.material(frames)[0], X[dashpot.node], s)
         if self.damping.beta:
-            other += self.damping.beta * self._summed(moving.material_blocks(frames, commands), X, s)
-        for stops in moving.stops:
-            other += _projected(stops.rate_tangents(frames, rates.velocity)[1], X[stops.node], s)
+            blocks = _resisting(moving.commanded(commands), held.responses, frames)
+            blocks += [0 * block for block in held.blocks[len(blocks) :]]
+            other += self.damping.beta * self._summed(blocks, X, s)
         return K, viscous, other if self._dampers is None else other + np.diag(self._dampers), M
 
     def _summed(self, blocks: Sequence[Array], X: Array, count: int) -> Array:
@@ -338,12 +345,25 @@ def _projected(blocks: Array, X: Array, count: int) -> Array:
     return np.swapaxes(X.reshape(count, -1, n), 1, 2) @ pushed
 
 
-def _differences(of: Callable[[Array, Array], Array], at: Array, other: Array, step: Array) -> Array:
-    """Derivatives (s, n, m) of what depends on two values (s, n) by the first m coordinates of one of them, by
-    central differences of a step (m,)."""
-    s, n = at.shape
-    changes = np.zeros((2, len(step), 1, n))
-    changes[0, range(len(step)), 0, range(len(step))] = step
-    changes[1] = -changes[0]
-    values = of((at + changes).reshape(-1, n), np.tile(other, (2 * len(step), 1))).reshape(2, -1, s, n)
+def _differences(of: Callable[[Array, Array], Array], at: Array, other: Array, T: Array, step: Array) -> Array:
+    """Derivatives (s, n, m) of what depends on two values (s, n) by one of them along directions T (s, n, m), by central
+    differences of steps (m,)."""
+    s, n, m = T.shape
+    changes = np.moveaxis(T * step, -1, 0)
+    changes = np.stack([changes, -changes])
+    values = of((at + changes).reshape(-1, n), np.tile(other, (2 * m, 1))).reshape(2, m, s, n)
     return np.moveaxis((values[0] - values[1]) / (2 * step[:, None, None]), 0, -1)
+
+
+def _resisting(elements: Sequence[Group], responses: Sequence[Response], frames: Frames) -> list[Array]:
+    """Derivatives (e, 6k, 6k) by velocities of what elements of unit damping resist, and those of coupled members."""
+    blocks = list[Array]()
+    for own, response in zip(elements, responses, strict=True):
+        if isinstance(own, PoseElements | Superelements):
+            energy = own.strain if isinstance(own, PoseElements) else own.energy
+            B = own.rows(frames)
+            blocks.append(np.swapaxes(B, 1, 2) @ energy.response(own.deformation(frames))[2] @ B)
+        else:
+            blocks.append(own.material(frames)[0])
+        blocks.extend(response.coupled)
+    return blocks

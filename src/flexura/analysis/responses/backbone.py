@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from flexura.analysis.responses.oscillations import (
     Curve,
     Reading,
     Studied,
+    bent,
     built_system,
     checked_harmonics,
     followed,
@@ -31,7 +32,7 @@ from flexura.errors import Diagnostic, OptionError
 from flexura.full_order import plan_of
 from flexura.linalg import Balance, Orbit, Series, located
 from flexura.mechanism import Mechanism
-from flexura.motion import Equations, Equilibrium, Oscillation, Path, Point
+from flexura.motion import Equations, Equilibrium, Oscillation
 from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel, Plan
 from flexura.systems import Order
@@ -181,8 +182,11 @@ def backbone(
         ended.clear()
         return _curve(Oscillation(still, state), reading, port.channel, mode, target, harmonics, ended)
 
-    def like(equations: Equations, state: Equilibrium) -> list[Equilibrium]:
-        return [_bent(Oscillation(equations, state), Reading.of(equations.model, port), port.channel, mode, target)]
+    def like(equations: Equations, state: Equilibrium) -> Equilibrium:
+        still = Oscillation(equations, state)
+        q = np.zeros(len(still.frequencies))
+        q[mode - 1] = target / _motion_of(still, Reading.of(equations.model, port), port.channel, mode)
+        return bent(still, q)
 
     found = studied(built, order, node_numbers(built), max(int(mode), 1), follow, like)
     curve, own = found.curve, found.curve.oscillation
@@ -247,19 +251,6 @@ def _motion_of(oscillation: Oscillation, reading: Reading, channel: Channel, mod
     return motion
 
 
-def _bent(oscillation: Oscillation, reading: Reading, channel: Channel, mode: int, target: float) -> Equilibrium:
-    """The state under the forces that accelerate masses in a small motion of a mode, as large as if that reached an
-    amplitude. Raises SolverError where there is none."""
-    model, loads, k = oscillation.equations.model, oscillation.state.loads, mode - 1
-    amount = oscillation.frequencies[k] ** 2 * target / _motion_of(oscillation, reading, channel, mode)
-    force = amount * (model.mass(oscillation.state.frames) @ oscillation.shapes[:, k])
-    spread = np.where(model.dof >= 0, force[model.dof], 0.0)
-    dead = dict(loads.dead)
-    for node in np.flatnonzero(model.rest.placed & spread.any(axis=1)).tolist():
-        dead[node] = dead.get(node, 0.0) + spread[node]
-    return Path.resting(oscillation.equations, Point(np.empty(0), replace(loads, dead=dead)))
-
-
 def _curve(
     oscillation: Oscillation,
     reading: Reading,
@@ -285,7 +276,9 @@ def _curve(
 
     def motions() -> Iterator[Orbit]:
         last: Orbit | None = None
-        for orbit in followed(balance, balance.near(balance.linear(X, omega), direction)[0], STEPS[0], lambda _: STEPS[1]):
+        for orbit in followed(
+            balance, balance.near(balance.linear(X, omega), direction)[0], STEPS[0], lambda _: STEPS[1]
+        ):
             if last is not None and beyond(orbit) > 0:
                 yield located(balance, last, orbit, beyond)
                 return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from flexura.analysis.responses.oscillations import (
     HARMONICS,
     Curve,
     Reading,
+    bent,
     built_system,
     checked_harmonics,
     followed,
@@ -168,7 +169,11 @@ def nonlinear_response(
             ended.append(Diagnostic("resonance", built.outputs[0].name, high, np.nan, "Hz", text))
         return curve
 
-    found = studied(built, order, node_numbers(built), _modes_below(built, high), follow)
+    def like(equations: Equations, state: Equilibrium) -> Equilibrium:
+        oscillation, _ = oscillating(built, equations, state, amounts)
+        return bent(oscillation, _Linear.of(oscillation).largest(2 * np.pi * low, 2 * np.pi * high))
+
+    found = studied(built, order, node_numbers(built), _modes_below(built, high), follow, like)
     curve = found.curve
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
@@ -216,14 +221,12 @@ def _amounts(inputs: Mapping[str, float]) -> tuple[list[str], list[float]]:
 def _curve(oscillation: Oscillation, readings: Sequence[Reading], band: tuple[float, float], harmonics: int) -> Curve:
     """Motions from the lowest frequency to the highest."""
     low, high = (2 * np.pi * f for f in band)
-    n, omega = len(oscillation.frequencies), oscillation.frequencies
-    none, one = np.zeros((1, n)), np.ones(1)
-    load = -oscillation.forces(none, none, none, one)[0]
-    damping = np.diagonal(oscillation.slopes(none, none, none, one)[1][0])
-    size, width = _linear(omega, damping, load, low, high)
+    linear = _Linear.of(oscillation)
+    n, omega = len(linear.omega), linear.omega
+    size, width = linear.size(low, high), linear.width(low, high)
     balance = Balance.of(oscillation, Series.of(harmonics), True, size, width, high)
     X, direction = np.zeros((2 * harmonics + 1, n)), np.zeros((2 * harmonics + 1) * balance.slow + 1)
-    response = load / (1 - (low / omega) ** 2 + 1j * low * damping)
+    response = linear.at(np.array([low]))[0]
     X[1], X[2], direction[-1] = response.real, -response.imag, 1.0
     known = omega[np.isfinite(omega)]
 
@@ -246,15 +249,46 @@ def _curve(oscillation: Oscillation, readings: Sequence[Reading], band: tuple[fl
     return read(balance, oscillation, readings, motions())
 
 
-def _linear(omega: Array, damping: Array, load: Array, low: float, high: float) -> tuple[float, float]:
-    """The largest linear response (n,) in a band, in coordinates of unit stiffness, and the width of the sharpest
-    resonance there, rad/s."""
-    ratios = damping * omega / 2
-    inside = (omega >= low) & (omega <= high) & (ratios > 0)
-    points = np.append(np.geomspace(low, high, 400), omega[inside])[:, None]
-    size = np.linalg.norm(load / (1 - (points / omega) ** 2 + 1j * points * damping), axis=1).max()
-    width = float((WIDTHS * ratios * omega)[inside].min(initial=high - low))
-    return float(size), max(width, (high - low) / 400)
+class _Linear(NamedTuple):
+    """Small motions: natural frequencies (n,), rad/s, damping and loads of coordinates of unit stiffness."""
+
+    omega: Array
+    damping: Array
+    load: Array
+
+    @staticmethod
+    def of(oscillation: Oscillation) -> _Linear:
+        """About the state of equilibrium."""
+        none, one = np.zeros((1, len(oscillation.frequencies))), np.ones(1)
+        load = -oscillation.forces(none, none, none, one)[0]
+        return _Linear(oscillation.frequencies, np.diagonal(oscillation.slopes(none, none, none, one, 1)[1][0]), load)
+
+    def at(self, omega: Array) -> Complex:
+        """Responses (k, n) at frequencies (k,), rad/s."""
+        omega = omega[:, None]
+        return self.load / (1 - (omega / self.omega) ** 2 + 1j * omega * self.damping)
+
+    def _band(self, low: float, high: float) -> Complex:
+        inside = (self.omega >= low) & (self.omega <= high) & (self.damping > 0)
+        return self.at(np.append(np.geomspace(low, high, 400), self.omega[inside]))
+
+    def size(self, low: float, high: float) -> float:
+        """The largest response in a band."""
+        return float(np.linalg.norm(self._band(low, high), axis=1).max())
+
+    def largest(self, low: float, high: float) -> Array:
+        """Coordinates (n,) of the largest response in a band, when the largest one of them turns back."""
+        responses = self._band(low, high)
+        own = responses[np.linalg.norm(responses, axis=1).argmax()]
+        turn = own[np.abs(own).argmax()]
+        return (own * (turn.conj() / abs(turn))).real
+
+    def width(self, low: float, high: float) -> float:
+        """The width of the sharpest resonance in a band, rad/s."""
+        ratios = self.damping * self.omega / 2
+        inside = (self.omega >= low) & (self.omega <= high) & (ratios > 0)
+        width = float((WIDTHS * ratios * self.omega)[inside].min(initial=high - low))
+        return max(width, (high - low) / 400)
 
 
 def _turns(curve: Curve) -> tuple[list[tuple[float, Array]], tuple[Diagnostic, ...]]:

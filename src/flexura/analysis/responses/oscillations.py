@@ -4,6 +4,7 @@ readings, errors and stability."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from typing import Any, NamedTuple
@@ -54,6 +55,9 @@ LOSSY = 24
 
 MOST_MOTIONS = 400
 """Motions along one curve."""
+
+FURTHEST = 0.1
+"""Displacement, over the size or in rad, of states that are like the largest motion at most."""
 
 FINER = 8
 """Instants between samples at which the largest value of an output is looked for."""
@@ -144,10 +148,10 @@ def studied(
     nodes: Sequence[int],
     n: int,
     follow: Callable[[Equations, Equilibrium], Curve],
-    like: Callable[[Equations, Equilibrium], list[Equilibrium]] = lambda equations, rest: [],
+    like: Callable[[Equations, Equilibrium], Equilibrium],
 ) -> Studied:
     """What `follow` finds about the state under described loads, on the full order or the one that turns, which is made
-    good in this state and those of equilibrium that are `like` the largest motion, judged by n modes, first.
+    good in this state and one of equilibrium that is `like` the largest motion, if there is, judged by n modes, first.
 
     Raises SolverError where nothing is found.
     """
@@ -155,6 +159,7 @@ def studied(
     assert isinstance(full, FullOrderModel)
     equations = Equations(MovingModel.of(full.design))
     runs: list[tuple[Curve, Array]] = []
+    bends = False
     loads = described_loads(full.design)
 
     def run(equations: Equations) -> list[Equilibrium]:
@@ -174,10 +179,13 @@ def studied(
     if order == "full":
         run(equations)
         return Studied(runs[0][0], 0.0, (f"full-order model, order {equations.model.n_dof}",), ())
+    with suppress(SolverError):
+        like(equations, Path.resting(equations, Point(np.empty(0), loads)))
+        bends = True
 
     def probe(equations: Equations) -> list[Equilibrium]:
         rest = Path.resting(equations, Point(np.empty(0), loads))
-        return [rest, *like(equations, rest)]
+        return [rest, like(equations, rest)] if bends else [rest]
 
     found = low_order_motion(equations, [*loads.dead, *nodes], run, n, probe)
     curve, (rest, *energies) = runs[found.run]
@@ -223,6 +231,21 @@ def oscillating(
     return Oscillation(equations, state, levers, amounts, damping, ratios), notes
 
 
+def bent(oscillation: Oscillation, q: Array) -> Equilibrium:
+    """The state under the forces that would make a small motion (n,) of a model, as that of masses which it
+    accelerates, no larger than flexures go. Raises SolverError where there is none."""
+    model, state, loads = oscillation.equations.model, oscillation.state, oscillation.state.loads
+    omega = np.where(np.isfinite(oscillation.frequencies), oscillation.frequencies, 0.0)
+    reach = oscillation.equations.scale * (oscillation.shapes @ q)
+    q = q * min(1.0, FURTHEST / float(np.abs(reach).max()))
+    force = model.mass(state.frames) @ (oscillation.shapes @ (omega**2 * q))
+    spread = np.where(model.dof >= 0, force[model.dof], 0.0)
+    dead = dict(loads.dead)
+    for node in np.flatnonzero(model.rest.placed & spread.any(axis=1)).tolist():
+        dead[node] = dead.get(node, 0.0) + spread[node]
+    return Path.resting(oscillation.equations, Point(np.empty(0), replace(loads, dead=dead)))
+
+
 def followed(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit], float]) -> Iterator[Orbit]:
     """Motions along a curve as `along`, within the limits of time and number."""
     for orbit in islice(along(balance, first, step, longest), MOST_MOTIONS):
@@ -255,7 +278,9 @@ def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading]
     if len(orbits) < 2:
         raise SolverError("no periodic motion is found near the linear one: start with less, or take order full")
     hz = np.array([orbit.omega for orbit in orbits]) / (2 * np.pi)
-    return Curve(balance, oscillation, orbits, displacements, hz, np.array(amplitudes), np.array(largest), np.array(stable))
+    return Curve(
+        balance, oscillation, orbits, displacements, hz, np.array(amplitudes), np.array(largest), np.array(stable)
+    )
 
 
 def harmonic_errors(curve: Curve) -> tuple[float, float]:
