@@ -39,6 +39,9 @@ EASY = 7
 UNSETTLED = 1e-3
 """Move of quick coordinates, over all of the motion, from which they settle before derivatives are worked out."""
 
+LEAST_STIFF = 0.3
+"""Dynamic stiffness of quick coordinates over the static one at least, where they settle."""
+
 LONGER = 1.5
 """How many times as long that is."""
 
@@ -51,8 +54,9 @@ SHORTEST = 1e-6
 LOCATED = 1e-6
 """How near to its zero something is located, over what it was at the ends of the step."""
 
-FOLLOWING = 4.0
-"""Natural frequencies of coordinates over that of the highest harmonic from which they follow the others."""
+FOLLOWING = 2.0, 16.0
+"""Natural frequencies of coordinates from which they follow the others, over the highest one that instants tell apart
+and over that of the motion; the larger one of both."""
 
 CORNERS = 8
 """Motions at which it is looked at on the way at most."""
@@ -195,7 +199,9 @@ class Balance:
     @staticmethod
     def of(oscillator: Oscillator, series: Series, driven: bool, size: float, width: float, quick: float) -> Balance:
         """For frequencies up to `quick`, rad/s."""
-        slow = int((oscillator.frequencies < FOLLOWING * series.harmonics * quick).sum())
+        of_instants, of_motion = FOLLOWING
+        limit = max(of_instants * len(series.values) / 2, of_motion) * quick
+        slow = int((oscillator.frequencies < limit).sum())
         return Balance(oscillator, series, driven, size, width, quick, max(slow, 1))
 
     @cached_property
@@ -324,7 +330,7 @@ class Balance:
                 factor = self._factor(motion, slopes, following, across)
                 fresh = True
             missing = self.oscillator.forces(*at)
-            settling = self._settling(following, missing)
+            settling = self._settling(following, missing, motion.omega)
             large = 1 + float(np.linalg.norm(motion.X)) / self.size + self._norm(motion.Q)
             if fresh and np.isfinite(settling).all() and self._norm(settling) > UNSETTLED * large:
                 motion, factor = motion._replace(Q=motion.Q + settling), None
@@ -355,9 +361,15 @@ class Balance:
         balanced = self.series.balance @ (missing[:, None] @ following.T)[:, 0]
         return la.lu_solve(factor, np.append(-balanced.ravel(), 0.0), check_finite=False)
 
-    def _settling(self, following: _Following, missing: Array) -> Array:
-        """What quick coordinates (s, n - m) give way by to what is missing (s, n)."""
-        return -(following.inverse @ missing[:, self.slow :, None])[..., 0]
+    def _settling(self, following: _Following, missing: Array, omega: float) -> Array:
+        """What quick coordinates (s, n - m) give way by to what is missing (s, n): as in statics, harmonics as much
+        more as those of modes at rest do."""
+        still = -(following.inverse @ missing[:, self.slow :, None])[..., 0]
+        dynamic = 1 - np.square(
+            np.arange(len(still) // 2 + 1)[:, None] * omega / self.oscillator.frequencies[self.slow :]
+        )
+        dynamic = np.where(np.abs(dynamic) < LEAST_STIFF, LEAST_STIFF, dynamic)
+        return np.fft.irfft(np.fft.rfft(still, axis=0) / dynamic, len(still), axis=0)
 
     def _factor(self, motion: Motion, slopes: Slopes, following: _Following, across: Array) -> Factor:
         bordered = np.concatenate([self.jacobian(motion, slopes, following), across[None]])
@@ -461,8 +473,11 @@ def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit],
     for _ in range(CORNERS):
         if abs(of(found)) <= LOCATED * scale:
             break
-        here = low, high
-        t = float(brentq(lambda t: of(balance.between(*here, t)), 0.0, 1.0, xtol=1e-12))
+
+        def value(t: float, low: Orbit = low, high: Orbit = high) -> float:
+            return of(balance.between(low, high, t))
+
+        t = float(brentq(value, 0.0, 1.0, xtol=1e-12))
         guess = balance.between(low, high, t)
         found = balance.near(guess.motion, guess.tangent)[0]._replace(step=t * high.step)
         if (of(found) > 0) == (at_low > 0):

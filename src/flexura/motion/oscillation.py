@@ -262,13 +262,12 @@ class Oscillation:
         statics, by these alone.
         """
         K, viscous, other, M = self._tangents(q, drive)
-        n, times = q.shape[1], 2 * slow
         follow = -np.linalg.solve(K[:, slow:, slow:], K[:, slow:, :slow])
         T = np.concatenate([np.tile(np.eye(slow), (len(q), 1, 1)), follow], axis=1)
         reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
         fast = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or float(self.frequencies[0])) * step
-        a, drive = (np.concatenate([own] * times) for own in (a, drive))
+        a, drive = (np.concatenate([own] * (2 * slow)) for own in (a, drive))
 
         def changing(q: Array, v: Array) -> Array:
             return self.forces(q, v, a, drive) if self._is_damped_by_place else self._accelerating(q, v, a)
@@ -346,8 +345,8 @@ def _projected(blocks: Array, X: Array, count: int) -> Array:
 
 
 def _differences(of: Callable[[Array, Array], Array], at: Array, other: Array, T: Array, step: Array) -> Array:
-    """Derivatives (s, n, m) of what depends on two values (s, n) by one of them along directions T (s, n, m), by central
-    differences of steps (m,)."""
+    """Derivatives (s, n, m) of what depends on two values (s, n) by one of them along directions T (s, n, m), by
+    central differences of steps (m,)."""
     s, n, m = T.shape
     changes = np.moveaxis(T * step, -1, 0)
     changes = np.stack([changes, -changes])

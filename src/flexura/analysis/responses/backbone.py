@@ -10,11 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.responses.oscillations import (
+    FOLDED,
     HARMONICS,
     Curve,
     Reading,
     Studied,
     bent,
+    branches,
     built_system,
     checked_harmonics,
     followed,
@@ -192,11 +194,13 @@ def backbone(
     curve, own = found.curve, found.curve.oscillation
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
+    branch_notes, branching = branches(curve, port.channel.name, port.channel.unit)
     shares = np.array([_kinetic_shares(curve, orbit) for orbit in curve.orbits])
     other = np.delete(shares, mode - 1, axis=1)
     warnings = (
         *_joined(curve, shares, mode),
         *_unstable(curve, port.channel),
+        *branching,
         *ended,
         *warned,
         *_too_rough(found),
@@ -216,7 +220,7 @@ def backbone(
         max(errors),
         found.error,
         warnings,
-        (*found.notes, note),
+        (*found.notes, note, *_turns(curve, port.channel), *branch_notes),
     )
 
 
@@ -261,7 +265,7 @@ def _curve(
     ended: list[Diagnostic],
 ) -> Curve:
     """Motions of a mode up to an amplitude."""
-    n, model = len(oscillation.frequencies), oscillation.equations.model
+    n = len(oscillation.frequencies)
     motion = _motion_of(oscillation, reading, channel, mode)
     reach = _reach(oscillation, reading)
     series, omega = Series.of(harmonics, even=True), float(oscillation.frequencies[mode - 1])
@@ -276,9 +280,10 @@ def _curve(
 
     def motions() -> Iterator[Orbit]:
         last: Orbit | None = None
-        for orbit in followed(
-            balance, balance.near(balance.linear(X, omega), direction)[0], STEPS[0], lambda _: STEPS[1]
-        ):
+        first, _ = balance.near(balance.linear(X, omega), direction)
+        for orbit in followed(balance, first, STEPS[0], lambda _: STEPS[1]):
+            if last is not None and last.turning * orbit.turning < 0:
+                yield located(balance, last, orbit, lambda own: own.turning)
             if last is not None and beyond(orbit) > 0:
                 yield located(balance, last, orbit, beyond)
                 return
@@ -320,6 +325,13 @@ def _joined(curve: Curve, shares: Array, mode: int) -> tuple[Diagnostic, ...]:
         f" resonance): the curve leaves mode {mode}"
     )
     return (Diagnostic("resonance", "", float(other[k, j]), JOINED, "1", text),)
+
+
+def _turns(curve: Curve, channel: Channel) -> tuple[str, ...]:
+    """Notes where the frequency turns back."""
+    at = [k for k, orbit in enumerate(curve.orbits) if abs(orbit.turning) < FOLDED]
+    values = [(in_hz(curve.frequency_hz[k], 5), quantity(float(curve.largest[k, 0]), channel.unit, 4)) for k in at]
+    return tuple(f"the frequency turns back at {hz}, {channel.name} {value}" for hz, value in values)
 
 
 def _too_rough(found: Studied) -> tuple[Diagnostic, ...]:

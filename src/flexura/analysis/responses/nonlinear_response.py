@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.responses.oscillations import (
+    FOLDED,
     HARMONICS,
     Curve,
     Reading,
     bent,
+    branches,
     built_system,
     checked_harmonics,
     followed,
@@ -177,7 +179,7 @@ def nonlinear_response(
     curve = found.curve
     errors = harmonic_errors(curve)
     note, warned = harmonic_remarks(errors, harmonics)
-    folds, others = _turns(curve)
+    branch_notes, branching = branches(curve, built.outputs[0].name, built.outputs[0].unit)
     driven = np.array([[u, -u] for u in amounts])
     return NonlinearResponse(
         built.name,
@@ -188,10 +190,13 @@ def nonlinear_response(
         curve.amplitudes,
         curve.largest,
         curve.stable,
-        tuple(Fold(hz, {c.name: float(y) for c, y in zip(built.outputs, values, strict=True)}) for hz, values in folds),
+        tuple(
+            Fold(hz, {c.name: float(y) for c, y in zip(built.outputs, values, strict=True)})
+            for hz, values in _folds(curve)
+        ),
         max(errors),
-        (*others, *ended, *command_limits(built.input_ports, driven), *warned, *found.warnings),
-        (*found.notes, note, *told),
+        (*branching, *ended, *command_limits(built.input_ports, driven), *warned, *found.warnings),
+        (*found.notes, note, *branch_notes, *told),
     )
 
 
@@ -291,19 +296,7 @@ class _Linear(NamedTuple):
         return max(width, (high - low) / 400)
 
 
-def _turns(curve: Curve) -> tuple[list[tuple[float, Array]], tuple[Diagnostic, ...]]:
-    """Folds, by frequency and the largest values of outputs (p,), and warnings where stability changes elsewhere."""
+def _folds(curve: Curve) -> list[tuple[float, Array]]:
+    """Folds, by frequency and the largest values of outputs (p,)."""
     turning = np.array([orbit.turning for orbit in curve.orbits])
-    at = np.flatnonzero(np.abs(turning) < 1e-6)
-    folds = [(float(curve.frequency_hz[k]), curve.largest[k]) for k in at]
-    warnings = []
-    for k in np.flatnonzero(curve.stable[1:] != curve.stable[:-1]):
-        if set(range(k - 1, k + 3)) & set(at.tolist()):
-            continue
-        hz = float(curve.frequency_hz[k])
-        text = (
-            f"at {in_hz(hz, 5)} stability changes without a fold: other motions branch off, of other periods or none,"
-            " which are not followed"
-        )
-        warnings.append(Diagnostic("equilibrium", "", hz, np.nan, "Hz", text))
-    return folds, tuple(warnings)
+    return [(float(curve.frequency_hz[k]), curve.largest[k]) for k in np.flatnonzero(np.abs(turning) < FOLDED)]

@@ -34,7 +34,7 @@ from flexura.motion import (
 )
 from flexura.structure import FullOrderModel, OutputPort
 from flexura.systems import System
-from flexura.tables import quantity
+from flexura.tables import in_hz, quantity
 
 HARMONICS = 5
 """Harmonics of which motions consist."""
@@ -61,6 +61,12 @@ FURTHEST = 0.1
 
 FINER = 8
 """Instants between samples at which the largest value of an output is looked for."""
+
+FOLDED = 1e-6
+"""Frequency in the unit tangent below which a curve folds."""
+
+SAME_PERIOD = 0.02
+"""Imaginary part of an exponent over the frequency up to which it counts as that of motions of the same period."""
 
 GROWS = 1e-6
 """Rate of growth over the frequency from which a motion counts as unstable; free ones, whose exponents are imaginary
@@ -105,8 +111,9 @@ class Reading(NamedTuple):
 
 class Curve(NamedTuple):
     """Motions along a curve: frequencies, Hz, and amplitudes (c, H + 1, p) of the harmonics of outputs, constant part
-    first, their largest values (c, p), whether each is stable (c,), and the orbits with their oscillation and the
-    `displacements` (s, n) of all its coordinates at instants."""
+    first, their largest values (c, p), the exponent (c,), 1/s, of the small motion beside each that grows most, whether
+    each is stable (c,), and the orbits with their oscillation and the `displacements` (s, n) of all its coordinates at
+    instants."""
 
     balance: Balance
     oscillation: Oscillation
@@ -115,6 +122,7 @@ class Curve(NamedTuple):
     frequency_hz: Array
     amplitudes: Complex
     largest: Array
+    growing: Complex
     stable: NDArray[np.bool_]
 
 
@@ -259,7 +267,7 @@ def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading]
     count, H = len(balance.series.values), balance.series.harmonics
     still = oscillation.frames(np.zeros((1, model.n_dof)))
     orbits, amplitudes, largest, stable = list[Orbit](), list[Complex](), list[Array](), list[bool]()
-    displacements = list[Array]()
+    displacements, growing = list[Array](), list[complex]()
     for orbit in motions:
         displacements.append(balance.instants(orbit.motion)[0])
         frames = oscillation.frames(displacements[-1])
@@ -273,14 +281,44 @@ def read(balance: Balance, oscillation: Oscillation, readings: Sequence[Reading]
         exponents = balance.exponents(orbit)
         if not balance.driven:  # two are zero: the phase, and the energy
             exponents = exponents[np.argsort(np.abs(exponents))][2:]
-        stable.append(bool(exponents.real.max(initial=-np.inf) < least * orbit.omega))
+        growing.append(complex(exponents[exponents.real.argmax()]) if len(exponents) else -np.inf)
+        stable.append(growing[-1].real < least * orbit.omega)
         orbits.append(orbit._replace(slopes=None))
     if len(orbits) < 2:
         raise SolverError("no periodic motion is found near the linear one: start with less, or take order full")
     hz = np.array([orbit.omega for orbit in orbits]) / (2 * np.pi)
-    return Curve(
-        balance, oscillation, orbits, displacements, hz, np.array(amplitudes), np.array(largest), np.array(stable)
-    )
+    found = (np.array(each) for each in (amplitudes, largest, growing, stable))
+    return Curve(balance, oscillation, orbits, displacements, hz, *found)
+
+
+def branches(curve: Curve, name: str, unit: str) -> tuple[tuple[str, ...], tuple[Diagnostic, ...]]:
+    """Notes where other motions branch off, and warnings where stability goes over to these: of the same period where
+    the determinant of the equations changes its sign, of others where stability changes and this does not, nor is
+    there a fold (theory eqs. G45-G46)."""
+    notes, warnings = list[str](), list[Diagnostic]()
+    side = np.array([orbit.side for orbit in curve.orbits])
+    turning = np.array([orbit.turning for orbit in curve.orbits])
+    steps = side[1:] != side[:-1]
+    explained = steps | (turning[1:] * turning[:-1] <= 0) | (np.minimum(abs(turning[1:]), abs(turning[:-1])) < FOLDED)
+    explained |= np.append(explained[1:], False) | np.append(False, explained[:-1])
+    for k in np.flatnonzero(steps | (~explained & (curve.stable[1:] != curve.stable[:-1]))).tolist():
+        before, after = (curve.orbits[i].determinant[1] for i in (k, k + 1))
+        share = 1 / (1 + np.exp(np.clip(after - before, -50.0, 50.0))) if steps[k] else 0.5
+        hz, value = (float(own[k] + share * (own[k + 1] - own[k])) for own in (curve.frequency_hz, curve.largest[:, 0]))
+        unstable = k if curve.stable[k + 1] else k + 1
+        turns = abs(curve.growing[unstable].imag) / curve.orbits[unstable].omega
+        if steps[k] or turns < SAME_PERIOD:
+            other = "other motions of the same period"
+        elif abs(turns - 0.5) < SAME_PERIOD:
+            other = "motions of twice the period"
+        else:
+            other = "motions of two frequencies, which are not periodic,"
+        text = f"near {in_hz(hz, 4)}, {name} {quantity(value, unit, 3)}, {other} branch off, which are not followed"
+        if curve.stable[k] == curve.stable[k + 1]:
+            notes.append(text)
+        else:
+            warnings.append(Diagnostic("equilibrium", name, hz, np.nan, "Hz", f"{text}: stability changes"))
+    return tuple(notes), tuple(warnings)
 
 
 def harmonic_errors(curve: Curve) -> tuple[float, float]:
