@@ -209,3 +209,45 @@ def test_an_arch_of_loads_softens():
     found = fx.backbone(loaded, amplitude={"m.tz": 0.3 * THICKNESS}, order="full", harmonics=4)
     assert np.abs(found.harmonics[-1, 2]) > 1e-2 * np.abs(found.harmonics[-1, 1])
     assert np.abs(found.harmonics[-1, 0]) > 1e-2 * np.abs(found.harmonics[-1, 1])
+
+
+def heavy_beam(grams: float) -> fx.Mechanism:
+    """A clamped beam with a mass beside its middle, by which its second frequency is some three times the first."""
+    profile = f"{{type: leaf, width: {WIDTH} m, thickness: {THICKNESS} m}}"
+    member = f"material: spring-steel, elements: 2, reference: z, profile: {profile}"
+    return fx.loads(
+        f"""
+flexura: 1
+name: beam with a mass
+theory: euler_bernoulli
+corrections: none
+nodes: {{a: [0, 0, 0], m: [{0.45 * LENGTH} m, 0, 0], b: [{LENGTH} m, 0, 0]}}
+flexures:
+  left: {{nodes: [a, m], {member}}}
+  right: {{nodes: [m, b], {member}}}
+masses: {{load: {{node: m, mass: {grams} g}}}}
+ground: {{a: clamped, b: clamped}}
+"""
+    )
+
+
+def test_a_mode_at_three_times_the_frequency_is_named_where_it_joins():
+    """At rest the second mode is at 3.32 times the first one, which stiffens quicker: they meet."""
+    model = heavy_beam(2.5)
+    first, second = fx.modes(model, n=2).frequency_hz
+    found = fx.backbone(model, amplitude={"m.tz": 0.86e-3}, order="full", harmonics=4)
+    (told,) = [warning for warning in found.warnings if warning.kind == "resonance"]
+    assert "mode 2" in told.text
+    assert "harmonic 3" in told.text
+    at = found.frequency_hz[int((found.other_modes > 0.1).argmax())]
+    assert first * 1.05 < at < second / 3 * 1.1
+    assert found.other_modes[-1] > 0.1 > found.other_modes[2]
+
+
+def test_a_mode_whose_resonance_steps_go_past_is_noted():
+    """Where the third harmonic crosses the second mode after 0.9 % of stiffening, the curves of both pass so close that
+    no step sees it but by the determinant."""
+    found = fx.backbone(heavy_beam(1.1), amplitude={"m.tz": 0.4e-3}, order="full", harmonics=4)
+    assert not found.warnings
+    (note,) = [note for note in found.notes if "harmonic 3 is that of mode 2" in note]
+    assert "near 30.2 Hz" in note

@@ -1,4 +1,5 @@
-"""Harmonic balance against Duffing's equation: elliptic functions, and orbits of SciPy's integration."""
+"""Harmonic balance against Duffing's equation, by elliptic functions, and orbits of SciPy's integration: through folds,
+through an internal resonance, past a branch, and with a stiff coordinate that follows."""
 
 from itertools import pairwise
 
@@ -82,7 +83,9 @@ def driven() -> tuple[Balance, list[Orbit]]:
 def start(orbit: Orbit) -> np.ndarray:
     """Displacement and velocity at time zero."""
     order = np.arange(1, len(orbit.motion.X) // 2 + 1)
-    return np.array([orbit.motion.X[0, 0] + orbit.motion.X[1::2, 0].sum(), orbit.omega * (order @ orbit.motion.X[2::2, 0])])
+    return np.array(
+        [orbit.motion.X[0, 0] + orbit.motion.X[1::2, 0].sum(), orbit.omega * (order @ orbit.motion.X[2::2, 0])]
+    )
 
 
 def period(omega: float, start: np.ndarray) -> np.ndarray:
@@ -128,3 +131,104 @@ def test_what_has_no_motion_near_is_said():
     direction[-1] = 1.0
     with pytest.raises(SolverError):
         balance.near(balance.linear(np.zeros((3, 1)), 1.0), direction)
+
+
+class Coupled:
+    """x'' + x + dV/dx = 0, y'' + w^2 y + dV/dy = 0 in coordinates x, w y of unit stiffness; V by its derivatives."""
+
+    def __init__(self, w, gradient, hessian) -> None:
+        self.frequencies, self.gradient, self.hessian = np.array([1.0, w]), gradient, hessian
+
+    def forces(self, q, v, a, drive):
+        del v, drive
+        x = q / self.frequencies
+        return a / self.frequencies**2 + q + np.stack(self.gradient(*x.T), axis=1) / self.frequencies
+
+    def slopes(self, q, v, a, drive, slow):
+        del a, drive, slow
+        w = self.frequencies
+        K = np.eye(2) + np.moveaxis(np.array(self.hessian(*(q / w).T)), 2, 0) / (w[:, None] * w)
+        return K, np.zeros((*v.shape, 2)), np.tile(np.diag(w**-2), (len(q), 1, 1))
+
+    def after(self, start: np.ndarray, time: float) -> np.ndarray:
+        """Displacements and velocities (4,) and those of small motions beside, from rest at `start` (SciPy)."""
+        w = self.frequencies**2
+
+        def rate(_, y):
+            x, v, beside = y[:2], y[2:4], y[4:].reshape(4, 4)
+            K = np.diag(w) + np.array(self.hessian(*x))
+            return np.concatenate([v, -w * x - self.gradient(*x), beside[2:].ravel(), (-K @ beside[:2]).ravel()])
+
+        y = np.concatenate([start, np.zeros(2), np.eye(4).ravel()])
+        return solve_ivp(rate, (0, time), y, method="DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+
+
+def backbone(oscillator: Coupled, harmonics: int, longest: float, up_to: float) -> tuple[Balance, list[Orbit]]:
+    """Motions from the first mode on, until one is as large."""
+    balance = Balance.of(oscillator, Series.of(harmonics, even=True), False, 1.0, 1.0, 1.0)
+    X, direction = np.zeros((harmonics + 1, 2)), np.zeros((harmonics + 1) * balance.slow + 1)
+    X[1, 0], direction[balance.slow] = 0.05, 1.0
+    orbits = []
+    for orbit in along(balance, balance.near(balance.linear(X, 1.0), direction)[0], 0.05, lambda _: longest):
+        orbits.append(orbit)
+        if np.abs(balance.instants(orbit.motion)[0][0]).max() > up_to:
+            break
+    return balance, orbits
+
+
+def closes(balance: Balance, oscillator: Coupled, orbit: Orbit) -> float:
+    """How far from its start, over this, a motion is a period later."""
+    start = balance.instants(orbit.motion)[0][0] / oscillator.frequencies
+    after = oscillator.after(start, 2 * np.pi / orbit.omega)
+    return float(np.abs(after[:2] - start).max() / np.abs(start).max())
+
+
+def test_an_internal_resonance_is_followed_where_the_third_harmonic_meets_a_mode():
+    """V = (x + y)^4 / 40, w = 3.1: from 3 omega = 3.1 on the second coordinate takes over, at three times the rate."""
+    system = Coupled(3.1, lambda x, y: [(x + y) ** 3 / 10] * 2, lambda x, y: [[0.3 * (x + y) ** 2] * 2] * 2)
+    balance, orbits = backbone(system, 9, 0.1, 1.5)
+    joined = [orbit for orbit in orbits if abs(orbit.motion.X[3, 1]) > 0.3 * abs(orbit.motion.X[1, 0])]
+    assert joined
+    assert 3 * joined[0].omega == pytest.approx(3.1, rel=0.03)
+    assert max(closes(balance, system, orbit) for orbit in (orbits[3], joined[0], orbits[-1])) < 1e-5
+
+
+def test_the_determinant_changes_its_sign_where_another_curve_branches_off():
+    """Two equal masses on springs 1 + x^2, coupled by -0.1, in their sum and difference: motions in phase are those of
+    Duffing's equation, and where one of the two masses alone begins to take over, a multiplier is one (SciPy)."""
+    r = np.sqrt(0.5)
+
+    def gradient(s, d):
+        a, b = r * (s + d), r * (s - d)
+        return [r * (a**3 + b**3), r * (a**3 - b**3)]
+
+    def hessian(s, d):
+        a, b = 1.5 * (s + d) ** 2, 1.5 * (s - d) ** 2
+        return [[(a + b) / 2, (a - b) / 2], [(a - b) / 2, (a + b) / 2]]
+
+    system = Coupled(0.9, gradient, hessian)
+    balance, orbits = backbone(system, 7, 0.1, 1.2)
+    ((before, after),) = [(a, b) for a, b in pairwise(orbits) if a.side != b.side]
+    traces, sums = [], []
+    for orbit in (before, after):
+        start = balance.instants(orbit.motion)[0][0] / system.frequencies
+        beside = system.after(start, 2 * np.pi / orbit.omega)[4:].reshape(4, 4)[1::2, 1::2]
+        traces.append(float(np.trace(beside)))
+        sums.append(start[0])
+    assert (traces[0] - 2) * (traces[1] - 2) < 0
+    assert sums[0] < np.sqrt(0.19 / 0.75) * 1.05  # by one harmonic: 1 + 3/8 s^2 = 0.9^2 + 9/8 s^2
+    assert sums[1] > np.sqrt(0.19 / 0.75) * 0.95
+
+
+def test_what_follows_a_square_needs_twice_the_harmonics_and_has_them():
+    """V = 10^4 (y - x^2)^2 / 2 less its part of second degree: y follows x^2, as the ends of leaves that bend do."""
+    S = 1e4
+    system = Coupled(
+        np.sqrt(S),
+        lambda x, y: [-2 * S * (y - x * x) * x, -S * x * x],
+        lambda x, y: [[-2 * S * (y - 3 * x * x), -2 * S * x], [-2 * S * x, 0 * x]],
+    )
+    balance, orbits = backbone(system, 5, 0.2, 40.0)
+    assert balance.slow == 1
+    assert all(orbit.side == orbits[0].side for orbit in orbits)
+    assert max(closes(balance, system, orbit) for orbit in orbits[2::3]) < 1e-4

@@ -1,16 +1,18 @@
 """A moving model as an oscillator: rotation vectors, instants side by side, derivatives."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import flexura as fx
-from flexura.motion import Equations, MovingModel, Oscillation
+from flexura.motion import Damping, Equations, MovingModel, Oscillation
 from flexura.motion.elements import Rates
 from flexura.motion.oscillation import turning
 from flexura.motion.se3 import rotation
 from flexura.structure import Design
+from helpers.over import over
 
 GUIDE = fx.load(Path(__file__).parents[2] / "examples/guide/guide.yaml")
 
@@ -60,24 +62,31 @@ def test_instants_side_by_side_are_those_of_one_model(guide):
 
 def test_stiffness_is_one_and_mass_that_of_the_modes_at_rest(guide):
     none = np.zeros((1, len(guide.frequencies)))
-    K, C, M = (own[0] for own in guide.slopes(none, none, none, np.zeros(1)))
+    K, C, M = (own[0] for own in guide.slopes(none, none, none, np.zeros(1), 1))
     assert np.eye(len(K)) == pytest.approx(K, abs=1e-6)
     assert np.abs(C).max() * guide.frequencies[0] < 1e-6
     assert np.diag(guide.frequencies**-2) == pytest.approx(M, abs=1e-9 * M[0, 0])
     assert guide.frequencies[:4] / (2 * np.pi) == pytest.approx(fx.modes(GUIDE, n=4).frequency_hz, rel=1e-4)
 
 
-def test_slopes_are_differences_of_forces(guide):
+@over("damping", (Damping(0.0, 0.0), Damping(1.0, 0.0), Damping(1.0, 1e-5)))
+def test_slopes_are_differences_along_motions_that_quick_coordinates_follow(guide, damping):
+    """Six coordinates, twice those that move; the others follow as in statics."""
+    own, slow = replace(guide, damping=damping), 6
     q, v, a, drive = motion(guide, 2)
-    K, C, M = guide.slopes(q, v, a, drive)
-    for k, (slope, least) in enumerate(((K, 1e-6), (C, 1e-9), (M, 1e-12))):
-        for column in (0, 2, 20):
+    K, C, M = own.slopes(q, v, a, drive, slow)
+    still = guide.slopes(q, 0 * v, 0 * a, drive, slow)[0]
+    follow = -np.linalg.solve(still[:, slow:, slow:], still[:, slow:, :slow])
+    T = np.concatenate([np.tile(np.eye(slow), (2, 1, 1)), follow], axis=1)
+    for k, slope in enumerate((K, C, M)):
+        for column in (0, 2, 5):
             h = 1e-5 * np.abs((q, v, a)[k]).max()
             up, down = ([x.copy() for x in (q, v, a)] for _ in range(2))
-            up[k][:, column] += h
-            down[k][:, column] -= h
-            expected = (guide.forces(*up, drive) - guide.forces(*down, drive)) / (2 * h)
-            assert slope[..., column] == pytest.approx(expected, abs=1e-3 * np.abs(slope).max() + least)
+            up[k] += h * T[..., column]
+            down[k] -= h * T[..., column]
+            expected = (own.forces(*up, drive) - own.forces(*down, drive)) / (2 * h)
+            found = (slope @ T)[..., column]
+            assert found == pytest.approx(expected, abs=1e-5 * np.abs(found).max())
 
 
 def test_potential_is_the_strain_energy(guide):

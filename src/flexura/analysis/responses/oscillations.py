@@ -68,6 +68,9 @@ FOLDED = 1e-6
 SAME_PERIOD = 0.02
 """Imaginary part of an exponent over the frequency up to which it counts as that of motions of the same period."""
 
+ALIKE = 0.05
+"""Relative difference of a harmonic from the frequency of a mode at rest up to which both are named."""
+
 GROWS = 1e-6
 """Rate of growth over the frequency from which a motion counts as unstable; free ones, whose exponents are imaginary
 but for errors, from a thousandth on."""
@@ -313,12 +316,25 @@ def branches(curve: Curve, name: str, unit: str) -> tuple[tuple[str, ...], tuple
             other = "motions of twice the period"
         else:
             other = "motions of two frequencies, which are not periodic,"
-        text = f"near {in_hz(hz, 4)}, {name} {quantity(value, unit, 3)}, {other} branch off, which are not followed"
+        place = f"near {in_hz(hz, 4)}, {name} {quantity(value, unit, 3)}{_commensurate(curve, hz)}"
+        text = f"{place}, {other} branch off or pass by, which are not followed"
         if curve.stable[k] == curve.stable[k + 1]:
             notes.append(text)
         else:
             warnings.append(Diagnostic("equilibrium", name, hz, np.nan, "Hz", f"{text}: stability changes"))
     return tuple(notes), tuple(warnings)
+
+
+def _commensurate(curve: Curve, hz: float) -> str:
+    """Which harmonic of a frequency is nearest to that of a mode at rest, if one is near."""
+    modes = curve.oscillation.frequencies[: curve.balance.slow] / (2 * np.pi)
+    order = np.round(modes / hz)
+    known = (order > 1) & (order <= curve.balance.series.harmonics)
+    off = np.where(known, np.abs(modes / np.where(known, order * hz, 1.0) - 1), np.inf)
+    j = int(off.argmin())
+    if off[j] > ALIKE:
+        return ""
+    return f", where harmonic {int(order[j])} is that of mode {j + 1}, {in_hz(float(modes[j]), 4)} at rest"
 
 
 def harmonic_errors(curve: Curve) -> tuple[float, float]:
