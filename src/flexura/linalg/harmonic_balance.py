@@ -170,7 +170,7 @@ class _Following(NamedTuple):
     def of(slopes: Slopes, m: int, omega: float) -> _Following:
         """With m slow coordinates."""
         K, C, M = slopes
-        inverse = np.linalg.inv(K[:, m:, m:])
+        inverse: Array = np.linalg.inv(K[:, m:, m:]).astype(float)
         T = np.concatenate([np.tile(np.eye(m), (len(K), 1, 1)), -inverse @ K[:, m:, :m]], axis=1)
         first, second = (_rates(T, omega, k) for k in (1, 2))
         back = np.swapaxes(T, 1, 2)

@@ -263,7 +263,7 @@ class Oscillation:
         """
         K, viscous, other, M = self._tangents(q, drive)
         follow = -np.linalg.solve(K[:, slow:, slow:], K[:, slow:, :slow])
-        T = np.concatenate([np.tile(np.eye(slow), (len(q), 1, 1)), follow], axis=1)
+        T: Array = np.concatenate([np.tile(np.eye(slow), (len(q), 1, 1)), follow.astype(float)], axis=1)
         reach = np.abs(self._spread(self.shapes.T[:slow]) * np.append(np.full(3, 1 / self.equations.size), np.ones(3)))
         step = DIFFERENCE / reach.max(axis=(1, 2))
         fast = (SMALL_RATE * float(np.abs(v[:, :slow] / step).max()) or float(self.frequencies[0])) * step
