@@ -1,11 +1,17 @@
 """The low order that turns beside the full one: the paper's platform at the edges of its actuators, and over time.
 
     python benchmarks/turning.py
+    python benchmarks/turning.py --gallery [NAME ...]
 
 One BLAS thread, a minute. First the four bonded stacks of examples/rpr/rpr_piezo.yaml at none or all of their stroke,
 all 15 ways: the largest differences of the platform's displacement, rotation and first six frequencies from the full
 order, over the largest of all, with forces of first, second and third order in the deformation of substructures. Then
 the same time response of examples/rpr/rpr.yaml in both orders, and what a step costs.
+
+With --gallery, four minutes: mechanisms of leaves moved by a fifth of the length of a leaf, or by 0.2 rad, a line for
+each: coordinates of the low order and of the full one, and at the end of the stroke the largest relative errors of
+where bodies are (of pivots, how far their centre has moved), of the force and of the first three frequencies; what the
+low order tells of itself, undeformed and actuators locked as well; and elements of leaves, those that are equal once.
 """
 
 from __future__ import annotations
@@ -15,6 +21,8 @@ import os
 for _variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_variable] = "1"
 
+import pathlib
+import sys
 import time
 from itertools import product
 
@@ -40,6 +48,30 @@ from flexura.motion import (
 Array = NDArray[np.float64]
 
 STROKE, PARTS = 36e-6, 4
+
+FIFTHS = {
+    "guide": ("carriage.x", 12e-3),
+    "pivot": ("arm.ry", 0.2),
+    "parallelogram": ("stage.x", 10e-3),
+    "cross_spring": ("table.ry", 0.2),
+    "butterfly": ("holder.ry", 0.2),
+    "cartwheel": ("holder.ry", 0.2),
+    "rcm_pivot": ("tip.ry", 0.2),
+    "infinity_hinge": ("arm.ry", 0.2),
+    "zero_stiffness": ("beam.ry", 0.2),
+    "inverted_pendulum": ("centre.x", 4e-3),
+    "double_parallelogram": ("stage.x", 12e-3),
+    "folded_parallelogram": ("shuttle.x", 10e-3),
+    "folded_mems": ("shuttle.x", 100e-6),
+    "comb_drive": ("shuttle.x", 40e-6),
+    "z_stage": ("column.z", 5e-3),
+    "xy_parallel": ("table.x", 10e-3),
+    "xy_serial": ("table.x", 5e-3),
+    "delta": ("table.x", 6e-3),
+}
+"""What is moved, by a fifth of the length of a leaf in m, or by 0.2 rad."""
+
+GALLERY = pathlib.Path(fx.__file__).parent / "gallery"
 STEPS, DT = 200, 2e-3
 
 
@@ -86,7 +118,37 @@ def over_time(model: MovingModel) -> tuple[Array, float]:
     return x - x[0], 1e3 * (time.perf_counter() - start) / STEPS
 
 
+def a_fifth(name: str) -> str:
+    """What the low order of a mechanism takes at the end of a long stroke, and how far it is off."""
+    move, end = FIFTHS[name]
+    path = GALLERY / f"{name}.yaml"
+    mechanism = fx.load(path if path.exists() else f"examples/{name}/{name}.yaml")
+    start = time.perf_counter()
+    try:
+        full, low = (
+            fx.stroke(mechanism, move={move: (0.0, end)}, steps=3, n=3, order=order) for order in ("full", "low")
+        )
+    except fx.SolverError as error:
+        return f"{name}: {move} to {end:g}: {error}"
+    assert low.low_order is not None
+    one, other = low.poses[-1], full.poses[-1]
+    force = abs(one.reaction[move] / other.reaction[move] - 1)
+    places = [np.array([*pose.displacement.values()])[..., :3] for pose in (one, other)]
+    moved = np.abs(places[0] - places[1]).max() / np.abs(places[1]).max()
+    hertz = np.abs(np.divide(one.frequency_hz, other.frequency_hz) - 1).max()
+    pieces, seconds = [*low.low_order.leaves.values()], time.perf_counter() - start
+    return (
+        f"{name}: {move} to {end:g}, {low.low_order.coordinates} coordinates of {low.low_order.full}: position"
+        f" {moved:.1e}, force {force:.1e}, frequencies {hertz:.1e}, told {low.low_order.error:.1e} and"
+        f" {low.low_order.frequency_error:.1e}; leaves of {pieces}; {seconds:.0f} s"
+    )
+
+
 def main() -> None:
+    if "--gallery" in sys.argv:
+        for name in sys.argv[2:] or FIFTHS:
+            print(a_fifth(name), flush=True)
+        return
     full = MovingModel.of(fx.assemble(fx.load("examples/rpr/rpr_piezo.yaml")).design)
     moved, hertz, seconds = edges(full)
     print(f"stacks at {1e6 * STROKE:.0f} um, 15 ways: full order, {full.n_dof} coordinates, {seconds:.2f} s")

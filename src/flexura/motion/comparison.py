@@ -17,6 +17,9 @@ from flexura.motion.substructures import Condensed, Flags, Substructure
 from flexura.motion.superelements import Superelements
 from flexura.motion.turning import TurningModel
 
+NO_WORK = 1e-9
+"""Work of drives over the strain energy that counts as none: where loads alone are on, it is that of round-off."""
+
 
 class Comparison(NamedTuple):
     """The `states` of the full order with the kept frames where the low one has them and all else in equilibrium,
@@ -157,6 +160,6 @@ def _error(equations: Equations, kept: Flags, state: Equilibrium, missing: Array
     if size == 0.0:
         return 0.0
     travel = equations.travelled(state.frames)
-    work = float(np.abs(state.drive * travel).sum())
-    of_drives = float(np.abs(more * travel).sum()) / work if work else 0.0
+    work = max(float(np.abs(state.drive * travel).sum()), NO_WORK * state.tangent.forces.energy)
+    of_drives = float(np.abs(more * travel).sum()) / work if work > 0 else 0.0
     return max(float(np.abs(step * scale).max(initial=0.0)) / size, of_drives)

@@ -26,6 +26,9 @@ STEP_CONVERGED = 1e-3, 1e-6, 1e-10
 """What is left of a step by Newton's method: over its local error, over what accelerations change in it, and over
 itself; the larger one of the first two."""
 
+MOST_LEFT = 1e-5
+"""What is left of a step over itself at most: errors of modes that steps do not resolve are larger than the motion."""
+
 STEP_ITERATIONS = 12
 """Iterations with one matrix after which it is made anew; twice as many end the motion."""
 
@@ -35,6 +38,10 @@ SLOW_RATE = 0.2
 SLOW_STEP = 4
 """Iterations of a step from which the matrix is made anew for the next one."""
 
+SMOOTH = 0.2
+"""How far accelerations that go on changing as they did lead from a step, over how far the last step is from it, below
+which the next one starts with them: with what steps do not resolve they swing, and lead astray."""
+
 LEAST_RATE = 0.01
 """Part that an iteration is expected to leave at least."""
 
@@ -42,7 +49,10 @@ OLDER = 1.5
 """Growth of the part that an iteration is expected to leave, where a step took a single one."""
 
 MOST_HALVINGS = 12
-"""Times that dt is halved at most."""
+"""Times that dt is halved at most for local errors."""
+
+MOST_UNSETTLED = 6
+"""Times that it is halved for steps that do not settle: beyond, it is not their length that keeps them from it."""
 
 MOST_PATIENT = 64
 """Steps after which a longer one is tried again at most."""
@@ -91,28 +101,31 @@ class Damping(NamedTuple):
 
 
 class _Pace:
-    """Where a motion is: auxiliary accelerations, how accelerations change, 1/s, and how often dt is halved."""
+    """Where a motion is: auxiliary accelerations, how accelerations change, 1/s, the mean velocities of the last step,
+    whether accelerations led near its end, and how often dt is halved, of that for steps that did not settle."""
 
-    def __init__(self, a: Array, jerk: Array) -> None:
-        self.a, self.jerk = a, jerk
-        self.level, self._since, self._patience = 0, 0, 1
+    def __init__(self, a: Array, jerk: Array, rate: Array) -> None:
+        self.a, self.jerk, self.rate = a, jerk, rate
+        self.is_smooth = True
+        self.level, self.unsettled, self._since, self._patience = 0, 0, 0, 1
 
-    def shorter(self) -> None:
+    def shorter(self, is_unsettled: bool) -> None:
         """Halve the step; where a longer one was just tried in vain, wait longer with the next one."""
         if self._since == 0 and self._patience > 1:
             self._patience = min(2 * self._patience, MOST_PATIENT)
-        self.level, self._since = self.level + 1, 0
+        self.level, self.unsettled, self._since = self.level + 1, self.unsettled + is_unsettled, 0
         self._patience = max(self._patience, 2)
 
     def longer(self, is_easy: bool, done: float) -> None:
         """Double the step after some easy ones, where a sample is a whole number of them away."""
         self._since += 1
         if self.level and is_easy and self._since >= self._patience and (done * 2 ** (self.level - 1)) % 1 == 0:
-            self.level, self._since = self.level - 1, 0
+            self.level, self.unsettled, self._since = self.level - 1, max(self.unsettled - 1, 0), 0
 
     def went_on(self, stepped: _Stepped, last: MotionState, h: float) -> None:
         """After a step."""
         self.a, self.jerk = stepped.a, (stepped.state.acceleration - last.acceleration) / h
+        self.rate, self.is_smooth = stepped.D / h, stepped.is_smooth
 
 
 class StepsTaken(NamedTuple):
@@ -126,11 +139,13 @@ class StepsTaken(NamedTuple):
 
 
 class _Stepped(NamedTuple):
-    """The state after a step, the auxiliary accelerations there, and the local errors of the displacements and, over
-    the depth of contacts, in the directions of stops."""
+    """The state after a step, the auxiliary accelerations there, its displacements (n,), whether accelerations led near
+    these, and local errors of the displacements and, over the depth of contacts, in the directions of stops."""
 
     state: MotionState
     a: Array
+    D: Array
+    is_smooth: bool
     error: float
     contact: float
 
@@ -192,8 +207,9 @@ class Integrator:
         yield state
         # auxiliary accelerations are those at another time: without this the forces of drives would swing
         jerk, _ = self._driven(0 * velocity, at_start.third, 0 * velocity)
-        pace = _Pace(acceleration + (self.am - self.af) * self._h * jerk, jerk)
         state = state._replace(velocity=state.velocity + self._ahead * self._h**2 * jerk)
+        a = acceleration + (self.am - self.af) * self._h * jerk
+        pace = _Pace(a, jerk, state.velocity + self._h / 2 * acceleration)
         for number in range(1, count):
             state = self._sample(state, pace, loads, number)
             yield state
@@ -207,22 +223,20 @@ class Integrator:
             try:
                 time = number - 1 + done + part
                 stepped = self._step(state, pace, loads(time), self._moved(time).place)
-            except SolverError:
-                stepped = None
-                self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
-            else:
-                if self._is_rough(stepped) and pace.level < MOST_HALVINGS:
-                    stepped = None
-                    self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
-            if stepped is None:
-                if pace.level == MOST_HALVINGS:
-                    at = quantity((number - 1 + done) * self.dt, "s", 6)
-                    raise SolverError(
-                        f"the motion does not settle at {at}, in steps of {quantity(self._h, 's', 2)} either: shorten"
-                        " the step, or take a rho_infinity below 1 where something has no mass"
-                    )
-                pace.shorter()
+            except SolverError as error:
+                if pace.is_smooth:
+                    pace.is_smooth, self._factor = False, None
+                    continue
+                if max(pace.unsettled - MOST_UNSETTLED, pace.level - MOST_HALVINGS) >= 0:
+                    raise self._unsettled(error, (number - 1 + done) * self.dt) from None
+                pace.shorter(is_unsettled=True)
                 self._factor = None
+                self.steps = self.steps._replace(not_settled=self.steps.not_settled + 1)
+                continue
+            if self._is_rough(stepped) and pace.level < MOST_HALVINGS:
+                pace.shorter(is_unsettled=False)
+                self._factor = None
+                self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
                 continue
             done += part
             pace.went_on(stepped, state, self._h)
@@ -232,6 +246,18 @@ class Integrator:
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
             pace.longer(not self._is_rough(stepped, EASY), done)
         return state
+
+    def _unsettled(self, error: SolverError, time: float) -> SolverError:
+        """What to tell of a motion that does not go on."""
+        hint = (
+            "a rho_infinity below 1 damps what swings too quickly for the steps, which at 1 does so for ever"
+            if self.am == self.af
+            else "a shorter dt or a smaller rho_infinity may help"
+        )
+        return SolverError(
+            f"the motion does not settle at {quantity(time, 's', 6)}, in steps of {quantity(self._h, 's', 2)} either:"
+            f" {error}; {hint}"
+        )
 
     def _is_rough(self, stepped: _Stepped, share: float = 1.0) -> bool:
         """Whether the local error of a step is more than a share of what is tolerated."""
@@ -292,7 +318,11 @@ class Integrator:
         equations, scale = self.equations, self.equations.scale
         accelerated = last.acceleration + h * pace.jerk
         after = ((1 - self.af) * accelerated + self.af * last.acceleration - self.am * a) / (1 - self.am)
-        D = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
+        D = expected = h * last.velocity + h**2 * ((0.5 - self.beta) * a + self.beta * after)
+        if not pace.is_smooth:
+            D = h * pace.rate
+            after = after + (D - expected) / (self.beta * h**2)
+            accelerated = accelerated + by_a * (D - expected)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)
         size, done, drive = np.inf, 0, last.drive
         while True:
@@ -306,11 +336,12 @@ class Integrator:
             after = after + correction / (self.beta * h**2)
             before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
-                raise SolverError("a step does not settle")
+                raise SolverError(f"{self._furthest(correction)} moves by more with each iteration")
             rate = min(size / before, 0.999) if done > 1 else self._rate
             off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
             error, bent, moved = (float(np.abs(d * scale).max(initial=0.0)) for d in (off, h**2 * accelerated, D))
-            small = max(STEP_CONVERGED[0] * error, STEP_CONVERGED[1] * bent) + STEP_CONVERGED[2] * moved + NO_STEP
+            small = min(max(STEP_CONVERGED[0] * error, STEP_CONVERGED[1] * bent), MOST_LEFT * moved)
+            small += STEP_CONVERGED[2] * moved + NO_STEP
             if size * rate / (1 - rate) <= small:
                 break
             if done == STEP_ITERATIONS or (done > 1 and rate > SLOW_RATE):
@@ -324,7 +355,14 @@ class Integrator:
         state = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
         missed = equations.displacements(off) if self.contacts else off
         contact = max((own.error(last.frames, state.frames, missed) for own in self.contacts), default=0.0)
-        return _Stepped(state, after, error, contact)
+        astray, as_last = (float(np.abs((D - led) * scale).max(initial=0.0)) for led in (expected, h * pace.rate))
+        return _Stepped(state, after, D, astray < SMOOTH * as_last, error, contact)
+
+    def _furthest(self, correction: Array) -> str:
+        """The name of what moves by most in an iteration, displacements over the size of the mechanism."""
+        equations = self.equations
+        moved = np.abs(equations.displacements(correction * equations.scale)).max(axis=1)
+        return equations.model.name_at(int(np.argmax(np.nan_to_num(moved, nan=np.inf))))
 
     def _missing(self, state: MotionState, loads: Loads) -> Array:
         """Forces (n,) that are missing for equilibrium with inertia and damping."""

@@ -85,6 +85,15 @@ class MovingModel(Laid):
         kinds = zip(self.elements, self.names, strict=True)
         return tuple(name for elements, names in kinds if isinstance(elements, Stops) for name in names)
 
+    def name_at(self, frame: int) -> str:
+        """The name of what a frame belongs to: of a node that follows it, or of the element that it lies inside."""
+        topology = self.design.plan.topology
+        nodes = np.flatnonzero(self.root[:-1] == frame)
+        named = [topology.node_names[node] for node in nodes.tolist()]
+        inside = (own[e] for group, own in zip(self.elements, self.names, strict=True)
+                  for e in np.flatnonzero((group.node == frame).any(axis=1)).tolist())  # fmt: skip
+        return next((name for name in (*named, *inside) if name), "it")
+
     @cached_property
     def pattern(self) -> Scatter:
         """Where derivatives by the free displacements go."""

@@ -34,8 +34,9 @@ class TurningModel:
     `kinds` are the substructures, equal ones together, and `groups` the superelements of `low` that stand for them,
     each with the kind and the number among its equals of every element. `leaves` are those of kinds that are a few
     elements instead, as many as `pieces` says by name. `kept` (n + 1,) are the frames between; modes of substructures
-    by themselves are kept `up_to` a frequency, rad/s, and `made_finer` names what was divided. The first frames inside
-    hold the amplitudes of modes, or are those between the elements of leaves.
+    by themselves are kept `up_to` a frequency, rad/s, and `made_finer` names what was divided. Where `amplitudes` are
+    not kept, those of bodies and of other superelements of the full order stand still. The first frames inside hold
+    the amplitudes of modes, or are those between the elements of leaves.
     """
 
     full: MovingModel
@@ -48,6 +49,7 @@ class TurningModel:
     up_to: float
     pieces: Mapping[str, int]
     meshes: Meshes
+    amplitudes: bool = True
     made_finer: tuple[str, ...] = ()
 
     @staticmethod
@@ -58,9 +60,11 @@ class TurningModel:
         up_to: float = 0.0,
         pieces: Mapping[str, int] | None = None,
         meshes: Meshes | None = None,
+        amplitudes: bool = True,
     ) -> TurningModel:
         """Substructures between kept frames (n + 1,) with forces of so high an order in their deformations, 1 to 3, and
-        the modes of each by itself up to a frequency, rad/s; leaves are so many `pieces` by name, in `meshes`.
+        the modes of each by itself up to a frequency, rad/s; leaves are so many `pieces` by name, in `meshes`, and
+        `amplitudes` of the full order are kept or stand still.
 
         Raises SolverError for one that has no equilibrium near rest.
         """
@@ -88,8 +92,9 @@ class TurningModel:
             for (k, _), own in sorted(by_size.items())
             if k > 1
         )
-        low = _low(full, kinds, modes, inside, inertia, groups, [leaf for own in leaves.values() for leaf in own])
-        return TurningModel(full, low, kinds, groups, leaves, kept, up_to, pieces, meshes)
+        gone = inside if amplitudes else inside | ~full.rest.placed
+        low = _low(full, kinds, modes, gone, inertia, groups, [leaf for own in leaves.values() for leaf in own])
+        return TurningModel(full, low, kinds, groups, leaves, kept, up_to, pieces, meshes, amplitudes)
 
     def finer(self, kinds: Iterable[int], off: float = np.inf) -> TurningModel | None:
         """With all substructures of some kinds finer, which are `off` by so many times what is wanted: leaves of more
@@ -109,8 +114,7 @@ class TurningModel:
                     kept[substructure.frames] = True
         if kept.sum() == self.kept.sum() and pieces == self.pieces:
             return None
-        made = TurningModel.of(self.full, kept, up_to=self.up_to, pieces=pieces, meshes=self.meshes)
-        return replace(made, made_finer=tuple(names))
+        return self._made(kept, self.up_to, pieces, self.amplitudes, tuple(names))
 
     def quicker(self) -> TurningModel | None:
         """With the slowest modes of substructures by themselves that it has not, None where it has all."""
@@ -120,8 +124,17 @@ class TurningModel:
         if not len(more):
             return None
         up_to = SAME_FREQUENCY * float(more.min())
-        made = TurningModel.of(self.full, self.kept, up_to=up_to, pieces=self.pieces, meshes=self.meshes)
-        return replace(made, made_finer=self.made_finer)
+        return self._made(self.kept, up_to, self.pieces, self.amplitudes, self.made_finer)
+
+    def without_amplitudes(self) -> TurningModel:
+        """With those of bodies and of other superelements of the full order standing still."""
+        return self._made(self.kept, self.up_to, self.pieces, False, self.made_finer)
+
+    def _made(
+        self, kept: Flags, up_to: float, pieces: Mapping[str, int], amplitudes: bool, finer: tuple[str, ...]
+    ) -> TurningModel:
+        made = TurningModel.of(self.full, kept, up_to=up_to, pieces=pieces, meshes=self.meshes, amplitudes=amplitudes)
+        return replace(made, made_finer=finer)
 
     @staticmethod
     def is_leaf(substructure: Substructure) -> bool:

@@ -137,7 +137,8 @@ def large_time_response(
     u, dt = excitation.u, excitation.dt
     warnings = list(command_limits(built.input_ports, u, lambda k: f" at {quantity(k * dt, 's', 6)}"))
     if chosen.per_period < COARSE:
-        text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt"
+        damps = ", or damp what is too quick for it with a rho_infinity below 1" if stepping.rho_infinity == 1 else ""
+        text = f"the motion has {chosen.per_period:.3g} steps in a period, less than {COARSE}: shorten dt{damps}"
         warnings.append(Diagnostic("step", "", chosen.per_period, COARSE, "1", text))
     if moves and chosen.steps.taken != len(excitation.time) - 1 and stepping.rho_infinity > CALM:
         text = f"forces of drives swing where steps change their length: take a rho_infinity of {CALM:g} or less"

@@ -42,6 +42,9 @@ MOST_KEPT_MODES = 24
 LEADING_SHARE = 0.3
 """Share of the largest error from which a kind of substructures is made finer."""
 
+STILL = 1e-3
+"""Difference of frequencies of the undeformed mechanism up to which amplitudes of bodies stand still."""
+
 RIGID_FREQUENCY = 1e-3
 """Frequency over the largest one, below which something moves freely."""
 
@@ -117,7 +120,7 @@ def low_order_motion(
     kept[full.model.root[list(nodes)]] = True
     kept[[drive.root for drive in full.drives]] = True
     exact = Pose(full, full.solve(full.model.rest, targets=np.zeros(len(full.drives))))
-    turning = _with_modes(TurningModel.of(full.model, kept), exact, n)
+    turning = _without_amplitudes(_with_modes(TurningModel.of(full.model, kept), exact, n), exact, n)
     if probe is None:
         return _Search(full, exact, n, run).best(turning, REFINEMENTS).converged
     found = _Search(full, exact, n, probe).best(turning, REFINEMENTS)
@@ -228,6 +231,17 @@ def _with_modes(turning: TurningModel, exact: Pose, n: int) -> TurningModel:
             break
         turning = quicker
     return turning
+
+
+def _without_amplitudes(turning: TurningModel, exact: Pose, n: int) -> TurningModel:
+    """The low order with amplitudes of bodies that stand still, where they are too quick to matter."""
+    if turning.full.rest.placed.all():
+        return turning
+    fewer = turning.without_amplitudes()
+    error, had = (
+        _frequency_error(_undeformed(Equations(own.low, exact.equations.drives)), exact, n) for own in (fewer, turning)
+    )
+    return fewer if error <= max(had, STILL) else turning
 
 
 def _undeformed(equations: Equations) -> Pose:
