@@ -59,6 +59,7 @@ from flexura.io import read_measurement as read_measurement
 from flexura.io import to_control as to_control
 from flexura.io import to_scipy as to_scipy
 from flexura.io import write_measurement as write_measurement
+from flexura.io import write_modes as write_modes
 from flexura.mechanism import Mechanism as Mechanism
 from flexura.mechanism import at as at
 from flexura.methods import Comparison as Comparison

@@ -6,6 +6,7 @@ until a new file is complete.
 
 from __future__ import annotations
 
+import csv
 import math
 import os
 import platform
@@ -15,7 +16,7 @@ import stat
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,7 +24,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from flexura.errors import FlexuraError, OptionError
+from flexura.errors import FlexuraError, OptionError, need
 from flexura.sizes import within
 
 _KINDS = {
@@ -257,3 +258,45 @@ def _flush(file: Path) -> None:
 
 def _refused(path: str | Path, error: Exception) -> OptionError:
     return OptionError(f"{path} cannot be written: {_reason(error)}")
+
+
+TABLES = (".csv", ".parquet")
+"""Suffixes of tables."""
+
+
+def write_table(blocks: Iterable[Mapping[str, Any]], path: Path, as_arrow: Callable[..., Any] | None = None) -> Path:
+    """Write columns by their headings, block by block, as .csv or .parquet, in one step.
+
+    What is not known is an empty cell; `as_arrow` makes an Arrow table of a block where its columns have types of their
+    own. Raises OptionError for other names, and without pyarrow for .parquet.
+    """
+
+    def as_csv(file: Path) -> None:
+        with file.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            for k, block in enumerate(blocks):
+                if k == 0:
+                    writer.writerow(block)
+                lists = [
+                    ["" if isinstance(x, float) and math.isnan(x) else x for x in _list(own)] for own in block.values()
+                ]
+                writer.writerows(zip(*lists, strict=True))
+
+    def as_parquet(file: Path) -> None:
+        make, writer = as_arrow or need("pyarrow", "parquet").table, None
+        try:
+            for block in blocks:
+                table = make({name: x if isinstance(x, np.ndarray) else [*x] for name, x in block.items()})
+                writer = writer or need("pyarrow.parquet", "parquet").ParquetWriter(file, table.schema)
+                writer.write_table(table)
+        finally:
+            if writer is not None:
+                writer.close()
+
+    if path.suffix.lower() not in TABLES:
+        raise OptionError(f"{path} is no name of a table: it must be named {' or '.join(TABLES)}")
+    return write_file(path, as_csv if path.suffix.lower() == ".csv" else as_parquet)
+
+
+def _list(column: Any) -> list[Any]:
+    return column.tolist() if isinstance(column, np.ndarray) else list(column)

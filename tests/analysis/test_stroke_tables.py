@@ -120,7 +120,7 @@ def test_files_hold_the_table(tmp_path):
 def test_parquet_needs_pyarrow(monkeypatch, tmp_path):
     import sys
 
-    from flexura.cli.terminal import write_table
+    from flexura.files import write_table
 
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(fx.OptionError, match=r"pip install 'flexura\[parquet\]'"):

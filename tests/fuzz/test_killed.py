@@ -55,7 +55,7 @@ COMMANDS = {
     "sensitivity": f"sensitivity {GUIDE} --ask f1 --out OUT/a.csv --plot OUT",
     "tolerance": f"tolerance {GUIDE} --vary thickness=±1% --ask f1 --samples 96 --out OUT/a.csv --plot OUT",
     "sweep": f"sweep {GUIDE} --vary thickness=0.2mm:0.6mm:200 --ask f1 --out OUT/a.csv --plot OUT",
-    "identify": f"identify {CORPUS}measured/modes.csv --plot OUT",
+    "identify": f"identify {CORPUS}measured/modes.csv --out OUT/a.json --plot OUT",
     "couple": f"couple A={INTERFACE} B={INTERFACE} --join A.s1=B.s1 --out OUT/a.uff --plot OUT",
     "decouple": f"decouple {INTERFACE} {FREE} --join s1=a.tx --out OUT/a.uff --plot OUT",
     "virtual-points": f"virtual-points {INTERFACE} --point top=0,0,0 --out OUT/a.uff --plot OUT",

@@ -16,6 +16,7 @@ IN_EVERY_RUN = {
     # the live page
     *("test_frequencies_follow_the_keys", "test_an_error_stands_at_its_slider_and_the_last_picture_stays"),
     "test_requirements_stand_beside_the_sliders_and_follow",
+    "test_poles_are_picked_by_a_click_and_let_go_by_another",
     *("test_a_connection_that_is_cut_is_said_and_restored_with_its_state", "test_of_500_rapid_moves_the_last_one_wins"),
     # the viewer
     *(

@@ -247,12 +247,19 @@ def band_of(text: str | None) -> tuple[float, float] | None:
     return low, high
 
 
-def selected(text: str | None) -> list[float] | None:
-    """Frequencies, Hz; None where they are not given. Raises OptionError for anything else."""
+_AT_ORDER = r"@\s*(\d{1,4})(?![\d.])"
+"""A model order behind a frequency."""
+
+
+def selected(text: str | None) -> list[float | tuple[float, int]] | None:
+    """Frequencies, Hz, each alone or with the model order behind @; None where they are not given. Raises OptionError
+    for anything else."""
     if text is None:
         return None
     with named("--select", text):
-        return _frequencies(text, "'12.1,40 Hz'")
+        orders = [re.search(_AT_ORDER, part) for part in text.split(",")]
+        frequencies = _frequencies(re.sub(_AT_ORDER, "", text), "'12.1,40 Hz', or '12.1@24,40@30 Hz'")
+        return [hz if order is None else (hz, int(order[1])) for hz, order in zip(frequencies, orders, strict=True)]
 
 
 def quantity_of(option: str, text: str, unit: str, example: str) -> float:

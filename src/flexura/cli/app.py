@@ -217,7 +217,7 @@ COMMANDS = {
     "live": _Command(
         "handover",
         "live_command",
-        "A page on this machine whose sliders are the parameters: 3-D, frequencies, responses, stresses follow.",
+        "A page on this machine: a mechanism whose parameters are sliders, or a test whose modes are picked.",
     ),
     "view": _Command(
         "description",

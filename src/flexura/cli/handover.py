@@ -13,6 +13,7 @@ from flexura.cli.amounts import band_of, limit_of, prescribed_of, quantity_of
 from flexura.cli.options import (
     Answer,
     At,
+    Channels,
     File,
     Hold,
     Inputs,
@@ -20,6 +21,7 @@ from flexura.cli.options import (
     Loop,
     Outputs,
     Ratio,
+    Repeated,
     Settings,
     Strict,
     command,
@@ -262,15 +264,17 @@ def report_command(
 
 
 def live_command(
-    file: File,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML), or measured data (UFF, ...).")],
     port: Annotated[
         int | None, typer.Option(min=1, max=65535, help="Port to listen at: the first from 8650 that is free.")
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     keep: Annotated[bool, typer.Option("--keep", help="Do not end when the last page is closed.")] = False,
-    n: Annotated[int, typer.Option("-n", min=1, max=30, help="Number of modes.")] = 6,
+    n: Annotated[int | None, typer.Option("-n", min=1, max=30, help="Number of modes of a mechanism: 6.")] = None,
+    channels: Channels = None,
+    repeated: Repeated = None,
 ) -> None:
-    """A page on this machine whose sliders are the parameters: 3-D, frequencies, responses, stresses follow."""
+    """A page on this machine: a mechanism whose parameters are sliders, or a test whose modes are picked."""
     from flexura.pages.live import live
 
-    live(file, port=port, browser=browser, keep=keep, n=n)
+    live(file, port=port, browser=browser, keep=keep, n=n, channels=channels, repeated=repeated)

@@ -15,9 +15,10 @@ import typer
 from rich.console import RenderableType
 
 from flexura.cli.amounts import add_once, named, prescribed_of
-from flexura.cli.terminal import PAGES, TABLES, heading, print_all, print_end, write_table
+from flexura.cli.terminal import PAGES, heading, print_all, print_end
 from flexura.deadline import announced, stage
 from flexura.errors import OptionError
+from flexura.files import TABLES, write_table
 from flexura.tables import Item
 
 File = Annotated[Path, typer.Argument(metavar="FILE", help="Mechanism file (YAML).")]

@@ -12,8 +12,8 @@ import typer
 from flexura.cli.amounts import mounts_of, moves_of, names_of
 from flexura.cli.options import Answer, File, Settings, command, read, say
 from flexura.cli.progress import designs_shown, rounds_shown
-from flexura.cli.terminal import TABLES, write_table
 from flexura.errors import OptionError
+from flexura.files import TABLES, write_table
 
 if TYPE_CHECKING:
     from flexura.mechanism import Mechanism

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from math import isnan
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import rich.table
 from rich.console import Console, RenderableType
 from rich.text import Text
 
-from flexura.errors import Diagnostic, OptionError, foremost, need
-from flexura.files import write_file
+from flexura.errors import Diagnostic, foremost
 from flexura.tables import Facts, Item, Line, Table, is_right, number, text_columns
 
 MOST_OF_A_KIND = 3
@@ -34,9 +30,8 @@ MOST_BLOCKS = 4
 
 _STYLES = {"": "", "good": "green", "bad": "red"}
 
-TABLES = (".csv", ".parquet")
 PAGES = (".html",)
-"""Suffixes of tables."""
+"""Suffixes of pages."""
 
 
 def console_of_width() -> Console:
@@ -120,39 +115,3 @@ def print_end(notes: Iterable[str], warnings: Iterable[Diagnostic], written: Ite
 def heading(text: str) -> Text:
     """A line in bold."""
     return Text(text, style="bold")
-
-
-def write_table(blocks: Iterable[Mapping[str, Any]], path: Path, as_arrow: Callable[..., Any] | None = None) -> Path:
-    """Write columns by their headings, block by block, as .csv or .parquet, in one step.
-
-    What is not known is an empty cell; `as_arrow` makes an Arrow table of a block where its columns have types of their
-    own. Raises OptionError for other names, and without pyarrow for .parquet.
-    """
-
-    def as_csv(file: Path) -> None:
-        with file.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            for k, block in enumerate(blocks):
-                if k == 0:
-                    writer.writerow(block)
-                lists = [["" if isinstance(x, float) and isnan(x) else x for x in _list(own)] for own in block.values()]
-                writer.writerows(zip(*lists, strict=True))
-
-    def as_parquet(file: Path) -> None:
-        make, writer = as_arrow or need("pyarrow", "parquet").table, None
-        try:
-            for block in blocks:
-                table = make({name: x if isinstance(x, np.ndarray) else [*x] for name, x in block.items()})
-                writer = writer or need("pyarrow.parquet", "parquet").ParquetWriter(file, table.schema)
-                writer.write_table(table)
-        finally:
-            if writer is not None:
-                writer.close()
-
-    if path.suffix.lower() not in TABLES:
-        raise OptionError(f"{path} is no name of a table: it must be named {' or '.join(TABLES)}")
-    return write_file(path, as_csv if path.suffix.lower() == ".csv" else as_parquet)
-
-
-def _list(column: Any) -> list[Any]:
-    return column.tolist() if isinstance(column, np.ndarray) else list(column)

@@ -78,7 +78,7 @@ def estimate_frf_command(
 ) -> Answer:
     """Frequency responses from hits: windows, averages, coherence; bad records are named and left out."""
     from flexura.io import read_measurement, write_measurement
-    from flexura.testing.measurement import Measurement, estimate_frf
+    from flexura.testing.measurement import estimate_frf
 
     measurement = read_measurement(data, channels)
     frfs = estimate_frf(
@@ -93,13 +93,12 @@ def estimate_frf_command(
         reciprocal=reciprocal,
         references=reference or (),
     )
-    name, records, notes = measurement.name, measurement.recordings, measurement.notes
-    result = Measurement(name, records, frfs, notes)
+    result = replace(measurement, frfs=frfs, modes=None)
     responses = result.to_dict()["responses"]
     each = tuple(note for row in responses for note in row["notes"])
     answer = Answer(
-        replace(result, notes=tuple(dict.fromkeys((*notes, *each)))),
-        write=lambda: [] if out is None else [write_measurement(Measurement(name, (), frfs), out)],
+        replace(result, notes=tuple(dict.fromkeys((*result.notes, *each)))),
+        write=lambda: [] if out is None else [write_measurement(replace(result, recordings=(), notes=()), out)],
         data=result.to_dict,
     )
     return _with_pairs(answer, frfs, reciprocal) if reciprocity else answer
@@ -126,7 +125,10 @@ def identify_command(
     band: Annotated[str | None, typer.Option(metavar="FROM,TO", help="Only in this band, e.g. '5,200 Hz'.")] = None,
     select: Annotated[
         str | None,
-        typer.Option(metavar="F1,F2", help="The modes nearest to these frequencies, and no others, e.g. '12,40 Hz'."),
+        typer.Option(
+            metavar="F1,F2",
+            help="The modes nearest to these frequencies, or poles of an order, and no others: '12,40@24 Hz'.",
+        ),
     ] = None,
     order: Annotated[int | None, typer.Option(min=2, max=500, help="Order of the largest model.")] = None,
     setups: Annotated[
@@ -146,11 +148,14 @@ def identify_command(
     ] = None,
     reciprocal: Reciprocal = False,
     reciprocity: ShowPairs = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the modes here: .json, .csv, .parquet or .uff.")
+    ] = None,
     channels: Channels = None,
     repeated: Repeated = None,
 ) -> Answer:
     """Modes of a test: frequencies, damping, complexity of shapes, and the confidence in each."""
-    from flexura.io import read_measurement
+    from flexura.io import read_measurement, write_modes
     from flexura.testing.identification import frfs_of, identify
 
     measurement = read_measurement(data, channels=channels, repeated=repeated)
@@ -167,7 +172,8 @@ def identify_command(
         reciprocal=reciprocal,
     )
     drawn = {"data": frfs_of(measurement, reciprocal=True)[1] if reciprocal else measurement}
-    answer = Answer(result, pictures="save_identification", drawn=drawn)
+    write = lambda: [] if out is None else [write_modes(result, out)]  # noqa: E731
+    answer = Answer(result, pictures="save_identification", drawn=drawn, write=write)
     return _with_pairs(answer, frfs_of(measurement)[1], reciprocal) if reciprocity else answer
 
 

@@ -7,6 +7,9 @@ from flexura.io.formats import Format as Format
 from flexura.io.formats import export as export
 from flexura.io.formats import format_of as format_of
 from flexura.io.formats import formats as formats
+from flexura.io.measurements import described_in as described_in
+from flexura.io.measurements import is_measured as is_measured
 from flexura.io.measurements import read_measurement as read_measurement
 from flexura.io.measurements import write_measurement as write_measurement
+from flexura.io.measurements import write_modes as write_modes
 from flexura.io.uff import scalar_notes as scalar_notes

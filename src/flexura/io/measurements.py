@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from inspect import signature
@@ -13,14 +14,15 @@ import numpy as np
 from flexura.arguments import verb
 from flexura.arrays import Array
 from flexura.errors import FlexuraError, OptionError
-from flexura.files import write_file
-from flexura.io.formats import MeasuredFormat, formats
+from flexura.files import TABLES, write_file, write_table
+from flexura.io.formats import FORMATS, MeasuredFormat, formats
 from flexura.mechanism import Mechanism
 from flexura.structure import Plan
 from flexura.testing.measurement import (
     FORCES,
     ChannelDescription,
     ChannelDescriptions,
+    IdentifiedModes,
     MeasuredChannel,
     MeasuredFRF,
     Measurement,
@@ -30,6 +32,7 @@ from flexura.testing.measurement import (
     described_channels,
     read_channel_descriptions,
     read_columns,
+    read_traces,
     refuse_implausible,
     with_description,
 )
@@ -84,10 +87,16 @@ def read_measurement(
             tuple(f for p in parts for f in p.frfs),
             tuple(dict.fromkeys(n for p in parts for n in p.notes)),
             modes[0] if modes else None,
+            tuple(dict.fromkeys(t for p in parts for t in p.traces)),
         )
     if isinstance(channels, str | Path):
         _refuse_missing(measurement, read_channel_descriptions(channels), str(channels))
     return measurement
+
+
+def is_measured(path: Path) -> bool:
+    """Whether a file is one of measured data by its suffix, or a folder."""
+    return path.is_dir() or path.suffix.lower() in measured_formats()
 
 
 def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
@@ -109,11 +118,9 @@ def _files(path: str | Path | Sequence[str | Path]) -> list[Path]:
 
 
 def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: Repeated | None) -> Measurement:
-    sidecars = [file.with_name(file.stem + SIDECAR), file.with_name("channels.yaml")]
     if not isinstance(channels, str | Path | Mechanism | Plan | None):
         raise OptionError(f"channels is a file or a mechanism, not a {type(channels).__name__}")
-    beside = next((p for p in sidecars if p.is_file()), None) if channels is None else None
-    known = channels if isinstance(channels, str | Path) else beside
+    known = described_in(file, channels)
     descriptions: ChannelDescriptions = {} if known is None else read_channel_descriptions(known)
     columns = () if known is None else read_columns(known)
     scaled = [name for name, described in descriptions.items() if described.full_scale is not None]
@@ -128,6 +135,9 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
         with np.errstate(all="ignore"):
             measurement = _with_descriptions(read(file, descriptions, **options), descriptions)
             refuse_implausible(measurement, str(file))
+            if known is not None:
+                traces = (*measurement.traces, *read_traces(known, _channels(measurement)))
+                measurement = replace(measurement, traces=traces)
     except FlexuraError:
         raise
     except Exception as error:  # what is wrong in a file from anywhere shows in any way
@@ -137,6 +147,14 @@ def _read(file: Path, channels: str | Path | Mechanism | Plan | None, repeated: 
             measurement, described_channels(channels, [c.name for c in _channels(measurement)])
         )
     return measurement
+
+
+def described_in(data: Path, channels: object = None) -> Path | None:
+    """The file that describes the channels of data: one that is named, else one beside it; None without any."""
+    if isinstance(channels, str | Path):
+        return Path(channels)
+    sidecars = (data.with_name(data.stem + SIDECAR), data.with_name("channels.yaml"))
+    return next((p for p in sidecars if p.is_file()), None) if channels is None else None
 
 
 def _channels(measurement: Measurement) -> list[MeasuredChannel]:
@@ -229,6 +247,26 @@ def write_measurement(measurement: Measurement, path: str | Path, *, binary: boo
         raise OptionError(f"a measurement is written, not a {type(measurement).__name__}")
     options = {} if binary is None else {"binary": binary}
     return write_file(path, lambda file: write(measurement, file, **options))
+
+
+@verb
+def write_modes(modes: IdentifiedModes, path: str | Path) -> Path:
+    """Write identified modes: all of them as JSON, their table (CSV, Parquet), or frequencies and shapes (UFF).
+
+    JSON is that of `flexura identify --json`. Universal files have datasets 55, which other programs read and
+    `read_measurement`, too. The file appears complete or not at all. Raises OptionError for other suffixes, for shapes
+    that a format does not hold, and when the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix == ".json":
+        text = json.dumps(modes.to_dict(), indent=2, allow_nan=False) + "\n"
+        return write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
+    if suffix in TABLES:
+        return write_table([modes.to_columns()], Path(path))
+    if suffix not in FORMATS["uff"].suffixes:
+        known = ", ".join((".json", *TABLES, *FORMATS["uff"].suffixes))
+        raise OptionError(f"{suffix or 'no suffix'} is no format of identified modes; known: {known}")
+    return write_measurement(Measurement(modes.name, (), (), modes.notes, modes, modes.traces), path)
 
 
 def _format_of(path: Path, place: str = "", writes: bool = False) -> MeasuredFormat:

@@ -1,4 +1,4 @@
-"""Reading universal files: functions (58, 58b), mode shapes (55), nodes (15, 2411), axes (18, 2420), units (164)."""
+"""Reading universal files: functions (58, 58b), modes (55), nodes (15, 2411), traces (82), axes (18, 2420), units."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from flexura.sizes import within
 from flexura.testing.measurement import (
     ChannelDescriptions,
     MeasuredChannel,
+    Trace,
     dimension,
     frequency_factor,
     quantity_of,
@@ -166,6 +168,17 @@ def geometry_of(sets: list[dict[str, Any]]) -> NodeFrames:
                 if int(system) in frames:
                     nodes.axes[int(number)] = frames[int(system)]
     return nodes
+
+
+def traces_of(sets: list[dict[str, Any]], geometry: NodeFrames) -> tuple[Trace, ...]:
+    """Trace lines (82) as points, m; a node 0 lifts the pen, and so do nodes without a place."""
+    traces: list[Trace] = []
+    for s in sets:
+        if s["type"] == 82:
+            places = [geometry.positions.get(int(number)) for number in s["nodes"]]
+            runs = [[at for at in run if at is not None] for _, run in groupby(places, key=lambda at: at is not None)]
+            traces += [tuple(run) for run in runs if len(run) > 1]
+    return tuple(traces)
 
 
 def _frames(sets: list[dict[str, Any]]) -> dict[int, Array]:

@@ -29,6 +29,7 @@ from flexura.io.uff.datasets import (
     rate_of,
     read_sets,
     response_of,
+    traces_of,
 )
 from flexura.testing.measurement import (
     FORCES,
@@ -51,7 +52,7 @@ TIME, SPECTRUM, CROSS, RESPONSE, COHERENCE = 1, 2, 3, 4, 6
 def read_uff(
     path: Path, descriptions: ChannelDescriptions | None = None, repeated: Repeated | None = None
 ) -> Measurement:
-    """Read a universal file (58, 58b, 55, with 15, 2411, 18, 2420 and 164).
+    """Read a universal file (58, 58b, 55, with 15, 2411, 82, 18, 2420 and 164).
 
     A time record begins where a channel comes for the second time, and forces are its inputs. Responses are collected
     into one matrix per setup and set of frequencies; those between the same channels are merged as `repeated` says.
@@ -104,13 +105,14 @@ def read_uff(
     notes += _channel_notes(pairs, records, len(coherences) - len(once), once)
     responses, again = _responses(pairs, once, path, repeated)
     notes += [repeated_note(again, repeated)] if again and repeated else []
-    modes = _modes([s for s in sets if s["type"] == 55], geometry, path)
+    modes, traces = _modes([s for s in sets if s["type"] == 55], geometry, path), traces_of(sets, geometry)
     measurement = Measurement(
         _title(sets, path),
         tuple(_recordings(records, path)),
         tuple(responses),
         tuple(notes),
-        modes,
+        None if modes is None else replace(modes, traces=traces),
+        traces,
     )
     if not (measurement.recordings or measurement.frfs or measurement.modes):
         _refuse_empty(sets, left_out, path)

@@ -1,4 +1,4 @@
-"""Universal files of measurements: 58b or 58 with 2411, 18, 151 and 164, and 55 for modes."""
+"""Universal files of measurements: 58b or 58 with 2411, 82, 18, 151 and 164, and 55 for modes."""
 
 from __future__ import annotations
 
@@ -71,6 +71,7 @@ class _Numbers:
         channels = [c for r in measurement.recordings for c in r.channels]
         channels += [c for f in measurement.frfs for c in (*f.inputs, *f.outputs)]
         channels += list(measurement.modes.outputs) if measurement.modes else []
+        self._traces = measurement.traces
         used = {int(c.node) for c in channels if c.node is not None and c.node.isdigit()}
         given: set[int] = set()
         for channel in dict.fromkeys(channels):
@@ -87,6 +88,13 @@ class _Numbers:
                 self.positions.setdefault(number, channel.position)
             if key[1] is not None:
                 self.axes[number] = axes_along(np.array(key[1]))
+        self._by_place: dict[tuple[float, ...], int] = {at: number for number, at in self.positions.items()}
+        for point in (point for trace in measurement.traces for point in trace):
+            if point not in self._by_place:
+                number = max(used, default=0) + 1
+                used.add(number)
+                self._by_place[point] = number
+                self.positions[number] = point
 
     def _key(self, channel: MeasuredChannel) -> _Place:
         oblique = channel.direction is not None and np.count_nonzero(channel.direction) > 1
@@ -108,6 +116,9 @@ class _Numbers:
             systems = [n if n in self.axes else 0 for n in numbers]
             nodes = {"type": 2411, "node_nums": numbers, "def_cs": [0] * len(numbers), "disp_cs": systems}
             datasets.append({**nodes, "color": [0] * len(numbers), **dict(zip("xyz", places.T, strict=True))})
+        for k, trace in enumerate(self._traces, 1):
+            nodes = np.array([self._by_place[point] for point in trace])
+            datasets.append({"type": 82, "trace_num": k, "color": 0, "id": f"trace {k}", "nodes": nodes})
         return datasets
 
 

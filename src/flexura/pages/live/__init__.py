@@ -1,4 +1,4 @@
-"""A page on this machine whose sliders are the parameters of a mechanism."""
+"""A page on this machine: a mechanism whose parameters are sliders, or a test whose modes are picked."""
 
 from flexura.lazy import face
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +46,13 @@ Name = Annotated[str, Field(max_length=200)]
 Numbers = Annotated[dict[Name, Finite], Field(max_length=2000)]
 
 
-class _Message(BaseModel):
+class Message(BaseModel):
     """What the page sends: nothing but the keys that are known, of exactly their types."""
 
     model_config: ClassVar[ConfigDict] = ConfigDict(extra="forbid", strict=True)
 
 
-class Response(_Message):
+class Response(Message):
     """The frequency response that is asked for; a damping ratio in place of the described damping."""
 
     input: Name
@@ -62,7 +62,7 @@ class Response(_Message):
     damping: Annotated[Finite, Field(ge=0, lt=1)] | None = None
 
 
-class Load(_Message):
+class Load(Message):
     """What the stresses are of: the loads that are described, actuators at their limits, or a DOF that is moved by an
     `amplitude`, m or rad."""
 
@@ -71,7 +71,7 @@ class Load(_Message):
     amplitude: Finite = 0.0
 
 
-class Ask(_Message):
+class Ask(Message):
     """A design: the numbers of the sliders that differ from the file, in their units."""
 
     type: Literal["design"]
@@ -83,7 +83,7 @@ class Ask(_Message):
     load: Load | None = None
 
 
-class Save(_Message):
+class Save(Message):
     """A file to be written beside the one that is open."""
 
     type: Literal["save"]
@@ -92,13 +92,19 @@ class Save(_Message):
     overwrite: bool = False
 
 
+T = TypeVar("T")
 _READER: TypeAdapter[Ask | Save] = TypeAdapter(Annotated[Ask | Save, Field(discriminator="type")])
 
 
 def read_message(text: str) -> Ask | Save:
     """A message of the page. Raises OptionError for anything else."""
+    return understood(_READER, text)
+
+
+def understood(reader: TypeAdapter[T], text: str) -> T:
+    """What a reader makes of a message. Raises OptionError where it is none that it knows."""
     try:
-        return _READER.validate_json(text)
+        return reader.validate_json(text)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -24,6 +24,7 @@ from flexura.linalg import Eigenpairs
 from flexura.mechanism import DOF_NAMES
 from flexura.modelfile import Changed, files_of, load, variant_text
 from flexura.pages.live.described import Described, notes_of
+from flexura.pages.live.designs import told
 from flexura.pages.live.sliders import parameters_of
 from flexura.reduction import HERTZ
 from flexura.structure import FullOrderModel, Ports
@@ -107,8 +108,8 @@ def _stroke(model: FullOrderModel) -> tuple[str, float] | None:
     return None
 
 
-_NAME = re.compile(r"[^\W.][\w. ()+=,-]{0,120}\.ya?ml")
-"""What a new file may be called: no folder, nothing hidden."""
+_NAME = re.compile(r"[^\W.][\w. ()+=,-]{0,120}")
+"""What a new file may be called before its suffix: no folder, nothing hidden."""
 
 Signature = tuple[tuple[str, tuple[int, ...] | None], ...]
 """Files, with what changes when they are written; None where a file is missing."""
@@ -121,6 +122,11 @@ class Opened(Described):
     path: Path
     files: tuple[Path, ...]
 
+    @property
+    def name(self) -> str:
+        """That of the mechanism."""
+        return self.plan.name
+
     @staticmethod
     def of(path: Path, revision: int, modes: int) -> Opened:
         """Read the file. Raises FlexuraError for one that cannot be used."""
@@ -129,6 +135,18 @@ class Opened(Described):
         own = Opened(plan, modes, notes_of(mechanism, plan), revision, path, files_of(path))
         _ = own.greeting, own.scene  # what cannot be solved or drawn as it is described is refused here
         return own
+
+    def again(self) -> Opened:
+        """What the file holds now. Raises FlexuraError as `of`."""
+        return Opened.of(self.path, self.revision + 1, self.modes)
+
+    def files_now(self) -> tuple[Path, ...]:
+        """The files that there are to be read now."""
+        return files_of(self.path)
+
+    def greetings(self) -> list[tuple[str, str | bytes]]:
+        """What a page is told of the file, by kind."""
+        return [("scene", self.scene), ("opened", told("opened", **self.greeting))]
 
     @cached_property
     def greeting(self) -> dict[str, Any]:
@@ -153,14 +171,7 @@ class Opened(Described):
         Raises FileExistsError unless it may `overwrite`, OptionError for names that are no such file or where nothing
         is changed, ModelError for designs that cannot be, and OptionError where it cannot be written.
         """
-        folder = self.path.absolute().parent
-        target = folder / file
-        if not _NAME.fullmatch(file):
-            raise OptionError(f"{file!r}: a plain file name that ends in .yaml is expected, without a folder")
-        if target.is_symlink() or any(_same(target, own) for own in self.files):
-            raise OptionError(f"{file} is the file that is open, one that it extends, or a link: give another name")
-        if os.path.lexists(target) and not overwrite:
-            raise FileExistsError(file)
+        target = target_of(self.path, file, (".yaml", ".yml"), self.files, overwrite)
         parameters = parameters_of(self.sliders, numbers)
         described = self.plan.parameter_values()
         changed = {name: value for name, value in parameters.items() if value != described[name]}
@@ -176,6 +187,22 @@ class Opened(Described):
         value, own = self.plan.mechanism.parameters[name].value, self.sliders[name]
         before = str(value) if isinstance(value, Expression) else f"{own.value:.9g} {own.unit}".strip()
         return f"chosen on the live page; {self.path.name} has {before}"
+
+
+def target_of(path: Path, file: str, suffixes: Sequence[str], files: Iterable[Path], overwrite: bool = False) -> Path:
+    """Where a new file is written beside one that is open, of which nothing in `files` is replaced.
+
+    Raises FileExistsError unless it may `overwrite`, and OptionError for names that are no plain ones.
+    """
+    target, suffix = path.absolute().parent / file, Path(file).suffix
+    if suffix not in suffixes or not _NAME.fullmatch(file.removesuffix(suffix)):
+        ends = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}"
+        raise OptionError(f"{file!r}: a plain file name that ends in {ends} is expected, without a folder")
+    if target.is_symlink() or any(_same(target, own) for own in files):
+        raise OptionError(f"{file} is the file that is open, one that it is read with, or a link: give another name")
+    if os.path.lexists(target) and not overwrite:
+        raise FileExistsError(file)
+    return target
 
 
 def signature(files: Iterable[Path]) -> Signature:

@@ -20,47 +20,24 @@ from typing import Any
 from flexura.arguments import verb
 from flexura.errors import FlexuraError, OptionError, need
 from flexura.files import scratch_folder
-from flexura.modelfile import files_of
-from flexura.pages.live.designs import LARGEST, MOST_MODES, read_message, told
+from flexura.io import is_measured
+from flexura.pages.live.bodies import MODEL, TEST
+from flexura.pages.live.designs import LARGEST, MOST_MODES, told
 from flexura.pages.live.opened import Opened, problems_of, signature
-from flexura.pages.live.session import Outbox, Session, Worker
+from flexura.pages.live.session import Outbox, PageSession, Session, Worker
+from flexura.pages.live.tested import OpenedTest, PickSession
 from flexura.pages.viewer import page
+from flexura.testing.measurement import Repeated
 
-_BODY = """<div class="live">
-<header class="live-head">
-  <h1 id="live-title">{name}</h1>
-  <p class="soft" id="live-file">{file}</p>
-  <p id="live-status" role="status">The page is connecting.</p>
-  <p class="soft" id="live-time" title="from the hand to the picture"></p>
-  <div class="live-tools" role="toolbar" aria-label="design">
-    <button type="button" id="live-undo" title="Ctrl+Z" disabled>Undo</button>
-    <button type="button" id="live-redo" title="Ctrl+Y" disabled>Redo</button>
-    <button type="button" id="live-reset" disabled>Reset all</button>
-    <button type="button" id="live-pin" disabled>Pin</button>
-    <button type="button" id="live-save" disabled>Save as…</button>
-    <button type="button" id="live-theme" aria-label="dark or light">◐</button>
-  </div>
-</header>
-<div class="live-extra">
-  <noscript><p class="bad">This page needs scripts, which are turned off.</p></noscript>
-  <section id="live-problems" class="live-problems" aria-label="problems" hidden></section>
-  <form id="live-saving" class="live-saving" aria-label="save as a new file" hidden></form>
-  <section id="live-pins" class="live-pins" aria-label="pinned designs"></section>
-</div>
-<div class="live-sliders"><section aria-label="requirements" id="live-requirements" hidden></section>
-<section aria-label="parameters" id="live-sliders"></section></div>
-<main class="live-stage" aria-label="mechanism">
-  <div id="live-viewer" class="live-viewer"></div>
-  <p id="live-notes" class="soft"></p>
-</main>
-<section class="live-results" aria-label="results" id="live-results"></section>
-</div>"""
+Subject = Opened | OpenedTest
+"""What a page shows: a mechanism, or a test."""
 
 
-def live_page(opened: Opened, connect: Sequence[str]) -> str:
+def live_page(opened: Subject, connect: Sequence[str]) -> str:
     """The HTML of the page of a file; it may connect to the addresses given, and nowhere else."""
-    body = _BODY.format(name=escape(opened.plan.name), file=escape(opened.path.name))
-    return page(f"{opened.plan.name}: live", body, "live", connect=" ".join(connect))
+    kind, body = ("live", MODEL) if isinstance(opened, Opened) else ("test", TEST)
+    filled = body.format(name=escape(opened.name), file=escape(opened.path.name))
+    return page(f"{opened.name}: live", filled, kind, connect=" ".join(connect))
 
 
 def redirection(address: str) -> str:
@@ -97,11 +74,11 @@ class Site:
     `ended` is called when all pages are closed, unless the server is to be kept.
     """
 
-    def __init__(self, opened: Opened, token: str, port: int, ended: Callable[[], None], keep: bool) -> None:
-        self.opened: Opened = opened
+    def __init__(self, opened: Subject, token: str, port: int, ended: Callable[[], None], keep: bool) -> None:
+        self.opened: Subject = opened
         self._token, self._ended, self._keep = token, ended, keep
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
-        self._sessions: set[Session] = set()
+        self._sessions: set[PageSession] = set()
         self._left: float | None = None
         self._worker = Worker()
         self._file: str | None = None
@@ -162,7 +139,8 @@ class Site:
             await socket.close(TOO_MANY)
             return
         outbox = Outbox(asyncio.get_running_loop())
-        session = Session(self._worker, lambda: self.opened, outbox)
+        own: Any = lambda: self.opened  # noqa: E731
+        session = (Session if isinstance(self.opened, Opened) else PickSession)(self._worker, own, outbox)
         self._sessions.add(session)
         sender = asyncio.create_task(_send(socket, outbox))
         try:
@@ -176,7 +154,7 @@ class Site:
             self._sessions.discard(session)
             self._left = time.monotonic()
 
-    async def _listen(self, socket: Any, session: Session) -> None:
+    async def _listen(self, socket: Any, session: PageSession) -> None:
         """Take messages until the page goes."""
         mistakes = 0
         while (message := await socket.receive())["type"] == "websocket.receive":
@@ -184,7 +162,7 @@ class Site:
             try:
                 if text is None or len(text) > LARGEST:
                     raise OptionError("a message is text of bounded size")
-                session.receive(read_message(text))
+                session.receive(session.read(text))
             except OptionError as error:
                 mistakes += 1
                 session.outbox.put("misunderstood", told("misunderstood", text=str(error)))
@@ -210,10 +188,10 @@ class Site:
     def _read(self) -> None:
         """Read the file again, and tell all pages; what was read last is kept where it cannot be."""
         path = self.opened.path
-        self._files = tuple(dict.fromkeys((*files_of(path), *self.opened.files)))
+        self._files = tuple(dict.fromkeys((*self.opened.files_now(), *self.opened.files)))
         self._seen = signature(self._files)
         try:
-            self.opened, self._file = Opened.of(path, self.opened.revision + 1, self.opened.modes), None
+            self.opened, self._file = self.opened.again(), None
         except Exception as error:
             found = error if isinstance(error, FlexuraError) else OptionError(f"the file cannot be used: {error}")
             self._file = told("file", gone=not path.exists(), problems=problems_of(found))
@@ -225,8 +203,8 @@ class Site:
 
     def _open(self, outbox: Outbox) -> None:
         """Give a page what was read of the file."""
-        outbox.put("scene", self.opened.scene)
-        outbox.put("opened", told("opened", **self.opened.greeting))
+        for kind, message in self.opened.greetings():
+            outbox.put(kind, message)
 
 
 async def _send(socket: Any, outbox: Outbox) -> None:
@@ -247,27 +225,43 @@ TURN = 5e-4
 """Seconds after which threads take turns: the page is heard while its designs are worked out."""
 
 
-@verb
-def live(path: str | Path, *, port: int | None = None, browser: bool = True, keep: bool = False, n: int = 6) -> None:
-    """Serve a page on this machine whose sliders are the parameters of a model file; until it is closed, or Ctrl-C.
+MODES = 6
+"""Modes of a mechanism that are shown, where no number is given."""
 
-    The page shows the mechanism in 3-D, its `n` lowest frequencies with their proven intervals, a frequency response
-    and stresses, and all follow the sliders. The file is read again whenever it is written. The address, which is
-    printed, holds a secret token and answers to this machine alone, at `port`, by default the first from 8650 that is
-    free. With `browser` it is opened there. The server ends some seconds after the last page is closed, unless it is to
-    `keep` on. Raises ModelError for a file that cannot be used, and OptionError for a port that is busy and without the
-    packages of the extra `live`.
+
+@verb
+def live(
+    path: str | Path,
+    *,
+    port: int | None = None,
+    browser: bool = True,
+    keep: bool = False,
+    n: int | None = None,
+    channels: str | Path | None = None,
+    repeated: Repeated | None = None,
+) -> None:
+    """Serve a page on this machine: a model file with its parameters as sliders, or a test whose modes are picked.
+
+    Of a mechanism the page shows the mechanism in 3-D, its `n` lowest frequencies (6) with their proven intervals, a
+    frequency response and stresses, and all follow the sliders. Of measured data, read with `channels` and `repeated`
+    as `read_measurement` does, it shows the stabilisation diagram, in which poles are picked, and the modes that
+    `identify` makes of these, with their shapes, beside what was measured. Files are read again whenever they are
+    written. The address, which is printed, holds a secret token and answers to this machine alone, at `port`, by
+    default the first from 8650 that is free. With `browser` it is opened there. The server ends some seconds after the
+    last page is closed, unless it is to `keep` on; until then, or Ctrl-C, it is waited for. Raises ModelError for a
+    file that cannot be used, and OptionError for data that cannot, for options of the other kind of file, for a port
+    that is busy and without the packages of the extra `live`.
     """
-    if not isinstance(n, int) or not 1 <= n <= MOST_MODES:
+    if n is not None and not (isinstance(n, int) and 1 <= n <= MOST_MODES):
         raise OptionError(f"the number of modes is a whole number from 1 to {MOST_MODES}, not {n!r}")
     for name in ("starlette", "uvicorn", "websockets"):
         need(name, "live")
-    opened = Opened.of(Path(path), 1, n)
+    opened = _opened(Path(path), n, None if channels is None else Path(channels), repeated)
     with _listening(port) as own:
         number, token = own.getsockname()[1], secrets.token_urlsafe(24)
         address = f"http://127.0.0.1:{number}/{token}/"
         with _turns(), scratch_folder() as folder:
-            sys.stdout.write(f"{opened.plan.name}: {address}\n")
+            sys.stdout.write(f"{opened.name}: {address}\n")
             sys.stdout.flush()
             if browser and not _shown(address, folder):
                 sys.stdout.write("no browser could be opened: open the address in one on this machine\n")
@@ -275,7 +269,18 @@ def live(path: str | Path, *, port: int | None = None, browser: bool = True, kee
             _serve(opened, own, token, keep)
 
 
-def _serve(opened: Opened, own: socket.socket, token: str, keep: bool) -> None:
+def _opened(path: Path, n: int | None, channels: Path | None, repeated: Repeated | None) -> Subject:
+    """What is in a file. Raises FlexuraError for one that cannot be used."""
+    if is_measured(path):
+        if n is not None:
+            raise OptionError("n is the number of modes of a mechanism: those of a test are picked")
+        return OpenedTest.of(path, channels, repeated)
+    if channels is not None or repeated is not None:
+        raise OptionError(f"channels and repeated are for measured data; {path.name} is read as a mechanism")
+    return Opened.of(path, 1, n or MODES)
+
+
+def _serve(opened: Subject, own: socket.socket, token: str, keep: bool) -> None:
     """Serve until the pages are closed; an interruption ends the server first."""
     uvicorn = need("uvicorn", "live")
     site = Site(opened, token, own.getsockname()[1], lambda: setattr(server, "should_exit", True), keep)

@@ -13,7 +13,7 @@ from typing import Any
 
 from flexura.errors import FlexuraError
 from flexura.pages.live.described import FollowedModes
-from flexura.pages.live.designs import Ask, Designs, Save, Shown, Steps, told
+from flexura.pages.live.designs import Ask, Designs, Save, Shown, Steps, read_message, told
 from flexura.pages.live.opened import Opened
 
 Work = Callable[[], None]
@@ -111,32 +111,61 @@ class Outbox:
         return self._waiting.pop(0)[1]
 
 
-class Session:
-    """A page that is open: its designs are worked out one after another, in the one thread for all pages."""
+class PageSession:
+    """A page that is open: what it asks for is worked out one after another, in the one thread for all pages.
+
+    `read` makes a message of a text, and `receive` has done what it asks for.
+    """
+
+    read: Callable[[str], Any]
+    receive: Callable[[Any], None]
+
+    def __init__(self, worker: Worker, outbox: Outbox) -> None:
+        self.outbox = outbox
+        self._worker = worker
+        self._key = next(_NUMBER)
+
+    def close(self) -> None:
+        """Nothing is worked out for this page any more."""
+        self._worker.drop(self._key)
+
+    def _say(self, kind: str, **data: Any) -> None:
+        self.outbox.put(kind, told(kind, **data))
+
+    def _saved(self, file: str, save: Callable[[], Path]) -> None:
+        """Say what became of a file that is saved."""
+        try:
+            path = save()
+        except FileExistsError:
+            self._say("exists", file=file)
+        except FlexuraError as error:
+            self._say("not saved", file=file, text=str(error))
+        else:
+            self._say("saved", file=path.name)
+
+
+class Session(PageSession):
+    """A page of a mechanism: its designs are worked out."""
+
+    read = staticmethod(read_message)
 
     def __init__(self, worker: Worker, opened: Callable[[], Opened], outbox: Outbox) -> None:
-        self.outbox = outbox
-        self._worker, self._opened = worker, opened
-        self._key = next(_NUMBER)
+        super().__init__(worker, outbox)
+        self._opened = opened
         self._followed = FollowedModes()
         self._designs = Designs(opened(), self._followed)
         self._held: dict[str, float] = {}
         self._step, self._rested = 0, 0.0
         self._took: dict[str, float] = {}
 
-    def close(self) -> None:
-        """Nothing is worked out for this page any more."""
-        self._worker.drop(self._key)
-
     def receive(self, message: Ask | Save) -> None:
         """Have done what the page asks for."""
         if isinstance(message, Save):
-            self._worker.submit((self._key, "save"), lambda: self._save(message))
+            own = message
+            save = lambda: self._opened().save(own.file, own.values, own.overwrite)  # noqa: E731
+            self._worker.submit((self._key, "save"), lambda: self._saved(own.file, save))
         else:
             self._worker.submit(self._key, lambda: self._design(message))
-
-    def _say(self, kind: str, **data: Any) -> None:
-        self.outbox.put(kind, told(kind, **data))
 
     def _design(self, ask: Ask) -> None:
         opened = self._opened()
@@ -184,13 +213,3 @@ class Session:
     def _refused(self, ask: Ask, error: Exception) -> None:
         """Say what is wrong with a design, and at which sliders."""
         self._say("refused", serial=ask.serial, problems=self._designs.problems(ask, error, self._held))
-
-    def _save(self, message: Save) -> None:
-        try:
-            path: Path = self._opened().save(message.file, message.values, message.overwrite)
-        except FileExistsError:
-            self._say("exists", file=message.file)
-        except FlexuraError as error:
-            self._say("not saved", file=message.file, text=str(error))
-        else:
-            self._say("saved", file=path.name)

@@ -1,5 +1,6 @@
 from flexura.pages.viewer.geometry import Drawing as Drawing
 from flexura.pages.viewer.geometry import quick as quick
+from flexura.pages.viewer.measured_shapes import scene_of_test as scene_of_test
 from flexura.pages.viewer.page import View as View
 from flexura.pages.viewer.page import bundle as bundle
 from flexura.pages.viewer.page import figure as figure

@@ -16,8 +16,10 @@ from flexura.errors import OptionError
 from flexura.fem import Drawing
 from flexura.files import write_file
 from flexura.pages.viewer.faces import scene_of_faces
+from flexura.pages.viewer.measured_shapes import scene_of_test
 from flexura.pages.viewer.scene import Fact, Scene, ShownMotion, to_json
 from flexura.pages.viewer.scenes import Shown, scene_of
+from flexura.testing.measurement import IdentifiedModes
 
 _HERE = Path(__file__).parent
 _SCRIPT = _HERE.parent / "web" / "dist" / "flexura.js"
@@ -26,7 +28,7 @@ _SCRIPT = _HERE.parent / "web" / "dist" / "flexura.js"
 def page(
     title: str,
     body: str,
-    kind: Literal["viewer", "report", "live"],
+    kind: Literal["viewer", "report", "live", "test"],
     data: Mapping[str, Mapping[str, Any]] | None = None,
     *,
     style: str = "",
@@ -125,23 +127,23 @@ class View:
 
 
 @verb
-def show(shown: Shown | Drawing, results: Shown | Sequence[Shown] = ()) -> View:
+def show(shown: Shown | Drawing | IdentifiedModes, results: Shown | Sequence[Shown] = ()) -> View:
     """A mechanism and results of it in three dimensions, moving, with every number at hand; or the faces of a part.
 
     shown: a mechanism, a plan or a full-order model, or a result that holds its model, as in
     `fx.show(fx.modes(mechanism))`, or what `fx.faces` has read, alone: a click on a face copies what chooses it in a
-    file; results: one or several of one design of it: modes, statics, a stroke, preload,
-    kinetostatics, drift, a check, a correlation, a placement of sensors, a verification. What it returns shows
-    itself at the end of a cell in Jupyter, VS Code and marimo, without a network, and is saved as one HTML file by
-    `save`. Of mechanisms that are too large parts are left out, which the page says.
+    file; or the modes of a test, alone, on its own points and lines; results: one or several of one design of it:
+    modes, statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors, a
+    verification. What it returns shows itself at the end of a cell in Jupyter, VS Code and marimo, without a network,
+    and is saved as one HTML file by `save`. Of mechanisms that are too large parts are left out, which the page says.
 
     Raises OptionError for what cannot be shown, results without a mechanism, and results of several designs; ModelError
     as `assemble`.
     """
-    if isinstance(shown, Drawing):
+    if isinstance(shown, Drawing | IdentifiedModes):
         if results:
-            raise OptionError("the faces of a part have no results: show them alone, as in show(faces(path))")
-        return View(scene_of_faces(shown))
+            raise OptionError("faces of a part and modes of a test are shown alone, as in show(faces(path))")
+        return View(scene_of_faces(shown) if isinstance(shown, Drawing) else scene_of_test(shown))
     more = results if isinstance(results, list | tuple) else (cast(Shown, results),)
     return View(scene_of(shown, *more, picture=True))
 

@@ -18,6 +18,7 @@ from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
 from flexura.pages.viewer.facts import Facts
 from flexura.pages.viewer.geometry import Cells, Drawing
+from flexura.pages.viewer.measured_shapes import with_test
 from flexura.pages.viewer.motions import (
     drift_motions,
     freedom_motions,
@@ -180,6 +181,9 @@ def scene_and_drawing(*shown: Shown, picture: bool = False) -> tuple[Scene, Draw
         picture=picture_of(draw_mechanism(model, dpi=PICTURE_DPI)) if picture else None,
         notes=tuple(dict.fromkeys((*parts.notes, *found.notes))),
     )
+    for own in shown:
+        if isinstance(own, Correlation):
+            scene = with_test(scene, own)
     return scene, drawing
 
 

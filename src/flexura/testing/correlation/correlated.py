@@ -21,7 +21,7 @@ from flexura.results import Tabular
 from flexura.structure import Channel, FullOrderModel
 from flexura.systems import system
 from flexura.tables import Facts, Item, Line, Table, percent, quantity
-from flexura.testing.measurement import MeasuredFRF
+from flexura.testing.measurement import MeasuredFRF, Trace
 from flexura.testing.rig import ChannelMatch, ChannelPairing, UnmatchedChannel, between, pair_channels
 
 ReducedMass = Literal["serep", "guyan"]
@@ -190,7 +190,8 @@ class Correlation(Tabular):
     channels, `self_orthogonality` (r, r) of the r paired test shapes and `cross_orthogonality` (r, r) with those of the
     model. `expanded` (n_nodes, 6, n) are the test shapes on the whole mechanism and `counterparts` (n_nodes, 6, r) the
     model's, in m and rad and of the same size; close modes are turned within their space to be nearest to the test's.
-    `modes` (n_nodes, 6, k) are the model's own.
+    `modes` (n_nodes, 6, k) are the model's own. `measured` (q, n) are the real test shapes at the sensors, of the size
+    of `expanded`, m and rad, and `traces` lines of the part to draw them on.
     """
 
     name: str
@@ -220,6 +221,8 @@ class Correlation(Tabular):
     frfs: tuple[FRFOverlay, ...]
     model: FullOrderModel
     sensors: ChannelPairing
+    measured: Array
+    traces: tuple[Trace, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property

@@ -281,6 +281,8 @@ def correlate(
         frfs=tuple(o for o in overlays if o is not None),
         model=full,
         sensors=sensors,
+        measured=read.real_shapes[sensors.at] * sizes,
+        traces=identified.traces,
         notes=(
             *(*read.notes, *notes, *checked.notes(sensors.matched), *identified.notes),
             *sensors_note(bare, placements, each[:, [p.model - 1 for p in pairs]]),

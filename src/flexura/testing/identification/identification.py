@@ -15,8 +15,9 @@ from flexura.errors import OptionError
 from flexura.mechanism import DOF_NAMES
 from flexura.structure import Channel
 from flexura.testing.identification.multi_setup import merged
-from flexura.testing.identification.one_setup import UNSURE, Options, one_setup
+from flexura.testing.identification.one_setup import UNSURE, Options, SetupPoles, modes_of
 from flexura.testing.identification.outputs_alone import UNKNOWN
+from flexura.testing.identification.stabilisation import picks_of
 from flexura.testing.measurement import (
     Correlations,
     IdentifiedModes,
@@ -24,6 +25,7 @@ from flexura.testing.measurement import (
     MeasuredFRF,
     Measurement,
     ResponseMatrix,
+    Trace,
     correlations_of,
     estimate_frf,
     fill_reciprocal,
@@ -35,6 +37,8 @@ from flexura.testing.substructuring import ScatteredResponse
 Data = Measurement | MeasuredFRF | FrequencyResponse | Sequence[MeasuredFRF]
 Setups = Literal["each", "together"]
 Method = Literal["plscf", "ssi"]
+Select = Sequence[float | tuple[float, int]]
+"""What a user picks: frequencies, Hz, or poles of the stabilisation diagram, as pairs of a frequency and an order."""
 
 LEAST_CONFIDENCE = 0.3
 """Confidence below which a mode is not taken unless it is picked: no true mode in noise of 20 dB had so little."""
@@ -46,7 +50,7 @@ def identify(
     *,
     band: tuple[float, float] | None = None,
     order: int | None = None,
-    select: Sequence[float] | None = None,
+    select: Select | None = None,
     setups: Setups = "each",
     refine: bool = True,
     most_damped: float = 0.2,
@@ -58,11 +62,13 @@ def identify(
 
     Poly-reference least squares of every order up to `order`, modes chosen where poles are stable over the orders, or
     nearest to the frequencies `select`, Hz, which then are all that is returned, though other stable poles still take
-    part in the fit; a frequency given twice asks for two modes. `refine` then fits poles, participation and shapes
-    together to the responses. `setups`: each is identified by itself, since sensors in other places shift frequencies,
-    and shapes are merged by the inputs (or else the outputs) that all setups share; or all are taken together as one
-    matrix. Damping that an exponential window has added is not in the result. Poles with a damping ratio above
-    `most_damped` are no modes. Those with less than `least_confidence` are left out and named, unless they are picked.
+    part in the fit; a frequency given twice asks for two modes. A pair (frequency, order) picks the nearest pole of
+    that order in the stabilisation diagram, and the fit starts from it. `refine` then fits poles, participation and
+    shapes together to the responses. `setups`: each is identified by itself, since sensors in other places shift
+    frequencies, and shapes are merged by the inputs (or else the outputs) that all setups share; or all are taken
+    together as one matrix. Damping that an exponential window has added is not in the result. Poles with a damping
+    ratio above `most_damped` are no modes. Those with less than `least_confidence` are left out and named, unless they
+    are picked.
 
     Where no pole is stable at all and a peak stands 30 dB above the median, it is returned, with its width as the most
     of its damping, without confidence, and with a note.
@@ -76,10 +82,56 @@ def identify(
     Repeated modes take as many inputs (or outputs) as there are of them. Raises OptionError for bad options, bad or
     incomplete data, and when there is no mode; SolverError when there are too few lines for the order.
     """
+    poles = stabilisation(
+        data, band=band, order=order, setups=setups, most_damped=most_damped, method=method, reciprocal=reciprocal
+    )
+    return poles.modes(select=select, refine=refine, least_confidence=least_confidence)
+
+
+@dataclass(frozen=True)
+class Stabilisation:
+    """Poles of all orders in every setup of a test, from which modes are taken again and again."""
+
+    setting: Setting
+    setups: Sequence[SetupPoles]
+    most_damped: float
+
+    def modes(
+        self, select: Select | None = None, *, refine: bool = True, least_confidence: float = LEAST_CONFIDENCE
+    ) -> IdentifiedModes:
+        """Modes chosen by themselves, or picked, as `identify` returns them. Raises OptionError as it does."""
+        if not 0 <= least_confidence < 1:
+            raise OptionError(f"least_confidence is at least 0 and below 1, not {least_confidence:g}")
+        options = Options(None if select is None else picks_of(select), refine, self.most_damped, least_confidence)
+        test = self.setting
+        modes, missing = zip(*(modes_of(test.name, setup, options) for setup in self.setups), strict=True)
+        nowhere = [why for pick, why in missing[0].items() if all(pick in lost for lost in missing)]
+        if nowhere:
+            raise OptionError(f"{'; '.join(nowhere)}; see the stabilisation diagram")
+        if not any(len(setup.poles) for setup in modes):
+            unsure = "".join(f"; {note}" for setup in modes for note in setup.notes if UNSURE in note)
+            raise OptionError(
+                "no mode is stable over the orders: leave lines that are noise out of the band, raise the order, or"
+                f" pick frequencies where the responses have peaks{unsure}"
+            )
+        if len(modes) == 1:
+            return replace(modes[0], notes=(*test.notes, *modes[0].notes), traces=test.traces)
+        return replace(merged(test.name, modes, test.matrices, test.notes), traces=test.traces)
+
+
+def stabilisation(
+    data: Data,
+    *,
+    band: tuple[float, float] | None = None,
+    order: int | None = None,
+    setups: Setups = "each",
+    most_damped: float = 0.2,
+    method: Method | None = None,
+    reciprocal: bool = False,
+) -> Stabilisation:
+    """Poles of all orders of a test, of which `identify` makes modes, with its options and errors."""
     if setups not in get_args(Setups):
         raise OptionError(f"setups is each or together, not {setups!r}")
-    if not 0 <= least_confidence < 1:
-        raise OptionError(f"least_confidence is at least 0 and below 1, not {least_confidence:g}")
     if not 0 < most_damped < 1:
         raise OptionError(f"most_damped is a damping ratio between 0 and 1, not {most_damped:g}")
     if order is not None and not 2 <= order <= 500:
@@ -89,25 +141,9 @@ def identify(
     test = matrices_of(data, band, together=setups == "together", reciprocal=reciprocal)
     if method == "ssi" and not test.is_output_only:
         raise OptionError("ssi takes records of outputs alone; frequency responses are identified by plscf")
-    options = Options(order, select, refine, most_damped, least_confidence, test.is_output_only and method != "plscf")
-    found = (one_setup(test.name, *pair, options) for pair in zip(test.matrices, test.correlations, strict=True))
-    modes, missing = zip(*found, strict=True)
-    nowhere = set.intersection(*map(set, missing))
-    if nowhere:
-        listed = ", ".join(f"{f:g}" for f in sorted(nowhere))
-        raise OptionError(
-            f"there is no pole near {listed} Hz that adds more to the responses than noise does; see the stabilisation"
-            " diagram"
-        )
-    if not any(len(setup.poles) for setup in modes):
-        unsure = "".join(f"; {note}" for setup in modes for note in setup.notes if UNSURE in note)
-        raise OptionError(
-            "no mode is stable over the orders: leave lines that are noise out of the band, raise the order, or pick"
-            f" frequencies where the responses have peaks{unsure}"
-        )
-    if len(modes) == 1:
-        return replace(modes[0], notes=(*test.notes, *modes[0].notes))
-    return merged(test.name, modes, test.matrices, test.notes)
+    by_subspaces = test.is_output_only and method != "plscf"
+    pairs = zip(test.matrices, test.correlations, strict=True)
+    return Stabilisation(test, [SetupPoles.of(*own, order, most_damped, by_subspaces) for own in pairs], most_damped)
 
 
 @dataclass(frozen=True)
@@ -118,6 +154,7 @@ class Setting:
     matrices: Sequence[ResponseMatrix]
     correlations: Sequence[Correlations | None]
     notes: tuple[str, ...]
+    traces: tuple[Trace, ...] = ()
 
     @property
     def is_output_only(self) -> bool:
@@ -133,10 +170,11 @@ def matrices_of(
         if reciprocal:
             raise OptionError("outputs alone have no reciprocals: that takes forces")
         each = correlations_of(data.recordings, band, together)
-        return Setting(data.name, [half_spectra(one) for one in each], each, (*data.notes, UNKNOWN))
+        return Setting(data.name, [half_spectra(one) for one in each], each, (*data.notes, UNKNOWN), data.traces)
     name, frfs, notes = frfs_of(data, reciprocal)
     matrices = response_matrices(frfs, band, together)
-    return Setting(name, matrices, [None] * len(matrices), notes)
+    traces = data.traces if isinstance(data, Measurement) else ()
+    return Setting(name, matrices, [None] * len(matrices), notes, traces)
 
 
 def has_outputs_alone(data: Measurement) -> bool:

@@ -25,6 +25,7 @@ from flexura.testing.identification.residues import Fit, fit_modes, fit_shapes
 from flexura.testing.identification.stabilisation import (
     PICKED_WITHIN,
     OrderPoles,
+    Pick,
     Track,
     chosen,
     diagram,
@@ -35,7 +36,7 @@ from flexura.testing.identification.stabilisation import (
     tracks,
 )
 from flexura.testing.identification.subspaces import SHARE_OF_ORDERS, Subspaces
-from flexura.testing.measurement import Correlations, IdentifiedModes, ModeEvidence, ResponseMatrix
+from flexura.testing.measurement import Correlations, IdentifiedModes, ModeEvidence, Poles, ResponseMatrix
 
 MOST_ORDER = 60
 """Order of the largest model when none is given."""
@@ -71,39 +72,69 @@ TWINS = 0.5
 
 @dataclass(frozen=True)
 class Options:
-    """Those of `identify` that every setup has."""
+    """How modes are taken from poles, the same in every setup."""
 
-    order: int | None
-    select: Sequence[float] | None
+    picks: Sequence[Pick] | None
     refine: bool
     most_damped: float
     least_confidence: float
-    by_subspaces: bool = False
 
 
-def one_setup(
-    name: str, matrix: ResponseMatrix, correlations: Correlations | None, options: Options
-) -> tuple[IdentifiedModes, list[float]]:
-    """Modes of one setup, and the frequencies picked, Hz, that it does not have.
+@dataclass(frozen=True)
+class SetupPoles:
+    """Poles of one setup at every order, with their bits of stability, before any are taken for modes.
 
-    The side with fewer channels participates: with more inputs than outputs the matrix is fitted transposed.
-    `correlations` are those of half spectra of outputs alone.
+    The side with fewer channels participates: with more inputs than outputs the `matrix` is fitted transposed.
+    `correlations` are those of half spectra of outputs alone, and `subspaces` of these.
     """
+
+    matrix: ResponseMatrix
+    correlations: Correlations | None
+    subspaces: Subspaces | None
+    orders: Sequence[OrderPoles]
+    bits: Sequence[NDArray[np.intp]]
+
+    @classmethod
+    def of(
+        cls,
+        matrix: ResponseMatrix,
+        correlations: Correlations | None,
+        order: int | None,
+        most_damped: float,
+        by_subspaces: bool,
+    ) -> SetupPoles:
+        """Those up to an order. Raises OptionError and SolverError for an order that is too high for the data."""
+        work = _fitted_matrix(matrix)
+        subspaces = Subspaces.of(correlations, work) if correlations is not None and by_subspaces else None
+        if subspaces is None:
+            orders = poles_by_order(work, order or default_order(work), most_damped)
+        else:
+            orders = subspaces.orders(order, most_damped)
+        return cls(matrix, correlations, subspaces, orders, stability(orders))
+
+    @property
+    def diagram(self) -> Poles:
+        """The same as a stabilisation diagram shows them."""
+        return diagram(self.orders, self.bits)
+
+
+def _fitted_matrix(matrix: ResponseMatrix) -> ResponseMatrix:
     p, m = matrix.response.shape[1:]
-    work = matrix.transposed if m > p else matrix
-    subspaces = Subspaces.of(correlations, work) if correlations is not None and options.by_subspaces else None
+    return matrix.transposed if m > p else matrix
+
+
+def modes_of(name: str, setup: SetupPoles, options: Options) -> tuple[IdentifiedModes, dict[Pick, str]]:
+    """Modes of one setup, and the picks that are not in it, each with why."""
+    matrix, correlations, subspaces, orders = setup.matrix, setup.correlations, setup.subspaces, setup.orders
+    p, m = matrix.response.shape[1:]
+    work = _fitted_matrix(matrix)
     duration = np.inf if correlations is None else correlations.duration
-    if subspaces is None:
-        orders = poles_by_order(work, options.order or default_order(work), options.most_damped)
-    else:
-        orders = subspaces.orders(options.order, options.most_damped)
-    bits = stability(orders)
-    every = tracks(orders, bits)
+    every = tracks(orders, setup.bits)
     stable = chosen(every, len(orders)) if subspaces is None else chosen(every, len(orders), SHARE_OF_ORDERS)
-    wanted, lost = (None, []) if options.select is None else picked(every, options.select, orders)
+    wanted, lost = (None, {}) if options.picks is None else picked(every, options.picks, orders)
     fitted = stable if wanted is None else [*wanted, *(t for t in stable if not any(t is w for w in wanted))]
     peak = None if fitted or work.step else lone_peak(work)
-    away = [f for f in lost if peak is None or abs(f - peak.hz) > PICKED_WITHIN * f]
+    away = {p: why for p, why in lost.items() if peak is None or abs(p.hz - peak.hz) > PICKED_WITHIN * p.hz}
     if peak is not None and (wanted is None or len(away) < len(lost)):
         fit, lost = fit_shapes(work, np.array([peak.pole]), peak.participation), away
         evidence, kept, remarks = [peak.evidence], np.arange(1), [peak.note]
@@ -117,10 +148,13 @@ def one_setup(
             evidence, remarks = judged(evidence, fit, work, correlations)
         is_picked = None
         if wanted is not None:
-            is_picked = [bool(t.picked) and _is_there(work, fit, k, t.picked) for k, t in enumerate(fitted)]
-            lost = [*lost, *(t.picked for t, kept in zip(fitted, is_picked, strict=True) if t.picked and not kept)]
+            is_picked = [t.picked is not None and _is_there(work, fit, k, t.picked) for k, t in enumerate(fitted)]
+            given = zip(fitted, is_picked, strict=True)
+            lost |= {t.picked: _not_there(t.picked) for t, kept in given if t.picked is not None and not kept}
         kept, others = _kept(fit, evidence, is_picked, options.least_confidence)
         remarks += others
+    if by_order := [t.picked for t in wanted or () if t.picked is not None and t.picked.order is not None]:
+        remarks.append(f"picked, as frequency@order: {', '.join(map(str, by_order))} Hz")
     remarks += _left_over(work, fit)
     fit = fit.at(kept)
     poles, repeated = _equal_poles(fit)
@@ -142,7 +176,7 @@ def one_setup(
         matrix.inputs,
         matrix.outputs,
         tuple(evidence[k] for k in kept),
-        (diagram(orders, bits),),
+        (setup.diagram,),
         fit.error,
         (*matrix.notes, *(where + remark for remark in remarks)),
         lower=lower,
@@ -155,10 +189,17 @@ def one_setup(
     return finished(modes, repeated), lost
 
 
-def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, hz: float) -> bool:
-    """Whether a mode that was picked at a frequency, Hz, is near it, and in the data."""
+def _not_there(pick: Pick) -> str:
+    """Why a pick is no mode although there is a pole."""
+    if pick.order is None:
+        return f"there is no pole near {pick} Hz that adds more to the responses than noise does"
+    return f"the pole picked as {pick} Hz adds no more than noise does: it follows noise, or is one mode with another"
+
+
+def _is_there(matrix: ResponseMatrix, fit: Fit, k: int, pick: Pick) -> bool:
+    """Whether a mode that was picked is near its frequency, and in the data."""
     mode_hz = float(np.abs(fit.poles[k])) / (2 * np.pi)
-    return abs(mode_hz - hz) < PICKED_WITHIN * hz and is_carried(matrix, fit, k)
+    return abs(mode_hz - pick.hz) < PICKED_WITHIN * pick.hz and is_carried(matrix, fit, k)
 
 
 def default_order(matrix: ResponseMatrix) -> int:

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from operator import index
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,6 +130,31 @@ PICKED_WITHIN = 0.02
 """A frequency that a user picks may be off by so much, relative."""
 
 
+class Pick(NamedTuple):
+    """What a user picks: the pole of a model order that is nearest to a frequency, Hz; without an order that at which
+    poles stay."""
+
+    hz: float
+    order: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.hz:.9g}" if self.order is None else f"{self.hz:.9g}@{self.order}"
+
+
+def picks_of(select: Sequence[float | tuple[float, int]]) -> list[Pick]:
+    """Picks of frequencies, Hz, and of pairs of a frequency and an order. Raises OptionError for anything else."""
+    try:
+        pairs = [one if isinstance(one, list | tuple) else (one, None) for one in select]
+        picks = [Pick(float(hz), None if order is None else index(order)) for hz, order in pairs]
+    except (TypeError, ValueError):
+        picks = []
+    if not picks or not all(np.isfinite(p.hz) and p.hz > 0 for p in picks):
+        raise OptionError(
+            f"picked frequencies are positive numbers in Hz, or pairs of one and a model order, not {select}"
+        )
+    return sorted(picks, key=lambda p: (p.order is None, p.hz))
+
+
 @dataclass
 class Track:
     """One pole tracked over the orders: positions in the orders, and positions of the pole in each."""
@@ -135,8 +162,14 @@ class Track:
     at: list[int] = field(default_factory=list)
     which: list[int] = field(default_factory=list)
     poles: list[complex] = field(default_factory=list)
-    picked: float = 0.0
-    """Frequency, Hz, for which a user has picked it; zero where none has."""
+    picked: Pick | None = None
+    """What a user has picked it by, if one has."""
+    start: int | None = None
+    """Which of its poles was picked, if one was, by its position in them."""
+
+    def has_pole_of(self, other: Track) -> bool:
+        """Whether a pole is in both."""
+        return not {*zip(self.at, self.which, strict=True)}.isdisjoint(zip(other.at, other.which, strict=True))
 
     @property
     def late(self) -> Complex:
@@ -145,7 +178,9 @@ class Track:
 
     @property
     def pole(self) -> complex:
-        """Median of the late poles, rad/s."""
+        """That which was picked, else the median of the late poles, rad/s."""
+        if self.start is not None:
+            return self.poles[self.start]
         return complex(np.median(self.late.real), np.median(self.late.imag))
 
     @property
@@ -231,34 +266,66 @@ def chosen(tracked: Sequence[Track], orders: int, share: float = LEAST_SHARE_OF_
 
 
 def picked(
-    tracked: Sequence[Track], wanted_hz: Sequence[float], orders: Sequence[OrderPoles]
-) -> tuple[list[Track], list[float]]:
-    """The tracks nearest to frequencies that a user picks, Hz, each once, longer ones before shorter; and what is lost.
+    tracked: Sequence[Track], picks: Sequence[Pick], orders: Sequence[OrderPoles]
+) -> tuple[list[Track], dict[Pick, str]]:
+    """The tracks that a user picks, each once; and the picks that are not there, each with why.
 
-    Where there is no track, the pole of the highest order that is near. Raises OptionError for impossible frequencies.
+    A pick with an order is the track of that pole, or the pole alone, and the fit starts from it. One without is the
+    track nearest to its frequency, longer ones before shorter, or where there is none the pole of the highest order
+    that is near. Raises OptionError for orders that there are not, and for two picks of one mode.
     """
-    wanted = 2 * np.pi * np.asarray(wanted_hz, dtype=float)
-    if wanted.ndim != 1 or not len(wanted) or not (np.isfinite(wanted) & (wanted > 0)).all():
-        raise OptionError(f"picked frequencies are positive numbers in Hz, not {wanted_hz}")
-    size, length = np.array([abs(t.pole) for t in tracked]), np.array([len(t.at) for t in tracked])
-    free = np.ones(len(tracked), dtype=bool)
     modes: list[Track] = []
-    lost: list[float] = []
-    for w in np.sort(wanted):
-        near = free & (np.abs(size - w) < PICKED_WITHIN * w)
-        if near.any():
-            price = np.abs(size - w) / (PICKED_WITHIN * w) - length / max(length.max(), 1)
-            best = int(np.argmin(np.where(near, price, np.inf)))
-            free[best] = False
-            track = tracked[best]
-        else:
-            track = _single(w, orders, modes)
+    lost: dict[Pick, str] = {}
+    for pick in picks:
+        track = _nearest(tracked, pick, orders, modes) if pick.order is None else _at_order(tracked, pick, orders)
         if track is None:
-            lost.append(w / (2 * np.pi))
-        else:
-            track.picked = w / (2 * np.pi)
-            modes.append(track)
+            lost[pick] = _absent(pick, orders)
+            continue
+        twin = next((t for t in modes if track.has_pole_of(t)), None)
+        if twin is not None:
+            raise OptionError(
+                f"{twin.picked} and {pick} Hz are one mode: its poles stay there from order to order; pick one of them"
+            )
+        track.picked = pick
+        modes.append(track)
     return sorted(modes, key=lambda t: abs(t.pole)), lost
+
+
+def _nearest(
+    tracked: Sequence[Track], pick: Pick, orders: Sequence[OrderPoles], taken: Sequence[Track]
+) -> Track | None:
+    """The track nearest to a frequency that is not taken, or a pole that is in none of these."""
+    w, longest = 2 * np.pi * pick.hz, max((len(t.at) for t in tracked), default=1)
+    near = [(abs(abs(t.pole) - w) / (PICKED_WITHIN * w), t) for t in tracked if not any(t is own for own in taken)]
+    prices = [(away - len(t.at) / longest, k) for k, (away, t) in enumerate(near) if away < 1]
+    return near[min(prices)[1]][1] if prices else _single(w, orders, taken)
+
+
+def _at_order(tracked: Sequence[Track], pick: Pick, orders: Sequence[OrderPoles]) -> Track | None:
+    """The track of the pole of an order nearest to a frequency, which starts from this pole. Raises OptionError."""
+    k = next((k for k, own in enumerate(orders) if own.order == pick.order), None)
+    if k is None:
+        numbers = [own.order for own in orders]
+        listed = f"{numbers[0]} to {numbers[-1]}" + ("" if len(numbers) == numbers[-1] else ", each second")
+        raise OptionError(f"{pick} Hz: there is no model order {pick.order}; orders: {listed}")
+    apart = np.abs(np.abs(orders[k].poles) / (2 * np.pi) - pick.hz)
+    if not len(apart) or apart.min() >= SAME_FREQUENCY * pick.hz:
+        return None
+    pole = k, int(np.argmin(apart))
+    alone = Track([k], [pole[1]], [complex(orders[k].poles[pole[1]])])
+    track = next((t for t in tracked if pole in zip(t.at, t.which, strict=True)), alone)
+    if track.picked is None:
+        track.start = track.at.index(k)
+    return track
+
+
+def _absent(pick: Pick, orders: Sequence[OrderPoles]) -> str:
+    """What is said of a pick where there is no pole."""
+    if pick.order is None:
+        return f"there is no pole near {pick} Hz"
+    size = next(np.abs(own.poles) / (2 * np.pi) for own in orders if own.order == pick.order)
+    nearest = f"the nearest is at {size[np.argmin(np.abs(size - pick.hz))]:.5g} Hz" if len(size) else "it has none"
+    return f"there is no pole near {pick.hz:.9g} Hz at order {pick.order}: {nearest}"
 
 
 def _single(w: float, orders: Sequence[OrderPoles], taken: Sequence[Track]) -> Track | None:
@@ -283,7 +350,7 @@ def start_values(modes: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[
     for row, t, pole in zip(cost, modes, poles, strict=True):
         row[t.at] = np.abs(np.array(t.poles) - pole) / (SAME_FREQUENCY * abs(pole))
     best = int(np.argmin(cost.sum(axis=0)))
-    nearest = [int(np.argmin(np.abs(np.array(t.at) - best))) for t in modes]
+    nearest = [int(np.argmin(np.abs(np.array(t.at) - best))) if t.start is None else t.start for t in modes]
     columns = [orders[t.at[k]].participation[:, t.which[k]] for t, k in zip(modes, nearest, strict=True)]
     participation = np.array(columns).T
     for r in range(1, len(poles)):

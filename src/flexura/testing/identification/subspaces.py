@@ -95,12 +95,14 @@ class Subspaces:
         return np.asarray(np.linalg.lstsq(self.left[:-p, :n], self.left[p:, :n])[0], dtype=np.float64)
 
     def best(self, tracks: Sequence[Track], orders: Sequence[OrderPoles]) -> tuple[Complex, Complex, Array]:
-        """Poles (k,), shapes (p, k) and standard deviations (k, 2) of tracks at the order that determines each best."""
+        """Poles (k,), shapes (p, k) and standard deviations (k, 2) of tracks at the order that determines each best, or
+        at which it was picked."""
         poles, shapes = np.array([t.pole for t in tracks]), np.zeros((self.outputs, len(tracks)), dtype=complex)
         sigma = np.full((len(tracks), 2), np.inf)
         judged = np.unique(np.linspace(0, len(orders) - 1, JUDGED_ORDERS).astype(int))
-        for at in {*judged.tolist(), *(t.at[-1] for t in tracks)}:
-            having = [(k, t.which[t.at.index(at)]) for k, t in enumerate(tracks) if at in t.at]
+        own = [t.at if t.start is None else [t.at[t.start]] for t in tracks]
+        for at in {*judged.tolist(), *(there[-1] for there in own)}:
+            having = [(k, t.which[t.at.index(at)]) for k, t in enumerate(tracks) if at in own[k]]
             there = self.sigma(orders[at].order, orders[at].poles[[r for _, r in having]]) if having else ()
             for (k, r), spread in zip(having, there, strict=True):
                 if np.linalg.norm(spread) < np.linalg.norm(sigma[k]):

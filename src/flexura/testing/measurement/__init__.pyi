@@ -2,12 +2,14 @@ from flexura.testing.measurement.channels import FORCES as FORCES
 from flexura.testing.measurement.channels import ChannelDescription as ChannelDescription
 from flexura.testing.measurement.channels import ChannelDescriptions as ChannelDescriptions
 from flexura.testing.measurement.channels import MeasuredChannel as MeasuredChannel
+from flexura.testing.measurement.channels import Trace as Trace
 from flexura.testing.measurement.channels import described_channels as described_channels
 from flexura.testing.measurement.channels import dimension as dimension
 from flexura.testing.measurement.channels import frequency_factor as frequency_factor
 from flexura.testing.measurement.channels import quantity_of as quantity_of
 from flexura.testing.measurement.channels import read_channel_descriptions as read_channel_descriptions
 from flexura.testing.measurement.channels import read_columns as read_columns
+from flexura.testing.measurement.channels import read_traces as read_traces
 from flexura.testing.measurement.channels import split_heading as split_heading
 from flexura.testing.measurement.channels import split_response as split_response
 from flexura.testing.measurement.channels import with_description as with_description

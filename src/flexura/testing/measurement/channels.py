@@ -43,6 +43,9 @@ class MeasuredChannel(Channel):
         return self.node, None if self.position is None else tuple(round(x, 9) + 0.0 for x in self.position)
 
 
+Trace = tuple[tuple[float, float, float], ...]
+"""Points, m, that are joined by lines where a test is drawn."""
+
 STANDARD_GRAVITY = 9.80665
 """m/s^2 in g, as accelerometers have it."""
 
@@ -267,6 +270,39 @@ def _headings_of(root: Any) -> Any:
     """The list `columns` of a file; None without one: a mapping is a channel of that name."""
     listed = root.value.get(COLUMNS) if isinstance(root.value, dict) else None
     return listed if listed is not None and isinstance(listed.value, list) else None
+
+
+def read_traces(path: str | Path, channels: Sequence[MeasuredChannel]) -> tuple[Trace, ...]:
+    """The `traces` of a file of channels: lists of channels, of their nodes, or of further `nodes` with a position.
+
+    Raises ModelError for text that is no YAML and OptionError, with the line, for what has no position.
+    """
+    file = Path(path)
+    root = parse(text_of(file), str(file))
+    known = {name: c.position for c in reversed(channels) for name in (c.name, c.node) if c.position is not None}
+    if "channels" not in root.value:
+        return ()
+    unknown = next((key for key in root.value if key not in ("channels", "nodes", "traces", COLUMNS)), None)
+    if unknown is not None:
+        raise OptionError(
+            f"{file}:{root.key_places[unknown][1]}: unknown key {unknown!r}; keys: channels, columns, nodes, traces"
+        )
+    plain = root.plain()
+    nodes, lists = plain.get("nodes") or {}, plain.get("traces") or []
+    if not isinstance(nodes, dict):
+        raise OptionError(f"{file}:{root.key_places['nodes'][1]}: nodes is a mapping, e.g. {{corner: [0, 0, 62 mm]}}")
+    for name, position in nodes.items():
+        known[name] = _position(position, f"{file}: node {name}")
+    traces: list[Trace] = []
+    for names in lists if isinstance(lists, list) else [lists]:
+        what = f"{file}:{root.key_places['traces'][1]}: traces"
+        if not isinstance(names, list) or len(names) < 2:
+            raise OptionError(f"{what}: lists of two names or more are expected, e.g. [[p1, p2], [p2, corner]]")
+        missing = next((name for name in map(str, names) if name not in known), None)
+        if missing is not None:
+            raise OptionError(f"{what}: {missing!r} is no channel or node with a position")
+        traces.append(tuple(known[str(name)] for name in names))
+    return tuple(traces)
 
 
 def _description(entry: Any, what: str) -> ChannelDescription:

@@ -18,7 +18,7 @@ from flexura.mechanism import CONTROL, LONGEST_TITLE
 from flexura.results import Result, Tabular
 from flexura.structure import response_columns, unit_of_response
 from flexura.tables import Facts, Item, Table, counted, ends, in_hz, number, percent, quantity, scale_for, significant
-from flexura.testing.measurement.channels import MeasuredChannel
+from flexura.testing.measurement.channels import MeasuredChannel, Trace
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ class IdentifiedModes(Tabular):
     of the frequency responses that the fit gives back in the `band`, Hz. `decay`, 1/s, was taken out of the poles.
     With several setups, `setups` has the modes of each, whose frequencies differ as their sensors' masses do, and
     `poles` are weighted means. `output_only` modes are of outputs alone: shapes have no scale but the largest entry,
-    which is one, `inputs` are the outputs that all are correlated with, and residues those of half spectra.
+    which is one, `inputs` are the outputs that all are correlated with, and residues those of half spectra. `traces`
+    are lines of the part, to draw shapes on.
     """
 
     _shown = ("name", "setup", "frequency_hz", "outputs")
@@ -113,6 +114,7 @@ class IdentifiedModes(Tabular):
     setup: str = ""
     setups: tuple[IdentifiedModes, ...] = ()
     output_only: bool = False
+    traces: tuple[Trace, ...] = ()
 
     @property
     def frequency_hz(self) -> Array:
@@ -350,6 +352,7 @@ class Measurement(Result):
     frfs: tuple[MeasuredFRF, ...] = ()
     notes: tuple[str, ...] = field(default=())
     modes: IdentifiedModes | None = None
+    traces: tuple[Trace, ...] = ()
 
     def presentation(self) -> Iterator[Item]:
         setups = dict.fromkeys(data.setup for data in (*self.recordings, *self.frfs))

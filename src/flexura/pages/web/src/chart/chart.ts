@@ -7,16 +7,22 @@ import { gestures, type Moves } from "./gestures";
 import type { Layout } from "./layout";
 import { Legend } from "./legend";
 import { Painter } from "./painter";
-import { nearest } from "./paths";
+import { markerOf, nearest, placesOf } from "./paths";
 import { along, share, type Span, toPixel, toValue } from "./scale";
 import { set, svg } from "./svg";
+
+/** Told which point of a curve of points was chosen. */
+export type Chosen = (curve: string, index: number) => void;
+
+/** Pixels from a point at which it is chosen. */
+const NEAR = 9;
 
 /** Least part of the whole axis that a view holds. */
 const CLOSEST = 1e-4;
 const HINT = "drag to zoom, double-click to reset; arrow keys read values, + and - zoom, 0 resets";
 
 /** Put a chart into an element; `chart-live` is a class of it then, for a page to hide what it shows without scripts. */
-export function mountChart(host: HTMLElement, data: ChartData): Chart {
+export function mountChart(host: HTMLElement, data: ChartData, chosen?: Chosen): Chart {
   const root = host.getRootNode();
   const styled = root instanceof ShadowRoot ? root : document.head;
   if (!styled.querySelector("style[data-chart]")) {
@@ -25,7 +31,7 @@ export function mountChart(host: HTMLElement, data: ChartData): Chart {
     style.textContent = css;
     styled.append(style);
   }
-  return new Plot(host, data);
+  return new Plot(host, data, chosen);
 }
 
 class Plot implements Chart, Moves {
@@ -49,6 +55,7 @@ class Plot implements Chart, Moves {
   constructor(
     private readonly host: HTMLElement,
     private data: ChartData,
+    private readonly chosen?: Chosen,
   ) {
     this.root.className = "chart";
     this.plot.className = "chart-area";
@@ -139,6 +146,28 @@ class Plot implements Chart, Moves {
       this.see(place - half, place + half);
     }
     this.said.textContent = this.hairDrawn();
+  }
+
+  choose(x: number, y: number): void {
+    if (!this.chosen) {
+      return;
+    }
+    const atHair = Number.isNaN(x);
+    const own = atHair ? (this.hairAt === null ? NaN : toPixel(this.laid.x, this.hairAt)) : x;
+    let [best, found]: [number, [string, number] | null] = [NEAR, null];
+    this.data.panels.forEach((panel, k) => {
+      for (const curve of panel.curves.filter((each) => markerOf(each) && !this.hidden.has(each.name))) {
+        for (const [px, py, index] of placesOf(curve, this.data.x.values, this.laid.x, this.laid.panels[k]!.y)) {
+          const away = Math.hypot(px - own, atHair ? py / 1e4 : py - y); // at the crosshair the highest of those near it
+          if (away <= best) {
+            [best, found] = [away, [curve.name, index]];
+          }
+        }
+      }
+    });
+    if (found) {
+      this.chosen(...(found as [string, number]));
+    }
   }
 
   brush(from: number, to: number | null): void {

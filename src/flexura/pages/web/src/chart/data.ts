@@ -10,6 +10,9 @@ export interface Axis {
   log: boolean;
 }
 
+/** Points without a line between them, over ascending x. */
+export type Marker = "dot" | "cross" | "ring" | "disc";
+
 /** A curve. A `bound` with `upper` is the band between the two, without it a limit. */
 export interface Curve {
   /** Curves of one name in several panels have one colour and one row in the legend. */
@@ -18,7 +21,7 @@ export interface Curve {
   upper?: Values;
   /** Where it is not over the x values of the chart. */
   x?: Values;
-  style?: "line" | "pinned" | "bound";
+  style?: "line" | "pinned" | "bound" | Marker;
 }
 
 /** A vertical line over all panels, such as a resonance; `short` is for where labels have no room. */
@@ -31,6 +34,8 @@ export interface Mark {
 export interface Panel extends Axis {
   curves: Curve[];
   marks?: Mark[];
+  /** A curve on a logarithmic scale of its own, whose shape alone is shown. */
+  behind?: Curve;
   /** Height over that of a panel of 1. */
   weight?: number;
 }

@@ -9,6 +9,8 @@ export interface Moves {
   reset(): void;
   /** Put the crosshair at a pixel, or away. */
   read(pixel: number | null): void;
+  /** Choose what is at a place; without one, what is at the crosshair. */
+  choose(x: number, y: number): void;
   /** Move the crosshair by so many points. */
   step(points: number): void;
   /** Show the range that is being selected, or none. */
@@ -24,6 +26,7 @@ const KEYS: Record<string, (moves: Moves, large: boolean) => void> = {
   "-": (m) => m.zoom(1.5, NaN),
   "0": (m) => m.reset(),
   Home: (m) => m.reset(),
+  Enter: (m) => m.choose(NaN, NaN),
   Escape: (m) => m.read(null),
 };
 
@@ -72,6 +75,7 @@ export function gestures(element: HTMLElement, moves: Moves): () => void {
       moves.select(from, place(event));
     } else if (drawn) {
       moves.read(place(event));
+      moves.choose(place(event), event.clientY - element.getBoundingClientRect().top);
     }
     from = NaN;
   };

@@ -3,7 +3,7 @@
 import type { ChartData, Curve } from "./data";
 import { at, namesOf } from "./data";
 import { axisTitle, curveClass } from "./painter";
-import { nearest } from "./paths";
+import { markerOf, nearest } from "./paths";
 import { plain } from "./scale";
 import { set, svg } from "./svg";
 
@@ -52,7 +52,7 @@ export class Legend {
       button.type = "button";
       button.title = "show or hide this curve";
       const swatch = svg("svg", { width: 24, height: 10, viewBox: "0 0 24 10", "aria-hidden": "true" });
-      swatch.append(svg("path", { d: curve.upper ? "M1,1H23V9H1Z" : "M1,5H23", class: curveClass(data, curve) }));
+      swatch.append(svg("path", { d: markerOf(curve) ? `M12,5${markerOf(curve)}` : curve.upper ? "M1,1H23V9H1Z" : "M1,5H23", class: curveClass(data, curve) }));
       button.append(swatch, name);
       button.addEventListener("click", () => this.toggled(name));
       const first = row.appendChild(document.createElement("th"));

@@ -71,6 +71,12 @@ export class Painter {
       const clip = this.clips.next({ id: `${this.id}-${k}` });
       const inside = { x: left, y: panel.top - 1, width: Math.max(0, right - left), height: panel.bottom - panel.top + 2 };
       set(clip.firstElementChild ?? clip.appendChild(svg("rect")), inside);
+      const behind = data.panels[k]!.behind;
+      if (behind) {
+        const span = roomyOf(behind, data, x);
+        const d = pathOf(behind, data.x.values, x, { ...span, log: true, from: panel.bottom, to: panel.top });
+        this.curves.next({ d, class: "chart-curve chart-behind", "clip-path": `url(#${this.id}-${k})` });
+      }
       for (const curve of shown[k]!) {
         const d = pathOf(curve, data.x.values, x, panel.y);
         this.curves.next({ d, class: curveClass(data, curve), "clip-path": `url(#${this.id}-${k})` });
@@ -104,6 +110,12 @@ export class Painter {
     }
     texts.end();
   }
+}
+
+/** Ends of the scale of what is behind. */
+function roomyOf(curve: Curve, data: ChartData, view: Span): Span {
+  const { low, high } = extent(curve, data.x.values, view, true);
+  return roomy(low, high, true);
 }
 
 function px(value: number): number {

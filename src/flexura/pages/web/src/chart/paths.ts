@@ -1,6 +1,6 @@
 /** Curves as SVG paths. */
 
-import type { Curve, Values } from "./data";
+import type { Curve, Marker, Values } from "./data";
 import { at } from "./data";
 import type { Scale, Span } from "./scale";
 import { toPixel } from "./scale";
@@ -59,11 +59,38 @@ export function extent(curve: Curve, x: Values, span: Span, log: boolean): Span 
 /** The path of a curve, or of the outline of a band. */
 export function pathOf(curve: Curve, values: Values, x: Scale, y: Scale): string {
   const own = curve.x ?? values;
+  const marker = markerOf(curve);
+  if (marker) {
+    return placesOf(curve, values, x, y).map(([px, py]) => `M${short(px)},${short(py)}${marker}`).join("");
+  }
   const path = line(own, curve.values, x, y);
   if (curve.style !== "bound" || !curve.upper) {
     return path;
   }
   return band(own, curve.values, curve.upper, x, y);
+}
+
+const MARKERS: Record<Marker, string> = {
+  dot: "m-1,0h2",
+  cross: "m-3,-3l6,6m0,-6l-6,6",
+  ring: "m-3.5,0a3.5,3.5 0 1 0 7,0a3.5,3.5 0 1 0 -7,0",
+  disc: "m-5,0a5,5 0 1 0 10,0a5,5 0 1 0 -10,0",
+};
+
+/** The shape of the points of a curve, if it is one of points. */
+export function markerOf(curve: Curve): string | undefined {
+  return MARKERS[curve.style as Marker];
+}
+
+/** Pixels of the points in view, each with its index. */
+export function placesOf(curve: Curve, values: Values, x: Scale, y: Scale): [number, number, number][] {
+  const xs = curve.x ?? values;
+  const [first, end] = visible(xs, x);
+  const found: [number, number, number][] = [];
+  for (let k = first; k < end; k += 1) {
+    found.push([toPixel(x, at(xs, k)), toPixel(y, at(curve.values, k)), k]);
+  }
+  return found;
 }
 
 function line(xs: Values, values: Values, x: Scale, y: Scale): string {

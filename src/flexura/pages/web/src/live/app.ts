@@ -8,10 +8,11 @@ import { Pins } from "./pins";
 import { type FileState, type Opened, type Picture, type Received, type Refused, type Row, numbers } from "./protocol";
 import { RequirementsPanel } from "./requirements";
 import { ResponsePanel } from "./response";
+import { toldOfLink } from "./link";
 import { Saving } from "./saving";
 import { Stage } from "./stage";
 import { StressPanel } from "./stress";
-import { watchTools } from "./tools";
+import { element, watchTools } from "./tools";
 
 /** Measure of the browser's clock from a moved slider to the frame that shows it. */
 const MEASURE = "flexura slider to picture";
@@ -60,14 +61,14 @@ export class App {
       redo: () => this.back(() => this.history.redo()),
       reset: () => this.go({}),
       pin: () => this.pin(),
-      save: () => this.saving.open(this.opened?.file ?? ""),
+      save: () => this.saving.open(`${(this.opened?.file ?? "").replace(/\.ya?ml$/, "")}-variant.yaml`),
     };
     this.refresh = watchTools(this.history, tools, () => this.opened !== null && !this.pins.isFull, () => this.stage.help());
   }
 
   /** What became of the connection. */
   linked(state: "open" | "cut" | "refused", seconds: number): void {
-    this.connected = state === "open" ? "" : state === "refused" ? "The server refuses this page: open the address that it printed." : `The connection is cut: what is shown does not follow. Next try in ${seconds} s.`;
+    this.connected = toldOfLink(state, seconds);
     this.begun.clear();
     this.told();
   }
@@ -281,10 +282,4 @@ export class App {
     box.hidden = lines.length === 0;
     box.replaceChildren(h("ul", {}, ...lines.map((text) => h("li", {}, text))));
   }
-}
-
-function element<T extends HTMLElement = HTMLElement>(id: string): T {
-  const found = document.getElementById(id);
-  if (!found) throw new Error(`the page has no #${id}`);
-  return found as T;
 }

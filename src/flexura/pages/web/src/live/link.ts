@@ -44,3 +44,9 @@ export class Link {
     this.socket = socket;
   }
 }
+
+/** What is said of the connection; nothing of one that stands. */
+export function toldOfLink(state: "open" | "cut" | "refused", seconds: number): string {
+  if (state === "open") return "";
+  return state === "refused" ? "The server refuses this page: open the address that it printed." : `The connection is cut: what is shown does not follow. Next try in ${seconds} s.`;
+}

@@ -23,8 +23,9 @@ export class Saving {
     });
   }
 
+  /** Open the form, with a name that is proposed. */
   open(file: string): void {
-    if (this.file.value === "") this.file.value = `${file.replace(/\.ya?ml$/, "")}-variant.yaml`;
+    if (this.file.value === "") this.file.value = file;
     this.overwrite.hidden = true;
     this.say("");
     this.form.hidden = false;

@@ -6,11 +6,7 @@ type Tool = "undo" | "redo" | "reset" | "pin" | "save";
 export function watchTools(history: History, act: Record<Tool, () => void>, canPin: () => boolean, help: () => void): () => void {
   const button = (name: string) => document.getElementById(`live-${name}`) as HTMLButtonElement;
   for (const name of Object.keys(act) as Tool[]) button(name).addEventListener("click", () => act[name]());
-  button("theme").addEventListener("click", () => {
-    const root = document.documentElement;
-    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
-    root.dataset.theme = dark ? "light" : "dark";
-  });
+  watchThemeButton();
   document.addEventListener("keydown", (event) => {
     const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "radio";
     if (typing || event.target instanceof HTMLSelectElement || event.defaultPrevented) return;
@@ -31,4 +27,19 @@ export function watchTools(history: History, act: Record<Tool, () => void>, canP
     button("pin").disabled = !canPin();
   };
   return refresh;
+}
+
+/** The button that turns the page dark or light. */
+export function watchThemeButton(): void {
+  element("live-theme").addEventListener("click", () => {
+    const root = document.documentElement;
+    const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
+    root.dataset.theme = dark ? "light" : "dark";
+  });
+}
+
+export function element<T extends HTMLElement = HTMLElement>(id: string): T {
+  const found = document.getElementById(id);
+  if (!found) throw new Error(`the page has no #${id}`);
+  return found as T;
 }
