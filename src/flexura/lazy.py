@@ -11,7 +11,6 @@ import warnings
 from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
-from importlib.metadata import entry_points
 from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
@@ -57,6 +56,8 @@ class _Face(ModuleType):
 @cache
 def plugins(kind: str) -> dict[str, Any]:
     """What other packages add: the entry points of the group `flexura.KIND` by name, loaded."""
+    from importlib.metadata import entry_points  # slow to import
+
     return {entry.name: entry.load() for entry in entry_points(group=f"flexura.{kind}")}
 
 

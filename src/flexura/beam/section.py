@@ -14,7 +14,6 @@ All arguments broadcast against each other; nothing here raises.
 from typing import NamedTuple
 
 import numpy as np
-import scipy.special
 from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
@@ -160,9 +159,11 @@ def warping_element(decay: Real, kappa: Real) -> tuple[Array, Array, Array]:
 
     decay: that of `warping_decay` over the length, -; kappa: -. Returns A (..., 3, 3), B (..., 3, 2), Z (..., 2, 2), -.
     """
+    from scipy.special import ive  # slow to import
+
     z, kappa = real(decay) / 2, real(kappa)
     n = np.arange(3)
-    bessel = np.sqrt(np.pi / (2 * z[..., None])) * scipy.special.ive(n + 0.5, z[..., None])
+    bessel = np.sqrt(np.pi / (2 * z[..., None])) * ive(n + 0.5, z[..., None])
     even, odd = 1 + np.exp(-2 * z), -np.expm1(-2 * z)  # 2 exp(-z) times cosh z and sinh z
     first, second, third = (2 * bessel[..., k] / (odd if k == 1 else even) for k in range(3))
     share, tanh = 1 - kappa, np.tanh(z)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import arrays
-from flexura.duals.elementwise import OF_VALUES, RULES, Pair, padded
+from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, padded
 
 ALL = slice(None)
 
@@ -101,8 +101,8 @@ class Dual:
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method == "__call__" and not options:
-            if ufunc in RULES:
-                return _with_slopes(RULES[ufunc], inputs)
+            if rule := RULES.get(ufunc) or OF_SCIPY.get(ufunc.__name__):
+                return _with_slopes(rule, inputs)
             if ufunc is np.matmul:
                 return _with_slopes(arrays.matmul, inputs)
             if ufunc in OF_VALUES:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.special
 
 from flexura.thresholds import ROUND_OFF
 
@@ -217,9 +216,11 @@ def _extreme(function: Any, ahead: Any) -> Rule:
 
 def _scaled_bessel(order: Pair, x: Pair) -> Pair:
     """exp(-|x|) I_n(x) for x > 0 (Abramowitz and Stegun 1964, eq. 9.6.26)."""
+    from scipy.special import ive  # slow to import
+
     n, z = order.value, x.value
-    value = scipy.special.ive(n, z)
-    return Pair(value, times(x.slope, scipy.special.ive(n + 1, z) + (n / z - 1) * value, np.shape(value)))
+    value = ive(n, z)
+    return Pair(value, times(x.slope, ive(n + 1, z) + (n / z - 1) * value, np.shape(value)))
 
 
 RULES: dict[Any, Rule] = {
@@ -255,5 +256,6 @@ RULES: dict[Any, Rule] = {
     np.arctanh: _by_argument(np.arctanh, lambda x: 1 / ((1 - x) * (1 + x))),
     np.degrees: _linear(np.degrees),
     np.radians: _linear(np.radians),
-    scipy.special.ive: _scaled_bessel,
 }
+OF_SCIPY: dict[str, Rule] = {"ive": _scaled_bessel}
+"""Rules of special functions of SciPy, by name: loading them takes longer than most that has slopes."""

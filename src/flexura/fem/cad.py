@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
@@ -540,6 +539,8 @@ def _form(triangles: Array, size: float) -> tuple[str, Array | None, float | Non
 
 def _cylinder(points: Array, normals: Array, size: float) -> tuple[Array, float] | None:
     """Axis (3,) and radius of the cylinder on which points (p, 3) lie; None where they lie on none."""
+    from scipy.optimize import least_squares  # slow to import
+
     if len(points) < 6:
         return None
     axis = la.svd(normals / np.linalg.norm(normals, axis=1, keepdims=True), full_matrices=False)[2][2]

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
@@ -257,6 +256,8 @@ class Outline:
 
 def _moment(x: Array, size: Array, last: int, power: int) -> float:
     """The integral of a power of a size over x (s,) up to station `last`, both interpolated smoothly."""
+    from scipy.interpolate import CubicSpline  # slow to import
+
     k = np.arange(len(x))
     points, weights = np.polynomial.legendre.leggauss(24)
     at = last * (points + 1) / 2

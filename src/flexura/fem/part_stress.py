@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from flexura.arrays import Array, Bools, Index
 from flexura.errors import need
@@ -126,6 +125,8 @@ class _Facets(NamedTuple):
 
     def near_edges(self, rigid: Collection[str]) -> Index:
         """Numbers (q,) of `EDGES`: what points are near to where stresses are infinite."""
+        from scipy.spatial import KDTree  # slow to import
+
         found = np.zeros(len(self.points), dtype=np.intp)
         tree = KDTree(self.points)
         for kind, edges in self._edges(rigid):

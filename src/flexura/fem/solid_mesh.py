@@ -11,7 +11,6 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import scipy.special
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
@@ -142,7 +141,9 @@ def quadrature(kind: str, points: int) -> tuple[Array, Array]:
         if points == 2:
             b = (5 - np.sqrt(5)) / 20
             return b + (1 - 4 * b) * np.vstack([np.zeros(3), np.eye(3)]), np.full(4, 1 / 24)
-        rules = [scipy.special.roots_jacobi(points, power, 0.0) for power in (2.0, 1.0, 0.0)]
+        from scipy.special import roots_jacobi  # slow to import
+
+        rules = [roots_jacobi(points, power, 0.0) for power in (2.0, 1.0, 0.0)]
         (x, wx), (y, wy), (z, wz) = (
             ((1 + x) / 2, w / 2 ** (power + 1)) for (x, w), power in zip(rules, (2, 1, 0), strict=True)
         )

@@ -12,7 +12,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, cached_property
-from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -329,6 +328,8 @@ def _pardiso_library() -> Any:
 @contextmanager
 def _library_named() -> Iterator[None]:
     """Name the library that the package mkl installed, for which pypardiso searches the whole environment else."""
+    from importlib.metadata import PackageNotFoundError, files  # slow to import
+
     known = LIBRARY in os.environ
     try:
         libraries = [file.locate() for file in files("mkl") or () if file.name.startswith(("libmkl_rt.", "mkl_rt."))]

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import KDTree
 
 from flexura.arrays import Array, Index
 from flexura.outlines.outline import Loop, Outline, Point, Segment, refused
@@ -55,6 +54,8 @@ def _without_points(given: list[Segment], ends: Array, near: float, notes: list[
 
 def _joined(ends: Array, near: float) -> tuple[Index, Array]:
     """The numbers (n, 2) of the points at which segments end, and these points (p, 2), m."""
+    from scipy.spatial import KDTree  # slow to import
+
     flat = ends.reshape(-1, 2)
     pairs = KDTree(flat).query_pairs(near, output_type="ndarray")
     links = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(flat), len(flat)))
@@ -83,6 +84,8 @@ def _without_copies(given: list[Segment], corners: Index, near: float, notes: li
 
 def _healed(corners: Index, points: Array, most: float, notes: list[str]) -> Index:
     """Points at which one segment ends joined with the nearest such one."""
+    from scipy.spatial import KDTree  # slow to import
+
     count = np.bincount(corners.ravel(), minlength=len(points))
     if (count > 2).any():
         k = int(np.argmax(count))

@@ -11,8 +11,6 @@ import numpy as np
 import scipy.linalg as la
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from flexura.arrays import Array, Complex
 from flexura.errors import OptionError, SolverError
@@ -183,6 +181,7 @@ class ScheduledSystem(Record):
 
     def resting(self, u: Array) -> Array:
         """Coordinates (r,) of the static state under inputs u (m,). Raises OptionError where there is none."""
+        from scipy.optimize import brentq  # slow to import
 
         def missing(p: float) -> float:
             own = self.at(p)
@@ -213,6 +212,8 @@ class ScheduledSystem(Record):
     def motion(self, inputs: Callable[[float], Array], dt: float, count: int, start: Array) -> Motion:
         """The motion from rest at coordinates `start` (r,) under inputs (m,) at times, at 0, dt, ... (Dormand and
         Prince 1980, of order 8). Raises SolverError where it leaves the stroke."""
+        from scipy.integrate import solve_ivp  # slow to import
+
         r, (low, high), times = len(start), self.ends, dt * np.arange(count, dtype=float)
 
         def rate(t: float, z: Array) -> Array:

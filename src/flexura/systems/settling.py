@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import brentq
 
 from flexura.arrays import Array, Complex
 from flexura.systems.pole_form import UNDAMPED, PoleForm
@@ -37,6 +36,8 @@ def settling_time(amplitude: Complex, p: Complex, band: float) -> float:
 
     Looked at are instants so close that the fastest pole that matters has 24 a period; the last crossing is refined.
     """
+    from scipy.optimize import brentq  # slow to import
+
     if not np.isfinite(band) or not np.isfinite(amplitude).all():
         return float("nan")
     if band <= 0:
@@ -73,5 +74,7 @@ def settling_time(amplitude: Complex, p: Complex, band: float) -> float:
 
 def _latest(size: Array, rate: Array, band: float) -> float:
     """When the sum of all envelopes is down to the band."""
+    from scipy.optimize import brentq  # slow to import
+
     late = np.log(size.sum() / band) / -rate.max()
     return float(brentq(lambda t: float((size * np.exp(rate * t)).sum()) - band, 0.0, late * (1 + 1e-12) + 1e-300))

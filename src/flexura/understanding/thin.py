@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError, need
@@ -176,6 +175,7 @@ def _thinnest(boundary: Boundary, number: Index, share: Array, k: int) -> Axis:
 
 def _centred(axis: Axis) -> Axis:
     """The axis moved to where it is thinnest nearby, midway between both faces and along them."""
+    from scipy.optimize import minimize_scalar  # slow to import
 
     def thickness(x: float) -> float:
         return float(np.nan_to_num(axis.thickness(np.array([x]))[0], posinf=1e9))

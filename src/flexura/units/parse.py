@@ -180,7 +180,7 @@ class _Reader:
 
 def _si_units() -> dict[str, tuple[Fraction, Dimension]]:
     """Exact factors and dimensions of the SI units of mechanics with their prefixes, and of a few others."""
-    powers = {"n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
+    powers = {"p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "": 0, "k": 3, "M": 6, "G": 9}
     bases = {
         "m": (1, 0, 0, 0, 0),
         "s": (0, 0, 1, 0, 0),
@@ -200,7 +200,7 @@ def _si_units() -> dict[str, tuple[Fraction, Dimension]]:
     found |= {f"{p}g": (ten ** (power - 3), mass) for p, power in powers.items()}
     found |= {"t": (ten**3, mass), "cm": (ten**-2, length), "in": (Fraction("0.0254"), length)}
     found |= {"deg": (Fraction(math.pi / 180), angle), "°": (Fraction(math.pi / 180), angle)}
-    found |= {"min": (Fraction(60), (0, 0, 1, 0, 0))}
+    found |= {"min": (Fraction(60), (0, 0, 1, 0, 0)), "%": (Fraction(1, 100), angle)}
     return {name: (factor, Dimension(*map(Fraction, exponents))) for name, (factor, exponents) in found.items()}
 
 

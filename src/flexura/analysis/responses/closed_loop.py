@@ -8,7 +8,6 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq, minimize_scalar
 
 from flexura.arguments import verb
 from flexura.arrays import Array, Complex
@@ -269,6 +268,7 @@ def _open_loops(closing: Closed, hz: Array) -> Complex:
 
 def _loop(closing: Closed, name: str, k: int, hz: Array, L: Complex) -> Loop:
     """Margins of one loop, refined between the frequencies at which it is known."""
+    from scipy.optimize import brentq, minimize_scalar  # slow to import
 
     def at(f: float) -> complex:
         return complex(_open_loops(closing, np.array([f]))[0, k])

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from flexura.analysis.limits import command_limits
 from flexura.analysis.responses.time_limits import Excitation
@@ -169,6 +168,8 @@ class _LoadsOverTime:
     """Loads that are described, and those of the inputs at each time."""
 
     def __init__(self, model: MovingModel, built: System, excitation: Excitation, moves: Array) -> None:
+        from scipy.interpolate import make_interp_spline  # slow to import
+
         self.excitation = excitation
         self._moves = moves
         degree = next((k for k in (5, 3) if moves.shape[1] > k), 1)

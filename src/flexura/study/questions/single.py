@@ -8,7 +8,6 @@ from math import sqrt
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from flexura.analysis import driven_displacement, frequency_response, moved_deformations, ratios_to_yield
 from flexura.arrays import Array
@@ -115,6 +114,7 @@ class _Displacement:
 
     def _yield_between(self, last: Equilibrium, low: float, high: float, side: float) -> float:
         """Where between two displacements the stress reaches yield; `last` is the state at the first one."""
+        from scipy.optimize import brentq  # slow to import
 
         def beyond(value: float) -> float:
             state = last if value == low else self.state(last, self.point(side * low), side * value)
@@ -187,6 +187,8 @@ class Response(NamedTuple):
     def magnitude(self) -> float:
         """Magnitude at the frequency, or the largest in the band, in SI: of the full-order model, of the low-order one
         where round-off would show in a direct solution. Raises SolverError at a resonance that nothing damps."""
+        from scipy.optimize import minimize_scalar  # slow to import
+
         if len(self.band) == 1:
             full = self.full
             if full.is_known:
@@ -236,6 +238,8 @@ class Response(NamedTuple):
     def _peak_frequency(self, full: SlopedResponse, peak: _Peak, tolerance: float) -> float:
         """The frequency of the largest magnitude between two frequencies, or beyond them within the band: where low
         orders place a sharp peak may be outside."""
+        from scipy.optimize import brentq  # slow to import
+
         low, high = peak.low, peak.high
         rises, falls = full.by_frequency(low) > 0, full.by_frequency(high) < 0
         while not (rises and falls):

@@ -13,8 +13,6 @@ from math import inf, isfinite, sqrt
 from typing import Any
 
 import numpy as np
-from scipy import stats
-from scipy.special import ndtr
 
 from flexura.arrays import Array
 from flexura.errors import ExpressionError, OptionError
@@ -68,12 +66,16 @@ class Distribution:
 
 def uniform(low: float, high: float) -> Distribution:
     """Every size between two is as likely as any other."""
+    from scipy import stats  # slow to import
+
     _check_order(low, high)
     return Distribution("uniform", {"low": low, "high": high}, low, high, stats.uniform(low, high - low))
 
 
 def triangular(low: float, mode: float, high: float) -> Distribution:
     """Linear up to the likeliest size and down from it."""
+    from scipy import stats  # slow to import
+
     _check_order(low, high)
     if not low <= mode <= high:
         raise OptionError(f"the likeliest size {mode:g} is refused: it lies between the smallest and the largest")
@@ -83,6 +85,9 @@ def triangular(low: float, mode: float, high: float) -> Distribution:
 
 def normal(centre: float, sigma: float, lowest: float = -inf, highest: float = inf) -> Distribution:
     """Gauss's distribution, as it is or cut off at `lowest` and `highest`; `sigma` is that before it is cut off."""
+    from scipy import stats  # slow to import
+    from scipy.special import ndtr  # slow to import
+
     if not (0 < sigma < inf):
         raise OptionError(f"a standard deviation is positive, not {sigma:g}")
     _check_order(lowest, highest)

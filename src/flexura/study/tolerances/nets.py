@@ -8,8 +8,6 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
-from scipy.stats import beta, binom
-from scipy.stats import t as student
 
 from flexura.arrays import Array, Bools, Index
 from flexura.errors import OptionError
@@ -198,6 +196,8 @@ def clopper_pearson(count: int, of: int, confidence: float) -> tuple[float, floa
 
     All of 4096 samples leave open a share of 1 - 0.9991: what is called the rule of three.
     """
+    from scipy.stats import beta  # slow to import
+
     tail = 0.5 * (1 - confidence)
     low = 0.0 if count == 0 else float(beta.ppf(tail, count, of - count + 1))
     high = 1.0 if count == of else float(beta.isf(tail, count + 1, of - count))
@@ -228,6 +228,8 @@ def percentile_interval(values: Array, share: float, confidence: float) -> Estim
 def order_statistics(count: int, share: float, confidence: float) -> tuple[int, int]:
     """Ranks, from 1, of the ordered samples between which a quantile lies with this confidence, whatever the
     distribution; 0 and count + 1 where the samples give no bound (theory eq. U7)."""
+    from scipy.stats import binom  # slow to import
+
     tail = 0.5 * (1 - confidence)
     low = int(binom.ppf(tail, count, share))
     high = int(binom.isf(tail, count, share)) + 1
@@ -242,6 +244,8 @@ def _at(ordered: Array, rank: int) -> float:
 
 def _student(means: Array, confidence: float) -> float:
     """Half the width of the t interval of a mean of independent numbers."""
+    from scipy.stats import t as student  # slow to import
+
     if len(means) < 2:
         return np.inf
     quantile = float(student.ppf(0.5 + 0.5 * confidence, len(means) - 1))
@@ -285,6 +289,8 @@ def indices_of(A: Array, B: Array, AB: Array, confidence: float) -> SobolIndices
 
 def _with_intervals(rows: list[tuple[Array, Array, Array]], confidence: float) -> Array:
     """First-order indices, half widths, total indices, half widths (4, g) of one quantity."""
+    from scipy.stats import t as student  # slow to import
+
     R = len(rows)
     left_out = np.array([_estimate(rows[:r] + rows[r + 1 :]) for r in range(R)])
     spread = np.sqrt((R - 1) / R * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))

@@ -9,7 +9,6 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import least_squares
 
 from flexura.arguments import verb
 from flexura.arrays import Array
@@ -170,6 +169,8 @@ def _search(first: CalibrationProblem, method: Method, max_steps: int) -> _Searc
 
 def _minimum(problem: CalibrationProblem, z: Array, method: Method, max_steps: int) -> tuple[Array, bool]:
     """The minimum of |r|^2, plus |z|^2 with a prior, within the bounds, and whether it was reached."""
+    from scipy.optimize import least_squares  # slow to import
+
     with_prior = method == "map"
     low, high = problem.unknown.z_bounds
     room = 1e-9 * np.where(np.isfinite(high - low), high - low, 1.0)

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincc, stdtrit
 
 from flexura.arrays import Array, Index
 from flexura.deadline import Listener, Progress
@@ -50,6 +49,8 @@ class Misfit:
     @property
     def probability(self) -> float:
         """That of so large a misfit by chance, if the model and the standard deviations hold."""
+        from scipy.special import gammaincc  # slow to import
+
         return float(gammaincc(self.spare / 2, self.chi_square / 2)) if self.is_testable else float("nan")
 
     @property
@@ -116,6 +117,8 @@ def widening(missed: Sequence[Misfit], J: Array, with_prior: bool) -> Array:
     Errors of one kind may all push the same way: they do not average out over the data, as noise does. With few data
     to spare their size is known badly, as Student's t has it.
     """
+    from scipy.special import stdtrit  # slow to import
+
     U, s, Vt = np.linalg.svd(J, full_matrices=False)
     sure = _is_determined(s)
     gain = s / (1 + s**2) if with_prior else np.where(sure, 1 / np.where(sure, s, 1.0), 0.0)
