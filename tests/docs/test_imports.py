@@ -13,7 +13,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "flexura"
 FILES = sorted(SOURCE.rglob("*.py"))
 LATE = {"cli", "__main__"}
 """Rooms that import what one verb alone needs when it is asked for."""
-SLOW = {"numpy", "pandas", "pint", "pydantic_core", "ruamel", "scipy"}
+SLOW = {"importlib", "numpy", "pandas", "pint", "pydantic_core", "ruamel", "scipy"}
 OPTIONAL = {"control", "fcntl", "pypardiso", "resource", "starlette"}
 BY_NAME = {"lazy.py", "errors.py", "cli/app.py"}
 """Modules that import others whose names are data: faces, optional packages, commands."""

@@ -12,7 +12,6 @@ from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import PlaceHolderLayoutEngine
 from numpy.typing import ArrayLike
 from PIL import Image
 
@@ -289,8 +288,8 @@ def make_folder(folder: Path) -> Path:
 
 def _png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
-    if isinstance(figure.canvas, Canvas) and isinstance(figure.get_layout_engine(), PlaceHolderLayoutEngine):
-        figure.canvas.print_png(buffer)  # it is laid out: `savefig` would draw it twice to do so
+    if isinstance(figure.canvas, Canvas):
+        figure.canvas.print_png(buffer)  # laid out and drawn once, where `savefig` draws it a second time
     else:
         figure.savefig(buffer, format="png", dpi=figure.dpi)
     return buffer.getvalue()
