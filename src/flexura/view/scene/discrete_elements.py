@@ -101,7 +101,8 @@ def add_discrete_elements(collector: Collector, model: FullOrderModel) -> None:
             for key, piezo in part.channels.piezos.items():
                 section = piezo.section(model.values)
                 copy.add_stack(key, piezo.nodes, None if section is None else float(np.sqrt(section.A)))
-            copy.add_member_arms([members[m] for m in arms[:, 0]], part.ends[*arms.T], offsets[*arms.T])
+            if len(arms):
+                copy.add_member_arms([members[m] for m in arms[:, 0]], part.ends[*arms.T], offsets[*arms.T])
     if shown < total:
         collector.notes.append(f"{shown} of {total} bodies, masses, springs, dashpots and stops are drawn")
 
