@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -232,6 +232,16 @@ def kept_chains(plan: Plan, n: int, tolerance: float = 1e-3) -> ChainAssembler |
     return batch.chains if is_held else None
 
 
+class _Recent(NamedTuple):
+    """What was last looked at to choose how many modes are kept: the chains, the number of the design, its matrices,
+    and its bounds where they are well within the tolerance."""
+
+    chains: ChainAssembler
+    number: int
+    arrow: Arrow
+    bounds: ChainBounds | None = None
+
+
 class _Batch:
     """Designs evaluated with as many kept modes as a default design and samples of the others need."""
 
@@ -249,7 +259,7 @@ class _Batch:
         chains = chain_assembler(plan)
         self.is_stacked = False
         self.counts = dict.fromkeys(chains.forces, 0)
-        self._recent: tuple[ChainAssembler, int, Arrow] | None = None
+        self._recent: _Recent | None = None
         self._use(self.counts)
         if chains.order <= LARGEST_STACKED:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
@@ -276,10 +286,11 @@ class _Batch:
         for _ in range(CHOOSING_ROUNDS):
             arrow, top = self._assembled(design, number or 0), np.inf
             if number is not None:
-                self._recent = self.chains, number, arrow
+                self._recent = _Recent(self.chains, number, arrow)
             if self._is_searchable:
                 bounds = self._bounds(arrow, HEADROOM * self.tolerance)
                 if _is_proven(*_hertz(bounds), HEADROOM * self.tolerance).all():
+                    self._recent = self._recent and self._recent._replace(bounds=bounds)
                     return
                 top = float(bounds.upper[0, -1])
             slow = {kind: s for kind, s in arrow.slow.items() if self.counts[kind] < self.chains.most(kind)}
@@ -329,11 +340,10 @@ class _Batch:
         """Frequencies, lower and upper bounds (designs, count), Hz, of the designs of a stack."""
         if self.is_stacked:
             recent = self._recent
-            if recent is not None and recent[:2] == (self.chains, designs.start) and designs.stop - designs.start == 1:
-                arrow = recent[2]
-            else:
+            if recent is None or recent[:2] != (self.chains, designs.start) or designs.stop - designs.start > 1:
                 arrow = self._assembled(self._designs(values, designs), designs.start)
-            bounds = _hertz(self._bounds(arrow, self.tolerance))
+                recent = _Recent(self.chains, designs.start, arrow)
+            bounds = _hertz(recent.bounds or self._bounds(recent.arrow, self.tolerance))
             for d in np.flatnonzero(~np.isfinite(bounds[1:]).all(axis=(0, 2))):
                 with suppress(SolverError):  # stays without an upper bound, and unproven
                     alone = _alone(self.plan, one_of(self.parameters, designs.start + int(d)), self.count)
