@@ -17,7 +17,18 @@ FOR_OTHER_ROOMS = {
         *("track_modes", "trusted_channels"),
     },
     "view": {
-        *("COLOURS", "HIDDEN", "NAMES", "Grid", "Kind", "Look", "Solids", "customary_camera", "draw_sheet"),
+        *(
+            "COLOURS",
+            "HIDDEN",
+            "MODE_SIZE",
+            "NAMES",
+            "Grid",
+            "Kind",
+            "Look",
+            "Solids",
+            "customary_camera",
+            "draw_sheet",
+        ),
         *("mode_scale", "moved_solids", "solids", "stresses_along", "visible_flexures"),
     },
 }

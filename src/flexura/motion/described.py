@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from flexura import motion
 from flexura.errors import SolverError
 from flexura.structure import Design, OfDesign
+
+if TYPE_CHECKING:
+    from flexura.motion.posed import PosedDesign
 
 
 def at_pose(design: Design) -> Design:
@@ -16,15 +19,20 @@ def at_pose(design: Design) -> Design:
     """
     if design.pose is not None or not design.plan.is_posed:
         return design
-    there = motion.reached(design)
+    from flexura.motion.posed import reached
+
+    there = reached(design)
     if not there.is_stable:
         place = there.words.removeprefix("about the pose ").partition(", actuators free")[0]
         raise SolverError(f"at {place} the mechanism is unstable: nothing stays linear about that pose for long")
     return replace(design, pose=there)
 
 
-def pose_of(model: OfDesign) -> motion.PosedDesign | None:
+def pose_of(model: OfDesign) -> PosedDesign | None:
     """The pose about which a model is linear; None at rest."""
     posed = model.design.posed
-    assert posed is None or isinstance(posed, motion.PosedDesign)
+    if posed is not None:
+        from flexura.motion.posed import PosedDesign
+
+        assert isinstance(posed, PosedDesign)
     return posed

@@ -1,6 +1,7 @@
 from flexura.view.drawing.figures import COLOURS as COLOURS
 from flexura.view.drawing.figures import NAMES as NAMES
 from flexura.view.drawing.painting import HIDDEN as HIDDEN
+from flexura.view.drawing.painting import MODE_SIZE as MODE_SIZE
 from flexura.view.drawing.painting import customary_camera as customary_camera
 from flexura.view.drawing.painting import mode_scale as mode_scale
 from flexura.view.drawing.painting import visible_flexures as visible_flexures

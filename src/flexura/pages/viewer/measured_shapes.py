@@ -29,7 +29,7 @@ from flexura.tables import in_mm, percent, quantity
 from flexura.testing.correlation import Correlation, shapes_of
 from flexura.testing.measurement import IdentifiedModes, MeasuredChannel, Trace
 from flexura.testing.rig import TURNS
-from flexura.view.drawing import MODE_SIZE
+from flexura.view import MODE_SIZE
 
 KINDS = (
     ShownKind("trace", "lines between points", "#5b6b7f", 1.0, "test"),
