@@ -1,7 +1,5 @@
 from flexura.motion.comparison import Comparison as Comparison
 from flexura.motion.comparison import against_full as against_full
-from flexura.motion.described import at_pose as at_pose
-from flexura.motion.described import pose_of as pose_of
 from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
@@ -38,8 +36,10 @@ from flexura.motion.pose import lowest_of_any as lowest_of_any
 from flexura.motion.pose import material_at as material_at
 from flexura.motion.pose import part_motions as part_motions
 from flexura.motion.posed import PosedDesign as PosedDesign
+from flexura.motion.posed import at_pose as at_pose
 from flexura.motion.posed import commanded as commanded
 from flexura.motion.posed import loads_with as loads_with
+from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
 from flexura.motion.se3 import rotation_vector as rotation_vector

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ from flexura.motion.pose import (
     with_members,
 )
 from flexura.records import Latest, Record
-from flexura.structure import Design, InputPort, Ports, Scatter
+from flexura.structure import Design, InputPort, OfDesign, Ports, Scatter
 
 
 class Lever(NamedTuple):
@@ -190,6 +190,20 @@ class PosedDesign(Record):
                 yield names, None, np.einsum("eik,eij,ejk->ek", u, group.material(frames)[0], u) / 2
 
 
+def at_pose(design: Design) -> Design:
+    """One design at the pose that its description names; as it is where none is, or where it is at one already.
+
+    Raises as `reached`, and SolverError where the pose is unstable with actuators free under the forces that hold it.
+    """
+    if design.pose is not None or not design.plan.is_posed:
+        return design
+    there = reached(design)
+    if not there.is_stable:
+        place = there.words.removeprefix("about the pose ").partition(", actuators free")[0]
+        raise SolverError(f"at {place} the mechanism is unstable: nothing stays linear about that pose for long")
+    return replace(design, pose=there)
+
+
 def reached(design: Design, near: PosedDesign | None = None) -> PosedDesign:
     """A design at the pose that its description names, reached from rest by a path of equilibria under the loads and
     gravity that are described, or from a pose `near` with the same displacements; the last one is kept with the plan.
@@ -295,3 +309,10 @@ def warming_load(design: Design, state: str) -> tuple[Array, Array]:
     load, growth = model.load_of(state, there.frames, there.loads.actuators)
     turned = there.frames.R[model.root][:, None] @ growth.reshape(-1, 2, 3, 1)
     return load, turned.reshape(-1, 6)[:-1]
+
+
+def pose_of(model: OfDesign) -> PosedDesign | None:
+    """The pose about which a model is linear; None at rest."""
+    posed = model.design.posed
+    assert posed is None or isinstance(posed, PosedDesign)
+    return posed

@@ -9,14 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexura import motion
 from flexura.analysis.limits.limits import LIMIT_ROUND_OFF, command_limits, times
 from flexura.analysis.strain import yield_ratios
 from flexura.arrays import Array, Index
 from flexura.convex import overlapping_bounds, separations
 from flexura.errors import Diagnostic
 from flexura.linalg import leading
-from flexura.motion import pose_of
+from flexura.motion import Frames, Pose, PosedDesign, beyond, pose_of, stiffness_errors
 from flexura.structure import FullOrderModel, Ports, solids_of
 from flexura.thresholds import SAME_PLACE
 
@@ -42,12 +41,12 @@ MOST_PAIRS, MOST_PIECES = 2_000_000, 200_000
 """Pairs of parts at a pose, and of convex pieces at all poses, that are looked at."""
 
 
-def mesh_errors(pose: motion.Pose, motions: Array, energies: Array) -> dict[str, float]:
+def mesh_errors(pose: Pose, motions: Array, energies: Array) -> dict[str, float]:
     """By member, the largest relative error of the stiffness that free displacements (n, k) from a pose meet in all
     members together, of those errors of which it has a good share; `energies` (k,), N m, are twice those of the
     displacements."""
     stable = energies > 0
-    errors = motion.stiffness_errors(pose.equations.model, pose.state.frames, motions[:, stable], energies[stable])
+    errors = stiffness_errors(pose.equations.model, pose.state.frames, motions[:, stable], energies[stable])
     if not errors or not stable.any():
         return {}
     each = np.stack(list(errors.values()))
@@ -91,7 +90,7 @@ class _Pieces(NamedTuple):
     share: Array
 
 
-def solids_that_meet(model: FullOrderModel, poses: Sequence[motion.Frames]) -> tuple[list[Meeting], bool]:
+def solids_that_meet(model: FullOrderModel, poses: Sequence[Frames]) -> tuple[list[Meeting], bool]:
     """Pairs of members and bodies that are apart when undeformed and share space in poses, and whether all were looked
     at.
 
@@ -142,7 +141,7 @@ class _Parts:
         joined = bool(self._clusters[i] & self._clusters[j])
         return (JOINED_GAP if joined else SAME_PLACE) * float(min(self._size[i], self._size[j]))
 
-    def bounds(self, frames: motion.Frames) -> tuple[Array, Array]:
+    def bounds(self, frames: Frames) -> tuple[Array, Array]:
         """Bounds (n, 3) of all parts."""
         points, nodes, radius, first = self._outline
         x = self._moved(frames, points, nodes)
@@ -168,12 +167,12 @@ class _Parts:
         first = np.cumsum([0, *(len(part) for part in points[:-1])])
         return np.concatenate(points), np.concatenate(nodes), np.concatenate(radii), first
 
-    def _moved(self, frames: motion.Frames, points: Array, nodes: Index) -> Array:
+    def _moved(self, frames: Frames, points: Array, nodes: Index) -> Array:
         """Points (..., 3) that follow nodes (...)."""
         turned = frames.R[self._root[nodes]] @ (points - self._rest[nodes])[..., None]
         return frames.x[self._root[nodes]] + turned[..., 0]
 
-    def gap(self, frames: motion.Frames | None, i: int, j: int) -> tuple[float, int]:
+    def gap(self, frames: Frames | None, i: int, j: int) -> tuple[float, int]:
         """How far apart two parts are, m, negative where they overlap, undeformed where there are no frames, and how
         many pairs of pieces were looked at. Pieces whose bounds do not meet are not."""
         first, second = (self._placed(frames, part) for part in (i, j))
@@ -183,7 +182,7 @@ class _Parts:
         a, b = np.nonzero(meets.all(axis=-1))
         return float(separations(first[a], second[b]).min(initial=np.inf)), len(a)
 
-    def _placed(self, frames: motion.Frames | None, part: int) -> Array:
+    def _placed(self, frames: Frames | None, part: int) -> Array:
         """Corners (p, 8, 3) of the pieces of a part."""
         if part not in self._cut:
             self._cut[part] = self._pieces(part)
@@ -230,10 +229,10 @@ def pose_limits(model: FullOrderModel) -> tuple[Diagnostic, ...]:
     return model.prepared.once("pose limits", lambda: tuple(_pose_limits(model, posed)))
 
 
-def _pose_limits(model: FullOrderModel, posed: motion.PosedDesign) -> Iterator[Diagnostic]:
+def _pose_limits(model: FullOrderModel, posed: PosedDesign) -> Iterator[Diagnostic]:
     commands, frames = model.plan.pose.commands(model.values), [posed.pose.state.frames]
     yield from command_limits(Ports(model.design).commands(list(commands)), np.array([*commands.values()])[:, None])
-    yield from motion.beyond(posed.model, frames)
+    yield from beyond(posed.model, frames)
     for meeting in solids_that_meet(model, frames)[0]:
         text = f"{meeting.first} and {meeting.second} meet at the pose, and go through each other"
         yield Diagnostic("contact", meeting.first, np.nan, np.nan, "m", text)

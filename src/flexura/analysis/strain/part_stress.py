@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from flexura import motion
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import Dual, plain
 from flexura.fem import EDGES, SurfaceStress, largest_principal, surface_of, von_mises
 from flexura.linalg import leading
+from flexura.motion import MIRRORED, Equilibrium, MovingModel, part_motions
 from flexura.records import Record
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.tables import number
@@ -98,7 +98,7 @@ class PlacedPart(NamedTuple):
         """Coordinates (d, k) in its own axes from those in right-handed ones."""
         if np.linalg.det(self.Q) > 0:
             return d
-        return d * np.resize(motion.MIRRORED, len(d))[:, None]
+        return d * np.resize(MIRRORED, len(d))[:, None]
 
     @property
     def solids(self) -> Iterator[tuple[int, str, float]]:
@@ -153,12 +153,12 @@ def deformations(model: FullOrderModel, u: Array) -> Deformations:
     return {p.name: _seen_from_first(p, model.superelement_coordinates(u, p.superelement)) for p in parts}
 
 
-def moved_deformations(model: Model, moving: motion.MovingModel, states: Sequence[motion.Equilibrium]) -> Deformations:
+def moved_deformations(model: Model, moving: MovingModel, states: Sequence[Equilibrium]) -> Deformations:
     """How parts are deformed in states of large motion."""
     parts = list(stressed_parts(model))
     if not parts or not states:
         return {}
-    found = motion.part_motions(moving, states, [part.superelement for part in parts])
+    found = part_motions(moving, states, [part.superelement for part in parts])
     return {part.name: part.seen(_own(part, found[part.superelement])) for part in parts}
 
 
