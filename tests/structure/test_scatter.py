@@ -36,8 +36,12 @@ def test_kernel_numpy_and_the_sum_written_out(name, symmetric):
                 for j, c in enumerate(rows):
                     if r >= 0 and c >= 0:
                         expected[r, c] += A[i, j]
-    for found in both(lambda: Scatter(dofs, n, symmetric=symmetric)):
-        sparse, dense = found.sparse(blocks), found.dense(blocks)
+
+    def summed():
+        found = Scatter(dofs, n, symmetric=symmetric)
+        return found.sparse(blocks), found.dense(blocks)
+
+    for sparse, dense in both(summed):
         assert sparse.has_sorted_indices
         assert np.allclose(sparse.toarray(), expected, atol=1e-13)
         assert np.allclose(dense, expected, atol=1e-13)

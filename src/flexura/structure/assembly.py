@@ -20,6 +20,9 @@ from flexura.structure.design import Design
 from flexura.structure.part import DiscreteElement
 from flexura.structure.plan import Plan
 
+ELEMENTS_AT_ONCE = 512
+"""Elements that are placed at a time, so that their arrays stay in the processor's cache."""
+
 
 class Scatter:
     """A fixed pattern of small square matrices, `symmetric` unless said otherwise, at given DOFs; DOF -1 is dropped.
@@ -128,8 +131,8 @@ class _Columns:
         start, rows = (np.empty(size // 2 + 1, dtype=np.int64) for size in (n + 1, most))
         parts = shapes, before, flat, first, touching
         stored = _pattern(n, *parts, start, rows, np.empty(n, dtype=np.int64))
-        self.start, self.rows = start.view(np.int32)[: n + 1], rows.view(np.int32)[:stored].copy()
-        self._kept = *parts, start
+        self.start, self.rows = start.view(np.int32)[: n + 1], rows.view(np.int32)[:stored]
+        self._kept = *parts, start, rows
 
     def of(self, matrices: Sequence[Array]) -> Array:
         """The numbers of a sum, one for each row that is stored."""
@@ -138,8 +141,7 @@ class _Columns:
             raise ValueError(f"matrices {[m.shape for m in A]} at DOFs {self._shapes}")
         out, sums = np.empty(len(self.rows)), np.empty(self._n)
         at = np.array([address(m) for m in A], dtype=np.int64)
-        rows = self.rows.ctypes.data
-        _pattern_sum(self._n, *self._kept, rows, at, self._symmetric, out, sums, np.empty(self._n, dtype=np.int64))
+        _pattern_sum(self._n, *self._kept, at, self._symmetric, out, sums, np.empty(self._n, dtype=np.int64))
         return out
 
 
@@ -227,10 +229,9 @@ class FullOrderAssembler:
         strips: list[Array] = []
         for name, G in transforms.items():
             elements = matrices[name].elements
-            T = matrices[name].T @ block_diagonal(G[:, self.plan.parts[name].connectivity])
-            Tt = np.swapaxes(T, -1, -2)
-            K.append(Tt @ elements.K @ T)
-            M.append(Tt @ elements.M @ T)
+            placed = self._elements(name, G, matrices[name].T, elements.K, elements.M)
+            K.append(placed[0])
+            M.append(placed[1])
             strips += [_placed(strip.K, G[:, strip.nodes]) for strip in matrices[name].strips]
         return self._stiffness.sparse([*K, *discrete_K, *strips]), self._mass.sparse([*M, *discrete_M])
 
@@ -264,8 +265,7 @@ class FullOrderAssembler:
         for name, G in self._transforms(design).items():
             part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
-            T = part_matrices.T @ block_diagonal(G[:, part.connectivity])
-            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * part_matrices.elements.K) @ T)
+            H += self._elements(name, G, part_matrices.T, eta[:, None, None] * part_matrices.elements.K)
             for strip in part_matrices.strips:
                 strips.append(_placed(eta[strip.elements[:, 0], None, None] * strip.K, G[:, strip.nodes]))
             for discrete, loss in zip(
@@ -314,6 +314,18 @@ class FullOrderAssembler:
             return {name: design.node_transforms(name, np.arange(n)) for name, n in count.items()}
 
         return self._transformed.get(design.geometry, found)
+
+    def _elements(self, name: str, G: Array, turn: Array, *given: Array) -> list[Array]:
+        """Matrices (e, 12, 12) of the elements of a part over their roots (copies, e, 12, 12), some copies at a time:
+        what memory is had for once stays in use."""
+        nodes = self.plan.parts[name].connectivity
+        out = [np.empty((len(G), *A.shape)) for A in given]
+        some = max(ELEMENTS_AT_ONCE // max(len(nodes), 1), 1)
+        for start in range(0, len(G), some):
+            T = turn @ block_diagonal(G[start : start + some, nodes])
+            for A, placed in zip(given, out, strict=True):
+                np.matmul(np.swapaxes(T, -1, -2) @ A, T, out=placed[start : start + some])
+        return out
 
     @staticmethod
     def _discrete(
