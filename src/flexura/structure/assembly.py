@@ -108,7 +108,8 @@ class _Sorted:
     def of(self, matrices: Sequence[Array]) -> Array:
         """The numbers of a sum, one for each row that is stored."""
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
-        summed = np.bincount(self._target, weights=data, minlength=len(self.rows) + 1)[: len(self.rows)]
+        summed: Array = np.bincount(self._target, weights=data, minlength=len(self.rows) + 1).astype(float, copy=False)
+        summed = summed[: len(self.rows)]
         return summed if self._across is None else (summed + summed[self._across]) / 2
 
 
