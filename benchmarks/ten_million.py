@@ -6,9 +6,9 @@
 Section sizes vary by 10 %, Sobol' points. Half of the designs done, the process that runs the study is killed
 (SIGKILL), and another goes on in the same folder; the same command does so, too, whenever this one is stopped. Beside
 the folder FOLDER.log is written: a line every so often with the designs that are done, designs a second since the line
-before, the memory (RSS) of the process that writes and of the two workers, and bytes of the folder. At last every design
-is counted, and a sample drawn at random is worked out again, one at a time, from the sizes in the files: as it was
-asked, which gives the same bits, and in full order, whose frequencies lie within the proven intervals.
+before, the memory (RSS) of the process that writes and of the two workers, and bytes of the folder. At last every
+design is counted, and a sample drawn at random is worked out again, one at a time, from the sizes in the files: as it
+was asked, which gives the same bits, and in full order, whose frequencies lie within the proven intervals.
 """
 
 from __future__ import annotations
