@@ -40,7 +40,7 @@ HELD = str(256 << 20)
 """Bytes that workers keep between blocks: what dask has them let go of by default makes them half as quick."""
 CONFIGURED = {
     "distributed.nanny.pre-spawn-environ": {"MALLOC_MMAP_THRESHOLD_": HELD, "MALLOC_TRIM_THRESHOLD_": HELD},
-    "distributed.worker.profile.enabled": False,  # of which every worker keeps an hour, 0.2 MB a second
+    "distributed.worker.profile.enabled": False,  # of which a worker keeps the last 1000 s, 0.2 MB each
 }
 GONE_SECONDS = 60.0
 STEADY = 1.05
