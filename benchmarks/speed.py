@@ -128,7 +128,7 @@ def start_up() -> None:
 
 
 def branches(n: int, order: str) -> dict[str, float]:
-    """Processor time and memory of a ring of n branches of the RPR mechanism under one platform; run in a process of its own."""
+    """Processor time and memory of n branches of the RPR mechanism under one platform, in a process of its own."""
     mechanism = flexura.load(RPR)
     instance = mechanism.instances["rpu"]
     pattern = instance.pattern[0].model_copy(update={"count": n})
