@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import zeros
+from flexura.errors import OptionError
 from flexura.kernels import Kernel, address, is_compiled
 from flexura.records import Latest
 from flexura.sizes import within
@@ -22,6 +23,9 @@ from flexura.structure.plan import Plan
 
 ELEMENTS_AT_ONCE = 512
 """Elements that are placed at a time, so that their arrays stay in the processor's cache."""
+
+MOST_ENTRIES = 2**31 - 1
+"""Entries that 32-bit numbers, which factorisations take, can count."""
 
 
 class Scatter:
@@ -43,6 +47,11 @@ class Scatter:
 
     @cached_property
     def _sums(self) -> _Sorted | _Columns:
+        entries = sum(count * width**2 for count, width in (d.shape for d in self._dofs))
+        if entries > MOST_ENTRIES:
+            raise OptionError(
+                f"{entries:.3g} entries of small matrices are more than the {MOST_ENTRIES} of a sparse sum"
+            )
         return (_Columns if is_compiled() else _Sorted)(self._dofs, self.n, self.symmetric)
 
     @cached_property
