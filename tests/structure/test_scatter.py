@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from flexura.errors import OptionError
 from flexura.structure import Scatter
 from helpers.kernels import both, compiled
 
@@ -63,3 +64,10 @@ def test_matrices_that_do_not_fit_the_pattern_are_refused():
 def _patterned(found):
     found.sparse([np.eye(2)[None], np.eye(3)[None]])
     return found.sparse
+
+
+def test_a_sum_of_more_than_can_be_counted_is_refused(monkeypatch):
+    monkeypatch.setattr("flexura.structure.assembly.MOST_ENTRIES", 12)
+    dofs = [np.array([[0, 1]]), np.array([[1, 2, 0]])]
+    with pytest.raises(OptionError, match="13 entries of small matrices are more than the 12 of a sparse sum"):
+        Scatter(dofs, 3).sparse([np.eye(2)[None], np.eye(3)[None]])

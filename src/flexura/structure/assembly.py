@@ -50,7 +50,7 @@ class Scatter:
         entries = sum(count * width**2 for count, width in (d.shape for d in self._dofs))
         if entries > MOST_ENTRIES:
             raise OptionError(
-                f"{entries:.3g} entries of small matrices are more than the {MOST_ENTRIES} of a sparse sum"
+                f"{entries:.3g} entries of small matrices are more than the {MOST_ENTRIES:.3g} of a sparse sum"
             )
         return (_Columns if is_compiled() else _Sorted)(self._dofs, self.n, self.symmetric)
 
@@ -239,11 +239,14 @@ class FullOrderAssembler:
         strips: list[Array] = []
         for name, G in transforms.items():
             elements = matrices[name].elements
-            placed = self._elements(name, G, matrices[name].T, elements.K, elements.M)
-            K.append(placed[0])
-            M.append(placed[1])
+            for kind, placed in zip(
+                (K, M), self._elements(name, G, matrices[name].T, elements.K, elements.M), strict=True
+            ):
+                kind.append(placed)
             strips += [_placed(strip.K, G[:, strip.nodes]) for strip in matrices[name].strips]
-        return self._stiffness.sparse([*K, *discrete_K, *strips]), self._mass.sparse([*M, *discrete_M])
+        stiffness = self._stiffness.sparse([*K, *discrete_K, *strips])
+        K.clear()  # memory for the sum of masses
+        return stiffness, self._mass.sparse([*M, *discrete_M])
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
