@@ -128,7 +128,7 @@ def start_up() -> None:
 
 
 def branches(n: int, order: str) -> dict[str, float]:
-    """Time and memory of a ring of n branches of the RPR mechanism under one platform; run in a process of its own."""
+    """Processor time and memory of n branches of the RPR mechanism under one platform, in a process of its own."""
     mechanism = flexura.load(RPR)
     instance = mechanism.instances["rpu"]
     pattern = instance.pattern[0].model_copy(update={"count": n})
@@ -139,17 +139,17 @@ def branches(n: int, order: str) -> dict[str, float]:
             "ground": {"rpu*.a.bottom": mechanism.ground["rpu*.a.bottom"]},
         }
     )
-    start = time.perf_counter()
+    start = time.process_time()
     plan = flexura.Plan(wheel)
-    planned = time.perf_counter()
+    planned = time.process_time()
     model = flexura.assemble(plan) if order == "full" else flexura.reduce(plan)
-    assembled = time.perf_counter()
+    assembled = time.process_time()
     parts = split(model) if isinstance(model, flexura.FullOrderModel) else None
     if parts is None:
         lowest(model.K, model.M, 6)
     else:
         parts.lowest(6)
-    solved = time.perf_counter()
+    solved = time.process_time()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     return {
         "order": model.order,
@@ -161,7 +161,7 @@ def branches(n: int, order: str) -> dict[str, float]:
 
 
 def growth() -> None:
-    """How time and memory grow with the number of branches."""
+    """How processor time and memory grow with the number of branches."""
     print(f"\n{'branches':>10}{'model':>8}{'order':>10}{'plan s':>10}{'build s':>10}{'solve s':>10}{'peak MiB':>10}")
     for n in (4, 40, 400, 4000):
         for order in ("low", "full"):

@@ -204,7 +204,7 @@ def split(model: FullOrderModel) -> SplitModel | None:
     if model.order < SPLIT_GAIN * len(rest):
         return None
     turn = _branch_axes(model, groups)
-    whole = model.K.tocsr(), model.M.tocsr()
+    whole = model.K.T, model.M.T  # they are symmetric: rows from columns
     sides = tuple((turn.T @ A[:, rest]).tocsr() for A in whole)
     branches: list[EqualBranches] = []
     couplings: list[list[Any]] = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,19 @@ import scipy.sparse as sp
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
 from flexura.duals import zeros
-from flexura.kernels import Kernel, is_compiled
+from flexura.errors import OptionError
+from flexura.kernels import Kernel, address, is_compiled
 from flexura.records import Latest
 from flexura.sizes import within
 from flexura.structure.design import Design
 from flexura.structure.part import DiscreteElement
 from flexura.structure.plan import Plan
+
+ELEMENTS_AT_ONCE = 512
+"""Elements that are placed at a time, so that their arrays stay in the processor's cache."""
+
+MOST_ENTRIES = 2**31 - 1
+"""Entries that 32-bit numbers, which factorisations take, can count."""
 
 
 class Scatter:
@@ -29,23 +37,36 @@ class Scatter:
     def __init__(self, dofs: Sequence[Index], n: int, *, symmetric: bool = True) -> None:
         self.n = n
         self.symmetric = symmetric
-        key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
-        self._length = len(key)
-        self._target, indptr, rows = (_by_kernel if is_compiled() else _sorted)(key, n)
-        self._indptr, self._indices = indptr.astype(np.int32), rows.astype(np.int32)
-        self._mirror = _across(indptr, rows) if symmetric else None
-        whole = len(key) == n * n == len(rows)
-        self._is_identity = whole and np.array_equal(key.reshape(n, n).T.ravel(), np.arange(n * n))
+        self._dofs = [np.asarray(d, dtype=np.intp) for d in dofs]
         self._dense_targets: dict[int, Index] = {}
+
+    @cached_property
+    def _key(self) -> Index:
+        """Column times n plus row of every entry, -1 where one of both is dropped."""
+        return np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, self.n) for d in self._dofs)])
+
+    @cached_property
+    def _sums(self) -> _Sorted | _Columns:
+        entries = sum(count * width**2 for count, width in (d.shape for d in self._dofs))
+        if entries > MOST_ENTRIES:
+            raise OptionError(
+                f"{entries:.3g} entries of small matrices are more than the {MOST_ENTRIES:.3g} of a sparse sum"
+            )
+        return (_Columns if is_compiled() else _Sorted)(self._dofs, self.n, self.symmetric)
+
+    @cached_property
+    def _is_identity(self) -> bool:
+        n = self.n
+        return len(self._key) == n * n and np.array_equal(self._key.reshape(n, n).T.ravel(), np.arange(n * n))
 
     def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
         """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so."""
-        data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
-        summed = np.bincount(self._target, weights=data, minlength=len(self._indices) + 1)[:-1]
-        if self._mirror is not None:
-            summed = (summed + summed[self._mirror]) / 2
+        sums = self._sums
         # arrays of its own: whoever holds the matrix may change its pattern
-        return sp.csc_matrix((summed, self._indices.copy(), self._indptr.copy()), shape=(self.n, self.n))
+        stored = sums.of(matrices), sums.rows.copy(), sums.start.copy()
+        A = sp.csc_matrix(stored, shape=(self.n, self.n))
+        A.has_canonical_format = True
+        return A
 
     def dense(self, matrices: Sequence[Any], lead: tuple[int, ...] = ()) -> Any:
         """Sum matrices, one array (*lead, k, m, m) per entry of `dofs`, into dense (*lead, n, n)."""
@@ -58,7 +79,7 @@ class Scatter:
             only = matrices[0][..., 0, :, :]
             return only if only.shape[:-2] == lead else np.broadcast_to(only, (*lead, n, n))
         designs, size = math.prod(lead), n * n + 1
-        data = np.empty((designs, self._length))
+        data = np.empty((designs, len(self._key)))
         at = 0
         for m in matrices:
             entries = math.prod(m.shape[-3:])
@@ -71,8 +92,7 @@ class Scatter:
     def _dense_target(self, designs: int) -> Index:
         """Where the entries of so many designs go in stacked matrices, each one longer to take what is dropped."""
         if designs not in self._dense_targets:
-            columns = np.repeat(np.arange(self.n), np.diff(self._indptr))
-            place = np.append(columns * self.n + self._indices, self.n**2)[self._target]
+            place = np.where(self._key < 0, self.n**2, self._key)
             self._dense_targets[designs] = (np.arange(designs)[:, None] * (self.n**2 + 1) + place).ravel()
         return self._dense_targets[designs]
 
@@ -83,34 +103,56 @@ def _keys(dofs: Index, n: int) -> Index:
     return np.where((row >= 0) & (column >= 0), column * n + row, -1).ravel()
 
 
-def _sorted(key: Index, n: int) -> tuple[Index, Index, Index]:
-    """Where every entry is stored, one past the last where it is dropped, by keys (m,); and what is stored, the first
-    of each column (n + 1,) and rows."""
-    unique, target = np.unique(np.where(key < 0, n * n, key), return_inverse=True)
-    unique = unique[unique < n * n]
-    return target, np.searchsorted(unique, np.arange(n + 1) * n), unique % n
+class _Sorted:
+    """Sparse sums of matrices at DOFs: their rows by column, the first of each in `start`, and their numbers."""
+
+    def __init__(self, dofs: Sequence[Index], n: int, symmetric: bool) -> None:
+        key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
+        unique, self._target = np.unique(np.where(key < 0, n * n, key), return_inverse=True)
+        unique = unique[unique < n * n]
+        column, row = np.divmod(unique, max(n, 1))
+        self.start, self.rows = (a.astype(np.int32) for a in (np.searchsorted(unique, np.arange(n + 1) * n), row))
+        self._across = np.lexsort((column, row)) if symmetric else None
+
+    def of(self, matrices: Sequence[Array]) -> Array:
+        """The numbers of a sum, one for each row that is stored."""
+        data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
+        summed: Array = np.bincount(self._target, weights=data, minlength=len(self.rows) + 1).astype(float, copy=False)
+        summed = summed[: len(self.rows)]
+        return summed if self._across is None else (summed + summed[self._across]) / 2
 
 
-_pattern = Kernel("pattern", "nn" + 7 * "a")
-_pattern_across = Kernel("pattern_across", "naaaa")
+_columns = Kernel("columns", "nnaaaa")
+_pattern = Kernel("pattern", "n" + 8 * "a")
+_pattern_sum = Kernel("pattern_sum", "n" + 8 * "a" + "naaa")
 
 
-def _by_kernel(key: Index, n: int) -> tuple[Index, Index, Index]:
-    """The same."""
-    target, rows, order = (np.empty(len(key), dtype=np.intp) for _ in range(3))
-    start, seen, place = (np.empty(n + 1, dtype=np.intp) for _ in range(3))
-    stored = _pattern(n, len(key), key, target, start, rows, order, seen, place)
-    return target, start, rows[:stored].copy()
+class _Columns:
+    """The same column by column, by kernels."""
 
+    def __init__(self, dofs: Sequence[Index], n: int, symmetric: bool) -> None:
+        self._n, self._symmetric, self._shapes = n, symmetric, [d.shape for d in dofs]
+        shapes = np.array(self._shapes, dtype=np.int64).reshape(-1, 2)
+        before = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(shapes.prod(axis=1))])
+        flat = np.concatenate([np.empty(0, dtype=np.int64), *(d.ravel() for d in dofs)])
+        first, touching = np.empty(n + 1, dtype=np.int64), np.empty((len(flat), 2), dtype=np.int64)
+        _columns(n, len(shapes), shapes, flat, first, touching)
+        most = int(shapes.prod(axis=1) @ shapes[:, 1])
+        start, rows = (np.empty(size // 2 + 1, dtype=np.int64) for size in (n + 1, most))
+        parts = shapes, before, flat, first, touching
+        stored = _pattern(n, *parts, start, rows, np.empty(n, dtype=np.int64))
+        self.start, self.rows = start.view(np.int32)[: n + 1], rows.view(np.int32)[:stored]
+        self._kept = *parts, start, rows
 
-def _across(start: Index, rows: Index) -> Index:
-    """The place of the entry across each one of a symmetric pattern by columns."""
-    n = len(start) - 1
-    if not is_compiled():
-        return np.lexsort((np.repeat(np.arange(n), np.diff(start)), rows))
-    across = np.empty(len(rows), dtype=np.intp)
-    _pattern_across(n, np.ascontiguousarray(start), rows, across, np.empty(n, dtype=np.intp))
-    return across
+    def of(self, matrices: Sequence[Array]) -> Array:
+        """The numbers of a sum, one for each row that is stored."""
+        A = [np.ascontiguousarray(m, dtype=float) for m in matrices]
+        if [math.prod(m.shape) for m in A] != [count * width**2 for count, width in self._shapes]:
+            raise ValueError(f"matrices {[m.shape for m in A]} at DOFs {self._shapes}")
+        out, sums = np.empty(len(self.rows)), np.empty(self._n)
+        at = np.array([address(m) for m in A], dtype=np.int64)
+        _pattern_sum(self._n, *self._kept, at, self._symmetric, out, sums, np.empty(self._n, dtype=np.int64))
+        return out
 
 
 def node_dofs(nodes: Any) -> Index:
@@ -197,12 +239,14 @@ class FullOrderAssembler:
         strips: list[Array] = []
         for name, G in transforms.items():
             elements = matrices[name].elements
-            T = matrices[name].T @ block_diagonal(G[:, self.plan.parts[name].connectivity])
-            Tt = np.swapaxes(T, -1, -2)
-            K.append(Tt @ elements.K @ T)
-            M.append(Tt @ elements.M @ T)
+            for kind, placed in zip(
+                (K, M), self._elements(name, G, matrices[name].T, elements.K, elements.M), strict=True
+            ):
+                kind.append(placed)
             strips += [_placed(strip.K, G[:, strip.nodes]) for strip in matrices[name].strips]
-        return self._stiffness.sparse([*K, *discrete_K, *strips]), self._mass.sparse([*M, *discrete_M])
+        stiffness = self._stiffness.sparse([*K, *discrete_K, *strips])
+        K.clear()  # memory for the sum of masses
+        return stiffness, self._mass.sparse([*M, *discrete_M])
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
@@ -234,8 +278,7 @@ class FullOrderAssembler:
         for name, G in self._transforms(design).items():
             part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
-            T = part_matrices.T @ block_diagonal(G[:, part.connectivity])
-            H.append(np.swapaxes(T, -1, -2) @ (eta[:, None, None] * part_matrices.elements.K) @ T)
+            H += self._elements(name, G, part_matrices.T, eta[:, None, None] * part_matrices.elements.K)
             for strip in part_matrices.strips:
                 strips.append(_placed(eta[strip.elements[:, 0], None, None] * strip.K, G[:, strip.nodes]))
             for discrete, loss in zip(
@@ -284,6 +327,18 @@ class FullOrderAssembler:
             return {name: design.node_transforms(name, np.arange(n)) for name, n in count.items()}
 
         return self._transformed.get(design.geometry, found)
+
+    def _elements(self, name: str, G: Array, turn: Array, *given: Array) -> list[Array]:
+        """Matrices (e, 12, 12) of the elements of a part over their roots (copies, e, 12, 12), some copies at a time:
+        what memory is had for once stays in use."""
+        nodes = self.plan.parts[name].connectivity
+        out = [np.empty((len(G), *A.shape)) for A in given]
+        some = max(ELEMENTS_AT_ONCE // max(len(nodes), 1), 1)
+        for start in range(0, len(G), some):
+            T = turn @ block_diagonal(G[start : start + some, nodes])
+            for A, placed in zip(given, out, strict=True):
+                np.matmul(np.swapaxes(T, -1, -2) @ A, T, out=placed[start : start + some])
+        return out
 
     @staticmethod
     def _discrete(

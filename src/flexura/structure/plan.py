@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,30 +13,23 @@ from numpy.typing import ArrayLike
 from flexura.arrays import Array, Index
 from flexura.duals import Dual, moves, plain, with_slopes_of, zeros
 from flexura.errors import ModelError, OptionError, Problem
-from flexura.expressions import Expression
 from flexura.mechanism import (
-    IDENTITY,
     TOP,
     Affine,
-    Child,
     Composite,
     Layout,
     Mechanism,
-    Move,
     ParameterTable,
-    Reflect,
-    Turn,
     matching,
     origin_of,
     problems,
-    reflect,
     sheets,
     solid_members,
-    turn,
 )
 from flexura.records import Kept, Latest, Record
 from flexura.results import Displayed
 from flexura.structure.body_places import BodyPlaces, cannot_bend
+from flexura.structure.children import Children
 from flexura.structure.discrete_elements import Hold, described_hold
 from flexura.structure.elastic_bodies import Bending, seat
 from flexura.structure.elements import Elements
@@ -45,48 +38,8 @@ from flexura.structure.part import Part, PartGeometry, settle_ends
 from flexura.structure.roots import Roots
 from flexura.structure.temperatures import Temperatures
 from flexura.structure.topology import Geometry, Topology, Transforms
-from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along, picked
+from flexura.structure.values import DeadLoads, DescribedMotion, DescribedPose, ValueTable, common, joined_along
 from flexura.tables import Facts, Item
-
-
-class _ChildPlacement:
-    """Entries of one child's placing steps; `entries` are all of them."""
-
-    def __init__(self, child: Child, table: ValueTable) -> None:
-        self.prototype: str = child.prototype
-        self._steps: list[tuple[type, list[Index], bool]] = []
-        self._fixed = Kept()
-        self._latest: Latest[Affine] = Latest()
-        for step in child.steps:
-            numbers = [f if isinstance(f, tuple) else (f,) for f in step]
-            varies = any(isinstance(number, Expression) for field in numbers for number in field)
-            self._steps.append((type(step), [np.array(table.add_all(field)) for field in numbers], varies))
-        self.entries: Index = np.array([k for _, fields, _ in self._steps for f in fields for k in f], dtype=np.intp)
-
-    def affine(self, values: Array) -> Affine:
-        """Placement of the child in its parent for values (..., s); remembered while it is the same in all designs."""
-        numbers = picked(values, self.entries)
-        if numbers.ndim > 1 or with_slopes_of(numbers) is not None:
-            return self._affine(values)
-        return self._latest.get(numbers.tobytes(), lambda: self._affine(values))
-
-    def _affine(self, values: Array) -> Affine:
-        result = IDENTITY
-        constant = plain(values).reshape(-1, values.shape[-1])[0]
-        for k, (kind, fields, varies) in enumerate(self._steps):
-            if varies:
-                step = _step(kind, [picked(values, f) for f in fields])
-            else:
-                step = self._fixed.once(k, partial(_step, kind, [constant[f] for f in fields]))
-            result = Affine(result.Q, result.t + step.t) if kind is Move else result.then(step)
-        return result
-
-
-def _step(kind: type, numbers: list[Array]) -> Affine:
-    """One placing step."""
-    if kind is Turn:
-        return turn(numbers[0], numbers[1][..., 0], numbers[2])
-    return reflect(*numbers) if kind is Reflect else Affine(IDENTITY.Q, numbers[0])
 
 
 def one_design(parameters: Mapping[str, ArrayLike] | None) -> dict[str, float]:
@@ -149,10 +102,7 @@ class Plan(Record, Displayed):
             for name, prototype in self.layout.prototypes.items()
         }
         self._describe(bending)
-        self._children = {
-            name: {child.name: _ChildPlacement(child, self.value_table) for child in children}
-            for name, children in self.layout.children.items()
-        }
+        self._children = {name: Children(children, self.value_table) for name, children in self.layout.children.items()}
         self.loads: DeadLoads = DeadLoads(self.layout, self.value_table)
         self.temperatures: Temperatures = Temperatures(self.layout, self.value_table)
         self.pose: DescribedPose = DescribedPose(self.layout, self.value_table)
@@ -199,7 +149,7 @@ class Plan(Record, Displayed):
         self._turned: Latest[Array] = Latest()
         self.prepared: Kept = Kept()
         """What later steps have worked out from this plan alone, to be used again."""
-        placements = [child.entries for children in self._children.values() for child in children.values()]
+        placements = [group.entries for children in self._children.values() for group in children.groups]
         self._geometry_entries: Index = np.intersect1d(
             np.concatenate([*placements, *(part.geometry_entries for part in self.parts.values())]),
             self.value_table.varying(),
@@ -321,18 +271,22 @@ class Plan(Record, Displayed):
                     part.strips.append(np.concatenate(nodes, axis=1))
             start = stop
 
-    def _group_by_level(self) -> list[tuple[str, str, Index, Index]]:
-        """Instances grouped as (parent prototype, child, instances, their parents), parents first."""
+    def _group_by_level(self) -> list[tuple[str, int, Index, Index, Index]]:
+        """Instances grouped as (parent prototype, group of alike children, instances, their parents, their places in
+        the group), parents first."""
         prototypes = dict(self.layout.instances())
-        groups: dict[tuple[int, str, str], list[int]] = {}
+        groups: dict[tuple[int, str, int], list[tuple[int, int]]] = {}
         for instance, path in enumerate(prototypes):
             if path:
-                groups.setdefault((len(path), prototypes[path[:-1]], path[-1]), []).append(instance)
+                name = prototypes[path[:-1]]
+                group, place = self._children[name].place[path[-1]]
+                groups.setdefault((len(path), name, group), []).append((instance, place))
         parent = np.array(self.topology.parent)
-        return [
-            (name, child, np.array(instances), parent[instances])
-            for (_, name, child), instances in sorted(groups.items(), key=lambda item: item[0][0])
-        ]
+        levels = []
+        for (_, name, group), own in sorted(groups.items(), key=lambda item: item[0][0]):
+            instances, places = np.array(own).T
+            levels.append((name, group, instances, parent[instances], places))
+        return levels
 
     def _foreign_sources(self, name: str) -> list[tuple[list[str], str, str]]:
         """For each foreign node of a prototype: the children that lead to it, and its prototype and name there."""
@@ -341,7 +295,7 @@ class Plan(Record, Displayed):
             *steps, node = reference.split(".")
             source = name
             for step in steps:
-                source = self._children[source][step].prototype
+                source = self._children[source].prototype[step]
             sources.append((steps, source, node))
         return sources
 
@@ -407,8 +361,7 @@ class Plan(Record, Displayed):
 
     def _compute_geometry(self, values: Array) -> Geometry:
         affines = {
-            name: {key: child.affine(values) for key, child in children.items()}
-            for name, children in self._children.items()
+            name: [group.affine(values) for group in children.groups] for name, children in self._children.items()
         }
         parts: dict[str, PartGeometry] = {}
         for name, part in self.parts.items():
@@ -420,26 +373,28 @@ class Plan(Record, Displayed):
         Q, t = self._placed(values, affines)
         return Geometry(parts, Transforms(self.parts, parts), Q, t, self.topology)
 
-    def _placed(self, values: Array, affines: dict[str, dict[str, Affine]]) -> tuple[Array, Array]:
+    def _placed(self, values: Array, affines: dict[str, list[Affine]]) -> tuple[Array, Array]:
         """Q (..., i, 3, 3) and t (..., i, 3) of all instances; Q has slopes where it turns."""
-        count, used = len(self.topology.parent), [affines[name][child] for name, child, _, _ in self._levels]
+        count, used = len(self.topology.parent), [affines[name][group] for name, group, *_ in self._levels]
         if not any(moves(step.Q) for step in used):
             used = [step._replace(Q=plain(step.Q)) for step in used]
-        turned = np.broadcast_shapes((), *(step.Q.shape[:-2] for step in used))
-        moved = np.broadcast_shapes(turned, *(step.t.shape[:-1] for step in used))
+        turned = np.broadcast_shapes((), *(step.Q.shape[:-3] for step in used))
+        moved = np.broadcast_shapes(turned, *(step.t.shape[:-2] for step in used))
         Q, t = zeros((*turned, count, 3, 3), *(step.Q for step in used)), np.empty((*moved, count, 3), like=values)
         Q[..., 0, :, :], t[..., 0, :] = np.eye(3), 0.0
-        for step, (_, _, instances, parents) in zip(used, self._levels, strict=True):
-            Q[..., instances, :, :] = Q[..., parents, :, :] @ step.Q[..., None, :, :]
-            arm = np.einsum("...nij,...j->...ni", Q[..., parents, :, :], step.t)
+        for step, (_, _, instances, parents, places) in zip(used, self._levels, strict=True):
+            Q[..., instances, :, :] = Q[..., parents, :, :] @ step.Q[..., places, :, :]
+            arm = np.einsum("...nij,...nj->...ni", Q[..., parents, :, :], step.t[..., places, :])
             t[..., instances, :] = arm + t[..., parents, :]
         if not turned and with_slopes_of(Q) is None:
             Q = self._turned.get(Q.tobytes(), lambda: Q)  # one object while nothing turns
         return Q, t
 
-    def _outward(self, name: str, steps: list[str], affines: dict[str, dict[str, Affine]], x: Array) -> Array:
+    def _outward(self, name: str, steps: list[str], affines: dict[str, list[Affine]], x: Array) -> Array:
         """Carry points out of a nested instance into the prototype `name`."""
         if not steps:
             return x
         first, *others = steps
-        return affines[name][first].points(self._outward(self._children[name][first].prototype, others, affines, x))
+        children = self._children[name]
+        x = self._outward(children.prototype[first], others, affines, x)
+        return children.placement(first, affines[name]).points(x)
