@@ -33,6 +33,7 @@ from flexura.arrays import Array
 from flexura.beam.frames import Real, arm_along_x, basis_of, columns, combine, symmetric
 from flexura.beam.section import SectionProperties
 from flexura.duals import plain, real
+from flexura.kernels import Kernel, address, is_compiled, packed
 from flexura.linalg import unit_scale
 
 # Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
@@ -87,6 +88,9 @@ _MASS_POLYNOMIALS = np.array(
         [0, 0, 0, 0, 1 / 3, 1 / 6],  # ... phi^2
     ]
 )
+
+_flexibility_numbers = Kernel("flexibility_numbers", "aanna")
+_mass_numbers = Kernel("mass_numbers", "aaanna")
 
 _END_XY, _END_XZ = _BENDING_XY[:2], _BENDING_XZ[:2]
 _DEFLECT = ({(0, 0): 1}, {(0, 1): 1}, {(1, 0): 1}, {(1, 1): 1})  # v per F, v per M, theta per F, theta per M
@@ -165,6 +169,8 @@ def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, lengt
 
     Arguments as in the module docstring. Returns (..., 8): m/N, 1/(N m), then per plane m/N, 1/N, 1/(N m).
     """
+    if (given := _lined_up(E, G, *section, length, shear)) is not None:
+        return _by_kernel(_flexibility_numbers, given, 8)
     A, Iy, Iz, J, ky, kz = section
     half, third = length * length / 2, length * length * length / 3
     slide = shear * length / (G * A)
@@ -295,6 +301,8 @@ def mass_coefficients(
     kg m^2, then per plane kg, kg m, kg, kg m, kg m^2, kg m^2.
     """
     A, Iy, Iz = section[:3]
+    if (given := _lined_up(rho, A, Iy, Iz, length, phi_y, phi_z, rotary)) is not None:
+        return _by_kernel(_mass_numbers, given, 14, _MASS_POLYNOMIALS)
     line = rho * length
     weights = []
     for p, I in ((phi_y, Iz), (phi_z, Iy)):  # noqa: E741
@@ -311,6 +319,46 @@ def mass_coefficients(
     coefficients[..., 1] = line * (Iy + Iz)
     coefficients[..., 2:] = bending.reshape(flat.shape)
     return coefficients
+
+
+class _LinedUp(NamedTuple):
+    """Numbers of n elements, each (n,) of every design or of all, one behind the other."""
+
+    arrays: list[Array]
+    lead: tuple[int, ...]
+    n: int
+
+
+def _lined_up(*given: Real) -> _LinedUp | None:
+    """Numbers of elements (..., n) as kernels take them; None where there is no kernel, or one of them has slopes."""
+    if not is_compiled():
+        return None
+    shape: tuple[int, ...] = ()
+    for one in given:
+        if type(one) is np.ndarray:
+            shape = one.shape if one.ndim > len(shape) else shape
+        elif not isinstance(one, float):
+            return None
+    if not 0 < len(shape) <= 2 or not shape[-1]:
+        return None
+    arrays = list[Array]()
+    for one in given:
+        if isinstance(one, float):
+            arrays.append(np.full(shape[-1:], one))
+        elif one.dtype == np.float64 and one.shape in (shape, shape[-1:]):
+            arrays.append(np.ascontiguousarray(one))
+        else:
+            return None
+    return _LinedUp(arrays, shape[:-1], shape[-1])
+
+
+def _by_kernel(kernel: Kernel, given: _LinedUp, width: int, *more: Array) -> Array:
+    """What a kernel makes of numbers of elements: (..., n, width)."""
+    out = np.empty((*given.lead, given.n, width))
+    steps = (given.n if array.ndim > 1 else 0 for array in given.arrays)
+    at = packed(*map(address, given.arrays))
+    kernel(at, packed(*steps), *more, given.lead[0] if given.lead else 1, given.n, out)
+    return out
 
 
 def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real) -> Array:

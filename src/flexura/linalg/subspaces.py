@@ -16,6 +16,7 @@ from scipy.linalg import lapack
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
+from flexura.kernels import Kernel, is_compiled, packed, scratch
 from flexura.linalg.bounds import stable_count
 from flexura.linalg.eigen import lowest
 from flexura.linalg.factor import DENSE_LIMIT, SINGULAR_PIVOT, pivoted
@@ -29,6 +30,11 @@ SUBSPACE_STEPS = 8
 
 SUBSPACE_ERROR = 1e-11
 """Estimated relative error at which an eigenvalue is accepted."""
+
+LARGEST_TURNED = 16
+"""Largest small pencils that the kernel's rotations solve: beyond, LAPACK's reflections take less."""
+
+_compiled = Kernel("small_pencils", "aaaaaaa")
 
 COUNTED_ABOVE = 0.01
 """Farthest above the last eigenvalue, relative, that those up to it are counted."""
@@ -131,6 +137,8 @@ def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
 
     Where a B is not, those of its largest leading part that is, with zeros below, then infinite ones with unit vectors.
     """
+    if is_compiled() and A.shape[-1] <= LARGEST_TURNED:
+        return _by_kernel(A, B)
     if len(A) == 1:
         # LAPACK knows the pencil as a whole, but not stacks of it
         values, Z, failed = lapack.dsygv(A[0], B[0], uplo="U")
@@ -147,6 +155,18 @@ def small_pencils(A: Array, B: Array) -> tuple[Array, Array]:
     Z = d[:, :, None] * (np.swapaxes(Li, -1, -2) @ Z)
     for k in bad:
         values[k], Z[k] = _leading(A[k], B[k])
+    return values, Z
+
+
+def _by_kernel(A: Array, B: Array) -> tuple[Array, Array]:
+    """The same by the kernel."""
+    count, n, _ = A.shape
+    values, Z, good = np.empty((count, n)), np.empty((count, n, n)), np.empty(count, dtype=np.int64)
+    sizes, room = packed(count, n), scratch(6 * n * n + 2 * n)
+    _compiled(np.ascontiguousarray(A), np.ascontiguousarray(B), sizes, room, values, Z, good)
+    if not good.all():
+        for k in np.flatnonzero(good == 0):
+            values[k], Z[k] = _leading(A[k], B[k])
     return values, Z
 
 

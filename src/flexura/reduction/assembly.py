@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flexura.arrays import Array, Index
 from flexura.errors import ModelError, OptionError
+from flexura.kernels import is_compiled
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.mechanism import DOF_NAMES
 from flexura.records import Kept, Latest, Record
@@ -21,6 +22,9 @@ from flexura.structure import Design, DiscreteElement, Elements, PartMatrices, P
 
 STACK = 64
 """Designs evaluated together: enough to make Python's share small, few enough to stay in the cache."""
+
+LARGE_STACK, SMALL_ORDER = 256, 60
+"""The same of designs of so many coordinates at most by kernels, which keep a few designs in the cache themselves."""
 
 OFF_ZERO = 1e-9
 """A coordinate, m, that is a little off zero."""
@@ -269,10 +273,11 @@ class ImpossibleDesignError(OptionError):
         super().__init__("a stiffness or mass is not positive")
 
 
-def stacks(designs: int) -> list[slice]:
-    """So many designs cut into stacks, the memory for which is kept."""
+def stacks(designs: int, order: int | None = None) -> list[slice]:
+    """So many designs, each of some `order` if that is known, cut into stacks, the memory for which is kept."""
     keep_freed_memory()
-    return [slice(k, min(k + STACK, designs)) for k in range(0, designs, STACK)]
+    size = LARGE_STACK if order is not None and order <= SMALL_ORDER and is_compiled() else STACK
+    return [slice(k, min(k + size, designs)) for k in range(0, designs, size)]
 
 
 def independent_stacks(
@@ -300,16 +305,25 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
         (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
         (elements.mass_coefficients, elements.mass_basis, 0.0),
     ):
-        n = round(basis.shape[1] ** 0.5)
-        diagonal = coefficients[..., (basis[:, :: n + 1] != 0).any(axis=1)]
-        good &= ((diagonal >= least) & (diagonal < np.inf)).all(axis=(-1, -2))
+        _keep_good(coefficients[..., _on_diagonal(basis)], least, good)
     for discrete in discrete_elements:
         for A in (discrete.K, discrete.M):
             if A is not None:
-                diagonal = np.einsum("...ii->...i", A)
-                good &= ((diagonal >= 0) & (diagonal < np.inf)).all(axis=-1)
+                _keep_good(np.einsum("...ii->...i", A)[..., None], 0.0, good)
     if not good.all():
         raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
+
+
+def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
+    """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
+    if not (sizes.min(initial=np.inf) >= least and sizes.max(initial=0.0) < np.inf):
+        good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
+
+
+def _on_diagonal(basis: Array) -> NDArray[np.bool_]:
+    """Which terms (k,) of a basis (k, n n) are on the diagonal."""
+    n = round(basis.shape[1] ** 0.5)
+    return (basis[:, :: n + 1] != 0).any(axis=1)
 
 
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:

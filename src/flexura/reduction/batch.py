@@ -187,7 +187,7 @@ def natural_frequencies(
     count = min(n, plan.topology.n_dof)
     batch = _Batch(plan, many, count, tolerance, given)
     bounds = np.empty((3, len(many), count))
-    for designs in stacks(len(many)):
+    for designs in stacks(len(many), batch.chains.order if batch.is_stacked else None):
         bounds[:, designs] = batch(many, designs)
         if progress is not None:
             progress(Progress("designs", designs.stop, len(many)))
@@ -264,7 +264,7 @@ class _Batch:
         if chains.order <= LARGEST_STACKED:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
             sampled = np.unique(np.linspace(0, len(values) - 1, samples).astype(int)) if len(values) else []
-            for d in sampled:
+            for d in sampled if len(sampled) == 1 or not self._are_enough(values, sampled) else []:
                 self._choose(self._designs(values, slice(d, d + 1)), int(d))
             self.is_stacked = self._is_searchable
 
@@ -279,6 +279,18 @@ class _Batch:
     def _designs(self, values: Array, designs: slice) -> Design:
         """Some designs of all."""
         return Design.at(self.plan, values[designs], some_of(self.parameters, designs))
+
+    def _are_enough(self, values: Array, sampled: NDArray[np.intp]) -> bool:
+        """Whether the intervals of some designs are well within the tolerance with the modes that are kept."""
+        if not len(sampled) or not self._is_searchable:
+            return False
+        given = {name: np.ravel(v)[sampled] if np.ndim(v) else v for name, v in self.parameters.items()}
+        try:
+            arrow = self.chains(Design.at(self.plan, values[sampled], given))
+        except ImpossibleDesignError:
+            return False  # told with its number, one by one
+        tolerance = HEADROOM * self.tolerance
+        return bool(_is_proven(*_hertz(self._bounds(arrow, tolerance)), tolerance).all())
 
     def _choose(self, design: Design, number: int | None = None) -> None:
         """Keep more modes of the slowest chains until the intervals of a design, the default one or that of a number,

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from flexura.arrays import Array
+from flexura.kernels import Kernel, is_compiled, packed, scratch
 from flexura.linalg import EPS, GUARD, Eigenpairs, factors, lowest_pairs, small_pencils
 from flexura.reduction.branches import FIXED_MAP_AXES, PLACING_ROUNDING, Arrow, Block, EndMatrices, placed
 
@@ -62,6 +63,13 @@ def projection_errors(A: Array, slack: Array, size: Array, terms: int) -> Array:
     n, p = size.shape[-2:]
     errors = slack[:2] + n * (terms + 2 * p + 16) * EPS * abs(np.einsum("...ii->...i", A[:2]))
     return np.asarray(np.moveaxis(errors, 0, -2) @ size**2)
+
+
+_eliminate = Kernel("branches_eliminated", "aaaaaaxaaaaa")
+
+_project = Kernel("branches_projected", "aaaaaaaaaaa")
+
+_count = Kernel("core_has_fewer", "aaaaaaaaaaa")
 
 
 @dataclass(frozen=True)
@@ -260,14 +268,11 @@ class _Ritz:
 def _ritz(arrow: Arrow) -> _Ritz:
     """Approximations of the lowest modes, as many as the core has coordinates: static shapes of the branches, and their
     response to inertia added as a series that ends after a few terms."""
-    values, Z = small_pencils(*arrow.followed)
-    values = np.maximum(values, 0.0)
+    values, Z = _core_pairs(arrow)
     branches = []
     for block in arrow.blocks:
         m = block.inside
-        # so that the series ends; nothing depends on whether these are the frequencies
-        highest = RESPONSE_CORRECTED / np.maximum(block.slowest, EPS**4)
-        lam = np.minimum(values, highest[:, None])[:, None, None, None, :]
+        lam = _reached(block, values)[:, None, None, None, :]
         ends = block.T @ Z[:, None, None]
         X = block.motion[:, :, None] @ ends
         inertia = block.A[1, ..., :m, :]
@@ -289,12 +294,46 @@ def _pieces(arrow: Arrow, ritz: _Ritz) -> Iterator[tuple[Array, Array, Array]]:
         yield block.A[:, :, :, None], block.slack[:, :, :, None], X
 
 
+def _projected_by_kernel(arrow: Arrow, ritz: tuple[Array, Array]) -> _Projection:
+    """K, M and R, or K and M alone, on the Ritz vectors that follow the core's of given values (designs, p) and
+    displacements (designs, c, p)."""
+    values, Z = ritz
+    core, (designs, c, p) = arrow.core, Z.shape
+    matrices = len(core.A)
+    small, off = np.zeros((designs, matrices, p, p)), np.zeros((designs, 2, p))
+    alone = Block(core.A[:, :, None], core.slack[:, :, None], 0, np.eye(c)[None, None])
+    for block in (alone, *arrow.blocks):
+        (q, n), r = block.A.shape[2:4], block.T.shape[-3]
+        inverse, motion, lam = (block.inverse, block.motion, _reached(block, values)) if block.inside else (Z, Z, values)
+        sizes = packed(designs, matrices, q, r, n, block.inside, c, p, block.step, RESPONSE_TERMS)
+        room = scratch((8 * n + r * c + 3) * n + (4 * max(n, p) + c + 3 * p + 3) * p + 2 * n * max(n, p))
+        arrays = (np.ascontiguousarray(A) for A in (block.A, block.slack, block.T, inverse, motion, Z, lam))
+        _project(*arrays, sizes, room, small, off)
+    return _Projection(small[:, 0], small[:, 1], small[:, -1], off)
+
+
+def _reached(block: Block, values: Array) -> Array:
+    """Values (designs, p) up to which the response of the branches of a block is a series that ends; nothing depends on
+    whether these are the frequencies."""
+    return np.minimum(values, (RESPONSE_CORRECTED / np.maximum(block.slowest, EPS**4))[:, None])
+
+
+def _core_pairs(arrow: Arrow) -> tuple[Array, Array]:
+    """Squared frequencies (designs, p) and displacements (designs, c, p) of the core with static branches."""
+    values, Z = small_pencils(*arrow.followed)
+    return np.maximum(values, 0.0), Z
+
+
 def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
     """The `count` lowest eigenvalues (designs, count) of K and M, and for which designs (designs,) the response of the
     branches has settled."""
-    ritz = _ritz(arrow)
-    pieces = [[(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]] for A, _, X in _pieces(arrow, ritz)]
-    K, M = (np.sum(matrices, axis=0) for matrices in zip(*pieces, strict=True))
+    if is_compiled():
+        small = _projected_by_kernel(arrow, _core_pairs(arrow))
+        K, M = small.K, small.M
+    else:
+        ritz = _ritz(arrow)
+        pieces = [[(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]] for A, _, X in _pieces(arrow, ritz)]
+        K, M = (np.sum(matrices, axis=0) for matrices in zip(*pieces, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
     slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
     known = np.isfinite(values[:, -1])
@@ -308,9 +347,14 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     Nothing is proven for designs where a branch by itself is not much stiffer than what is asked for. Raises
     SolverError when a stiffness is singular inside a branch.
     """
-    ritz, slowness = _ritz(arrow), arrow.core.slowness
-    small = _projected_arrow(arrow, ritz)
-    upper, best, Z, margin = upper_bounds(small, ritz.values, slowness)
+    slowness = arrow.core.slowness
+    if is_compiled():
+        values, core = _core_pairs(arrow)
+        small = _projected_by_kernel(arrow, (values, core))
+    else:
+        ritz = _ritz(arrow)
+        values, core, small = ritz.values, ritz.core, _projected_arrow(arrow, ritz)
+    upper, best, Z, margin = upper_bounds(small, values, slowness)
     values, mass, more = (np.einsum("dii->di", Z.mT @ A @ Z) for A in (small.K, small.M, small.R))
     least, mass = values - margin, np.where(mass > 0, mass, 1.0)
     values = np.where(np.isfinite(upper), values, np.inf)
@@ -318,7 +362,7 @@ def arrow_bounds(arrow: Arrow, count: int, rigid: int, tolerance: float) -> Chai
     values = np.where(np.isfinite(upper), np.maximum(values / mass, 0.0), 0.0)
     guess = (least - values**2 / np.maximum(1 - values * slowness[:, None], RESPONSE_CORRECTED) * more) / mass
     lower = np.zeros((len(values), count))
-    core = ritz.core @ Z
+    core = core @ Z
     for attempt in attempts(values, guess, upper, tolerance):
         ell = attempt[:, :count]
         wanted = (lower == 0) & ~zero[:, :count] & (ell > 0) & (ell * slowness[:, None] < LOWER_REACH)
@@ -348,6 +392,8 @@ def _sizes(block: Block, X: Array, core: Array) -> Array:
 def _arrow_has_fewer(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
     """Where (designs, j) fewer than j + 1 eigenvalues of the full order are proven to lie below ell (designs, j); V
     (designs, c, p) are the core's displacements in the lowest modes (theory eqs. N12-N14)."""
+    if is_compiled():
+        return _has_fewer_by_kernel(arrow, ell, V)
     core, c = arrow.core, arrow.core.A.shape[-1]
     h = ell**2 / (1 - ell * core.slowness[:, None]) * (1 + 1e-9)
     S, size, error = _dynamic(core.A, core.slack, ell, h)
@@ -369,6 +415,24 @@ def _arrow_has_fewer(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
         size[:, i + 1 :] += moved**2
     np.einsum("djii->dji", S)[...] -= error + cholesky_rounding(c, lifts) * size
     return factors(S.reshape(-1, c, c))[1].reshape(ell.shape)
+
+
+def _has_fewer_by_kernel(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_]:
+    """The same by kernels."""
+    core, (designs, count), (c, p) = arrow.core, ell.shape, V.shape[-2:]
+    S, sums = np.zeros((designs, count, c, c)), np.zeros((2, designs, count, c))
+    ell, slowness = np.ascontiguousarray(ell), np.ascontiguousarray(core.slowness)
+    for block in arrow.blocks:
+        (q, n), r, i = block.A.shape[2:4], block.T.shape[-3], block.T.shape[-2]
+        sizes = packed(designs, count, q, r, n, block.inside, c, block.step)
+        room = scratch(4 * n * (n + 2) + r * i * c + 3 * i * (i + c + 2) + c * (c + 1))
+        arrays = (np.ascontiguousarray(A) for A in (block.A, block.slack, block.T, block.followed))
+        _eliminate(*arrays, ell, slowness, PLACING_ROUNDING, sizes, room, S, sums[0], sums[1])
+    proven = np.empty((designs, count), dtype=np.int64)
+    arrays = (np.ascontiguousarray(A) for A in (core.A, core.slack, V))
+    sizes, room = packed(designs, count, c, p), scratch(5 * c * (c + 2) + c * p)
+    _count(*arrays, ell, slowness, S, sums[0], sums[1], sizes, room, proven)
+    return proven.astype(bool)
 
 
 def _dynamic(A: Array, slack: Array, ell: Array, h: Array) -> tuple[Array, Array, Array]:

@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
+from flexura.kernels import Kernel, is_compiled, packed, scratch
 from flexura.linalg import EPS, inverse_roots
 from flexura.structure import Design, Plan
 
@@ -207,6 +209,20 @@ def interface_maps(design: Design, kind: BranchKind, branches: BranchLayout) -> 
     return maps.reshape(*D.shape[:-3], count, 6 * i, branches.n_core)
 
 
+class _Following(NamedTuple):
+    """Flexibility, static motion, matrices of it, and sums of 1/omega^2 (designs, q), as of a block."""
+
+    inverse: Array
+    motion: Array
+    followed: Array
+    slowness: Array
+
+
+_follow = Kernel("branches_followed", "aaaaaaa")
+
+_place = Kernel("branches_placed", "aaaaa")
+
+
 @dataclass(frozen=True)
 class Block:
     """Kinds of branches of one shape: matrices A (3, designs, q, n, n), K, M and R, in axes of their own, `inside`
@@ -222,36 +238,65 @@ class Block:
     T: Array
 
     @cached_property
-    def inverse(self) -> Array:
-        """Flexibility (designs, q, inside, inside) of the insides with the interfaces held."""
-        inner = self.A[0, ..., : self.inside, : self.inside]
+    def _following(self) -> _Following:
+        """How the branches follow their interfaces."""
+        return (self._following_by_kernel() if is_compiled() else None) or self._following_in_numpy()
+
+    def _following_in_numpy(self) -> _Following:
+        m = self.inside
+        inner = self.A[0, ..., :m, :m]
         d = inverse_roots(np.einsum("...ii->...i", inner))
         both = d[..., :, None] * d[..., None, :]
-        return np.asarray(np.linalg.inv(inner * both) * both)
+        inverse = np.asarray(np.linalg.inv(inner * both) * both)
+        follows = -inverse @ self.A[0, ..., :m, m:]
+        ends = np.eye(follows.shape[-1])
+        motion = np.concatenate([follows, np.broadcast_to(ends, (*follows.shape[:-2], *ends.shape))], axis=-2)
+        slowness = np.einsum("dqij,dqij->dq", inverse, self.A[1, ..., :m, :m])
+        return _Following(inverse, motion, motion.mT @ (self.A @ motion), slowness)
+
+    def _following_by_kernel(self) -> _Following | None:
+        """None where a stiffness is not positive definite inside a branch."""
+        matrices, designs, q, n, _ = self.A.shape
+        m, i = self.inside, n - self.inside
+        found = _Following(
+            np.empty((designs, q, m, m)),
+            np.empty((designs, q, n, i)),
+            np.empty((matrices, designs, q, i, i)),
+            np.empty((designs, q)),
+        )
+        sizes, room = packed(designs, matrices, q, n, m), scratch(7 * n * n + 3 * n)
+        return None if _follow(np.ascontiguousarray(self.A), sizes, room, *found) else found
+
+    @property
+    def inverse(self) -> Array:
+        """Flexibility (designs, q, inside, inside) of the insides with the interfaces held."""
+        return self._following.inverse
 
     @cached_property
     def slowest(self) -> Array:
         """At least 1/omega^2 (designs,) of the lowest frequency of any branch with its interface held: the sum over all
         of its frequencies."""
-        inner = self.A[1, ..., : self.inside, : self.inside]
-        return np.asarray(np.einsum("dqij,dqij->dq", self.inverse, inner).max(axis=1))
+        return np.asarray(self._following.slowness.max(axis=1))
 
-    @cached_property
+    @property
     def motion(self) -> Array:
         """Static motion (designs, q, n, n - inside) of a branch for unit displacements of its interface."""
-        follows = -self.inverse @ self.A[0, ..., : self.inside, self.inside :]
-        ends = np.eye(follows.shape[-1])
-        return np.concatenate([follows, np.broadcast_to(ends, (*follows.shape[:-2], *ends.shape))], axis=-2)
+        return self._following.motion
 
-    @cached_property
+    @property
     def followed(self) -> Array:
         """K, M and R (3, designs, q, n - inside, n - inside) of that motion."""
-        return np.asarray(self.motion.mT @ (self.A @ self.motion))
+        return self._following.followed
 
     def take(self, designs: Index) -> Block:
         """The same for some of the designs."""
         T = self.T[designs] if self.T.ndim > FIXED_MAP_AXES else self.T
         return Block(self.A[:, designs], self.slack[:, designs], self.inside, T)
+
+    @property
+    def step(self) -> int:
+        """Numbers from T of one design to that of the next; none where it is the same for all."""
+        return self.T[0].size if self.T.ndim > FIXED_MAP_AXES and len(self.T) > 1 else 0
 
     @property
     def branches(self) -> NDArray[np.bool_]:
@@ -310,11 +355,11 @@ class Arrow:
     @cached_property
     def followed(self) -> tuple[Array, Array]:
         """K and M (designs, c, c) of the core with static motions of the branches."""
-        K, M = self.core.A[0], self.core.A[1]
+        A, place = self.core.A[:2], _placed_by_kernel if is_compiled() else placed
         for block in self.blocks:
-            K = K + placed(block.followed[0], block.T)
-            M = M + placed(block.followed[1], block.T)
-        return (K + K.mT) / 2, (M + M.mT) / 2
+            A = A + place(block.followed[:2], block.T)
+        K, M = (A + A.mT) / 2
+        return K, M
 
     @property
     def dense(self) -> EndMatrices:
@@ -355,3 +400,14 @@ def spread(slack: Array, T: Array) -> Array:
 def placed(A: Array, T: Array) -> Array:
     """Sum (..., c, c) of A (..., q, i, i) over the branches placed by T (..., q, r, i, c)."""
     return np.asarray((T.mT @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))
+
+
+def _placed_by_kernel(A: Array, T: Array) -> Array:
+    """The same of A (matrices, designs, q, i, i)."""
+    matrices, designs, q, i, _ = A.shape
+    r, c = T.shape[-3], T.shape[-1]
+    step = T[0].size if T.ndim > FIXED_MAP_AXES and len(T) > 1 else 0
+    sizes, room = packed(matrices, designs, q, r, i, c, step), scratch(i * i + (r + 1) * i * c + c * c)
+    C = np.zeros((matrices, designs, c, c))
+    _place(np.ascontiguousarray(A), np.ascontiguousarray(T), sizes, room, C)
+    return C

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
+from flexura.kernels import Kernel, is_compiled, packed, scratch
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
-from flexura.records import Latest
+from flexura.records import Kept, Latest
 from flexura.reduction.assembly import low_order, refuse_impossible
 from flexura.reduction.branches import (
     PLACING_ROUNDING,
@@ -36,6 +37,8 @@ from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joi
 STIFFER_BRANCHES = 0.2
 """Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, its interface held, at
 which branches are eliminated."""
+
+_compiled = Kernel("placed_sums", "aaaaaaaxaaaa")
 
 CORE_MASS = 1e-8
 """Least part of the core's mass, scaled, in any of its directions with which frequencies follow from it."""
@@ -73,6 +76,16 @@ class _Maps:
     T: list[Array]
 
 
+class _Part(NamedTuple):
+    """Matrices A (r, designs, c, n, n), which (p,) of the c stands at each place, and the maps L (..., p, n, n) there,
+    with the size |L| of these before digits cancel."""
+
+    A: Array
+    which: Index
+    L: Array
+    size: Array
+
+
 class ChainAssembler:
     """Numbers the ends of all chains of a plan and assembles their moments, springs, bodies and superelements.
 
@@ -102,7 +115,7 @@ class ChainAssembler:
         """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
         self._latest: Latest[_Maps] = Latest()
         self._frames: dict[tuple[ChainKind, ...], Latest[PoleFrame]] = {}
-        self._targets: dict[tuple[int, bool], Index] = {}
+        self._chains_at = Kept()
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
         topology, branches = self.plan.topology, self.branches
@@ -251,27 +264,26 @@ class ChainAssembler:
 
         Raises ImpossibleDesignError.
         """
-        placed: list[Array] = []
         discrete, maps = self._checked(design)
-        for kinds, (frame, L, _) in zip(self._sets.values(), maps.chains, strict=True):
-            A = stiffness_and_mass(frame, design.elements)[:, :, self._chain_numbers(kinds)]
-            placed.append(L.mT @ A @ L)
+        parts = []
+        for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
+            A = stiffness_and_mass(frame, design.elements)
+            parts.append(_Part(A, self._chain_numbers(kinds), L, size))
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            placed.append(T.mT @ stacked(element, len(design.values))[:2] @ T)
+            A = stacked(element, len(design.values))[:2]
+            parts.append(_Part(A, np.zeros(T.shape[-3], dtype=np.intp), T, T))
         none = np.zeros((0, len(design.values)))
-        return self._arranged(placed, [], maps.T, none, none)
+        return self._arranged(parts, maps.T, none, none)
 
     def __call__(self, design: Design) -> Arrow:
         """Assemble a stack of designs. Raises ImpossibleDesignError."""
         designs = len(design.values)
         discrete, maps = self._checked(design)
-        placed, spreads = [], []
+        parts = []
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
         for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
             chains = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
-            A = chains.A[:, :, self._chain_numbers(kinds)]
-            placed.append(L.mT @ A @ L)
-            spreads.append(placing_error(A, size))
+            parts.append(_Part(chains.A, self._chain_numbers(kinds), L, size))
             slowness = np.maximum(slowness, chains.slowness.max(axis=-1))
             loss = np.maximum(loss, chains.loss.max(axis=-1))
             first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
@@ -279,10 +291,8 @@ class ChainAssembler:
                 kind: float(chains.slowness[:, a:b].max()) for kind, (a, b) in zip(kinds, pairwise(first), strict=True)
             }
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            A = stacked(element, designs)
-            placed.append(T.mT @ A @ T)
-            spreads.append(placing_error(A, abs(T)))
-        return self._arranged(placed, spreads, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
+            parts.append(_Part(stacked(element, designs), np.zeros(T.shape[-3], dtype=np.intp), T, abs(T)))
+        return self._arranged(parts, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
         elements = design.discrete_elements()
@@ -292,49 +302,56 @@ class ChainAssembler:
 
     def _chain_numbers(self, kinds: list[ChainKind]) -> Index:
         """Which chain of a set stands at every place."""
-        numbers, first = [], 0
-        for kind in kinds:
-            c = len(self.forces[kind])
-            numbers.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
-            first += c
-        return np.concatenate(numbers)
+
+        def found() -> Index:
+            numbers, first = [], 0
+            for kind in kinds:
+                c = len(self.forces[kind])
+                numbers.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
+                first += c
+            return np.concatenate(numbers)
+
+        return self._chains_at.once(tuple(kinds), found)
 
     def _arranged(
         self,
-        placed: list[Array],
-        spreads: list[Array],
+        parts: list[_Part],
         T: list[Array],
         slowness: Array,
         loss: Array,
         *,
         slow: Mapping[ChainKind, float] | None = None,
     ) -> Arrow:
-        """Blocks and core of matrices (r, designs, p, n, n) and spreads (r, designs, p, n) at their places."""
-        r, designs = len(placed[0]) if placed else 3, slowness.shape[-1]
-        A = self._summed(placed, self._entry_target, self._size[1], r, designs)
-        d = self._summed(spreads, self._row_target, self._size[0], r if spreads else 0, designs)
+        """Blocks and core of parts at their places; of R and slack there are none where there is no `slow`."""
+        r, designs = (len(parts[0].A) if parts else 3), slowness.shape[-1]
+        A, d = self._summed(parts, r, designs, with_spread=slow is not None)
         blocks, row, entry = [], 0, 0
         for (inside, n, kinds), interface in zip(self._blocks, T, strict=True):
             q = len(kinds)
             rows, entries = slice(row, row + q * n), slice(entry, entry + q * n * n)
-            shaped = A[..., entries].reshape(r, designs, q, n, n)
-            blocks.append(Block(shaped, d[..., rows].reshape(*d.shape[:2], q, n), inside, interface))
+            shaped = np.ascontiguousarray(A[..., entries]).reshape(r, designs, q, n, n)
+            slack = np.ascontiguousarray(d[..., rows]).reshape(*d.shape[:2], q, n)
+            blocks.append(Block(shaped, slack, inside, interface))
             row, entry = rows.stop, entries.stop
         c = self.n_core
-        core = EndMatrices(A[..., entry:].reshape(r, designs, c, c), d[..., row:], slowness, loss)
+        core_A, slack = np.ascontiguousarray(A[..., entry:-1]), np.ascontiguousarray(d[..., row:-1])
+        core = EndMatrices(core_A.reshape(r, designs, c, c), slack, slowness, loss)
         return Arrow(tuple(blocks), core, dict(slow or {}))
 
-    def _summed(self, parts: list[Array], target: Index, size: int, r: int, designs: int) -> Array:
-        """Sums (r, designs, size) of all entries (r, designs, ...) at their targets."""
-        if not r or not parts:
-            return np.zeros((r, designs, size))
-        data = np.concatenate([matrices.reshape(r * designs, -1) for matrices in parts], axis=1)
-        # at order 1 matrices and rows are of one size, and not of one target
-        key = (r * designs, target is self._row_target)
-        if key not in self._targets:
-            self._targets[key] = (np.arange(r * designs)[:, None] * (size + 1) + target).ravel()
-        summed = np.bincount(self._targets[key], weights=data.ravel(), minlength=r * designs * (size + 1))
-        return summed.astype(float, copy=False).reshape(r, designs, size + 1)[..., :-1]
+    def _summed(self, parts: list[_Part], r: int, designs: int, *, with_spread: bool) -> tuple[Array, Array]:
+        """Sums (r, designs, entries + 1) of all parts and bounds (r, designs, rows + 1) on what they may be off; the
+        last are of what is held."""
+        A = np.zeros((r, designs, self._size[1] + 1))
+        d = np.zeros((r if with_spread else 0, designs, self._size[0] + 1))
+        first_row = first_entry = 0
+        for part in parts:
+            p, n = part.L.shape[-3], part.L.shape[-1]
+            rows = self._row_target[first_row : first_row + p * n]
+            entries = self._entry_target[first_entry : first_entry + p * n * n]
+            add = _place_by_kernel if is_compiled() else _place
+            add(part, entries, rows, A, d)
+            first_row, first_entry = first_row + p * n, first_entry + p * n * n
+        return A, d
 
     def in_core(self, nodes: Index) -> bool:
         """Whether global nodes follow roots in the core."""
@@ -449,3 +466,36 @@ def placing_error(A: Array, size: Array) -> Array:
     roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
     s = size.mT @ roots[..., None]
     return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)
+
+
+def _place(part: _Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
+    """Add L' A L of a part to the `sums` (r, designs, entries) at its targets, and what it may be off to `spreads`
+    (r, designs, rows)."""
+    A = part.A[:, :, part.which]
+    _add_at(sums, entries, part.L.mT @ A @ part.L)
+    if len(spreads):
+        _add_at(spreads, rows, placing_error(A, part.size))
+
+
+def _add_at(sums: Array, target: Index, data: Array) -> None:
+    """Add data (r, designs, ...) at their targets in sums (r, designs, n)."""
+    r, designs, n = sums.shape
+    at = (np.arange(r * designs)[:, None] * n + target).ravel()
+    sums += np.bincount(at, weights=data.ravel(), minlength=sums.size).reshape(sums.shape)
+
+
+def _place_by_kernel(part: _Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
+    """The same by the kernel."""
+    r, designs, c, n, _ = part.A.shape
+    p, step = len(part.which), part.L[0].size if part.L.ndim > 3 and len(part.L) > 1 else 0
+    entries_held = sums.shape[-1], spreads.shape[-1]
+    sizes = packed(r, designs, c, p, n, step, *entries_held)
+    _compiled(
+        *(np.ascontiguousarray(A) for A in (part.A, part.which, part.L, part.size, entries, rows)),
+        sizes,
+        PLACING_ROUNDING if len(spreads) else 0.0,
+        scratch((2 * p + 2) * n * n + n + sum(entries_held)),
+        np.empty(2 * p * (n + 1) ** 2, dtype=np.int64),
+        sums,
+        spreads,
+    )

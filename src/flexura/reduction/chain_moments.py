@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import PLANE_BASIS
+from flexura.kernels import Kernel, address, is_compiled, packed, scratch
 from flexura.linalg import EPS, Eigenpairs, inverse_roots, lowest
 from flexura.structure import Elements
 
@@ -32,6 +33,11 @@ whose correlation is that of a cantilever's end deflection and slope, sqrt(3)/2 
 
 STRIP_ROUNDING = 1e-9
 """Relative error of what strips lower."""
+
+FRAME_AXES = 4
+"""Axes of the maps of chains whose geometry is the same in all designs."""
+
+_compiled = Kernel("chain_moments", "aaaaaaaaaaaaaaa")
 
 
 @dataclass(frozen=True)
@@ -76,6 +82,13 @@ class PoleFrame:
         self._own: slice | Index = slice(int(flat[0]), int(flat[0]) + len(flat)) if consecutive else flat
         self.Xd: Array = np.where(reverse[:, :, None, None], np.roll(Xd, 6, axis=-1), Xd) if reverse.any() else Xd
         self.Xt: Array = self.Xd.mT
+        self._kept = (
+            np.ascontiguousarray(elements, dtype=np.int64),
+            np.ascontiguousarray(reverse, dtype=np.int64),
+            np.ascontiguousarray(self.Xd),
+        )
+        self.at: list[int] = [address(one) for one in self._kept]
+        """Where elements, whether these are turned, and X are, for kernels."""
         e = elements.shape[1]
         self.before: Array = np.tri(e)
         """Sums (e, e) over an element and those before it."""
@@ -89,7 +102,7 @@ class PoleFrame:
     @property
     def is_fixed(self) -> bool:
         """Whether the geometry is the same in all designs."""
-        return self.Xd.ndim == 4
+        return self.Xd.ndim == FRAME_AXES
 
     def taken(self, table: Array) -> Array:
         """Rows (..., c, e, k) of a table (..., elements, k)."""
@@ -217,6 +230,8 @@ def _inverted(total: Array) -> Array:
 
 def stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
     """K and M (2, designs, c, 12, 12) of chains by constraint modes alone, in the coordinates of `ChainMoments`."""
+    if found := _by_kernel(frame, table, np.zeros((*frame.elements.shape, 12, 0)), 2):
+        return found.A
     F = frame.flexibilities(table)
     running = _summed(frame.before, F)
     k = _inverted(running[..., -1, :, :])
@@ -233,7 +248,10 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     The kept motions are the static response of the interior to `forces` (c, e, 12, k), N and N m, at the ends of the
     elements in their axes. Raises LinAlgError when a flexibility is singular.
     """
-    F, strips = frame.flexibilities(table), list(frame.strips(table))
+    strips = list(frame.strips(table))
+    if not strips and (found := _by_kernel(frame, table, forces, 3)):
+        return found
+    F = frame.flexibilities(table)
     running = _summed(frame.before, F)
     total, Ft, kept = running[..., -1, :, :], _flat(F).mT, forces.shape[-1]
     k = _inverted(total)
@@ -261,6 +279,64 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     A[0, ..., 6:12, 6:12], A[0, ..., 12:, 12:], A[1] = k, k_modes, M
     np.matmul(_flat(W).mT, _flat(_stretched(F, W, strips)), out=A[2])
     return ChainMoments(A, slowness, loss)
+
+
+def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) -> ChainMoments | None:
+    """The same without strips, of so many of the matrices K, M and R; None where it has to be done in NumPy: without a
+    library, with elastic roots, or where a flexibility is not positive."""
+    if not is_compiled() or len(table.rooted):
+        return None
+    own = [np.ascontiguousarray(one) for one in (table.flexibility_coefficients, table.mass_coefficients)]
+    designs = max(len(one) for one in own)
+    c, e = frame.elements.shape
+    kept, X = forces.shape[-1], frame.Xd
+    n = 12 + kept
+    bases = [_Basis.of(basis) for basis in (table.flexibility_basis, table.mass_basis)]
+    sizes = []
+    for coefficients, basis in zip(own, bases, strict=True):
+        _, elements, k = coefficients.shape
+        sizes += [k, basis.entries, elements * k if len(coefficients) > 1 else 0]
+    sizes += [c * e * 144 if X.ndim > FRAME_AXES and len(X) > 1 else 0, designs, c, e, kept, matrices]
+    room = scratch(36 * (2 * e + 2) + 12 * (e + 1) * (n + kept) + 6 * n * n + 24 * n)
+    A = np.empty((matrices, designs, c, n, n))
+    slowness, loss = np.empty((2, designs, c))
+    bad = _compiled(
+        own[0],
+        *bases[0].at,
+        own[1],
+        *bases[1].at,
+        *frame.at,
+        np.ascontiguousarray(forces),
+        packed(*sizes),
+        room,
+        A,
+        slowness,
+        loss,
+    )
+    return None if bad else ChainMoments(A, slowness, loss)
+
+
+class _Basis:
+    """Entries of a basis (k, n) that are not zero, kept with it: their number, and where values and places are."""
+
+    def __init__(self, basis: Array) -> None:
+        self.basis = basis
+        self._places: Index = np.ascontiguousarray(np.argwhere(basis), dtype=np.int64)
+        self._values: Array = basis[*self._places.T]
+        self.entries: int = len(self._values)
+        self.at: tuple[int, int] = address(self._values), address(self._places)
+
+    @staticmethod
+    def of(basis: Array) -> _Basis:
+        """Of a basis, found once."""
+        found = _BASES.get(id(basis))
+        if found is None:
+            found = _BASES[id(basis)] = _Basis(basis)
+        return found
+
+
+_BASES = dict[int, _Basis]()
+"""By the identity of bases, which are kept."""
 
 
 def _stretched(F: Array, W: Array, strips: Sequence[_Strips]) -> Array:

@@ -67,7 +67,7 @@ def unproven_frequencies(
     count = min(n, len(assembler.physical))
     many = values if values.ndim > 1 else values[None]
     eigenvalues = np.empty((len(many), count))
-    for designs in stacks(len(many)):
+    for designs in stacks(len(many), chains.order if chains.is_paper(count) else None):
         try:
             design = Design.at(plan, many[designs], some_of(parameters, designs))
             eigenvalues[designs] = (

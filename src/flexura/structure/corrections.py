@@ -150,6 +150,9 @@ class MemberCorrections:
         self.active: Bools = np.stack([plate & holds, warping & holds, shear, notch, has_root], axis=1)
         plate, warping, _, notch, _ = self.active.T
         self.any: bool = bool((plate | warping | notch).any())
+        self.coupled: list[tuple[SectionGroup, int, Index]] = self._coupled()
+        """Strips whose warping is held and whose elements, several but not too many, share it: their group, how many
+        elements, and which of it."""
 
     def held(self, values: Array, length: Array) -> Array:
         """How far (m,) notches are held flat by the blocks that their factors are for. One design."""
@@ -191,10 +194,7 @@ class MemberCorrections:
             torsion.A[at] = A
         return torsion
 
-    @property
-    def coupled(self) -> list[tuple[SectionGroup, int, Index]]:
-        """Strips whose warping is held and whose elements, several but not too many, share it: their group, how many
-        elements, and which of it."""
+    def _coupled(self) -> list[tuple[SectionGroup, int, Index]]:
         warping = self.active[:, CORRECTIONS.index("warping")]
         found = [(group, n, np.flatnonzero(warping[group.index])) for group, n, _ in self._groups]
         return [(g, n, own) for g, n, own in found if 1 < n <= MOST_SHARING and len(own) and g.kind[0] in STRIPS]

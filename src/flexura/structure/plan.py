@@ -333,17 +333,34 @@ class Plan(Record, Displayed):
         """Entries on which positions, lengths or orientations depend, and which depend on any of these parameters."""
         return np.intersect1d(self._geometry_entries, self.value_table.depending(self._parameters(parameters)[1]))
 
+    @cached_property
+    def _sizes(self) -> tuple[Index, Array]:
+        """Entries that vary and place nothing, and their default values."""
+        sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
+        return sizes, self.values()[sizes]
+
+    @cached_property
+    def _fitting(self) -> tuple[Index, Array]:
+        """Entries with which contours may stop fitting their members, and their default values, with which all fit."""
+        groups = [group for part in self.parts.values() for group, _, _ in part.table.groups]
+        entries = [at for group in groups for at in group.fitting]
+        found = np.union1d(self._geometry_entries, np.concatenate(entries)) if entries else np.empty(0, dtype=np.intp)
+        return found, self.values()[found]
+
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero, or with a contour
         that does not fit its member."""
-        sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
-        default = self.values()[sizes]
+        sizes, default = self._sizes
         bad = ((values[:, sizes] <= 0) & (default > 0)).any(axis=1)
+        entries, fitting = self._fitting
+        if (values[:, entries] == fitting).all():
+            return np.flatnonzero(bad)
         geometry = self.geometry(values)
         for name, part in self.parts.items():
             for group, _, _ in part.table.groups:
-                length = geometry.parts[name].length
-                bad |= ~group.fits(values, length[..., group.index]).all(axis=-1)
+                if group.fitting:
+                    length = geometry.parts[name].length
+                    bad |= ~group.fits(values, length[..., group.index]).all(axis=-1)
         return np.flatnonzero(bad)
 
     def geometry(self, values: Array) -> Geometry:

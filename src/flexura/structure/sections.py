@@ -173,6 +173,13 @@ class SectionGroup:
         tables = [entries for name, entries in self._entry_arrays.items() if name.endswith("positions")]
         return [values[..., entries[:, 0, -1]] for entries in tables]
 
+    @property
+    def fitting(self) -> list[Index]:
+        """Entries of which, beside the length, it depends whether contours fit their members; none where all do."""
+        if self.kind[0] != "two_axis" and _FITTING.isdisjoint(self.kind):
+            return []
+        return [entries.ravel() for name, entries in self._entry_arrays.items() if name.endswith(_FIT_BY)]
+
     def fits(self, values: Array, length: Array) -> Array:
         """Whether contours fit their members (..., members), as it is checked of a description, for `values` of all
         entries and `length` (..., members) of this group's members."""
@@ -198,6 +205,13 @@ class SectionGroup:
 def _of_axis(sizes: Sizes, prefix: str) -> Sizes:
     """Sizes of one contour of a notch in two axes."""
     return {name[2:]: size for name, size in sizes.items() if name.startswith(prefix)}
+
+
+_FITTING = {"circular", "corner_filleted", "v_shaped", "table"}
+"""Contours that fit only some lengths."""
+
+_FIT_BY = ("radius", "angle", "positions", "shift")
+"""Ends of the names of the sizes that `fits` looks at."""
 
 
 def _fits(shape: str, half: Array, sizes: Sizes) -> Any:

@@ -1,0 +1,110 @@
+/* Matrices of chains and discrete elements at their places, L' A L summed, and what that may be off, theory eq. N10. */
+#include "lanes.h"
+
+/* A map L (n, n) by its entries that are not zero: column after column, from `first[j]` on, each with its row. */
+typedef struct {
+    int64_t n, *first, *row;
+    lanes *value;
+} map;
+
+LANES void read_map(map *L, const double *from, const int64_t *lane)
+{
+    int64_t count = 0;
+    for (int64_t j = 0; j < L->n; j++) {
+        L->first[j] = count;
+        for (int64_t i = 0; i < L->n; i++) {
+            lanes value = gathered(from + i * L->n + j, lane);
+            if (value[0] == 0 && value[1] == 0 && value[2] == 0 && value[3] == 0) continue;
+            L->value[count] = value;
+            L->row[count++] = i;
+        }
+    }
+    L->first[L->n] = count;
+}
+
+/* Six columns of A from j on, fewer at its end, in the rows that column i of L names: their sums, `step` apart. */
+LANES void combined(const map *L, int64_t i, const lanes *A, int64_t j, lanes *out, int64_t step)
+{
+    const int64_t n = L->n, last = L->first[i + 1];
+    if (j + 6 <= n) {
+        lanes a = {0}, b = {0}, c = {0}, d = {0}, e = {0}, f = {0};
+        for (int64_t k = L->first[i]; k < last; k++) {
+            const lanes factor = L->value[k], *row = A + L->row[k] * n + j;
+            a += factor * row[0], b += factor * row[1], c += factor * row[2];
+            d += factor * row[3], e += factor * row[4], f += factor * row[5];
+        }
+        out[0] = a, out[step] = b, out[2 * step] = c, out[3 * step] = d, out[4 * step] = e, out[5 * step] = f;
+    } else
+        for (; j < n; j++, out += step) {
+            lanes a = {0};
+            for (int64_t k = L->first[i]; k < last; k++) a += L->value[k] * A[L->row[k] * n + j];
+            *out = a;
+        }
+}
+
+/* L' A L (n, n) of a symmetric A, over it; T (n, n) is scratch. */
+LANES void place(const map *L, lanes *A, lanes *T)
+{
+    const int64_t n = L->n;
+    for (int64_t i = 0; i < n; i++) /* A L */
+        for (int64_t j = 0; j < n; j += 6) combined(L, i, A, j, T + j * n + i, n);
+    for (int64_t i = 0; i < n; i++)
+        for (int64_t j = 0; j <= i; j += 6) combined(L, i, T, j, A + i * n + j, 1);
+    for (int64_t i = 0; i < n; i++)
+        for (int64_t j = 0; j < i; j++) A[j * n + i] = A[i * n + j];
+}
+
+/* Where a map of n coordinates lies in scratch: numbers, and whole numbers. */
+LANES map map_at(int64_t n, int64_t number, lanes *values, int64_t *rows)
+{
+    int64_t *first = rows + number * (n + 1) * (n + 1);
+    return (map){n, first, first + n + 1, values + number * n * n};
+}
+
+/* Add L' A L of A (r, designs, c, n, n), placed p times by L (p, n, n), `sizes[5]` from design to design, to the sums
+(r, designs, entries) at their targets, and the bounds on their errors, with |L| `size`, to `spreads` (r, designs,
+rows) unless `rounding` is zero. Of each place there is which of the c matrices stands there. `sizes` are r, designs, c,
+p, n, that step, entries and rows; scratch is of ((2 p + 2) n n + n + entries + rows) lanes, and 2 p (n + 1)^2 whole
+ones. */
+KERNEL int64_t placed_sums(const double *A, const int64_t *which, const double *maps, const double *size,
+                           const int64_t *entry, const int64_t *row, const int64_t *sizes, double rounding,
+                           double *scratch, int64_t *rows, double *sums, double *spreads)
+{
+    const int64_t r = sizes[0], designs = sizes[1], c = sizes[2], p = sizes[3], n = sizes[4], nn = n * n;
+    const int64_t entries = sizes[6], held = sizes[7];
+    lanes *own = aligned(scratch), *T = own + nn, *roots = T + nn, *sum = roots + n, *spread = sum + entries;
+    lanes *values = spread + held;
+    int64_t at[4];
+    for (int64_t first = 0; first < designs; first += 4) {
+        offsets(first, designs, sizes[5], at);
+        for (int64_t i = 0; (first == 0 || sizes[5]) && i < p; i++) {
+            map L = map_at(n, i, values, rows), S = map_at(n, p + i, values, rows);
+            read_map(&L, maps + i * nn, at);
+            if (rounding > 0) read_map(&S, size + i * nn, at);
+        }
+        offsets(first, designs, c * nn, at);
+        for (int64_t k = 0; k < r; k++) {
+            clear(sum, entries), clear(spread, held);
+            for (int64_t i = 0; i < p; i++) {
+                const map L = map_at(n, i, values, rows), S = map_at(n, p + i, values, rows);
+                const double *from = A + (k * designs * c + which[i]) * nn;
+                for (int64_t j = 0; j < nn; j++) own[j] = gathered(from + j, at);
+                for (int64_t j = 0; j < n; j++) roots[j] = root(absolute(own[j * n + j]));
+                place(&L, own, T);
+                for (int64_t j = 0; j < nn; j++) sum[entry[i * nn + j]] += own[j];
+                for (int64_t j = 0; rounding > 0 && j < n; j++) {
+                    lanes s = {0};
+                    for (int64_t b = S.first[j]; b < S.first[j + 1]; b++) s += S.value[b] * roots[S.row[b]];
+                    spread[row[i * n + j]] += rounding * n * s * s;
+                }
+            }
+            for (int64_t l = 0; l < 4 && first + l < designs; l++) {
+                double *to = sums + (k * designs + first + l) * entries;
+                for (int64_t j = 0; j < entries; j++) to[j] += sum[j][l];
+                to = spreads + (k * designs + first + l) * held;
+                for (int64_t j = 0; rounding > 0 && j < held; j++) to[j] += spread[j][l];
+            }
+        }
+    }
+    return 0;
+}
