@@ -287,16 +287,16 @@ def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) 
     if not is_compiled() or len(table.rooted):
         return None
     own = [np.ascontiguousarray(one) for one in (table.flexibility_coefficients, table.mass_coefficients)]
-    designs = max(len(one) for one in own)
-    c, e = frame.elements.shape
-    kept, X = forces.shape[-1], frame.Xd
+    varies = not frame.is_fixed and len(frame.Xd) > 1
+    designs = len(frame.Xd) if varies else max(len(one) for one in own)
+    (c, e), kept = frame.elements.shape, forces.shape[-1]
     n = 12 + kept
     bases = [_Basis.of(basis) for basis in (table.flexibility_basis, table.mass_basis)]
     sizes = []
     for coefficients, basis in zip(own, bases, strict=True):
         _, elements, k = coefficients.shape
         sizes += [k, basis.entries, elements * k if len(coefficients) > 1 else 0]
-    sizes += [c * e * 144 if X.ndim > FRAME_AXES and len(X) > 1 else 0, designs, c, e, kept, matrices]
+    sizes += [c * e * 144 if varies else 0, designs, c, e, kept, matrices]
     room = scratch(36 * (2 * e + 2) + 12 * (e + 1) * (n + kept) + 6 * n * n + 24 * n)
     A = np.empty((matrices, designs, c, n, n))
     slowness, loss = np.empty((2, designs, c))
