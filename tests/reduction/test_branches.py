@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.linalg import lowest
-from flexura.reduction.batch_bounds import _arrow_has_fewer, _ritz
+from flexura.reduction.arrow_bounds import _arrow_has_fewer, _ritz
 from flexura.reduction.chain_assembler import chain_assembler
 from flexura.structure import Design
 from helpers.extended_eigen import wide_frequencies

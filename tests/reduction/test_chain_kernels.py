@@ -1,4 +1,4 @@
-"""Moments of chains, their places and branches by kernels and in NumPy; mass and stiffness of a chain beside SciPy's."""
+"""Moments of chains, their places and branches by kernels and in NumPy; a chain beside SciPy's condensation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import flexura as fx
-from flexura.reduction.batch_bounds import _arrow_has_fewer, _core_pairs, _projected_arrow, _projected_by_kernel, _ritz
+from flexura.reduction.arrow_bounds import _arrow_has_fewer, _core_pairs, _projected_arrow, _projected_by_kernel, _ritz
 from flexura.reduction.branches import Arrow, Block, EndMatrices
 from flexura.reduction.chain_assembler import chain_assembler
 from flexura.reduction.chain_moments import moments, stiffness_and_mass
@@ -44,7 +44,7 @@ def apart(one, other):
 
 
 def frames(plan, design, kept):
-    chains = chain_assembler(plan, {kind: kept for kind in chain_assembler(plan).forces}) if kept else None
+    chains = chain_assembler(plan, dict.fromkeys(chain_assembler(plan).forces, kept)) if kept else None
     chains = chains or chain_assembler(plan)
     for kinds in chains._sets.values():
         yield chains._frame(kinds, design)[0], np.concatenate([chains.forces[kind] for kind in kinds])
@@ -101,7 +101,7 @@ def test_a_chain_is_what_scipy_condenses():
 def test_places(plan, count, names):
     design = designs(plan, count, names)
     for kept in (0, 1):
-        chains = chain_assembler(plan, {kind: kept for kind in chain_assembler(plan).forces})
+        chains = chain_assembler(plan, dict.fromkeys(chain_assembler(plan).forces, kept))
         kernel, numpy = both(lambda chains=chains: chains(design))
         ours, theirs = ([arrow.core, *arrow.blocks] for arrow in (kernel, numpy))
         for one, other in zip(ours, theirs, strict=True):

@@ -331,21 +331,17 @@ class _LinedUp(NamedTuple):
 
 def _lined_up(*given: Real) -> _LinedUp | None:
     """Numbers of elements (..., n) as kernels take them; None where there is no kernel, or one of them has slopes."""
-    if not is_compiled():
+    whole = [one for one in given if type(one) is np.ndarray]
+    if not is_compiled() or not whole:
         return None
-    shape: tuple[int, ...] = ()
-    for one in given:
-        if type(one) is np.ndarray:
-            shape = one.shape if one.ndim > len(shape) else shape
-        elif not isinstance(one, float):
-            return None
+    shape = max((one.shape for one in whole), key=len)
     if not 0 < len(shape) <= 2 or not shape[-1]:
         return None
     arrays = list[Array]()
     for one in given:
         if isinstance(one, float):
             arrays.append(np.full(shape[-1:], one))
-        elif one.dtype == np.float64 and one.shape in (shape, shape[-1:]):
+        elif type(one) is np.ndarray and one.dtype == np.float64 and one.shape in (shape, shape[-1:]):
             arrays.append(np.ascontiguousarray(one))
         else:
             return None

@@ -18,6 +18,7 @@ from flexura.deadline import Listener, Progress
 from flexura.errors import Diagnostic, OptionError, SolverError
 from flexura.full_order import assemble, plan_of
 from flexura.mechanism import Mechanism
+from flexura.reduction.arrow_bounds import arrow_bounds
 from flexura.reduction.assembly import (
     ImpossibleDesignError,
     independent_stacks,
@@ -27,7 +28,7 @@ from flexura.reduction.assembly import (
     some_of,
     stacks,
 )
-from flexura.reduction.batch_bounds import RIGID_FREQUENCY, ChainBounds, arrow_bounds, chain_bounds
+from flexura.reduction.batch_bounds import RIGID_FREQUENCY, ChainBounds, chain_bounds
 from flexura.reduction.branches import Arrow
 from flexura.reduction.certificates import HERTZ, certificate, lowest_pairs
 from flexura.reduction.chain_assembler import ChainAssembler, ChainKind, chain_assembler
@@ -263,8 +264,10 @@ class _Batch:
         self._use(self.counts)
         if chains.order <= LARGEST_STACKED:
             self._use(plan.prepared.once(("kept modes", count, tolerance), self._chosen))
-            sampled = np.unique(np.linspace(0, len(values) - 1, samples).astype(int)) if len(values) else []
-            for d in sampled if len(sampled) == 1 or not self._are_enough(values, sampled) else []:
+            sampled = np.unique(np.linspace(0, len(values) - 1, samples if len(values) else 0).astype(np.intp))
+            if len(sampled) > 1 and self._are_enough(values, sampled):
+                sampled = sampled[:0]
+            for d in sampled:
                 self._choose(self._designs(values, slice(d, d + 1)), int(d))
             self.is_stacked = self._is_searchable
 
@@ -282,7 +285,7 @@ class _Batch:
 
     def _are_enough(self, values: Array, sampled: NDArray[np.intp]) -> bool:
         """Whether the intervals of some designs are well within the tolerance with the modes that are kept."""
-        if not len(sampled) or not self._is_searchable:
+        if not self._is_searchable:
             return False
         given = {name: np.ravel(v)[sampled] if np.ndim(v) else v for name, v in self.parameters.items()}
         try:

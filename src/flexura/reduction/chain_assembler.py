@@ -15,12 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.kernels import Kernel, is_compiled, packed, scratch
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
 from flexura.records import Kept, Latest
 from flexura.reduction.assembly import low_order, refuse_impossible
 from flexura.reduction.branches import (
-    PLACING_ROUNDING,
     Arrow,
     Block,
     BranchLayout,
@@ -30,15 +28,15 @@ from flexura.reduction.branches import (
     interface_maps,
     part_transforms,
 )
-from flexura.reduction.chain_moments import PoleFrame, interior_modes, moments, stiffness_and_mass
+from flexura.reduction.chain_moments import interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
+from flexura.reduction.placing import Part, add_placed, bordered, copies_in_a_row, stacked
+from flexura.reduction.pole_frame import PoleFrame
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
 STIFFER_BRANCHES = 0.2
 """Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, its interface held, at
 which branches are eliminated."""
-
-_compiled = Kernel("placed_sums", "aaaaaaaxaaaa")
 
 CORE_MASS = 1e-8
 """Least part of the core's mass, scaled, in any of its directions with which frequencies follow from it."""
@@ -76,16 +74,6 @@ class _Maps:
     T: list[Array]
 
 
-class _Part(NamedTuple):
-    """Matrices A (r, designs, c, n, n), which (p,) of the c stands at each place, and the maps L (..., p, n, n) there,
-    with the size |L| of these before digits cancel."""
-
-    A: Array
-    which: Index
-    L: Array
-    size: Array
-
-
 class ChainAssembler:
     """Numbers the ends of all chains of a plan and assembles their moments, springs, bodies and superelements.
 
@@ -99,6 +87,9 @@ class ChainAssembler:
         self._first = dict(zip(plan.parts, sizes, strict=False))
         self.branches: BranchLayout = find_branches(
             plan, {name: reducer.remaining for name, reducer in reducers.items()}
+        )
+        self._is_of_boundaries: bool = all(
+            len(reducer.remaining) == len(reducer.part.boundary) for reducer in reducers.values()
         )
         self._row = {name: {int(n): k for k, n in enumerate(own.remaining)} for name, own in reducers.items()}
         kinds = [(name, g) for name, reducer in reducers.items() for g in range(len(reducer.chains))]
@@ -268,10 +259,10 @@ class ChainAssembler:
         parts = []
         for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
             A = stiffness_and_mass(frame, design.elements)
-            parts.append(_Part(A, self._chain_numbers(kinds), L, size))
+            parts.append(Part(A, self._chain_numbers(kinds), L, size))
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
             A = stacked(element, len(design.values))[:2]
-            parts.append(_Part(A, np.zeros(T.shape[-3], dtype=np.intp), T, T))
+            parts.append(Part(A, np.zeros(T.shape[-3], dtype=np.intp), T, T))
         none = np.zeros((0, len(design.values)))
         return self._arranged(parts, maps.T, none, none)
 
@@ -283,7 +274,7 @@ class ChainAssembler:
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
         for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
             chains = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
-            parts.append(_Part(chains.A, self._chain_numbers(kinds), L, size))
+            parts.append(Part(chains.A, self._chain_numbers(kinds), L, size))
             slowness = np.maximum(slowness, chains.slowness.max(axis=-1))
             loss = np.maximum(loss, chains.loss.max(axis=-1))
             first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
@@ -291,7 +282,7 @@ class ChainAssembler:
                 kind: float(chains.slowness[:, a:b].max()) for kind, (a, b) in zip(kinds, pairwise(first), strict=True)
             }
         for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            parts.append(_Part(stacked(element, designs), np.zeros(T.shape[-3], dtype=np.intp), T, abs(T)))
+            parts.append(Part(stacked(element, designs), np.zeros(T.shape[-3], dtype=np.intp), T, abs(T)))
         return self._arranged(parts, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
@@ -315,7 +306,7 @@ class ChainAssembler:
 
     def _arranged(
         self,
-        parts: list[_Part],
+        parts: list[Part],
         T: list[Array],
         slowness: Array,
         loss: Array,
@@ -338,7 +329,7 @@ class ChainAssembler:
         core = EndMatrices(core_A.reshape(r, designs, c, c), slack, slowness, loss)
         return Arrow(tuple(blocks), core, dict(slow or {}))
 
-    def _summed(self, parts: list[_Part], r: int, designs: int, *, with_spread: bool) -> tuple[Array, Array]:
+    def _summed(self, parts: list[Part], r: int, designs: int, *, with_spread: bool) -> tuple[Array, Array]:
         """Sums (r, designs, entries + 1) of all parts and bounds (r, designs, rows + 1) on what they may be off; the
         last are of what is held."""
         A = np.zeros((r, designs, self._size[1] + 1))
@@ -348,8 +339,7 @@ class ChainAssembler:
             p, n = part.L.shape[-3], part.L.shape[-1]
             rows = self._row_target[first_row : first_row + p * n]
             entries = self._entry_target[first_entry : first_entry + p * n * n]
-            add = _place_by_kernel if is_compiled() else _place
-            add(part, entries, rows, A, d)
+            add_placed(part, entries, rows, A, d)
             first_row, first_entry = first_row + p * n, first_entry + p * n * n
         return A, d
 
@@ -407,8 +397,7 @@ class ChainAssembler:
     def is_paper(self, count: int) -> bool:
         """Whether `unproven` has the coordinates of constraint modes of whole substructures, and the `count` lowest
         modes follow from the core."""
-        boundaries = all(len(reducer.remaining) == len(reducer.part.boundary) for reducer in self.reducers.values())
-        return boundaries and self.is_arrow(count)
+        return self._is_of_boundaries and self.is_arrow(count)
 
     def most(self, kind: ChainKind) -> int:
         """How many modes a kind of chain has: as many as its interior has displacements, unless some lack mass."""
@@ -434,68 +423,3 @@ def chain_assembler(plan: Plan, counts: Mapping[ChainKind, int] | None = None) -
         return assembler
 
     return plan.prepared.once(("chains", kept if any(kept) else ()), made)
-
-
-def copies_in_a_row(A: Array) -> Array:
-    """(..., copies, c, n, n) as (..., copies c, n, n)."""
-    return A.reshape(*A.shape[:-4], A.shape[-4] * A.shape[-3], *A.shape[-2:])
-
-
-def bordered(L: Array, kept: int) -> Array:
-    """Maps (..., 12, 12) with an identity for so many kept motions."""
-    if not kept:
-        return L
-    wide = np.zeros((*L.shape[:-2], 12 + kept, 12 + kept))
-    wide[..., :12, :12] = L
-    wide[..., np.arange(12, 12 + kept), np.arange(12, 12 + kept)] = 1.0
-    return wide
-
-
-def stacked(element: DiscreteElement, designs: int) -> Array:
-    """K, M and R (3, designs, 1, m, m) of a discrete element."""
-    m = 6 * len(element.nodes)
-    A = np.zeros((3, designs, 1, m, m))
-    for out, matrix in zip(A, (element.K, element.M), strict=False):
-        if matrix is not None:
-            out[:, 0] = matrix
-    return A
-
-
-def placing_error(A: Array, size: Array) -> Array:
-    """Diagonals (3, designs, p, n) that bound the error of placing A by the map |L| (..., p, n, n) (theory eq. N10)."""
-    roots = np.sqrt(abs(np.einsum("...ii->...i", A)))
-    s = size.mT @ roots[..., None]
-    return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)
-
-
-def _place(part: _Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
-    """Add L' A L of a part to the `sums` (r, designs, entries) at its targets, and what it may be off to `spreads`
-    (r, designs, rows)."""
-    A = part.A[:, :, part.which]
-    _add_at(sums, entries, part.L.mT @ A @ part.L)
-    if len(spreads):
-        _add_at(spreads, rows, placing_error(A, part.size))
-
-
-def _add_at(sums: Array, target: Index, data: Array) -> None:
-    """Add data (r, designs, ...) at their targets in sums (r, designs, n)."""
-    r, designs, n = sums.shape
-    at = (np.arange(r * designs)[:, None] * n + target).ravel()
-    sums += np.bincount(at, weights=data.ravel(), minlength=sums.size).reshape(sums.shape)
-
-
-def _place_by_kernel(part: _Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
-    """The same by the kernel."""
-    r, designs, c, n, _ = part.A.shape
-    p, step = len(part.which), part.L[0].size if part.L.ndim > 3 and len(part.L) > 1 else 0
-    entries_held = sums.shape[-1], spreads.shape[-1]
-    sizes = packed(r, designs, c, p, n, step, *entries_held)
-    _compiled(
-        *(np.ascontiguousarray(A) for A in (part.A, part.which, part.L, part.size, entries, rows)),
-        sizes,
-        PLACING_ROUNDING if len(spreads) else 0.0,
-        scratch((2 * p + 2) * n * n + n + sum(entries_held)),
-        np.empty(2 * p * (n + 1) ** 2, dtype=np.int64),
-        sums,
-        spreads,
-    )

@@ -20,6 +20,7 @@ from flexura.errors import OptionError, SolverError
 from flexura.full_order import plan_of
 from flexura.linalg import lowest_pairs, lowest_values, scaled, unit_scale
 from flexura.mechanism import Mechanism
+from flexura.reduction.arrow_bounds import arrow_values
 from flexura.reduction.assembly import (
     ImpossibleDesignError,
     LowOrderAssembler,
@@ -31,7 +32,6 @@ from flexura.reduction.assembly import (
     stacks,
 )
 from flexura.reduction.batch import kept_chains
-from flexura.reduction.batch_bounds import arrow_values
 from flexura.reduction.certificates import HERTZ
 from flexura.reduction.chain_assembler import ChainAssembler, chain_assembler
 from flexura.reduction.chained_model import WELL
