@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import flexura as fx
 from flexura.reduction.arrow_bounds import _arrow_has_fewer, _core_pairs, _projected_arrow, _projected_by_kernel, _ritz
+from flexura.reduction.batch_bounds import cholesky_rounding
 from flexura.reduction.branches import Arrow, Block, EndMatrices
 from flexura.reduction.chain_assembler import chain_assembler
 from flexura.reduction.chain_moments import moments, stiffness_and_mass
@@ -171,6 +172,9 @@ def test_the_same_is_proven(shape):
 def test_margins_are_the_same(shape, monkeypatch):
     """With round-off a million times as large, the highest values that are proven."""
     monkeypatch.setattr("flexura.reduction.arrow_bounds.PLACING_ROUNDING", 1e-6)
+    monkeypatch.setattr(
+        "flexura.reduction.arrow_bounds.cholesky_rounding", lambda n, lifted=0: 1e6 * cholesky_rounding(n, lifted)
+    )
     arrow = random_arrow(np.random.default_rng(7), *shape, lost=1e-6)
     values, V = _core_pairs(arrow)
 

@@ -37,11 +37,11 @@ RESPONSE_SETTLED = 0.08
 """Largest ratio of the highest squared frequency asked for to the lowest of a branch by itself, bounded from below, at
 which the series of responses ends below 1e-10."""
 
-_eliminate = Kernel("branches_eliminated", "aaaaaaxaaaaa")
+_eliminate = Kernel("branches_eliminated", "aaaaaaxxaaaaa")
 
 _project = Kernel("branches_projected", "aaaaaaaaaaa")
 
-_count = Kernel("core_has_fewer", "aaaaaaaaaaa")
+_count = Kernel("core_has_fewer", "aaaaaaaaxaaa")
 
 
 @dataclass(frozen=True)
@@ -218,11 +218,12 @@ def _has_fewer_by_kernel(arrow: Arrow, ell: Array, V: Array) -> NDArray[np.bool_
         sizes = packed(designs, count, q, r, n, block.inside, c, block.step)
         room = scratch(4 * n * (n + 2) + r * i * c + 3 * i * (i + c + 2) + c * (c + 1))
         arrays = (np.ascontiguousarray(A) for A in (block.A, block.slack, block.T, block.followed))
-        _eliminate(*arrays, ell, slowness, PLACING_ROUNDING, sizes, room, S, sums[0], sums[1])
+        rounding = PLACING_ROUNDING, cholesky_rounding(n)
+        _eliminate(*arrays, ell, slowness, *rounding, sizes, room, S, sums[0], sums[1])
     proven = np.empty((designs, count), dtype=np.int64)
     arrays = (np.ascontiguousarray(A) for A in (core.A, core.slack, V))
     sizes, room = packed(designs, count, c, p), scratch(5 * c * (c + 2) + c * p)
-    _count(*arrays, ell, slowness, S, sums[0], sums[1], sizes, room, proven)
+    _count(*arrays, ell, slowness, S, sums[0], sums[1], cholesky_rounding(c, count - 1), sizes, room, proven)
     return proven.astype(bool)
 
 

@@ -1,5 +1,6 @@
-/* Branches of an arrow: eliminated at values below eigenvalues, theory eqs. N12 and N13, and their Ritz vectors, eq.
-N14. Four designs at a time, one in each lane. */
+/* Branches of an arrow: eliminated at values below eigenvalues, theory eqs. N12 and N13. Four designs at a time, one in
+each lane. What is taken off for round-off, eqs. N10 and N11, is given as parts of the sizes: of the ten roundings that
+N11 has beside a factorisation's own, one is that of the reciprocals of its diagonal. */
 #include "branches.h"
 
 /* B = K - ell M - h R (n, n), its lower half, with the sum of the sizes of its diagonals and the error (n) left. */
@@ -11,12 +12,6 @@ LANES void dynamic(const lanes *A, const lanes *slack, int64_t n, lanes ell, lan
         size[i] = K[i * n + i] + ell * M[i * n + i] + h * R[i * n + i];
         error[i] = slack[i] + ell * slack[n + i] + h * slack[2 * n + i];
     }
-}
-
-/* n (n + 11 + lifted) eps / 2, eq. N11: of the eleven one rounding is that of the factors' reciprocals. */
-LANES double cholesky_rounding(int64_t n, int64_t lifted)
-{
-    return (double)(n * (n + 11 + lifted)) * EPS / 2;
 }
 
 /* h of eq. N7, which multiplies R. */
@@ -51,7 +46,7 @@ number where an inside is not proven positive definite. `followed` (3, designs, 
 (c + 1)) lanes. */
 KERNEL int64_t branches_eliminated(const double *A, const double *slack, const double *T, const double *followed,
                                    const double *ell, const double *slowness, double placing_rounding,
-                                   const int64_t *sizes, double *scratch, double *S, double *size, double *error)
+                                   double rounding, const int64_t *sizes, double *scratch, double *S, double *size, double *error)
 {
     const int64_t designs = sizes[0], count = sizes[1], q = sizes[2], n = sizes[4], ends = n - sizes[5], c = sizes[6];
     branch b = {.r = sizes[3], .n = n, .inside = sizes[5], .c = c, .A = aligned(scratch)};
@@ -81,7 +76,7 @@ KERNEL int64_t branches_eliminated(const double *A, const double *slack, const d
                         more = 4.0 * ends * (l * mass[i - b.inside] + h * mass[ends + i - b.inside]);
                         shift[i - b.inside] = more;
                     }
-                    B[i * n + i] += more - off[i] - cholesky_rounding(n, 0) * (own[i] + more);
+                    B[i * n + i] += more - off[i] - rounding * (own[i] + more);
                 }
                 eliminated(B, n, b.inside, shift, inverse, inner, a, &good);
                 clear(C, c * (c + 1));
@@ -105,7 +100,7 @@ c), and of what branches add, S, size and error, are proven to lie below: eqs. N
 `sizes` are designs, j, c and p; scratch is of (5 c (c + 2) + c p) lanes. */
 KERNEL int64_t core_has_fewer(const double *A, const double *slack, const double *V, const double *ell,
                               const double *slowness, const double *S, const double *size, const double *error,
-                              const int64_t *sizes, double *scratch, int64_t *proven)
+                              double rounding, const int64_t *sizes, double *scratch, int64_t *proven)
 {
     const int64_t designs = sizes[0], count = sizes[1], c = sizes[2], p = sizes[3], cc = c * c;
     lanes *core = aligned(scratch), *slacks = core + 3 * cc, *B = slacks + 3 * c, *own = B + cc, *off = own + c;
@@ -142,7 +137,7 @@ KERNEL int64_t core_has_fewer(const double *A, const double *slack, const double
                     own[k] += moved[k] * moved[k];
                 }
             }
-            for (int64_t i = 0; i < c; i++) B[i * c + i] -= off[i] + cholesky_rounding(c, count - 1) * own[i];
+            for (int64_t i = 0; i < c; i++) B[i * c + i] -= off[i] + rounding * own[i];
             factored(B, c, c, inverse, &good);
             for (int64_t d = 0; d < here; d++) proven[(first + d) * count + j] = good[d] != 0;
         }
