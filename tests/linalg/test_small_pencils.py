@@ -67,3 +67,13 @@ def test_of_an_indefinite_mass_the_leading_part_is_solved(wrong):
     finite = np.isfinite(numpy[0])
     assert finite[2].sum() == 3 and not finite[4].any() and finite[[0, 1, 3, 5]].all()
     np.testing.assert_allclose(kernel[0][finite], numpy[0][finite], rtol=1e-9)
+
+
+def test_none_depends_on_its_neighbours():
+    """To the last bit: a diagonal one is at rest at once beside others that are turned for long."""
+    A, B = pencils(7, 6)
+    A[2], B[2] = np.diag(np.arange(6.0)), np.eye(6)
+    values, Z = small_pencils(A, B)
+    for k in range(7):
+        alone = small_pencils(A[k : k + 1], B[k : k + 1])
+        assert np.array_equal(alone[0][0], values[k]) and np.array_equal(alone[1][0], Z[k])

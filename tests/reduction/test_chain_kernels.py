@@ -66,6 +66,20 @@ def test_moments(plan, count, kept, names):
         np.testing.assert_allclose(kernel.loss, numpy.loss, rtol=0.05)
 
 
+def test_a_flexibility_that_is_not_positive_is_left_to_numpy(plan):
+    """The designs beside it stay the same to the last bit."""
+    good, soft = (designs(plan, 5, SECTIONS) for _ in range(2))
+    soft.elements.flexibility_coefficients[2] *= -1.0
+    for frame, forces in frames(plan, good, 0):
+        expected, found = (moments(frame, design.elements, forces) for design in (good, soft))
+        _, numpy = both(lambda frame=frame, forces=forces: moments(frame, soft.elements, forces))
+        rest = [0, 1, 3, 4]
+        assert np.array_equal(found.A[:, rest], expected.A[:, rest]) and np.array_equal(found.A[:, 2], numpy.A[:, 2])
+        assert np.array_equal(found.loss[rest], expected.loss[rest]) and np.array_equal(found.loss[2], numpy.loss[2])
+        alone = stiffness_and_mass(frame, soft.elements), stiffness_and_mass(frame, good.elements)
+        assert np.array_equal(alone[0][:, rest], alone[1][:, rest]) and np.isfinite(alone[0]).all()
+
+
 @pytest.mark.parametrize("names", [SECTIONS, SECTIONS | LENGTHS])
 def test_constraint_modes_alone(plan, names):
     design = designs(plan, 5, names)

@@ -240,7 +240,14 @@ class Block:
     @cached_property
     def _following(self) -> _Following:
         """How the branches follow their interfaces."""
-        return (self._following_by_kernel() if is_compiled() else None) or self._following_in_numpy()
+        if not is_compiled():
+            return self._following_in_numpy()
+        found, missing = self._following_by_kernel()
+        if missing:
+            lost, own = np.isnan(found.slowness), self._following_in_numpy()
+            found.inverse[lost], found.motion[lost] = own.inverse[lost], own.motion[lost]
+            found.followed[:, lost], found.slowness[lost] = own.followed[:, lost], own.slowness[lost]
+        return found
 
     def _following_in_numpy(self) -> _Following:
         m = self.inside
@@ -254,8 +261,9 @@ class Block:
         slowness = np.einsum("dqij,dqij->dq", inverse, self.A[1, ..., :m, :m])
         return _Following(inverse, motion, motion.mT @ (self.A @ motion), slowness)
 
-    def _following_by_kernel(self) -> _Following | None:
-        """None where a stiffness is not positive definite inside a branch."""
+    def _following_by_kernel(self) -> tuple[_Following, int]:
+        """The same by the kernel, and how many branches are missing, whose stiffness inside is not positive
+        definite."""
         matrices, designs, q, n, _ = self.A.shape
         m, i = self.inside, n - self.inside
         found = _Following(
@@ -265,7 +273,7 @@ class Block:
             np.empty((designs, q)),
         )
         sizes, room = packed(designs, matrices, q, n, m), scratch(7 * n * n + 3 * n)
-        return None if _follow(np.ascontiguousarray(self.A), sizes, room, *found) else found
+        return found, _follow(np.ascontiguousarray(self.A), sizes, room, *found)
 
     @property
     def inverse(self) -> Array:

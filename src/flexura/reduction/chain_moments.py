@@ -62,8 +62,17 @@ def _inverted(total: Array) -> Array:
 
 def stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
     """K and M (2, designs, c, 12, 12) of chains by constraint modes alone, in the coordinates of `ChainMoments`."""
-    if found := _by_kernel(frame, table, np.zeros((*frame.elements.shape, 12, 0)), 2):
-        return found.A
+    if not _has_kernel(table):
+        return _stiffness_and_mass(frame, table)
+    found, missing = _by_kernel(frame, table, np.zeros((*frame.elements.shape, 12, 0)), 2)
+    if missing:
+        lost = np.isnan(found.slowness)
+        found.A[:, lost] = _stiffness_and_mass(frame, table)[:, lost]
+    return found.A
+
+
+def _stiffness_and_mass(frame: PoleFrame, table: Elements) -> Array:
+    """The same in NumPy."""
     F = frame.flexibilities(table)
     running = summed(frame.before, F)
     k = _inverted(running[..., -1, :, :])
@@ -81,8 +90,17 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     elements in their axes. Raises LinAlgError when a flexibility is singular.
     """
     strips = list(frame.strips(table))
-    if not strips and (found := _by_kernel(frame, table, forces, 3)):
-        return found
+    if strips or not _has_kernel(table):
+        return _moments(frame, table, forces, strips)
+    found, missing = _by_kernel(frame, table, forces, 3)
+    if missing:
+        lost, own = np.isnan(found.slowness), _moments(frame, table, forces, strips)
+        found.A[:, lost], found.slowness[lost], found.loss[lost] = own.A[:, lost], own.slowness[lost], own.loss[lost]
+    return found
+
+
+def _moments(frame: PoleFrame, table: Elements, forces: Array, strips: list[Strips]) -> ChainMoments:
+    """The same in NumPy."""
     F = frame.flexibilities(table)
     running = summed(frame.before, F)
     total, Ft, kept = running[..., -1, :, :], _flat(F).mT, forces.shape[-1]
@@ -113,11 +131,14 @@ def moments(frame: PoleFrame, table: Elements, forces: Array) -> ChainMoments:
     return ChainMoments(A, slowness, loss)
 
 
-def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) -> ChainMoments | None:
-    """The same without strips, of so many of the matrices K, M and R; None where it has to be done in NumPy: without a
-    library, with elastic roots, or where a flexibility is not positive."""
-    if not is_compiled() or len(table.rooted):
-        return None
+def _has_kernel(table: Elements) -> bool:
+    """Whether chains of elements, without strips, are worked out by the kernel: not those with elastic roots."""
+    return is_compiled() and not len(table.rooted)
+
+
+def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) -> tuple[ChainMoments, int]:
+    """The moments by the kernel, so many of K, M and R, and of how many chains they are missing, whose flexibility is
+    not positive and whose slowness is no number."""
     own = [np.ascontiguousarray(one) for one in (table.flexibility_coefficients, table.mass_coefficients)]
     varies = not frame.is_fixed and len(frame.Xd) > 1
     designs = len(frame.Xd) if varies else max(len(one) for one in own)
@@ -131,8 +152,8 @@ def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) 
     sizes += [c * e * 144 if varies else 0, designs, c, e, kept, matrices]
     room = scratch(36 * (2 * e + 2) + 12 * (e + 1) * (n + kept) + 6 * n * n + 24 * n)
     A = np.empty((matrices, designs, c, n, n))
-    slowness, loss = np.empty((2, designs, c))
-    bad = _compiled(
+    slowness, loss = np.zeros((2, designs, c))
+    missing = _compiled(
         own[0],
         *bases[0].at,
         own[1],
@@ -145,7 +166,7 @@ def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) 
         slowness,
         loss,
     )
-    return None if bad else ChainMoments(A, slowness, loss)
+    return ChainMoments(A, slowness, loss), missing
 
 
 class _Basis:

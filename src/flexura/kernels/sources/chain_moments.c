@@ -276,7 +276,8 @@ LANES lanes slowest(chain *c, const lanes *k_modes, lanes loss)
 Of elements (chains, e): whether they are `turned`, walked from j to i, and X (chains, e, 12, 12). `sizes` are those of
 a table of elements, coefficients of flexibility and mass with how many entries of their bases are not zero, the steps
 from design to design of both and of X, zero where nothing varies; then designs, chains, e, kept, and matrices wanted.
-Returns how many chains have a flexibility that is not positive, where nothing can be used. */
+Returns how many chains have a flexibility that is not positive: their slowness is no number, and nothing of them can be
+used. */
 KERNEL int64_t chain_moments(const double *flexibility, const double *flexibility_basis,
                              const int64_t *flexibility_places, const double *mass, const double *mass_basis,
                              const int64_t *mass_places, const int64_t *elements, const int64_t *turned,
@@ -318,7 +319,7 @@ KERNEL int64_t chain_moments(const double *flexibility, const double *flexibilit
                 for (int64_t r = 0; r < m * m; r++) K[(12 + r / m) * n + 12 + r % m] = k_modes[r][l];
                 for (int64_t r = 0; matrices == 3 && r < n * n; r++) R[r] = c.R[r][l];
                 if (matrices == 3) slowness[number] = slow[l], loss[number] = lossy[l];
-                bad += good[l] == 0;
+                if (good[l] == 0) slowness[number] = NAN, bad++;
             }
         }
     return bad;

@@ -4,7 +4,7 @@
 /* Of A (matrices, designs, q, n, n) with `inside` coordinates first, of four designs at a time: the flexibility G
 (designs, q, inside, inside) of these, the motion (designs, q, n, i) of all for unit displacements of the others, A of
 it (matrices, designs, q, i, i), and traces (designs, q) of G M. `sizes` are designs, matrices, q, n and inside; scratch
-has 4 (7 n n + 3 n) numbers. Returns how many insides are not positive definite, where nothing can be used. */
+has 4 (7 n n + 3 n) numbers. Returns how many insides are not positive definite: their trace is no number, and nothing of them can be used. */
 KERNEL int64_t branches_followed(const double *A, const int64_t *sizes, double *scratch, double *G, double *motion,
                                  double *followed, double *trace)
 {
@@ -36,7 +36,7 @@ KERNEL int64_t branches_followed(const double *A, const int64_t *sizes, double *
                 const int64_t number = (first + d) * q + k;
                 for (int64_t j = 0; j < m * m; j++) G[number * m * m + j] = inner[j][d];
                 for (int64_t j = 0; j < n * i; j++) motion[number * n * i + j] = moved[j][d];
-                trace[number] = sum[d];
+                trace[number] = good[d] != 0 ? sum[d] : NAN;
                 bad += good[d] == 0;
             }
         }

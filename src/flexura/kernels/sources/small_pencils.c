@@ -28,19 +28,20 @@ LANES void reduced(const lanes *A, const lanes *B, int64_t n, lanes *d, lanes *i
         }
 }
 
-/* Turn rows and columns p, q of C, and rows of V, until C_pq is zero; whether any lane had to. */
+/* Turn rows and columns p, q of C, and rows of V, until C_pq is zero, in the lanes where that is not small already, so
+that no lane depends on others; whether there was any. */
 LANES int turn(lanes *C, lanes *V, int64_t n, int64_t p, int64_t q, lanes tiny)
 {
     const lanes off = C[p * n + q], a = C[p * n + p], b = C[q * n + q], size = root(absolute(a * b));
-    lanes t = {0};
+    lanes t = {0}, left = off;
     int any = 0;
-    for (int l = 0; l < 4; l++) any |= fabs(off[l]) > EPS * size[l] && fabs(off[l]) > tiny[l];
-    if (!any) return 0;
     for (int l = 0; l < 4; l++) {
-        if (!(fabs(off[l]) > tiny[l])) continue;
+        if (!(fabs(off[l]) > EPS * size[l] && fabs(off[l]) > tiny[l])) continue;
         double ratio = (b[l] - a[l]) / (2 * off[l]);
         t[l] = (ratio < 0 ? -1 : 1) / (fabs(ratio) + sqrt(1 + ratio * ratio));
+        left[l] = 0, any = 1;
     }
+    if (!any) return 0;
     const lanes c = 1 / root(1 + t * t), s = t * c;
     for (int64_t k = 0; k < n; k++) {
         lanes x = V[p * n + k], y = V[q * n + k];
@@ -51,7 +52,7 @@ LANES int turn(lanes *C, lanes *V, int64_t n, int64_t p, int64_t q, lanes tiny)
         C[q * n + k] = C[k * n + q] = s * x + c * y;
     }
     C[p * n + p] = a - t * off, C[q * n + q] = b + t * off;
-    C[p * n + q] = C[q * n + p] = (lanes){0};
+    C[p * n + q] = C[q * n + p] = left;
     return 1;
 }
 
