@@ -38,6 +38,9 @@ from flexura.tables import Facts, Item, Table, number, quantity
 
 PERCENTILES = (5.0, 50.0, 95.0)
 
+ALIKE = 1e-6
+"""Difference of a quantity to both sides of a direction, over its largest, that points to neither."""
+
 
 @dataclass(frozen=True, repr=False)
 class Mount(Record):
@@ -348,11 +351,15 @@ def _corners(names: Sequence[tuple[str, str, int]], offsets: Array, values: Arra
     tolerance = np.abs(offsets[:singles]).max(axis=0)
     corners = []
     for q, (_, _, sign) in enumerate(names):
-        up, down = values[1:singles:2, q], values[2:singles:2, q]
+        up, down = np.nan_to_num(values[1:singles:2, q]), np.nan_to_num(values[2:singles:2, q])
         corner = np.zeros_like(tolerance)
-        corner[used] = np.where(sign * (np.nan_to_num(up) - np.nan_to_num(down)) >= 0, 1.0, -1.0) * tolerance[used]
+        alike = ALIKE * max(np.abs(up).max(initial=0.0), np.abs(down).max(initial=0.0))
+        corner[used] = np.where(sign * (up - down) >= -alike, 1.0, -1.0) * tolerance[used]
         corners.append(corner)
-    corners += [np.where(offsets[k] >= 0, 1.0, -1.0) * tolerance for k in _worst(names, values)]
+    size = np.where(np.isnan(values), -np.inf, values * np.array([own[2] for own in names]))
+    worst = size.max(axis=0)
+    first = np.argmax(size >= worst - ALIKE * np.where(np.isfinite(worst), np.abs(worst), 0.0), axis=0)
+    corners += [np.where(offsets[k] >= 0, 1.0, -1.0) * tolerance for k in first]
     return np.unique(np.array(corners), axis=0)
 
 
