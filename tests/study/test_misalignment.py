@@ -59,7 +59,7 @@ def test_an_exact_mechanism_does_not_mind(direction):
     own, found = alone(direction, size, hexapod, "g3", n=1)
     axial = E * np.pi / 4 * 0.5e-3**2 / 0.06
     assert own["force at g3"] < 1e-2 * axial * size * (1.0 if direction < 3 else 0.06)
-    assert found.quantities[0].nominal == 0.0
+    assert abs(found.quantities[0].nominal) < 1e-13  # N, round-off of poses at rest
 
 
 def test_misalignments_of_two_mounts_with_samples():

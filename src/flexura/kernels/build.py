@@ -13,7 +13,18 @@ from flexura.compilers import PLATFORMS, build_library, this_platform
 
 SOURCES = Path(__file__).parent / "sources"
 
-FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-ffp-contract=fast", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
+FLAGS = (
+    "-std=c11",
+    "-O3",
+    "-fno-math-errno",
+    "-ffp-contract=fast",
+    "-fPIC",
+    "-shared",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wno-psabi",
+)
 
 
 def library_path(name: str | None = None) -> Path:

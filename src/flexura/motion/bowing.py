@@ -21,9 +21,9 @@ POINTS, WEIGHTS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8
 
 _FREE_BEAM = np.append([4.730040745, 10.995607838], (2 * np.arange(3, 25) - 0.5) * np.pi)
 """Roots of tan(x/2) = -tanh(x/2), of the even modes of a beam that is free at both ends; they carry the bow across."""
-_SHARES = 16 * np.tanh(_FREE_BEAM / 2) ** 2 / _FREE_BEAM**2
-_SHARES[-1] += 1 - _SHARES.sum()
-_ROOTS = _FREE_BEAM**4
+SHARES = 16 * np.tanh(_FREE_BEAM / 2) ** 2 / _FREE_BEAM**2
+SHARES[-1] += 1 - SHARES.sum()
+ROOTS = _FREE_BEAM**4
 
 SLENDER = 720.0
 """The y at which curvature resists a bow of one parabola as much as the plate does (theory eqs. F3, G40)."""
@@ -73,9 +73,9 @@ class Bowing:
 def _lost(y: Array, free: Array) -> tuple[Array, Array, Array]:
     """The shares of its free bow (2, e, p) that a strip loses by its curvature, y (e, p), in bending and in twist, and
     their first and second derivatives by y, of `free` (e, p) (theory eqs. G39-G40)."""
-    part = _SHARES / (1 + y[..., None] / _ROOTS)
-    bow, first = part.sum(axis=-1), -(part**2 / _SHARES / _ROOTS).sum(axis=-1)
-    second = 2 * (part**3 / (_SHARES * _ROOTS) ** 2).sum(axis=-1)
+    part = SHARES / (1 + y[..., None] / ROOTS)
+    bow, first = part.sum(axis=-1), -(part**2 / SHARES / ROOTS).sum(axis=-1)
+    second = 2 * (part**3 / (SHARES * ROOTS) ** 2).sum(axis=-1)
     left = free / (1 + free * (1 / bow - 1))
     by_y = left**2 * first / bow**2
     by_yy = left**2 * (second / bow**2 - 2 * first**2 / bow**3) + 2 * by_y**2 / np.maximum(left, HELD)

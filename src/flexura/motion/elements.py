@@ -3,16 +3,17 @@
 A frame has a position x and a rotation R, the identity at rest. Displacements of a frame are dx, m, and the rotation
 vector dw, rad, both in global axes: R becomes rotation(dw) R. No element has axes of its own that turn: its strain
 is the logarithm of the pose of end 2 seen from end 1, so that moving and turning everything changes nothing, the
-order of the ends does not matter, and an element bent to an arc or wound to a helix is exact. Beside beams and springs
-there are bars that are pinned at both ends, and actuators that push between two frames.
+order of the ends does not matter, and an element bent to an arc or wound to a helix is exact.
 
 Sources: Borri, Bottasso (1994), Int. J. Numer. Meth. Engng 37 (helicoidal strain); Sonneville, Cardona, Bruls (2014).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -21,8 +22,15 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import zeros
-from flexura.motion.se3 import Logarithm, rotation
+from flexura.kernels import Kernel, Struct, is_compiled
+from flexura.motion.lanes import abreast, are_plain, upper, whole
+from flexura.motion.se3 import SERIES, Logarithm, rotation
 from flexura.motion.strain import Strain
+
+_moved = Kernel("frames_moved", "naaaaaaaa")
+_response = Kernel("pose_elements_response", "aaanaaaaa")
+_masses = Kernel("pose_elements_masses", "aaaaa")
+_kinetics = Kernel("pose_elements_kinetics", "aaaaaxaaa")
 
 HALVES = np.array([0.5, 0.5])
 
@@ -45,6 +53,10 @@ class Frames(NamedTuple):
 
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
+        if is_compiled() and are_plain(step, self.x, self.R, self.z):
+            moved = np.empty_like(self.x), np.empty_like(self.R), np.empty_like(self.z)
+            _moved(len(step), self.placed, step, self.x, self.R, self.z, *moved)
+            return Frames(*moved, self.placed)
         x, R, z = self.x.copy(), self.R.copy(), self.z
         moving = np.flatnonzero(step.any(axis=1) & self.placed)
         x[moving] += step[moving, :3]
@@ -167,12 +179,48 @@ class PoseElements:
         """With free expansions along the first axis, m."""
         return replace(self, rest=self.rest + np.reshape(command, (-1, 1)) * np.eye(6)[0])
 
+    @cached_property
+    def struct(self) -> Struct:
+        """As kernels take them."""
+        parts = [abreast(part) for part in (self.axes, self.arm)]
+        mass, rest = abreast(upper(self.mass)), np.ascontiguousarray(self.rest, dtype=float)
+        return Struct(len(self.node), whole(self.node), *parts, rest, mass, SERIES, self.strain.struct)
+
+    @cached_property
+    def is_plain(self) -> bool:
+        """Whether nothing of them has slopes."""
+        return are_plain(self.axes, self.arm, self.rest, self.mass) and self.strain.is_plain
+
+    @property
+    def memory(self) -> int:
+        """Numbers of scratch that kernels need."""
+        return self.strain.memory
+
+    def _by_kernel(self, frames: Frames) -> bool:
+        """Whether kernels answer in a state."""
+        return is_compiled() and self.is_plain and are_plain(frames.x, frames.R)
+
+    def _answered(self, frames: Frames, is_material: bool) -> Response:
+        """The `response` of the kernel, or the `material` for its tangents."""
+        e = len(self.node)
+        sizes = [(len(rows), *(6 * rows.shape[1] + 6,) * 2) for rows in self.strain.members]
+        made = np.empty(e), np.empty((e, 12)), np.empty((e, 12, 12))
+        coupled = np.empty(sum(math.prod(size) for size in sizes))
+        scratch = np.empty(self.memory)
+        _response(self.struct.address, frames.x, frames.R, is_material, scratch, *made, coupled)
+        ends = np.cumsum([math.prod(size) for size in sizes])
+        return Response(
+            *made, tuple(coupled[:end][-math.prod(n) :].reshape(n) for end, n in zip(ends, sizes, strict=True))
+        )
+
     def ends(self, frames: Frames) -> Ends:
         """Where the ends are."""
         return Ends.of(frames, self.node, self.axes, self.arm)
 
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames (theory eq. G7)."""
+        if self._by_kernel(frames):
+            return self._answered(frames, is_material=False)
         ends = self.ends(frames)
         log, twists = ends.relative(), ends.twists()
         energy, n, k, coupling = self.strain.response(log.e - self.rest)
@@ -219,6 +267,9 @@ class PoseElements:
     def material(self, frames: Frames) -> tuple[Array, ...]:
         """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16), and those of
         `coupled` members."""
+        if self._by_kernel(frames):
+            answer = self._answered(frames, is_material=True)
+            return (answer.tangent, *answer.coupled)
         B, (k, coupling) = self.rows(frames), self.strain.material(self.deformation(frames))
         return (np.swapaxes(B, 1, 2) @ k @ B, *self._coupled(B, coupling))
 
@@ -248,12 +299,21 @@ class PoseElements:
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 12, 12) by velocities of the frames."""
+        if self._by_kernel(frames):
+            M = np.empty((len(self.node), 12, 12))
+            _masses(self.struct.address, frames.x, frames.R, np.empty(self.memory), M)
+            return M
         ends = self.ends(frames)
         middle = _middle(ends, ends.relative())
         return carried(self.mass, ends.twists(np.stack([middle, middle], axis=1)))
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
         """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        if self._by_kernel(frames):
+            force, energies = np.empty((len(self.node), 12)), np.empty(2)
+            moving, scratch = (rates.velocity, rates.acceleration, rates.damping), np.empty(self.memory)
+            _kinetics(self.struct.address, frames.x, frames.R, *moving, scratch, force, energies)
+            return Kinetics(force, float(energies[0]), float(energies[1]))
         ends = self.ends(frames)
         log, e = ends.relative(), len(self.node)
         velocity = rates.velocity[self.node]
@@ -356,143 +416,3 @@ def products(a: Array, b: Array) -> Array:
     """Vector products along the last axis, quicker than those of NumPy where there are few."""
     both = (a @ _FIRST) * (b @ _SECOND)
     return both[..., :3] - both[..., 3:]
-
-
-@dataclass(frozen=True)
-class Bars:
-    """Bars (e,) between frames `node` (e, 2).
-
-    `arm` (e, 2, 3), m, leads to their ends as seen from the frames, `length` (e,), m, is that without strain,
-    `stiffness` (e,) in N/m; `mass` (e, 12, 12) acts on the velocities of the ends and is the same in all axes.
-    """
-
-    node: Index
-    arm: Array
-    length: Array
-    stiffness: Array
-    mass: Array
-
-    @property
-    def coupled(self) -> tuple[Index, ...]:
-        """No members."""
-        return ()
-
-    def _ends(self, frames: Frames) -> Ends:
-        return Ends.of(frames, self.node, np.tile(np.eye(3), (len(self.node), 2, 1, 1)), self.arm)
-
-    def response(self, frames: Frames) -> Response:
-        """Energies, forces and tangents in a state of the frames (theory eq. G13)."""
-        ends = self._ends(frames)
-        stretch = np.linalg.norm(ends.position[:, 1] - ends.position[:, 0], axis=1) - self.length
-        pull = self.stiffness * stretch
-        return Response(0.5 * pull * stretch, *pulled(ends, pull, self.stiffness))
-
-    def driven(self, command: float | Array) -> Bars:
-        """As long without strain as after free expansions, m."""
-        return replace(self, length=self.length + command)
-
-    def material(self, frames: Frames) -> tuple[Array]:
-        """Derivatives (e, 12, 12) of the forces in a state, as if there were none in it (theory eq. G16)."""
-        ends = self._ends(frames)
-        line = ends.position[:, 1] - ends.position[:, 0]
-        along = ((line / np.linalg.norm(line, axis=1)[:, None])[:, None] @ _stretch_rows(ends))[:, 0]
-        return (self.stiffness[:, None, None] * along[:, :, None] * along[:, None],)
-
-    def masses(self, frames: Frames) -> Array:
-        """Mass matrices (e, 12, 12) by velocities of the frames."""
-        return carried(self.mass, self._ends(frames).twists())
-
-    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
-        """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
-        held, ends = self.response(frames), self._ends(frames)
-        velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]
-        axes = np.tile(np.eye(3), (len(self.node), 1, 1))
-        force, kinetic = accelerating(self.mass, axes, ends.arm, np.zeros(2), velocity, acceleration)
-        if rates.damping:
-            damped = self.material(frames)[0] @ velocity.reshape(len(velocity), 12, 1)
-            force = force + rates.damping * damped[..., 0]
-        return Kinetics(held.force + force, float(held.energy.sum()), kinetic)
-
-
-def pulled(ends: Ends, pull: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Forces (e, 12) on the frames that hold `ends` against a pull (e,), N, along the line between them, which grows
-    with its length by `stiffness` (e,), N/m, and their tangents (e, 12, 12)."""
-    line = ends.position[:, 1] - ends.position[:, 0]
-    now = np.linalg.norm(line, axis=1)
-    n = line / now[:, None]
-    B = _stretch_rows(ends)
-    across = (np.eye(3) - n[:, :, None] * n[:, None]) * (pull / now)[:, None, None]
-    along = stiffness[:, None, None] * n[:, :, None] * n[:, None]
-    force = pull[:, None] * (n[:, None] @ B)[:, 0]
-    tangent = np.swapaxes(B, 1, 2) @ (along + across) @ B
-    for end, sign in ((0, -1.0), (1, 1.0)):
-        six = slice(6 * end, 6 * end + 6)
-        rotations = slice(6 * end + 3, 6 * end + 6)
-        tangent[:, rotations, rotations] += skew(sign * pull[:, None] * n) @ skew(ends.arm[:, end])
-        tangent[:, six, six] -= turned(force[:, six])
-    return force, tangent
-
-
-def _stretch_rows(ends: Ends) -> Array:
-    """Displacements (e, 3, 12) of end 2 from end 1 by those of the frames."""
-    B = np.zeros((len(ends.arm), 3, 12), like=ends.arm)
-    for end, sign in ((0, -1.0), (1, 1.0)):
-        B[:, :, 6 * end : 6 * end + 3] = sign * np.eye(3)
-        B[:, :, 6 * end + 3 : 6 * end + 6] = -sign * skew(ends.arm[:, end])
-    return B
-
-
-@dataclass(frozen=True)
-class Push:
-    """Actuators (e,) between frames `node` (e, 2): each acts on the second, and the opposite on the first.
-
-    `arm` (e, 2, 3), m, leads to where it acts, as seen from the frames. Of size one it exerts `wrench` (e, 6), N and
-    N m, in axes that turn with the first frame; without, a force along the line from the first end to the second.
-    """
-
-    node: Index
-    arm: Array
-    wrench: Array | None
-    size: float | Array = 0.0
-
-    @property
-    def coupled(self) -> tuple[Index, ...]:
-        """No members."""
-        return ()
-
-    def driven(self, command: float | Array) -> Push:
-        """With forces or moments, N or N m."""
-        return replace(self, size=command)
-
-    def response(self, frames: Frames) -> Response:
-        """No energy, and the forces and tangents of what it exerts (theory eq. G21)."""
-        e = len(self.node)
-        ends = Ends.of(frames, self.node, np.tile(np.eye(3), (e, 2, 1, 1)), self.arm)
-        size = np.reshape(self.size, -1) * np.ones(e)
-        if self.wrench is None:
-            return Response(np.zeros(e), *pulled(ends, -size, np.zeros(e)))
-        R, wrench = frames.R[self.node[:, 0]], size[:, None] * self.wrench
-        f, m = ((R @ own[:, :, None])[..., 0] for own in (wrench[:, :3], wrench[:, 3:]))
-        force, tangent = (np.zeros((e, *shape), like=f) for shape in ((2, 6), (2, 6, 2, 6)))
-        for end, sign in ((0, 1.0), (1, -1.0)):
-            a = ends.arm[:, end]
-            force[:, end, :3], force[:, end, 3:] = sign * f, sign * (m + np.cross(a, f))
-            tangent[:, end, :3, 0, 3:] -= sign * skew(f)
-            tangent[:, end, 3:, 0, 3:] -= sign * (skew(m) + skew(a) @ skew(f))
-            tangent[:, end, 3:, end, 3:] += sign * skew(f) @ skew(a)
-            tangent[:, end, :, end] -= turned(force[:, end])
-        return Response(np.zeros(e), force.reshape(e, 12), tangent.reshape(e, 12, 12))
-
-    def material(self, frames: Frames) -> tuple[Array]:
-        """They have no stiffness (e, 12, 12) of their own."""
-        del frames
-        return (np.zeros((len(self.node), 12, 12)),)
-
-    def masses(self, frames: Frames) -> Array:
-        """Nor mass (e, 12, 12)."""
-        return self.material(frames)[0]
-
-    def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
-        """What they exert in a state of motion."""
-        del rates
-        return Kinetics(self.response(frames).force, 0.0, 0.0)

@@ -35,6 +35,10 @@ NEWTON_STEPS = 12
 """Steps of Newton's method after which a smaller change of state is tried."""
 
 
+TURNS = np.arange(3, 6)
+"""Places of rotations among displacements."""
+
+
 class Drive(NamedTuple):
     """A displacement that is prescribed: component 0 to 5, global axes, of a node that follows frame `root`.
 
@@ -87,14 +91,12 @@ class Equations:
         self.model = model
         self.drives: tuple[Drive, ...] = tuple(drives)
         self._free = model.dof >= 0
-        self._dof = model.dof[self._free]
+        self._places = np.empty(model.n_dof, dtype=np.intp)
+        self._places[model.dof[self._free]] = np.flatnonzero(self._free)
         x = plain(model.rest.x[:-1])
         self.size: float = float(np.linalg.norm(x.max(axis=0) - x.min(axis=0))) or 1.0
         """Diagonal of the box around the mechanism, m."""
-        self.scale: Array = np.ones(model.n_dof)
-        nodes, component = np.nonzero(self._free)
-        del nodes
-        self.scale[self._dof] = np.where(component < 3, 1 / self.size, 1.0)
+        self.scale: Array = np.where(self._places % 6 < 3, 1 / self.size, 1.0)
 
     def independent(self) -> None:
         """Raise OptionError where displacements that are prescribed cannot be, all by themselves, at rest."""
@@ -107,16 +109,12 @@ class Equations:
                 raise OptionError(f"{drive.name} already follows from {before}: one of them is enough")
 
     def displacements(self, step: Array) -> Array:
-        """Displacements (n + 1, 6) of all frames from those that are free (n,)."""
-        out = np.zeros(self.model.dof.shape)
-        out[self._free] = step[self._dof]
-        return out
+        """Displacements (..., n + 1, 6) of all frames from those that are free (..., n)."""
+        return self.model.displacements(step)
 
     def free(self, of_frames: Array) -> Array:
         """The entries (n,) of values (n + 1, 6) of frames that belong to free displacements."""
-        out = np.zeros(self.model.n_dof, like=of_frames)
-        out[self._dof] = of_frames[self._free]
-        return out
+        return of_frames.reshape(-1)[self._places]
 
     def travelled(self, frames: Frames) -> Array:
         """The driven displacements (d,), m and rad, in a state."""
@@ -141,9 +139,10 @@ class Equations:
             arm = self.model.arm[drive.node]
             now = frames.R[root] @ arm
             row[k] = 1.0
-            axis = np.eye(3)[k]
-            row[3:] = np.cross(now, axis)
-            second[3:, 3:] = skew(axis) @ skew(now)
+            row[3:] = skew(now)[:, k]
+            # skew(axis) skew(now) = now axis' - axis'now
+            second[3:, 3 + k] = now
+            second[TURNS, TURNS] -= now[k]
             moved = frames.x[root] + now - self.model.rest.x[root] - arm
             return moved[k], row, second
         log = Logarithm(frames.R[root], np.zeros(3))

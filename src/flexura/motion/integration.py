@@ -14,7 +14,7 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.linalg import factorise
-from flexura.motion.elements import Frames, Rates
+from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import Equations
 from flexura.motion.model import Loads
 from flexura.motion.path import displacement
@@ -200,7 +200,7 @@ class Integrator:
         at_start, by_a = moved(0), self._by_step[1]
         # masses times accelerations alone would be singular where something has no mass
         state = state._replace(velocity=velocity + self._driven(0 * velocity, at_start.rate, velocity)[0])
-        missing = self._missing(state, loads(0))
+        _, missing = self._missing(start, np.array([0 * velocity, state.velocity, state.acceleration]), none, loads(0))
         acceleration, drive = self._driven(missing * by_a, at_start.second, 0 * velocity)
         state = state._replace(acceleration=acceleration, drive=drive / by_a)
         self._saw(state, is_start=True)
@@ -324,22 +324,23 @@ class Integrator:
             after = after + (D - expected) / (self.beta * h**2)
             accelerated = accelerated + by_a * (D - expected)
         v = last.velocity + h * ((1 - self.gamma) * a + self.gamma * after)
+        moving, grown = np.array([D, v, accelerated, after]), np.array([1.0, by_v, by_a, 1 / (self.beta * h**2)])
         size, done, drive = np.inf, 0, last.drive
         while True:
-            now = MotionState(last.frames.moved(equations.displacements(D)), v, accelerated, drive)
+            D, v, accelerated, _ = moving
+            frames, missing = self._missing(last.frames, moving[:3], drive, loads)
             if self._factor is None:
-                self._renew(now, loads)
-            gap = targets - equations.travelled(now.frames)
-            correction, more = self._driven(self._missing(now, loads), gap, 0 * D)
-            drive = drive + more
-            D, v, accelerated = D + correction, v + by_v * correction, accelerated + by_a * correction
-            after = after + correction / (self.beta * h**2)
-            before, size, done = size, float(np.abs(correction * scale).max(initial=0.0)), done + 1
+                self._renew(MotionState(frames, v, accelerated, drive), loads)
+            gap = targets - equations.travelled(frames)
+            correction, more = self._driven(missing, gap, 0 * D)
+            moving, drive = moving + grown[:, None] * correction, drive + more
+            D, v, accelerated, after = moving
+            off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
+            sizes = np.abs(np.array([correction, off, h**2 * accelerated, D]) * scale).max(axis=1, initial=0.0)
+            before, (size, error, bent, moved), done = size, sizes.tolist(), done + 1
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError(f"{self._furthest(correction)} moves by more with each iteration")
             rate = min(size / before, 0.999) if done > 1 else self._rate
-            off = (self.beta - 1 / 6) * h**2 * (accelerated - last.acceleration)
-            error, bent, moved = (float(np.abs(d * scale).max(initial=0.0)) for d in (off, h**2 * accelerated, D))
             small = min(max(STEP_CONVERGED[0] * error, STEP_CONVERGED[1] * bent), MOST_LEFT * moved)
             small += STEP_CONVERGED[2] * moved + NO_STEP
             if size * rate / (1 - rate) <= small:
@@ -364,27 +365,27 @@ class Integrator:
         moved = np.abs(equations.displacements(correction * equations.scale)).max(axis=1)
         return equations.model.name_at(int(np.argmax(np.nan_to_num(moved, nan=np.inf))))
 
-    def _missing(self, state: MotionState, loads: Loads) -> Array:
-        """Forces (n,) that are missing for equilibrium with inertia and damping."""
+    def _missing(self, start: Frames, moving: Array, drive: Array, loads: Loads) -> tuple[Frames, Array]:
+        """The frames after displacements from a state, and the forces (n,) that are missing there for equilibrium with
+        inertia and damping: `moving` (3, n) has displacements, velocities and accelerations, `drive` forces (d,)."""
         equations, model = self.equations, self.equations.model
-        velocity = equations.displacements(state.velocity)
-        acceleration = equations.displacements(state.acceleration + self.damping.alpha * state.velocity)
-        rates = Rates(velocity, acceleration, self.damping.beta)
-        held = model.kinetics(state.frames, rates, loads.gravity, loads.actuators)
-        force = -held.force
+        frames, held = model.after(start, moving, self.damping, loads.gravity, loads.actuators)
+        missing = -equations.free(held)
         if loads.dead or loads.follower:
-            force = force + loads.forces(model, state.frames)
-        return equations.free(force) + state.drive @ equations.rows(state.frames)
+            missing += equations.free(loads.forces(model, frames))
+        return frames, missing + drive @ equations.rows(frames) if len(drive) else missing
 
     def _renew(self, state: MotionState, loads: Loads) -> None:
         """Factorise the matrix of Newton's method about a state."""
         frames, self._last_loads = state.frames, loads
         equations, model, (by_v, by_a) = self.equations, self.equations.model, self._by_step
         tangent, _ = equations.tangent(frames, loads, state.drive)
-        K = model.matrix(tangent.forces.blocks)
-        S = K + (by_a + self.damping.alpha * by_v) * model.mass(frames)
+        masses, by_mass = model.mass_blocks(frames), by_a + self.damping.alpha * by_v
+        blocks = [k + by_mass * m for k, m in zip(tangent.forces.blocks, masses, strict=True)]
         if self.damping.beta:
-            S = S + self.damping.beta * by_v * model.material(frames, loads.actuators)
+            material = model.material_blocks(frames, loads.actuators)
+            blocks = [k + self.damping.beta * by_v * m for k, m in zip(blocks, material, strict=True)]
+        S = model.matrix(blocks)
         if model.dashpots:
             S = S + by_v * model.viscous(frames)
         if model.stops:

@@ -10,8 +10,9 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
+from flexura.motion.bars import Bars, Push
 from flexura.motion.diaphragms import BentRings
-from flexura.motion.elements import Bars, Ends, Frames, Group, PoseElements, Push
+from flexura.motion.elements import Ends, Frames, Group, PoseElements
 from flexura.motion.stops import Stops
 from flexura.motion.strain import beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements

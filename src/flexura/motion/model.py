@@ -14,31 +14,36 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import Dual, zeros
+from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
+from flexura.motion.bars import Bars, Push
 from flexura.motion.elements import (
     HALVES,
-    Bars,
     Ends,
     Frames,
     Group,
     Kinetics,
     PoseElements,
-    Push,
     Rates,
     Response,
     accelerating,
     accelerating_bodies,
+    products,
     turned,
 )
 from flexura.motion.layout import Laid, laid_out
 from flexura.motion.se3 import rotation
 from flexura.motion.stops import Stops
 from flexura.motion.superelements import Superelements
+from flexura.motion.together import Together
 from flexura.motion.warming import Warmed
 from flexura.records import Latest
 from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
+
+_step = Kernel("motion_step", "aaaaaxxaaaaaa")
+_kinetics = Kernel("motion_kinetics", "aaaaaaxaa")
 
 SMALL_SHARE = 1e-3
 """Share of a state of temperature to both sides of which its first effect is looked at."""
@@ -108,6 +113,8 @@ class MovingModel(Laid):
     def commanded(self, actuators: Mapping[str, float]) -> Sequence[Group]:
         """The elements, those of actuators under their commands, by name; all that is warmer under those of states of
         temperature."""
+        if not actuators:
+            return self.elements
         shares = self.shares(actuators)
         elements = list(self._warming(shares).elements if shares else self.elements)
         for name in actuators.keys() - shares.keys():
@@ -246,53 +253,104 @@ class MovingModel(Laid):
         """Where the damping of stops goes."""
         return Scatter([self.dof[own.node].reshape(len(own.node), -1) for own in self.stops], self.n_dof)
 
+    def displacements(self, step: Array) -> Array:
+        """Displacements (..., n + 1, 6) of all frames from those that are free (..., n)."""
+        held = np.zeros((*step.shape[:-1], step.shape[-1] + 1))  # the last one, which those that are held take
+        held[..., :-1] = step
+        return held.take(self.dof, axis=-1)
+
+    def after(
+        self, start: Frames, moving: Array, damping: tuple[float, float], gravity: Array, actuators: Mapping[str, float]
+    ) -> tuple[Frames, Array]:
+        """The frames after free displacements from a state, and the force of `kinetics` there: `moving` (3, n) has
+        these, velocities and accelerations; of Rayleigh's damping alpha, 1/s, and beta, s."""
+        alpha, beta = damping
+        elements = self.commanded(actuators)
+        if not is_compiled():
+            step, velocity, acceleration = self.displacements(moving)
+            frames, rates = start.moved(step), Rates(velocity, acceleration + alpha * velocity, beta)
+            return frames, self.kinetics(frames, rates, gravity, actuators).force
+        own, others = self._taken_together(elements)
+        made = np.empty_like(start.x), np.empty_like(start.R), np.empty_like(start.z)
+        rates, total = np.empty((3, *self.dof.shape)), np.empty(self.dof.shape)
+        before = start.x, start.R, start.z
+        _step(own.struct.address, *before, moving, alpha, beta, np.empty(own.memory), *made, rates, total)
+        frames = Frames(*made, start.placed)
+        if others or self.dashpots or gravity.any():
+            self._add_others(total, others, frames, Rates(rates[1], rates[2], beta), gravity)
+        return frames, total
+
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
     ) -> Kinetics:
         """Forces (n + 1, 6) on the frames that hold, damp and accelerate the mechanism in a state of motion against its
         weight and its actuators, and its strain energy and kinetic energy (theory eqs. G33-G34)."""
-        responses = [elements.kinetics(frames, rates) for elements in self.commanded(actuators)]
-        total = self._summed([response.force for response in responses])
-        strain = sum(response.strain for response in responses)
-        kinetic = sum(response.kinetic for response in responses) + self._carried(total, frames, rates)
+        elements, total = self.commanded(actuators), np.zeros(self.dof.shape)
+        if is_compiled():
+            (own, others), motion = self._taken_together(elements), (rates.velocity, rates.acceleration, rates.damping)
+            energies = np.empty(own.memory)
+            _kinetics(own.struct.address, frames.x, frames.R, frames.z, *motion, energies, total)
+        else:
+            energies, others = (0.0, self._add_bodies(total, frames, rates)), elements
+        strain, kinetic = self._add_others(total, others, frames, rates, gravity)
+        return Kinetics(total, float(energies[0]) + strain, float(energies[1]) + kinetic)
+
+    def accelerating(self, frames: Frames, rates: Rates) -> Array:
+        """The part of the forces (n + 1, 6) of `kinetics` that accelerates masses, and what dashpots resist."""
+        total = np.zeros(self.dof.shape)
+        self._add_bodies(total, frames, rates)
+        self._add_dashpots(total, frames, rates)
+        for group in self.elements:
+            np.add.at(total, group.node.ravel(), _accelerating(group, frames, rates).reshape(-1, 6))
+        return total
+
+    def _add_bodies(self, total: Array, frames: Frames, rates: Rates) -> float:
+        """Add to forces (n + 1, 6) those on what frames carry; return its kinetic energy."""
+        heavy = self._heavy
+        moving = rates.velocity[heavy], rates.acceleration[heavy]
+        force, kinetic = accelerating_bodies(self.inertia[heavy], frames.R[heavy], *moving)
+        total[heavy] += force
+        return kinetic
+
+    def _add_dashpots(self, total: Array, frames: Frames, rates: Rates) -> None:
+        """Add to forces (n + 1, 6) those of dashpots."""
+        for dashpot in self.dashpots:
+            held = dashpot.material(frames)[0] @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
+            np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
+
+    def _add_others(
+        self, total: Array, elements: Sequence[Group], frames: Frames, rates: Rates, gravity: Array
+    ) -> tuple[float, float]:
+        """Add to forces (n + 1, 6) those of elements one by one, of dashpots and of weight; return the energies of the
+        elements, strain and kinetic."""
+        strain = kinetic = 0.0
+        for group in elements:
+            response = group.kinetics(frames, rates)
+            np.add.at(total, group.node.ravel(), response.force.reshape(-1, 6))
+            strain, kinetic = strain + response.strain, kinetic + response.kinetic
+        self._add_dashpots(total, frames, rates)
         if gravity.any():
             total -= self._weights(frames, gravity)[0]
             inside, _ = self.sagging.response(frames, gravity)
             np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
-        return Kinetics(total, strain, kinetic)
+        return strain, kinetic
 
-    def accelerating(self, frames: Frames, rates: Rates) -> Array:
-        """The part of the forces (n + 1, 6) of `kinetics` that accelerates masses, and what dashpots resist."""
-        total = self._summed([_accelerating(elements, frames, rates) for elements in self.elements])
-        self._carried(total, frames, rates)
-        return total
-
-    def _carried(self, total: Array, frames: Frames, rates: Rates) -> float:
-        """Add to forces (n + 1, 6) those of dashpots and of what frames carry, whose kinetic energy is returned."""
-        for dashpot in self.dashpots:
-            held = dashpot.material(frames)[0] @ rates.velocity[dashpot.node].reshape(len(dashpot.node), -1, 1)
-            np.add.at(total, dashpot.node.ravel(), held.reshape(-1, 6))
-        heavy = self._heavy
-        velocity, acceleration = rates.velocity[heavy], rates.acceleration[heavy]
-        force, more = accelerating_bodies(self._heavy_inertia, frames.R[heavy], velocity, acceleration)
-        total[heavy] += force
-        return more
-
-    def _summed(self, forces: Sequence[Array]) -> Array:
-        """Forces (n + 1, 6) on the frames by those of `elements` (e, 6k)."""
-        flat = np.concatenate([force.ravel() for force in forces]) if forces else np.empty(0)
-        return np.asarray(np.bincount(self._places_of_forces, flat, self.dof.size).reshape(self.dof.shape), dtype=float)
+    def _taken_together(self, elements: Sequence[Group]) -> tuple[Together, Sequence[Group]]:
+        """What a kernel takes together of the elements, and the others."""
+        own = self._together
+        if elements is not self.elements:
+            same = tuple(k for k in own.numbers if elements[k] is self.elements[k])
+            own = self._latest_together.get(same, lambda: Together.of(self, same))
+        return own, [group for k, group in enumerate(elements) if k not in own.numbers]
 
     @cached_property
-    def _places_of_forces(self) -> Index:
-        """Where forces of elements go, by number of the frame and of the component."""
-        nodes = [elements.node.ravel() for elements in self.elements]
-        at = np.concatenate(nodes) if nodes else np.empty(0, dtype=np.intp)
-        return (6 * at[:, None] + np.arange(6)).ravel()
+    def _together(self) -> Together:
+        """All that kernels take together."""
+        return Together.of(self, range(len(self.elements)))
 
     @cached_property
-    def _heavy_inertia(self) -> Array:
-        return self.inertia[self._heavy]
+    def _latest_together(self) -> Latest[Together]:
+        return Latest()
 
     @cached_property
     def _heavy(self) -> Index:
@@ -406,7 +464,7 @@ class Loads:
 def _at_root(model: MovingModel, frames: Frames, node: int, force: Array, moment: Array) -> Array:
     """A force and a moment (3,) at a node as they act (6,) on the frame that it follows."""
     arm = frames.R[model.root[node]] @ model.arm[node]
-    return np.concatenate([force, moment + skew(arm) @ force])
+    return np.concatenate([force, moment + products(arm, force)])
 
 
 def described_loads(design: Design) -> Loads:

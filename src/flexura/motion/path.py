@@ -18,9 +18,11 @@ import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
+from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import count_below, leading
 from flexura.motion.elements import Frames
 from flexura.motion.equilibrium import NEWTON_CONVERGED, NEWTON_STEPS, Equations, Equilibrium
+from flexura.motion.lanes import are_plain
 from flexura.motion.model import NO_LOADS, SMALL_SHARE, Loads
 from flexura.motion.pose import Pose
 from flexura.motion.se3 import LARGEST_ROTATION, rotation_vector
@@ -39,6 +41,8 @@ QUICK = 4
 """Newton's steps up to which the next step may be longer."""
 
 Progress = Callable[[str, float], None]
+
+_between = Kernel("frames_between", "naaaaaaa")
 
 
 @dataclass(frozen=True)
@@ -175,6 +179,10 @@ def refuse_jump(equations: Equations, before: Frames, predicted: Frames, after: 
 
 def displacement(start: Frames, end: Frames) -> Array:
     """Displacements (n, 6) from one state to another."""
+    if is_compiled() and are_plain(start.x, start.R, start.z, end.x, end.R, end.z):
+        moved = np.empty_like(start.z)
+        _between(len(moved), start.x, start.R, start.z, end.x, end.R, end.z, moved)
+        return moved
     turn = rotation_vector(end.R @ np.swapaxes(start.R, -1, -2))
     return np.concatenate([end.x - start.x, turn], axis=1) + end.z - start.z
 

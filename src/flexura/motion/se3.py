@@ -105,17 +105,19 @@ def _even(k: int) -> float:
 
 
 _ONE = np.eye(6)
-_SERIES = _even_coefficients(32)
+SERIES = _even_coefficients(32)
+"""Those of as many powers as the largest rotation needs."""
+
 _RATIO = (2 * math.pi) ** 2
 
 
 def _coefficients(angle_square: Array) -> Array:
     """c2, c4 and their derivatives by y = -angle^2, (..., 4); as many terms as the largest angle needs."""
     largest = float(plain(angle_square).max(initial=0.0))
-    terms = 4 if largest < 1e-6 else min(len(_SERIES), 3 + math.ceil(40 / math.log(_RATIO / largest)))
+    terms = 4 if largest < 1e-6 else min(len(SERIES), 3 + math.ceil(40 / math.log(_RATIO / largest)))
     powers = np.ones((*angle_square.shape, terms), like=real(angle_square))
     powers[..., 1:] = -angle_square[..., None]
-    return np.cumprod(powers, axis=-1) @ _SERIES[:terms]
+    return np.cumprod(powers, axis=-1) @ SERIES[:terms]
 
 
 class Logarithm:

@@ -19,19 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.duals import Dual, plain, zeros
-from flexura.motion.bowing import POINTS, Bowing
+from flexura.duals import plain, zeros
+from flexura.kernels import Struct
+from flexura.motion.bowing import POINTS, ROOTS, SHARES, Bowing
+from flexura.motion.lanes import LANES, abreast, are_plain, whole
 from flexura.motion.se3 import Logarithm
 from flexura.structure import EVEN, Distortion
 
-INNER_STEPS = 6
+INNER_STEPS = 10
 """Most steps of Newton's method for the motions inside elements, which are small of second order."""
 
-NEAR = 0.02
-"""Largest change of deformations, m and rad, from those of the last state for motions inside to begin there."""
-
 INNER_SETTLED = 1e-12
-"""Largest last step of these, rad: its effect on forces is of its square, that on tangents of first order."""
+"""Largest last step of these, rad, of whose square it leaves an error."""
 
 _NAMES = ("u", "s2", "s3", "phi", "theta2", "theta3", "a", "b", "c2", "c3")
 _WAGNER = ("w0", "w1", "w2")
@@ -120,12 +119,6 @@ class _Inside(NamedTuple):
     hessian: Array
 
 
-class _Last:
-    """Motions (e, q) of the last state, from which those inside are looked for in one that is near it."""
-
-    q: Array | None = None
-
-
 @dataclass(frozen=True)
 class Strain:
     """Quadratic strains q + q'Hq/2 of elements: `stiffness` k (e, s, s) and `curvature` H (e, s, q, q), q of 6 or more.
@@ -164,8 +157,38 @@ class Strain:
         )
 
     @cached_property
-    def _last(self) -> _Last:
-        return _Last()
+    def is_plain(self) -> bool:
+        """Whether nothing of them has slopes."""
+        bowing = self.bowing
+        return are_plain(
+            self.stiffness, self.curvature, bowing.plate, bowing.nu, bowing.searle, bowing.free, bowing.rows
+        )
+
+    @cached_property
+    def struct(self) -> Struct:
+        """As kernels take it: of stiffness and curvatures what is not zero in all elements."""
+        bowing, (e, strains, q, _) = self.bowing, self.curvature.shape
+        rows = bowing.rows.reshape(e, -1, strains)
+        tensors = (np.triu(self.stiffness), np.triu(self.curvature), rows)
+        places = [np.argwhere(tensor.any(axis=0)) for tensor in tensors]
+        values = [tensor[(slice(None), *at.T)] for tensor, at in zip(tensors, places, strict=True)]
+        members = [(own[0], len(own)) for rows in self.members for own in rows]
+        first, count = whole(np.reshape(members, (-1, 2)).T)
+        flat = (abreast(values) for values in (bowing.plate, bowing.nu, bowing.searle, bowing.free))
+        return Struct(
+            *(e, strains, q, self._warping, len(places[0]), len(places[1]), int(bowing.any), len(places[2])),
+            *(len(members), *(whole(at) for at in places), first, count),
+            *(*(abreast(own) for own in values), *flat, SHARES, ROOTS),
+        )
+
+    @cached_property
+    def memory(self) -> int:
+        """Numbers of scratch that kernels need."""
+        blocks, q, w = -(-len(self.stiffness) // LANES), self.curvature.shape[-1], self._warping
+        if not w:
+            return 4 * 80 * blocks
+        most = max((rows.shape[1] for rows in self.members), default=0) + 1
+        return 4 * (152 + q * q) * blocks + most * w // 2 * (most * w // 2 + 12 * most)
 
     @property
     def _warping(self) -> int:
@@ -175,29 +198,21 @@ class Strain:
     def response(self, d: Array) -> tuple[Array, Array, Array, tuple[Array, ...]]:
         """Energy (e,), N m, its gradient (e, 6) and Hessian (e, 6, 6) by d (e, 6), motions inside at rest; and what
         warping adds to the latter, by all d of the `members` (m, 6n, 6n)."""
-        _, energy, gradient, hessian, inside = self._settled(d)
-        gradient = gradient[:, :6] - (hessian[:, :6, 6:] @ inside.step[..., None])[..., 0]
-        return energy, gradient, inside.hessian[:, :6, :6], self._coupling(inside.hessian)
+        _, energy, gradient, _, inside = self._settled(d)
+        return energy, gradient[:, :6], inside.hessian[:, :6, :6], self._coupling(inside.hessian)
 
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, _Inside]:
         """Motions q (e, q) with those inside at rest, and energy, gradient and Hessian there."""
         q = np.zeros((len(d), self.curvature.shape[-1]), like=d)
         q[:, :6] = d
-        follows = isinstance(q, Dual)  # slopes settle a step after values
-        last = None if follows else self._last.q
-        if last is not None and np.abs(last[:, :6] - d).max(initial=0.0) < NEAR:
-            q[:, 6:] = last[:, 6:]
-        for _ in range(INNER_STEPS + follows):
-            energy, gradient, hessian = self._derivatives(q)
-            inside = self._inside(gradient, hessian)
-            if np.abs(plain(inside.step)).max(initial=0.0) < INNER_SETTLED:
-                if not follows:
-                    break
-                follows = False
-            q[:, 6:] -= inside.step
-        if not follows:
-            self._last.q = q
-        return q, energy, gradient, hessian, inside
+        for _ in range(INNER_STEPS):
+            _, gradient, hessian = self._derivatives(q)
+            step = self._inside(gradient, hessian).step
+            q[:, 6:] -= step
+            if np.abs(plain(step)).max(initial=0.0) < INNER_SETTLED:
+                break
+        energy, gradient, hessian = self._derivatives(q)
+        return q, energy, gradient, hessian, self._inside(gradient, hessian)
 
     def _inside(self, gradient: Array, hessian: Array) -> _Inside:
         """Motions inside about a state with a gradient (e, q) and a Hessian (e, q, q)."""

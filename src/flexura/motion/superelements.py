@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,14 @@ from numpy.typing import NDArray
 from flexura.arrays import Array, Index
 from flexura.beam import skew
 from flexura.duals import plain, zeros
+from flexura.kernels import Kernel, Struct, is_compiled
 from flexura.motion.elements import Ends, Frames, Kinetics, Rates, Response, accelerating, products
-from flexura.motion.se3 import Logarithm
+from flexura.motion.lanes import abreast, are_plain, different, joined_by, upper, whole
+from flexura.motion.se3 import SERIES, Logarithm
+
+_response = Kernel("superelements_response", "aaaaaaaa")
+_masses = Kernel("superelements_masses", "aaaaa")
+_kinetics = Kernel("superelements_kinetics", "aaaaaaxaaa")
 
 
 @dataclass(frozen=True)
@@ -109,6 +116,16 @@ class Polynomial:
         gradient[:, :n] += second / 2 + third / 6
         return energy + np.einsum("en,en->e", pose, second / 6 + third / 24), gradient, hessian
 
+    @cached_property
+    def struct(self) -> Struct:
+        """As kernels take it."""
+        n, m = self.stiffness.shape[-1], self.cubic.shape[-1]
+        orders = [different(term, order) for term, order in ((self.cubic, 3), (self.quartic, 4))]
+        sizes = [term.shape[1] for term in orders]
+        tables = [whole(joined_by(m, order)) if m else whole([]) for order in (1, 2, 3)]
+        terms = [abreast(term) if term.size else np.empty(0) for term in (upper(self.stiffness), *orders)]
+        return Struct(n, m, m * (m + 1) // 2, *sizes, *terms, *tables)
+
 
 def _joined(terms: list[Array], counts: list[int], size: int) -> Array:
     """Terms of one order; zero where an element has none and another one has some."""
@@ -176,6 +193,29 @@ class Superelements:
         energy = Polynomial.linear((k + k.T)[None] / 2)
         return Superelements(frames[None], count, axes[None], placed_arm, logs.e, energy, M[None])
 
+    @cached_property
+    def struct(self) -> Struct:
+        """As kernels take them."""
+        node, rest = whole(self.node), self.rest.reshape(len(self.node), -1)
+        parts = [abreast(part) for part in (self.axes, self.arm, rest, upper(self.mass))]
+        return Struct(*node.shape, self.count, node, *parts, SERIES, self.energy.struct)
+
+    @cached_property
+    def is_plain(self) -> bool:
+        """Whether nothing of them has slopes."""
+        energy = self.energy
+        return are_plain(self.axes, self.arm, self.rest, self.mass, energy.stiffness, energy.cubic, energy.quartic)
+
+    def _by_kernel(self, frames: Frames) -> bool:
+        """Whether kernels answer in a state."""
+        return is_compiled() and self.is_plain and are_plain(frames.x, frames.R)
+
+    @property
+    def memory(self) -> int:
+        """Numbers of scratch that kernels need."""
+        k, m = self.node.shape[1], self.energy.cubic.shape[-1]
+        return 4 * (31 * self.count + 138 * k + 108 * k * k + m**3)
+
     def ends(self, frames: Frames) -> Ends:
         """Where these frames are, (e, count)."""
         return Ends.of(frames, self.node[:, : self.count], self.axes[:, None], self.arm)
@@ -214,6 +254,11 @@ class Superelements:
 
     def response(self, frames: Frames) -> Response:
         """Energies, forces and tangents in a state of the frames (theory eq. G3)."""
+        if self._by_kernel(frames):
+            e, n = len(self.node), 6 * self.node.shape[1]
+            made = np.empty(e), np.empty((e, n)), np.empty((e, n, n))
+            _response(self.struct.address, frames.x, frames.R, frames.z, np.empty(self.memory), *made)
+            return Response(*made)
         ends = self.ends(frames)
         log = _seen_from_first(ends)
         twists = ends.twists()
@@ -250,8 +295,12 @@ class Superelements:
 
     def masses(self, frames: Frames) -> Array:
         """Mass matrices (e, 6k, 6k) by velocities of the frames."""
-        ends = self.ends(frames)
         e, k = self.node.shape
+        if self._by_kernel(frames):
+            M = np.empty((e, 6 * k, 6 * k))
+            _masses(self.struct.address, frames.x, frames.R, np.empty(self.memory), M)
+            return M
+        ends = self.ends(frames)
         twists = ends.twists(np.repeat(ends.axes[:, :1], self.count, axis=1))
         seen = np.concatenate([twists, np.tile(np.eye(6), (e, k - self.count, 1, 1))], axis=1)
         M = np.swapaxes(seen, -1, -2)[:, :, None] @ np.swapaxes(self.mass.reshape(e, k, 6, k, 6), 2, 3) @ seen[:, None]
@@ -259,6 +308,11 @@ class Superelements:
 
     def kinetics(self, frames: Frames, rates: Rates) -> Kinetics:
         """What holds, damps and accelerates them in a state of motion (theory eqs. G33-G34)."""
+        if self._by_kernel(frames):
+            force, energies = np.empty((len(self.node), 6 * self.node.shape[1])), np.empty(2)
+            state, moving = (frames.x, frames.R, frames.z), (rates.velocity, rates.acceleration, rates.damping)
+            _kinetics(self.struct.address, *state, *moving, np.empty(self.memory), force, energies)
+            return Kinetics(force, float(energies[0]), float(energies[1]))
         ends = self.ends(frames)
         log = _seen_from_first(ends)
         velocity, acceleration = rates.velocity[self.node], rates.acceleration[self.node]

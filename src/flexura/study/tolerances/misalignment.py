@@ -38,6 +38,9 @@ from flexura.tables import Facts, Item, Table, number, quantity
 
 PERCENTILES = (5.0, 50.0, 95.0)
 
+ALIKE = 1e-6
+"""Difference of a quantity to both sides of a direction, over its largest, that points to neither."""
+
 
 @dataclass(frozen=True, repr=False)
 class Mount(Record):
@@ -344,15 +347,20 @@ def _worst(names: Sequence[tuple[str, str, int]], values: Array) -> Index:
 
 
 def _corners(names: Sequence[tuple[str, str, int]], offsets: Array, values: Array, used: Index, singles: int) -> Array:
-    """Corners of the tolerances (k, 6 m) to which the single directions and the worst samples of quantities point."""
+    """Corners of the tolerances (k, 6 m) to which the worst samples of quantities point, and single directions: where
+    both sides are alike, the worst sample tells."""
     tolerance = np.abs(offsets[:singles]).max(axis=0)
-    corners = []
+    size = np.where(np.isnan(values), -np.inf, values * np.array([own[2] for own in names]))
+    largest = size.max(axis=0)
+    first = np.argmax(size >= largest - ALIKE * np.where(np.isfinite(largest), np.abs(largest), 0.0), axis=0)
+    corners = list(np.where(offsets[first] >= 0, 1.0, -1.0) * tolerance)
     for q, (_, _, sign) in enumerate(names):
-        up, down = values[1:singles:2, q], values[2:singles:2, q]
+        up, down = np.nan_to_num(values[1:singles:2, q]), np.nan_to_num(values[2:singles:2, q])
+        alike = ALIKE * max(np.abs(up).max(initial=0.0), np.abs(down).max(initial=0.0))
+        points = np.where(sign * (up - down) > 0, 1.0, -1.0) * tolerance[used]
         corner = np.zeros_like(tolerance)
-        corner[used] = np.where(sign * (np.nan_to_num(up) - np.nan_to_num(down)) >= 0, 1.0, -1.0) * tolerance[used]
+        corner[used] = np.where(np.abs(up - down) <= alike, corners[q][used], points)
         corners.append(corner)
-    corners += [np.where(offsets[k] >= 0, 1.0, -1.0) * tolerance for k in _worst(names, values)]
     return np.unique(np.array(corners), axis=0)
 
 
