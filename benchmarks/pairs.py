@@ -257,9 +257,9 @@ def stroke() -> Iterator[Pair]:
 
 
 def slopes() -> Iterator[Pair]:
-    """Six frequencies with derivatives by fifteen sizes: exact, and by finite differences of the full order."""
+    """Six frequencies with derivatives by fifteen sizes: exact, and by finite differences of SciPy's eigsh."""
     _, _, own, other = gradients.times()
-    yield Pair("slopes.scipy", 1062, f"{SCIPY} approx_fprime on full-order solutions", own, other, None)
+    yield Pair("slopes.scipy", 1062, f"{SCIPY} approx_fprime on eigsh, matrices of flexura", own, other, None)
 
 
 def optimum() -> Iterator[Pair]:

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 import flexura as fx
 from flexura.analysis.strain.energy import energies
 from flexura.motion.model import MovingModel
-from flexura.structure import dissipation
+from flexura.structure import Design, dissipation
 from helpers.large_motion import condensed, inside_strips
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -335,3 +336,35 @@ def test_numbers_that_are_none_are_refused_by_poses_and_strokes(damped: fx.Mecha
         with pytest.raises(fx.OptionError, match=r"a component of a rotation vector, up to 3\.1 rad"):
             ask()
     assert list(fx.stroke(damped, move={"carriage.y": 1e-3}, nodes="end", n=1).poses[0].displacement) == ["end"]
+
+
+@pytest.mark.parametrize("name", MOVED)
+def test_models_of_a_stack_are_those_of_its_designs(name):
+    plan, rng = fx.Plan(fx.load(EXAMPLES / f"{name}.yaml")), np.random.default_rng(3)
+    known = {
+        key: own.value
+        for key, own in plan.mechanism.parameters.items()
+        if isinstance(own.value, float) and own.minimum != own.value
+    }
+    varied = {key: value * rng.uniform(0.99, 1.01, 3) for key, value in list(known.items())[:6]}
+    models = list(MovingModel.several(Design.of(plan, varied)))
+    for k, model in enumerate(models):
+        own = MovingModel.of(Design.of(plan, {key: float(values[k]) for key, values in varied.items()}))
+        assert model.names == own.names
+        frames, gravity = own.rest.moved(1e-3 * rng.standard_normal(own.dof.shape) * (own.dof >= 0)), np.ones(3)
+        (force, *matrices), (wanted, *expected) = (
+            (
+                moving.forces(frames, gravity).force,
+                moving.matrix(moving.forces(frames, gravity).blocks),
+                moving.mass(frames),
+            )
+            for moving in (model, own)
+        )
+        assert_allclose(force, wanted, rtol=1e-9, atol=1e-12 * np.abs(wanted).max())
+        for found, matrix in zip(matrices, expected, strict=True):
+            assert_allclose(
+                sp.csr_matrix(found).toarray(),
+                sp.csr_matrix(matrix).toarray(),
+                rtol=1e-9,
+                atol=1e-12 * abs(matrix).max(),
+            )

@@ -82,6 +82,30 @@ def test_answers_with_bodies_that_bend_stay_within_their_intervals_beside_other_
         assert np.array_equal(some.is_proven, together.is_proven[chosen])
 
 
+@pytest.mark.parametrize(
+    ("name", "pose"),
+    [
+        ("guide/guide", "carriage.x = 1 mm"),
+        ("amplifier/amplifier", "output.x = 10 um"),
+        ("pivot/pivot", "arm.ry = 1 mrad"),
+    ],
+)
+def test_stresses_at_poses_do_not_depend_on_neighbours_and_are_those_of_a_stroke(name, pose):
+    mechanism = with_rigid_bodies(example(name))
+    plan, (where, value, unit) = plan_of(mechanism), pose.replace(" =", "").split()
+    asked, designs = questions(plan, f"stress at {pose}, margin at {pose}"), spread(plan, 5, 0.03)
+    together = asked.values(designs)
+    for chosen in ([0], [2, 2], [4, 1, 3]):
+        some = asked.values({name: own[chosen] for name, own in designs.items()})
+        assert np.array_equal(some.value, together.value[chosen])
+        assert np.array_equal(some.reason, together.reason[chosen])
+    one = {name: float(own[3]) for name, own in designs.items()}
+    path = fx.stroke(plan, one, move={where: float(value) * {"mm": 1e-3, "um": 1e-6, "mrad": 1e-3}[unit]}, steps=1)
+    stresses = [member.von_mises for member in path.stresses(0).members if member.von_mises is not None]
+    assert together.value[3, 0] == pytest.approx(max(stresses), rel=1e-9)
+    assert together.value[3, 1] == pytest.approx(path.poses[0].stress_margin, rel=1e-9)
+
+
 def test_a_grid_does_not_differ_from_its_shuffled_designs():
     """Blocks of a grid have one geometry, those of a shuffled one many."""
     length, thickness = (own.ravel() for own in np.meshgrid([0.05, 0.06], np.linspace(4e-4, 6e-4, 32), indexing="ij"))

@@ -136,7 +136,7 @@ class DisplacedState(State):
     @property
     def is_stable(self) -> bool:
         """Whether the state is stable with the prescribed displacements held."""
-        return is_definite(self.pose.matrices(held=True)[0])
+        return is_definite(self.pose.held_K)
 
     def frequencies(self, n: int, held: bool = False) -> list[Repeated]:
         """The n lowest natural frequencies and further copies of the last, with the prescribed displacements held, or
@@ -277,7 +277,7 @@ class DisplacementPath:
         tangent, missing = sloped.tangent(frames, loads, state.drive)
         missing = missing + state.drive @ tangent.rows
         with_slopes: Any = Dual(values, np.reshape(targets, (len(targets), count)).T)
-        gap = with_slopes - sloped.travelled(frames)
+        gap = with_slopes - tangent.travelled
         step, drive = pose.equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
         frames = _stepped(frames, np.stack([pose.equations.displacements(column) for column in step.T]))
         force: Any = Dual(state.drive, drive.T)

@@ -11,6 +11,7 @@ from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.integration import Moved as Moved
 from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
+from flexura.motion.layout import stack_size as stack_size
 from flexura.motion.limits import beyond as beyond
 from flexura.motion.limits import stiffness_errors as stiffness_errors
 from flexura.motion.limits import why_it_ends as why_it_ends

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,6 +30,9 @@ NEWTON_CONVERGED = 1e-8
 
 INDEPENDENT = 1e-9
 """What of a prescribed displacement others must leave free, over its own size."""
+
+UNSTRAINED = 1e-14
+"""Forces at rest, over those of displacements as large as the mechanism or of rotations by 1 rad, that are none."""
 
 NEWTON_STEPS = 12
 """Steps of Newton's method after which a smaller change of state is tried."""
@@ -72,10 +75,12 @@ class Equilibrium(NamedTuple):
 
 
 class Tangent(NamedTuple):
-    """What holds a state, derivatives of loads and drives included, and rows (d, n) of the driven displacements."""
+    """What holds a state, derivatives of loads and drives included, the driven displacements (d,) and their rows
+    (d, n)."""
 
     model: MovingModel
     forces: Forces
+    travelled: Array
     rows: Array
 
     @property
@@ -100,8 +105,8 @@ class Equations:
 
     def independent(self) -> None:
         """Raise OptionError where displacements that are prescribed cannot be, all by themselves, at rest."""
-        rows = self.tangent(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))[0].rows / self.scale
-        for k, drive in enumerate(self.drives):
+        rows = self._undeformed[0].rows / self.scale if len(self.drives) > 1 else np.empty(0)
+        for k, drive in enumerate(self.drives[1:], 1):
             others = rows[:k]
             left = rows[k] - np.linalg.lstsq(others.T, rows[k], rcond=None)[0] @ others
             if np.linalg.norm(left) < INDEPENDENT * np.linalg.norm(rows[k]):
@@ -158,9 +163,23 @@ class Equations:
         local = forces.blocks[-1]
         external, slope = loads.external(self.model, frames)
         local -= slope
-        for drive, multiplier in zip(self.drives, multipliers, strict=True):
-            local[drive.root] -= multiplier * self._drive(frames, drive)[2]
-        return Tangent(self.model, forces, self.rows(frames)), self.free(external - forces.force)
+        travelled = np.zeros(len(self.drives), like=frames.x)
+        rows = np.zeros((len(self.drives), self.model.n_dof), like=frames.x)
+        for i, (drive, multiplier) in enumerate(zip(self.drives, multipliers, strict=True)):
+            travelled[i], row, second = self._drive(frames, drive)
+            local[drive.root] -= multiplier * second
+            dof = self.model.dof[drive.root]
+            rows[i, dof[dof >= 0]] = row[dof >= 0]
+        return Tangent(self.model, forces, travelled, rows), self.free(external - forces.force)
+
+    def missing(self, state: Equilibrium) -> Array:
+        """The forces (n,) that are missing in a state for equilibrium without the drives."""
+        return self.free(state.loads.forces(self.model, state.frames) - state.tangent.forces.force)
+
+    @cached_property
+    def _undeformed(self) -> tuple[Tangent, Array]:
+        """The tangent without loads and with nothing moved, and what forces are missing there."""
+        return self.tangent(self.model.rest, NO_LOADS, np.zeros(len(self.drives)))
 
     def ground_reaction(self, state: Equilibrium) -> Array:
         """Force and moment (6,) about the global origin that the ground exerts, N and N m (theory eq. G19)."""
@@ -181,8 +200,7 @@ class Equations:
         wanted, last = np.asarray(targets, dtype=float), np.inf
         for iteration in range(1, NEWTON_STEPS + 1):
             tangent, missing = self.tangent(frames, loads, multipliers)
-            gap = wanted - self.travelled(frames)
-            step, multipliers = self.solver(tangent)(missing, gap)
+            step, multipliers = self.solver(tangent)(missing, wanted - tangent.travelled)
             if not np.isfinite(step).all():
                 break
             size = float(np.abs(step * self.scale).max(initial=0.0))
@@ -196,16 +214,18 @@ class Equations:
 
     def at_rest(self) -> Equilibrium:
         """The state without loads and with nothing moved. Raises SolverError where it is free to move."""
-        nowhere = np.zeros(len(self.drives))
-        tangent, _ = self.tangent(self.model.rest, NO_LOADS, nowhere)
-        K, rows = tangent.K, sp.csr_matrix(tangent.rows)
+        (tangent, missing), nowhere = self._undeformed, np.zeros(len(self.drives))
+        K, rows = self.model.matrix(tangent.forces.blocks), tangent.rows
         diagonal = K.diagonal()
         softness = np.reciprocal(np.where(diagonal > 0, diagonal, diagonal.max(initial=1.0)))
-        springs = sp.diags(np.reciprocal(rows.power(2) @ softness))  # they hold what is driven
-        if not is_definite((K + rows.T @ springs @ rows).tocsc()):
+        springs = rows / np.sqrt(rows**2 @ softness)[:, None]  # they hold what is driven
+        holding: Any = springs if isinstance(K, np.ndarray) else sp.csr_matrix(springs)
+        if not is_definite(K + holding.T @ holding):
             raise SolverError(
                 "the undeformed mechanism is free to move: hold or move all of it; flexura check lists what is free"
             )
+        if (np.abs(missing * self.scale) <= UNSTRAINED * diagonal).all():
+            return Equilibrium(self.model.rest, nowhere, NO_LOADS, tangent, 1)
         return self.solve(self.model.rest, NO_LOADS, nowhere)
 
     def solver(self, tangent: Tangent) -> Callable[[Array, Array], tuple[Array, Array]]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from flexura.arrays import Array, Index
+from flexura.duals import plain
 from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
 from flexura.motion.bars import Bars, Push
 from flexura.motion.diaphragms import BentRings
@@ -16,13 +20,16 @@ from flexura.motion.elements import Ends, Frames, Group, PoseElements
 from flexura.motion.stops import Stops
 from flexura.motion.strain import beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements
-from flexura.structure import Copies, Design, Distortion, Part, SpringElement
+from flexura.structure import Copies, Design, DiscreteElement, Distortion, Part, Plan, SpringElement
 
 Named = tuple[Group, tuple[str, ...]]
 """Elements with the name of each."""
 
 PLAIN = Distortion.even(np.zeros(1, dtype=np.intp), 0)
 """How a uniform bar twists without corrections."""
+
+STACK, STACKED_ELEMENTS = 32, 2048
+"""Designs that are laid out at once, and elements of these, all together, up to which they are so many."""
 
 MIRRORED = np.array([1.0, 1.0, -1.0, -1.0, -1.0, 1.0])
 """Signs of displacements along and about axes that are made right-handed again by turning the third one round."""
@@ -59,6 +66,20 @@ def laid_out(design: Design) -> Laid:
     return _Builder(design).laid()
 
 
+def stack_size(plan: Plan) -> int:
+    """So many designs of a plan are well laid out together."""
+    elements = sum(len(own.part.connectivity) * len(own.paths) for own in plan.topology.copies.values())
+    return max(min(STACK, STACKED_ELEMENTS // max(elements, 1)), 1)
+
+
+def laid_out_together(stack: Design) -> Iterator[Laid]:
+    """All that moves in the designs of a stack, one after another, each the same as by itself."""
+    count, discrete = len(stack.values), stack.discrete_elements
+    for k, beams in enumerate(_Builder(stack, None, discrete).beams(count)):
+        own = {name: [element.one(k) for element in elements] for name, elements in discrete.items()}
+        yield _Builder(stack.one(k), beams, own).laid()
+
+
 def add_weight(weight: Array, elements: Group, rest: Frames) -> None:
     """Add what the mass of elements weighs to the weight (n + 1, 6, 3) of the frames at their ends."""
     M = elements.masses(rest)
@@ -69,22 +90,66 @@ def add_weight(weight: Array, elements: Group, rest: Frames) -> None:
 
 
 class _Builder:
-    """Lays out the elements of all copies of all parts in global axes."""
+    """Lays out the elements of all copies of all parts in global axes; those of a stack of designs one design after
+    another, as if they were one mechanism."""
 
-    def __init__(self, design: Design) -> None:
+    def __init__(
+        self, design: Design, beams: Named | None = None, discrete: Mapping[str, list[DiscreteElement]] | None = None
+    ) -> None:
         self.design = design
+        self.known: Named | None = beams
+        self.discrete: Mapping[str, list[DiscreteElement]] = (
+            {name: own.discrete_elements for name, own in design.matrices.items()} if discrete is None else discrete
+        )
+        self.lead: tuple[int, ...] = design.values.shape[:-1]
         topology, geometry = design.plan.topology, design.geometry
-        n = topology.n_nodes
+        n, count = topology.n_nodes, math.prod(self.lead)
         self.ground = n
-        x = np.concatenate([geometry.positions, np.zeros((1, 3))])
-        self.rest = Frames.at_rest(x, np.append(topology.has_position, True))
+        self.shift: Index = (n + 1) * np.arange(count)
+        """The first frame of each design."""
+        self.rest = Frames.at_rest(
+            self._with_ground(geometry.positions), np.tile(np.append(topology.has_position, True), count)
+        )
         self.dof = np.concatenate([topology.dof, np.full((1, 6), -1)])
-        arm = geometry.positions - geometry.positions[topology.root]
-        self.arm = np.concatenate([np.where(topology.is_rigid[:, None], arm, 0.0), np.zeros((1, 3))])
-        self.inertia = np.zeros((n + 1, 6, 6), like=design.values)
-        self.weight = np.zeros((n + 1, 6, 3), like=design.values)
-        beams = [name for name in design.matrices if len(design.plan.parts[name].connectivity)]
-        self.cases: int = max((design.matrices[name].elements.torsion.cases for name in beams), default=0)
+        arm = geometry.positions - geometry.positions[..., topology.root, :]
+        self.arm = self._with_ground(np.where(topology.is_rigid[:, None], arm, 0.0))
+        self.inertia = np.zeros((count * (n + 1), 6, 6), like=design.values)
+        self.weight = np.zeros((count * (n + 1), 6, 3), like=design.values)
+
+    @cached_property
+    def cases(self) -> int:
+        """Cases in which ends warp, of all members."""
+        own = (own.elements.torsion.cases for own in self.design.matrices.values() if len(own.connectivity))
+        return max(own, default=0)
+
+    def _with_ground(self, points: Array) -> Array:
+        """Points (..., n, 3) of nodes, and a last one at the origin for the ground, of all designs."""
+        return self.flat(np.concatenate([points, np.zeros((*points.shape[:-2], 1, 3))], axis=-2), 2)
+
+    def flat(self, numbers: Array, axes: int) -> Array:
+        """Numbers of so many own axes, of all designs one after another."""
+        if not self.lead:
+            return numbers
+        own = numbers.shape[numbers.ndim - axes :]
+        return np.broadcast_to(numbers, (*self.lead, *own)).reshape(len(self.shift) * own[0], *own[1:])
+
+    def every(self, frames: Index) -> Index:
+        """Frames of all designs, from those of one."""
+        return np.add.outer(self.shift, frames).reshape(-1, *frames.shape[1:])
+
+    def beams(self, count: int) -> Iterator[Named | None]:
+        """The beams of each of the first designs of a stack, between its own frames; None without any."""
+        groups = [at.members() for at in self._copies() if len(at.part.connectivity)]
+        if not groups:
+            yield from [None] * count
+            return
+        first = np.cumsum([0, *(len(elements.node) for elements, _ in groups)])
+        own = [start + np.arange(stop - start).reshape(len(self.shift), -1) for start, stop in pairwise(first)]
+        rows, names = np.concatenate(own, axis=1), tuple(name for _, names in groups for name in names)
+        whole, e = taken(joined([elements for elements, _ in groups]), rows.ravel()), len(names)
+        for k in range(count):
+            elements = taken(whole, slice(k * e, k * e + e))
+            yield replace(elements, node=elements.node - self.shift[k]), names
 
     def laid(self) -> Laid:
         passive, actuators = self._groups()
@@ -109,7 +174,7 @@ class _Builder:
         )
 
     def _copies(self) -> Iterator[_Copy]:
-        for name in self.design.matrices:
+        for name in self.discrete:
             copies = self.design.plan.topology.copies[name]
             for copy in range(len(copies.paths)):
                 yield _Copy(self, copies, name, copy)
@@ -120,7 +185,8 @@ class _Builder:
         others: list[Named] = []
         actuators: list[Named] = []
         for at in self._copies():
-            beams += at.members()
+            if self.known is None and len(at.part.connectivity):
+                beams.append(at.members())
             springs += at.springs()
             stops += at.stops()
             others += at.diaphragms()
@@ -128,6 +194,7 @@ class _Builder:
             actuators += at.stacks()
             actuators += at.pushes()
             at.masses()
+        beams = beams if self.known is None else [self.known]
         together = [(joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
                   for kind in (beams, springs, stops) if kind]  # fmt: skip
         return [*together, *others], actuators
@@ -140,19 +207,19 @@ class _Copy:
         design = builder.design
         self.builder, self.design = builder, design
         self.part: Part = copies.part
-        self.matrices = design.matrices[name]
+        self.name = name
         self.local = design.geometry.parts[name]
-        self.Q = design.geometry.Q[copies.number[copy]]
-        self.mirrored = np.linalg.det(self.Q) < 0
+        self.Q = design.geometry.Q[..., copies.number[copy], :, :]
+        self.mirrored = bool((np.linalg.det(plain(self.Q)) < 0).all())
         self.offset = copies.offset[copy]
         self.prefix = ".".join(copies.paths[copy]) + "." if copies.paths[copy] else ""
 
     def _frames(self, nodes: Index) -> Index:
-        return self.design.plan.topology.root[self.offset + nodes]
+        return self.builder.every(self.design.plan.topology.root[self.offset + nodes])
 
     def _axes(self, rows: Array) -> Array:
-        """Axes (..., 3, 3) as columns, global and right-handed, from axes of the part as rows."""
-        axes = self.Q @ np.swapaxes(rows, -1, -2)
+        """Axes (3, 3), or (..., e, 3, 3), as columns, global and right-handed, from axes of the part as rows."""
+        axes = (self.Q if rows.ndim == 2 else self.Q[..., None, :, :]) @ np.swapaxes(rows, -1, -2)
         if self.mirrored:
             axes = axes * np.array([1.0, 1.0, -1.0])
         return axes
@@ -166,25 +233,25 @@ class _Copy:
 
     def _arms(self, nodes: Index, reach: Array) -> Array:
         """Arms (..., 3), global axes, from the frames of nodes to points; `reach` (..., 3) leads there, part's axes."""
-        return self.builder.arm[self.offset + nodes] + reach @ self.Q.T
+        back = np.swapaxes(self.Q, -1, -2)
+        turned = reach @ (back if nodes.ndim == 1 else back[..., None, :, :])
+        return self.builder.arm[self.builder.every(self.offset + nodes)] + self.builder.flat(turned, nodes.ndim + 1)
 
-    def members(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
+    def members(self) -> tuple[PoseElements, tuple[str, ...]]:
         """Beam elements of all members."""
-        part, own = self.part, self.matrices
-        if not len(part.connectivity):
-            return []
-        member = part.table.element_member
-        reach = np.zeros((len(member), 2, 3), like=self.local.offsets)
-        reach[part.first[:-1], 0] = self.local.offsets[:, 0]
-        reach[part.first[1:] - 1, 1] = self.local.offsets[:, 1]
-        axes = self._axes(self.local.R[member])
+        part, own = self.part, self.design.matrices[self.name]
+        member, flat, offsets = part.table.element_member, self.builder.flat, self.local.offsets
+        reach = np.zeros((*offsets.shape[:-3], len(member), 2, 3), like=offsets)
+        reach[..., part.first[:-1], 0, :] = offsets[..., 0, :]
+        reach[..., part.first[1:] - 1, 1, :] = offsets[..., 1, :]
+        axes = flat(self._axes(self.local.R[..., member, :, :]), 3)
         axes = np.stack([axes, axes], axis=1)
-        length = self.local.length[member] / part.counts[member]
+        length = flat(self.local.length[..., member] / part.counts[member], 1)
         keys = list(part.members)
         names = tuple(self.prefix + keys[m] for m in member)
-        K, M = self._signed(own.elements.K), self._signed(own.elements.M)
-        torsion = own.elements.torsion.padded(self.builder.cases)
-        return [(self._between(part.connectivity, axes, reach, K, M, (length, torsion)), names)]
+        K, M = (flat(self._signed(matrix), 3) for matrix in (own.elements.K, own.elements.M))
+        torsion = own.elements.torsion.padded(self.builder.cases).each(lambda field, axes: flat(field, axes + 1))
+        return self._between(part.connectivity, axes, reach, K, M, (length, torsion)), names
 
     def _between(
         self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Distortion]
@@ -298,7 +365,7 @@ class _Copy:
 
     def superelements(self) -> Iterator[Named]:
         """Superelements and bodies that bend, between nodes, and those of one node that has stiffness to the ground."""
-        bodies = self.part.bent_bodies(self.matrices.discrete_elements)
+        bodies = self.part.bent_bodies(self.builder.discrete[self.name])
         values, x = self.design.values, self.local.positions
         described = [
             (key, own.nodes, *own.matrices(values, x[own.nodes])) for key, own in self.part.superelements.items()
@@ -331,7 +398,7 @@ class _Copy:
             *self.part.points,
             *(key for key, _, _ in self.part.channels.masses),
         }
-        for mass in self.matrices.discrete_elements:
+        for mass in self.builder.discrete[self.name]:
             if mass.M is None or mass.name not in heavy:
                 continue
             node = np.array(mass.nodes)
@@ -346,7 +413,17 @@ class _Copy:
 
 def joined(groups: Sequence[Any]) -> Any:
     """Data of one kind in one table."""
+    if len(groups) == 1:
+        return groups[0]
     if not is_dataclass(groups[0]):
         return np.concatenate(groups)
     first: Any = groups[0]
     return replace(first, **{f.name: joined([getattr(g, f.name) for g in groups]) for f in fields(first)})
+
+
+def taken(group: Any, rows: Index | slice) -> Any:
+    """Data of some rows of a table."""
+    if not is_dataclass(group):
+        return np.asarray(group)[rows]
+    first: Any = group
+    return replace(first, **{f.name: taken(getattr(group, f.name), rows) for f in fields(first)})

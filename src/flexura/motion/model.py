@@ -5,7 +5,7 @@ what it is loaded with: dead and follower loads, gravity and actuators.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -31,7 +31,7 @@ from flexura.motion.elements import (
     products,
     turned,
 )
-from flexura.motion.layout import Laid, laid_out
+from flexura.motion.layout import Laid, laid_out, laid_out_together
 from flexura.motion.se3 import rotation
 from flexura.motion.stops import Stops
 from flexura.motion.superelements import Superelements
@@ -68,6 +68,24 @@ class MovingModel(Laid):
     def of(design: Design) -> MovingModel:
         """The model of a design. Raises OptionError for what cannot turn yet."""
         return MovingModel(**vars(laid_out(design)))
+
+    @staticmethod
+    def several(stack: Design) -> Iterator[MovingModel]:
+        """The models of the designs of a stack, worked out together, each the same as by itself. Raises as `of`."""
+        first: MovingModel | None = None
+        for laid in laid_out_together(stack):
+            model = MovingModel(**vars(laid))
+            first = first or model
+            yield model._numbered_as(first)
+
+    def under(self, design: Design) -> MovingModel:
+        """The same model of a design that differs in nothing but what moves it."""
+        return replace(self, design=design)._numbered_as(self)
+
+    def _numbered_as(self, other: MovingModel) -> MovingModel:
+        """Itself, with the pattern of another model of the same topology."""
+        vars(self)["pattern"] = other.pattern
+        return self
 
     @property
     def n_dof(self) -> int:
@@ -161,9 +179,8 @@ class MovingModel(Laid):
         total = zeros(self.dof.shape, frames.x, self.design.values)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
         for elements, response in zip(self.elements, responses, strict=True):
-            at, flat = elements.node.ravel(), response.force.reshape(-1, 6)
-            for column in range(6):
-                total[:, column] += np.bincount(at, flat[:, column], len(total))
+            at = (6 * elements.node.reshape(-1, 1) + np.arange(6)).ravel()
+            total += np.bincount(at, response.force.ravel(), total.size).reshape(total.shape)
         local = turned(np.where(frames.placed[:, None], total, 0.0))
         inside_slope = self._no_sagging
         if gravity.any():

@@ -142,8 +142,11 @@ class Path:
         now, ahead = self.state.frames, travel - self._travel
         if not self._before:
             now = self._held(now, aim)
-            tangent, missing = self.equations.tangent(now, aim.loads, self.state.drive)
-            gap = aim.targets - self.equations.travelled(now)
+            if now is self.state.frames and not aim.loads.apart(self.state.loads):
+                tangent, missing = self.state.tangent, self.equations.missing(self.state)
+            else:
+                tangent, missing = self.equations.tangent(now, aim.loads, self.state.drive)
+            gap = aim.targets - tangent.travelled
             return now.moved(self.equations.displacements(self.equations.solver(tangent)(missing, gap)[0]))
         lengths = [0.0, *(s - self._travel for s, _ in self._before)]
         step = np.zeros((len(now.x), 6))
@@ -379,7 +382,7 @@ class Arc:
             point = self.first.between(self.last, share)
             tangent, missing = equations.tangent(frames, point.loads, multipliers)
             solve = equations.solver(tangent)
-            q_load, drive_load = solve(missing, point.targets - equations.travelled(frames))
+            q_load, drive_load = solve(missing, point.targets - tangent.travelled)
             by_share, drive_by_share = solve(self._missing(frames, share), self.last.targets - self.first.targets)
             moved = equations.free(displacement(at.state.frames, frames))
             left = length - along @ (moved + q_load) - at.rising * (share - at.share)

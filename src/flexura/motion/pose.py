@@ -106,11 +106,12 @@ class Pose(Record):
 
     def matrices(self, held: bool) -> tuple[Matrix, Matrix]:
         """K and M, with actuators locked or free."""
-        return self._held if held else (self.K, self.M)
+        return (self.held_K, self.holding.matrix(self.M)) if held else (self.K, self.M)
 
     @cached_property
-    def _held(self) -> tuple[Matrix, Matrix]:
-        return self.holding.matrix(self.K), self.holding.matrix(self.M)
+    def held_K(self) -> Matrix:
+        """K (n - d, n - d) of what is left with actuators locked."""
+        return self.holding.matrix(self.K)
 
     @cached_property
     def _free_factor(self) -> Factor:
@@ -118,7 +119,7 @@ class Pose(Record):
 
     @cached_property
     def _held_factor(self) -> Factor:
-        return factorise(self._held[0])
+        return factorise(self.held_K)
 
     def modes(self, n: int) -> Eigenpairs:
         """The n lowest eigenpairs with actuators free, none missed: values, (rad/s)^2, negative where the state is not
@@ -127,7 +128,7 @@ class Pose(Record):
 
     def held_values(self, n: int) -> Array:
         """The n lowest eigenvalues with actuators locked, (rad/s)^2, none missed."""
-        K, M = self._held
+        K, M = self.matrices(held=True)
         return lowest_of_any(K, M, min(n, K.shape[0]), shapes=False).values
 
     def rows(self, node: int) -> Array:

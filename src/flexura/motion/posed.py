@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -204,20 +204,23 @@ def at_pose(design: Design) -> Design:
     return replace(design, pose=there)
 
 
-def reached(design: Design, near: PosedDesign | None = None) -> PosedDesign:
+def reached(
+    design: Design, near: PosedDesign | None = None, model: Callable[[], MovingModel] | None = None
+) -> PosedDesign:
     """A design at the pose that its description names, reached from rest by a path of equilibria under the loads and
     gravity that are described, or from a pose `near` with the same displacements; the last one is kept with the plan.
+    A `model` of the design without its pose need not be worked out again.
 
     Raises OptionError for what cannot turn, and SolverError where the path ends before, with the pose that it reached.
     """
     latest: Latest[PosedDesign] = design.plan.prepared.once("reached", Latest)
-    return latest.get(design.values.tobytes(), lambda: _reached(design, near))
+    return latest.get(design.values.tobytes(), lambda: _reached(design, near, model))
 
 
-def _reached(design: Design, near: PosedDesign | None) -> PosedDesign:
+def _reached(design: Design, near: PosedDesign | None, known: Callable[[], MovingModel] | None) -> PosedDesign:
     plan = design.plan
     moved = plan.pose.moved(design.values)
-    model = MovingModel.of(design)
+    model = MovingModel.of(design) if known is None else known().under(design)
     names = [name.rpartition(".") for name in moved]
     numbers = plan.topology.numbers([node for node, _, _ in names]).tolist()
     drives = [
@@ -237,7 +240,7 @@ def _reached(design: Design, near: PosedDesign | None) -> PosedDesign:
     there, zero = Point(np.array(list(moved.values())), loads), np.zeros(len(drives))
     if near is None:
         state = equations.at_rest()
-        path, points = Path(equations, state, Point(zero, NO_LOADS)), [Point(zero, loads), there]
+        path, points = Path(equations, state, Point(zero, NO_LOADS)), [Point(zero, loads), there][not loads.any :]
     else:
         state = near.pose.state
         path, points = Path(equations, state, Point(equations.travelled(state.frames), state.loads)), [there]

@@ -286,7 +286,7 @@ class ChainAssembler:
         return self._arranged(parts, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
-        elements = design.discrete_elements()
+        elements = design.discrete_elements
         discrete = [element for name in self.reducers for element in elements[name]]
         refuse_impossible(design.elements, discrete, len(design.values))
         return discrete, self._maps(design)

@@ -79,12 +79,9 @@ class Scatter:
             only = matrices[0][..., 0, :, :]
             return only if only.shape[:-2] == lead else np.broadcast_to(only, (*lead, n, n))
         designs, size = math.prod(lead), n * n + 1
-        data = np.empty((designs, len(self._key)))
-        at = 0
-        for m in matrices:
-            entries = math.prod(m.shape[-3:])
-            data[:, at : at + entries] = np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, entries)
-            at += entries
+        each = [np.broadcast_to(m, (*lead, *m.shape[-3:])).reshape(designs, math.prod(m.shape[-3:]))
+                for m in matrices]  # fmt: skip
+        data = np.concatenate([np.empty((designs, 0)), *each], axis=1)
         summed = np.bincount(self._dense_target(designs), weights=data.ravel(), minlength=designs * size)
         whole = summed.astype(float, copy=False).reshape(designs, size)[:, :-1].reshape(*lead, n, n)
         return whole if self.symmetric else np.swapaxes(whole, -1, -2)  # columns were summed as rows
@@ -250,7 +247,7 @@ class FullOrderAssembler:
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
-        discrete_K, discrete_M = self._discrete(design.discrete_elements(), self._transforms(design))
+        discrete_K, discrete_M = self._discrete(design.discrete_elements, self._transforms(design))
         return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
 
     def with_shared_warping(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:

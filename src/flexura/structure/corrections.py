@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -59,7 +59,7 @@ class Factors(NamedTuple):
 
 
 class Distortion(NamedTuple):
-    """How sections of the elements (e,) of one design warp and bow.
+    """How sections of the elements (..., e) warp and bow; the leading axes are those of designs, which `place` lacks.
 
     `place` (e,): 1 in the first element of a strip whose warping is held, 2 in its others, 0 in those of members that
     have one compliance in torsion all along. `stiffness` (e,), N m, is GJ over length where it is needed, `mean` (e,)
@@ -84,10 +84,10 @@ class Distortion(NamedTuple):
     plane: Index
 
     @staticmethod
-    def even(place: Index, cases: int, *sources: Any) -> Distortion:
+    def even(place: Index, cases: int, *sources: Any, lead: tuple[int, ...] = ()) -> Distortion:
         """Of elements that have one compliance all along, for numbers that are worked out of `sources`."""
-        e = len(place)
-        A, B, Z = (zeros((e, *shape), *sources) for shape in ((3, 3), (3, 2 * cases), (2 * cases, 2 * cases)))
+        e, sizes = len(place), ((3, 3), (3, 2 * cases), (2 * cases, 2 * cases))
+        A, B, Z = (zeros((*lead, e, *size), *sources) for size in sizes)
         A[...], Z[...] = np.diag(EVEN), np.eye(2 * cases)
         return Distortion(place, np.ones(e), np.ones(e), A, B, Z, np.zeros(e), np.zeros(e), np.zeros((e, 4)), place)
 
@@ -98,14 +98,19 @@ class Distortion(NamedTuple):
 
     def taken(self, elements: slice | Index) -> Distortion:
         """Those of some elements."""
-        every: Any = (field[elements] for field in self)
-        return Distortion(*every)
+        return self.each(lambda field, own: field[(..., elements, *(slice(None),) * own)])
+
+    def each(self, change: Callable[[Any, int], Any]) -> Distortion:
+        """With each field changed, told how many axes of its own an element has in it."""
+        own = {"A": 2, "B": 2, "Z": 2, "bow": 1}
+        return Distortion(*(change(field, own.get(name, 0)) for name, field in self._asdict().items()))
 
     def padded(self, cases: int) -> Distortion:
         """With ends that resist warping in further cases alone, so many in all."""
         if cases == self.cases:
             return self
-        whole, own = Distortion.even(self.place, cases, self.B, self.Z), slice(0, self.Z.shape[-1])
+        lead, own = self.Z.shape[:-3], slice(0, self.Z.shape[-1])
+        whole = Distortion.even(self.place, cases, self.B, self.Z, lead=lead)
         whole.B[..., own], whole.Z[..., own, own] = self.B, self.Z
         return self._replace(B=whole.B, Z=whole.Z)
 
@@ -170,13 +175,14 @@ class MemberCorrections:
         held = np.concatenate([np.empty(0, dtype=np.intp), *(group.index for group, _ in strips)])
         held = held[warping[held]]
         used = [case for case, (share, *_) in enumerate(_holds(self.clamped)) if share[held].any()]
-        torsion = Distortion.even(np.zeros(first[-1], dtype=np.intp), len(used), values, nu, length)
+        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        torsion = Distortion.even(np.zeros(first[-1], dtype=np.intp), len(used), values, nu, length, lead=lead)
         for group, n in strips:
             own = np.flatnonzero(warping[group.index])
             members, edges = group.index[own], np.arange(n + 1) / n
-            L, own_nu = length[members, None], nu[members, None]
-            sizes = group.sizes(values, length[group.index], edges)
-            b, t = sizes[0][own], sizes[-1][own]
+            L, own_nu = length[..., members, None], nu[..., members, None]
+            sizes = group.sizes(values, length[..., group.index], edges)
+            b, t = sizes[0][..., own, :], sizes[-1][..., own, :]
             at, cases = first[members][:, None] + np.arange(n), _holds(self.clamped[members])
             torsion.place[at] = np.where(np.arange(n), 2, 1)
             A = (1 - sum((share for share, *_ in cases), np.zeros((len(own), 1))))[..., None, None] * np.diag(EVEN)
@@ -187,11 +193,11 @@ class MemberCorrections:
                 free = np.repeat((share > 0)[..., None], n, axis=1) & np.ones(2, dtype=bool)
                 free[:, 0, 0] &= start == 0
                 free[:, -1, 1] &= start == -1
-                both, columns = free[..., None] & free[..., None, :], [2 * k, 2 * k + 1]
+                both, columns = free[..., None] & free[..., None, :], slice(2 * k, 2 * k + 2)
                 A = A + own_A
-                torsion.B[at[..., None], :, columns] = np.swapaxes(np.where(free[..., None, :], B, 0.0), -1, -2)
-                torsion.Z[at[..., None, None], [[c] for c in columns], columns] = np.where(both, Z, ~both * np.eye(2))
-            torsion.A[at] = A
+                torsion.B[..., at, :, columns] = np.where(free[..., None, :], B, 0.0)
+                torsion.Z[..., at, columns, columns] = np.where(both, Z, ~both * np.eye(2))
+            torsion.A[..., at, :, :] = A
         return torsion
 
     def _coupled(self) -> list[tuple[SectionGroup, int, Index]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Protocol
 
 import numpy as np
@@ -151,6 +151,13 @@ class Design(Record):
         """A stack of this one design."""
         return replace(self, values=self.values[None])
 
+    def one(self, number: int) -> Design:
+        """One design of a stack."""
+        every = {name: np.broadcast_to(own, len(self.values)) for name, own in self.parameters.items()}
+        parameters = {name: float(own[number]) for name, own in every.items()}
+        geometry = self.geometry.one(number, self.plan.parts)
+        return replace(self, parameters=parameters, values=self.values[number], geometry=geometry)
+
     @property
     def name(self) -> str:
         """Name of the mechanism."""
@@ -170,36 +177,31 @@ class Design(Record):
 
     @cached_property
     def matrices(self) -> dict[str, PartMatrices]:
-        """Matrices of every prototype's own part, in its own frame; prototypes without any are left out."""
-        elements, discrete_elements = self.elements, self.discrete_elements()
-        matrices, start = {}, 0
+        """Matrices of every prototype's own part, in its own frame, each worked out when first asked for; prototypes
+        without any are left out."""
+        matrices, start, tables = {}, 0, self._tables
         for name, part in self.plan.parts.items():
             stop = start + len(part.connectivity)
             if part.has_matrices:
-                matrices[name] = PartMatrices(
-                    ElementSlice(elements, start, stop),
-                    self.geometry.T[name],
-                    discrete_elements[name],
-                    part.connectivity,
-                )
+                rest = partial(self.geometry.T.__getitem__, name), partial(tables.discrete_of, name)
+                elements = ElementSlice(tables.all_elements, start, stop)
+                matrices[name] = PartMatrices(elements, part.connectivity, *rest)
             start = stop
         return matrices
 
+    @cached_property
+    def _tables(self) -> _Tables:
+        return _Tables(self.plan, self.values, self.geometry)
+
+    @property
     def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
         """Matrices of bodies, point masses, springs and superelements by prototype, in its own frame."""
-        parts = self.plan.parts.items()
-        bends = any(part.elastic for _, part in parts)
-        ends = self.plan.members.end_sizes(self.values, self.geometry.lengths) if bends else None
-        return {
-            name: part.discrete_elements(self.values, self.geometry.parts[name], ends)
-            for name, part in parts
-            if part.has_matrices
-        }
+        return self._tables.discrete_elements
 
-    @cached_property
+    @property
     def elements(self) -> Elements:
         """The elements of all prototypes in one table."""
-        return self.plan.elements(self.values, self.geometry)
+        return self._tables.elements
 
     def node_transforms(self, name: str, nodes: Index) -> Array:
         """G (..., i, nodes, 6, 6): a node's displacement in the part's frame from that of its root, global frame
@@ -251,6 +253,38 @@ class Design(Record):
         rows = zeros((len(numbers), 6, self.plan.topology.n_dof + 1), D)
         rows[np.arange(len(numbers))[:, None, None], np.arange(6)[:, None], dof[:, None, :]] = D + 0.0
         return rows[..., :-1].reshape(6 * len(numbers), -1)
+
+
+class _Tables:
+    """What the matrices of a design, or of a stack, are made of, each worked out when first asked for."""
+
+    def __init__(self, plan: Plan, values: Array, geometry: Geometry) -> None:
+        self._plan, self._values, self._geometry = plan, values, geometry
+
+    @cached_property
+    def elements(self) -> Elements:
+        """The elements of all prototypes in one table."""
+        return self._plan.elements(self._values, self._geometry)
+
+    @cached_property
+    def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
+        """Matrices of bodies, point masses, springs and superelements by prototype."""
+        parts = self._plan.parts.items()
+        bends = any(part.elastic for _, part in parts)
+        ends = self._plan.members.end_sizes(self._values, self._geometry.lengths) if bends else None
+        return {
+            name: part.discrete_elements(self._values, self._geometry.parts[name], ends)
+            for name, part in parts
+            if part.has_matrices
+        }
+
+    def all_elements(self) -> Elements:
+        """Those of `elements`."""
+        return self.elements
+
+    def discrete_of(self, name: str) -> list[DiscreteElement]:
+        """Those of one prototype."""
+        return self.discrete_elements[name]
 
 
 class OfDesign:

@@ -348,10 +348,14 @@ def _in_planes(coefficients: Array, basis: Array) -> Array:
 
 
 class ElementSlice:
-    """A run of consecutive elements of a larger table."""
+    """A run of consecutive elements of a larger table, which is worked out when first asked for."""
 
-    def __init__(self, whole: Elements, start: int, stop: int) -> None:
-        self._whole, self._own = whole, slice(start, stop)
+    def __init__(self, whole: Callable[[], Elements], start: int, stop: int) -> None:
+        self._table, self._own = whole, slice(start, stop)
+
+    @property
+    def _whole(self) -> Elements:
+        return self._table()
 
     @property
     def K(self) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
+from flexura.duals import zeros
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
 from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
 from flexura.structure.elements import STATIONS, Elements, Stations
@@ -242,8 +243,8 @@ class Members:
         sections: SectionProperties,
         factors: tuple[Factors | None, Factors | None],
     ) -> Distortion:
-        """How elements (e,) with `sections` and moduli E, G, rho (e,) twist, whose `factors` are those without and with
-        layers and fillets.
+        """How elements (..., e) with `sections` and moduli E, G, rho (..., e) twist, whose `factors` are those without
+        and with layers and fillets.
 
         Only rectangles warp. With Ip = Iy + Iz, Irr - Ip^2/A of theirs is 4 (Iy^2 + Iz^2)/5A (theory eq. G24).
         """
@@ -252,18 +253,22 @@ class Members:
         wanted, bows = (own[self.element_member] for own in (self.corrections.warping, self.corrections.bows))
         A, Iy, Iz = sections.A, sections.Iy, sections.Iz
         nu = self.moduli(values)[2]
-        of_element, plane = nu[self.element_member], np.where(Iy <= Iz, 0, 1)
+        of_element, plane = nu[..., self.element_member], np.where(Iy <= Iz, 0, 1)
         weak, strong = np.where(plane == 0, Iy, Iz), np.where(plane == 0, Iz, Iy)
         factor, layered = (1.0 if each is None else np.where(plane == 0, each.bend_y, each.bend_z) for each in factors)
         rest = 1 - of_element**2
         plate = E * weak * (layered / factor) / rest
         free = np.where(of_element == 0, 1.0, (1 - rest * factor) / np.where(of_element == 0, 1.0, of_element**2))
+        own = (bows * plate, of_element, 144 * rest * strong**2 / (A * weak), free)
+        bow = zeros((*np.broadcast_shapes(*map(np.shape, own)), len(own)), *own)
+        for k, numbers in enumerate(own):
+            bow[..., k] = numbers
         return self.corrections.torsion(values, nu, length, self.first)._replace(
-            stiffness=G * sections.J * (whole / without) / (length / self.counts)[self.element_member],
+            stiffness=G * sections.J * (whole / without) / (length / self.counts)[..., self.element_member],
             mean=1 / without + np.zeros(len(wanted)),
             polar=wanted * (Iy + Iz) / A,
             wagner=wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A,
-            bow=np.stack([bows * plate, of_element, 144 * rest * strong**2 / (A * weak), free], axis=-1),
+            bow=bow,
             plane=plane,
         )
 

@@ -8,7 +8,7 @@ stiffness without mass in the part's matrices and has no DOF.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -34,7 +34,7 @@ from flexura.structure.discrete_elements import (
     least_aligned,
 )
 from flexura.structure.elastic_bodies import AMPLITUDES, Bending, ElasticBody, EndSizes, seat
-from flexura.structure.elements import STATIONS, WEIGHTS, Elements, ElementSlice
+from flexura.structure.elements import STATIONS, WEIGHTS, ElementSlice
 from flexura.structure.members import Members
 from flexura.structure.values import ValueTable, common, picked
 
@@ -52,6 +52,11 @@ class PartGeometry(NamedTuple):
     R: Array
     offsets: Array
 
+    def one(self, number: int) -> PartGeometry:
+        """That of one design of a stack."""
+        own = zip(self, (2, 1, 3, 3), strict=True)
+        return PartGeometry(*(field[number] if field.ndim > axes else field for field, axes in own))
+
 
 class DiscreteElement(NamedTuple):
     """A dense matrix over some nodes of a part, by the name of what it stands for; K and M may be None."""
@@ -60,6 +65,11 @@ class DiscreteElement(NamedTuple):
     nodes: list[int]
     K: Array | None
     M: Array | None
+
+    def one(self, number: int) -> DiscreteElement:
+        """That of one design of a stack."""
+        K, M = (own if own is None or own.ndim < 3 else own[number] for own in (self.K, self.M))
+        return self._replace(K=K, M=M)
 
 
 @dataclass(frozen=True)
@@ -92,14 +102,24 @@ class Strips:
 class PartMatrices:
     """Everything elastic and massive of a part for one design or a stack of them.
 
-    `T` (..., e, 12, 12) leads from the nodes' displacements in the part's frame to those of the elements' ends in
+    T (..., e, 12, 12) leads from the nodes' displacements in the part's frame to those of the elements' ends in
     element axes, and `connectivity` (e, 2) numbers the nodes.
     """
 
-    elements: Elements | ElementSlice
-    T: Array
-    discrete_elements: list[DiscreteElement]
+    elements: ElementSlice
     connectivity: Index
+    transforms: Callable[[], Array]
+    discrete: Callable[[], list[DiscreteElement]]
+
+    @cached_property
+    def T(self) -> Array:
+        """T (..., e, 12, 12)."""
+        return self.transforms()
+
+    @cached_property
+    def discrete_elements(self) -> list[DiscreteElement]:
+        """Matrices of everything but beams."""
+        return self.discrete()
 
     @cached_property
     def strips(self) -> list[Strips]:

@@ -278,6 +278,12 @@ class Geometry(Record):
         still = {name: PartGeometry(*map(plain, part)) for name, part in self.parts.items()}
         return Geometry(still, Transforms(parts, still), plain(self.Q), plain(self.t), self.topology)
 
+    def one(self, number: int, parts: Mapping[str, Part]) -> Geometry:
+        """That of one design of a stack, of the parts."""
+        own = {name: part.one(number) for name, part in self.parts.items()}
+        Q, t = (field[number] if field.ndim > axes else field for field, axes in ((self.Q, 3), (self.t, 2)))
+        return Geometry(own, Transforms(parts, own), Q, t, self.topology)
+
     def at(self, numbers: Index) -> Array:
         """Positions (..., k, 3), m, of some global nodes (k,)."""
         points, order = [np.empty((0, 3))], [np.empty(0, dtype=np.intp)]

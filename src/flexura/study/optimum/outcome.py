@@ -35,7 +35,7 @@ from flexura.study.optimum.results import (
     Violation,
 )
 from flexura.study.optimum.rows import numbered
-from flexura.study.optimum.task import Task
+from flexura.study.optimum.task import Aim, Task
 from flexura.study.questions import Margins, Pose, Quantity, Questions, Relation
 from flexura.tables import counted, quantity
 from flexura.thresholds import PROVEN, ROUND_OFF
@@ -71,6 +71,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
     active = tuple(_active(task, chosen, solved, quantities)) if solved is not None and not violations else ()
     where = "nearest design" if violations else "optimum"
     margins = Margins(task.plan, design, asked, where, [aim.formula], numbers, task.required)
+    seen = np.vstack([mixed.known, quantities[: mixed.known.shape[1]]])
     return Optimum(
         name=task.plan.mechanism.name,
         goal=aim.text,
@@ -92,7 +93,7 @@ def optimum_of(task: Task, mixed: Mixed, chosen: Chosen, method: Method, seed: i
         mechanism=task.plan.mechanism,
         parameters=task.fixed,
         notes=(*_notes(task, mixed, chosen, bool(violations)), *_straddled(task, margins, numbers)),
-        warnings=(*_goal_warnings(task, mixed.known), *_search_warnings(solved, violations), *warnings),
+        warnings=(*_goal_warnings(task, seen), *_search_warnings(solved, violations), *warnings),
         margins=margins,
     )
 
@@ -235,22 +236,31 @@ def _starts(task: Task, land: Landscape, solved: Solved) -> Iterator[OptimumStar
 
 def _goal_warnings(task: Task, known: Array) -> Iterator[Diagnostic]:
     """Goals that contradict each other, and such as are the same whatever varies; quantities (N, q) of some designs are
-    `known`."""
+    `known`, to which others come where these are few and alike."""
     for k, aim in enumerate(task.aims):
         text = aim.formula.text
         if any(other.formula.text == text and other.sign != aim.sign for other in task.aims[:k]):
             words = f"{text} is to be both large and small: of these goals every design is as good as another"
             yield Diagnostic("goal", text, float("nan"), 0.0, "1", words)
     quantities = known
-    if len(known) < FEWEST_DESIGNS:
+
+    def of(aim: Aim) -> Array:
+        values = task.value(aim.formula, quantities)
+        return values[np.isfinite(values)]
+
+    if len(known) < FEWEST_DESIGNS and any(_is_alike(of(aim)) for aim in task.aims):
         quantities, _ = task.designs.values(task.starts(FEWEST_DESIGNS, seed=0))
     for aim in task.aims:
-        values = task.value(aim.formula, quantities)
-        values = values[np.isfinite(values)]
-        if len(values) > 1 and np.ptp(values) <= ROUND_OFF * np.abs(values).max():
+        values = of(aim)
+        if len(values) > 1 and _is_alike(values):
             varied = ", ".join(task.names)
             text = f"{aim.text}: the same in all {len(values)} designs looked at, whatever {varied} may be"
             yield Diagnostic("goal", aim.text, float(np.ptp(values)), ROUND_OFF, "1", text)
+
+
+def _is_alike(values: Array) -> bool:
+    """Whether numbers, if any, are all the same."""
+    return not len(values) or bool(np.ptp(values) <= ROUND_OFF * np.abs(values).max())
 
 
 def _search_warnings(solved: Solved | None, violations: Sequence[Violation]) -> Iterator[Diagnostic]:

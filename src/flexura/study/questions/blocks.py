@@ -181,7 +181,7 @@ def mass_of(design: Design, quantity: Quantity) -> Array:
     B = design.elements.mass_basis.reshape(-1, 12, 12)
     along = B[:, 0, 0] + B[:, 0, 6] + B[:, 6, 0] + B[:, 6, 6]
     elements = (design.elements.mass_coefficients * along).sum(axis=-1)
-    discrete_elements, start = design.discrete_elements(), 0
+    discrete_elements, start = design.discrete_elements, 0
     total = np.zeros(design.values.shape[:-1])
     for name, part in design.plan.parts.items():
         stop = start + len(part.connectivity)

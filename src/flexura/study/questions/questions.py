@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +16,13 @@ from flexura.errors import OptionError
 from flexura.fem import surface_of
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism
+from flexura.motion import MovingModel, stack_size
 from flexura.records import Record
 from flexura.reduction import independent_frequencies, independent_motions
 from flexura.structure import Design, Plan, one_design
 from flexura.study.questions.blocks import FAILURES, STATIC, Answers, Block, Statics, are_proven, mass_of, reason_of
 from flexura.study.questions.grammar import separate
-from flexura.study.questions.kinds import FREQUENCY, Quantity, askable
+from flexura.study.questions.kinds import FREQUENCY, WORST, Quantity, askable
 from flexura.study.questions.reading import Freedom, Reader
 from flexura.study.questions.single import OneDesign
 from flexura.study.questions.slopes import Exact, Slopes, differences, steps
@@ -168,8 +170,9 @@ class Questions(Record):
         known: Bools = np.isfinite(answers.value)
         for k, quantity in enumerate(self.quantities):
             known[:, k] |= self._is_together(quantity) and quantity.kind not in STATIC
-        for design in block.possible[~known[block.possible].all(axis=1)]:
-            single = OneDesign(self.plan, block.one(design), self.quantities)
+        alone = block.possible[~known[block.possible].all(axis=1)]
+        for design, model in zip(alone.tolist(), self._models(block, alone), strict=True):
+            single = OneDesign(self.plan, block.one(design), self.quantities, model)
             for k in np.flatnonzero(~known[design]).tolist():
                 quantity = self.quantities[k]
                 try:
@@ -186,6 +189,20 @@ class Questions(Record):
                         answers.say(design, warning)
                 except FAILURES as error:
                     answers.say(design, f"{quantity.text}: {reason_of(error)}")
+
+    def _models(self, block: Block, designs: Index) -> Iterator[MovingModel | None]:
+        """Models that move, a stack of designs at once, where something is asked at poses; None where one has to be
+        worked out by itself."""
+        if not any(quantity.pose or quantity.kind == WORST for quantity in self.quantities):
+            yield from repeat(None, len(designs))
+            return
+        count = stack_size(self.plan)
+        for some in np.split(designs, range(count, len(designs), count)):
+            try:
+                stack = Design.of(self.plan, block.some(some)) if len(some) > 1 else None
+                yield from list(MovingModel.several(stack)) if stack else [None]
+            except FAILURES:
+                yield from repeat(None, len(some))
 
 
 class _Frequencies:

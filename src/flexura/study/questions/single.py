@@ -4,6 +4,7 @@ and what is read of the states that it is asked in."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
@@ -333,20 +334,32 @@ def reading(state: Any, quantity: Quantity) -> Any:
 
 
 class OneDesign:
-    """A design in the states that it is asked in, each worked out once."""
+    """A design in the states that it is asked in, each worked out once; its moving `model`, too, where that is not
+    known."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], quantities: tuple[Quantity, ...]) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        parameters: Mapping[str, float],
+        quantities: tuple[Quantity, ...],
+        model: MovingModel | None = None,
+    ) -> None:
         self.plan = plan
+        self._known_model = model
         self.parameters = parameters
         self.quantities = quantities
         self._states: dict[Any, ReferenceState | PosedState] = {}
         self._frequencies: dict[Any, Bounded] = {}
 
+    @cached_property
+    def _moving(self) -> MovingModel:
+        return self._known_model or MovingModel.of(Design.of(self.plan, self.parameters))
+
     def state(self, quantity: Quantity) -> ReferenceState | PosedState:
         """The state that something is asked in."""
         pose = quantity.pose
         if pose not in self._states:
-            posed = PosedState(self.plan, self.parameters, pose) if pose else None
+            posed = PosedState(self.plan, self.parameters, pose, model=lambda: self._moving) if pose else None
             self._states[pose] = posed or ReferenceState(Design.of(self.plan, self.parameters))
         return self._states[pose]
 
@@ -371,7 +384,10 @@ class OneDesign:
     def worst(self, quantity: Quantity) -> WorstPose:
         """The worst of a quantity over the poses of a stroke or of commands. Raises SolverError where one of them is
         not reached, or what is asked is not known there."""
-        return worst_of(quantity, StrokeStates.of(self.plan, self.parameters, quantity), self._numbers)
+        return worst_of(quantity, self._over(quantity), self._numbers)
+
+    def _over(self, quantity: Quantity) -> StrokeStates:
+        return StrokeStates.of(self.plan, self.parameters, quantity, lambda: self._moving)
 
     def _numbers(self, state: PosedState, quantities: tuple[Quantity, ...]) -> list[float]:
         there = self.at(state, quantities)

@@ -25,7 +25,7 @@ from flexura.derivatives import DisplacedState, LinearState, without_round_off
 from flexura.errors import Diagnostic, SolverError
 from flexura.linalg import counted_intervals
 from flexura.modal import REPEATED, close_groups
-from flexura.motion import PosedDesign, reached
+from flexura.motion import MovingModel, PosedDesign, reached
 from flexura.reduction import HERTZ, certificate, chained, lowest_pairs
 from flexura.structure import Design, FullOrderModel, Plan
 from flexura.study.questions.blocks import Bounded
@@ -178,17 +178,28 @@ class PosedState:
     """A design at a pose with large displacements: `held` by the displacements of the pose, and `free` under their
     forces."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], pose: Pose, near: PosedState | None = None) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        parameters: Mapping[str, float],
+        pose: Pose,
+        near: PosedState | None = None,
+        model: Callable[[], MovingModel] | None = None,
+    ) -> None:
         self.pose = pose
-        self.text: str = pose_text(pose)
-        self.design: Design = posed_design(plan, parameters, pose)
-        self._near = near
+        self.design: Design = posed_design(plan, parameters, pose, model and model().design)
+        self._near, self._model_at_rest = near, model
         self._pairs: dict[int, Any] = {}
+
+    @property
+    def text(self) -> str:
+        """The pose in words."""
+        return pose_text(self.pose)
 
     @cached_property
     def there(self) -> PosedDesign:
         """What has moved there."""
-        return reached(self.design, self._near and self._near.there)
+        return reached(self.design, self._near and self._near.there, self._model_at_rest)
 
     @cached_property
     def held(self) -> DisplacedState:

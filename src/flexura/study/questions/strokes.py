@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -92,13 +93,16 @@ def _corners(design: Design) -> StrokeLine:
     return StrokeLine(tuple(poses), None)
 
 
-def posed_design(plan: Plan, parameters: Mapping[str, float], pose: Pose) -> Design:
-    """A design at a pose: of one plan for all poses that prescribe the same."""
+def posed_design(plan: Plan, parameters: Mapping[str, float], pose: Pose, rest: Design | None = None) -> Design:
+    """A design at a pose: of one plan for all poses that prescribe the same, at `rest` where it is by itself."""
     names = tuple(own.name for own in pose)
     numbers = [_free(f"pose_{k}", plan) for k in range(len(names))]
     posed = plan.prepared.once(("posed", names), lambda: Plan(_posed(plan, names, numbers)))
     values = dict(zip(numbers, (own.value for own in pose), strict=True))
-    return Design.of(posed, {**parameters, **values})
+    every = {**parameters, **values}
+    if rest is None:
+        return Design.of(posed, every)
+    return Design(posed, every, posed.values(every), replace(rest.geometry, topology=posed.topology))
 
 
 def _posed(plan: Plan, names: tuple[str, ...], numbers: list[str]) -> Mechanism:

@@ -11,6 +11,7 @@ import numpy as np
 
 from flexura.deadline import checkpoint
 from flexura.errors import SolverError
+from flexura.motion import MovingModel
 from flexura.records import Latest
 from flexura.structure import Plan
 from flexura.study.questions.kinds import Held, Pose, Quantity, Worst, pose_text
@@ -55,22 +56,27 @@ class StrokeStates:
     """One design at the poses of a stroke, by their shares of the way, each reached from the one that is nearest; at
     corners of commands each from rest."""
 
-    def __init__(self, plan: Plan, parameters: Mapping[str, float], over: str) -> None:
+    def __init__(
+        self, plan: Plan, parameters: Mapping[str, float], over: str, model: Callable[[], MovingModel] | None = None
+    ) -> None:
         self.plan: Plan = plan
         self.parameters: Mapping[str, float] = parameters
         self.line: StrokeLine = StrokeLine.of(plan, over, parameters)
         self.worst: dict[Quantity, WorstPose] = {}
         """What is known to be the worst of what was asked."""
         self._known: dict[float, PosedState] = {}
+        self._model = model
 
     @staticmethod
-    def of(plan: Plan, parameters: Mapping[str, float], quantity: Quantity) -> StrokeStates:
+    def of(
+        plan: Plan, parameters: Mapping[str, float], quantity: Quantity, model: Callable[[], MovingModel] | None = None
+    ) -> StrokeStates:
         """Those of a quantity that is asked over a stroke; the last design's are kept with the plan."""
         [of] = quantity.arguments
         assert isinstance(of, Worst)
         latest: Latest[StrokeStates] = plan.prepared.once(("stroke", of.over), Latest)
         key = frozenset((name, float(value)) for name, value in parameters.items())
-        return latest.get(key, lambda: StrokeStates(plan, parameters, of.over))
+        return latest.get(key, lambda: StrokeStates(plan, parameters, of.over, model))
 
     @property
     def shares(self) -> list[float]:
@@ -85,7 +91,7 @@ class StrokeStates:
             checkpoint()
             near = min(self._known, key=lambda known: abs(known - share), default=None)
             start = None if near is None or self.line.ends is None else self._known[near]
-            self._known[share] = PosedState(self.plan, self.parameters, self.pose(share), start)
+            self._known[share] = PosedState(self.plan, self.parameters, self.pose(share), start, self._model)
         return self._known[share]
 
     def pose(self, share: float) -> Pose:
