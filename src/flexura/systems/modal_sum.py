@@ -18,10 +18,10 @@ def modal_sum(w: Array, square: Array, damping: Array, loss: Array, C: Array, B:
     from `square` omega^2, `damping` d and `loss` l (r,), C (p, r) and B (r, m)."""
     p, m = len(C), B.shape[1]
     residues = (C.T[:, :, None] * B[:, None, :]).reshape(len(B), p * m)
-    both: Index = np.arange(p * m)
+    both: Index = np.arange(p * m, dtype=np.intp)
     if p == m and np.array_equal(C.T, B):
-        both = both.reshape(p, p)
-        both = np.minimum(both, both.T).ravel()
+        square_of = both.reshape(p, p)
+        both = np.minimum(square_of, square_of.T).ravel()
     if is_compiled():
         return _by_kernel(w, square, damping, loss, residues, both).reshape(len(w), p, m)
     H: Complex = np.empty((len(w), p * m), dtype=complex)
@@ -39,7 +39,7 @@ def modal_sum(w: Array, square: Array, damping: Array, loss: Array, C: Array, B:
     return H.reshape(len(w), p, m)
 
 
-def _by_kernel(w: Array, square: Array, damping: Array, loss: Array, residues: Array, both: Array) -> Complex:
+def _by_kernel(w: Array, square: Array, damping: Array, loss: Array, residues: Array, both: Index) -> Complex:
     """The same (f, p m) of residues (r, p m), where those numbered alike in `both` (p m,) are equal."""
     kept, places = np.unique(both, return_inverse=True)
     columns = -(-len(kept) // 4) * 4
