@@ -133,7 +133,7 @@ def in_c(model: StateSpace, steps: int, change: float = 0.0) -> tuple[float, flo
         folder = Path(scratch)
         for name, text in {**unit_of(model).sources("own", 2), "main.c": LOOP}.items():
             (folder / name).write_text(text)
-        flags = [flag for flag in FLAGS if flag not in ("-shared", "-Wextra")]
+        flags = [flag for flag in FLAGS if flag != "-Wextra"]
         compiler = shutil.which("cc") or "cc"
         command = [
             compiler,

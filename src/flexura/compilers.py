@@ -9,12 +9,13 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
 from flexura.errors import OptionError
 
-FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
+FLAGS = ("-std=c99", "-O2", "-fPIC", "-Wall", "-Wextra", "-Werror")
 
 
 class Platform(NamedTuple):
@@ -53,12 +54,18 @@ def build_library(
     is_own = not by_zig and name == this_platform() and not name.endswith("windows")
     compiler = _system_compiler() if is_own else _zig(name)
     library = folder / f"model{PLATFORMS[name].suffix}"
-    command = [*compiler, *flags, "-o", library.name, *compiled, *([] if is_own else ["-s"])]
-    command += ["-lm"] if name.endswith("linux") else []
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=_environment(folder))
-    if done.returncode:
-        hint = " (Debian: apt install gcc libc6-dev has all it needs)" if is_own else f" for {name}"
-        raise OptionError(f"the C compiler {compiler[0]} failed{hint}: {' '.join(done.stderr.split())[:300]}")
+
+    def run(*words: str) -> None:
+        command, own = [*compiler, *flags, *words], _environment(folder)
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, env=own)
+        if done.returncode:
+            hint = " (Debian: apt install gcc libc6-dev has all it needs)" if is_own else f" for {name}"
+            raise OptionError(f"the C compiler {compiler[0]} failed{hint}: {' '.join(done.stderr.split())[:300]}")
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(lambda source: run("-c", source, "-o", f"{source}.o"), compiled))
+    last = [*([] if is_own else ["-s"]), *(["-lm"] if name.endswith("linux") else [])]
+    run("-shared", "-o", library.name, *(f"{source}.o" for source in compiled), *last)
     return library
 
 

@@ -19,7 +19,6 @@ FLAGS = (
     "-fno-math-errno",
     "-ffp-contract=fast",
     "-fPIC",
-    "-shared",
     "-Wall",
     "-Wextra",
     "-Werror",
