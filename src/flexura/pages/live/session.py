@@ -147,7 +147,7 @@ class PageSession:
 class Session(PageSession):
     """A page of a mechanism: its designs are worked out."""
 
-    read = staticmethod(read_message)
+    read: Callable[[str], Any] = staticmethod(read_message)
 
     def __init__(self, worker: Worker, opened: Callable[[], Opened], outbox: Outbox) -> None:
         super().__init__(worker, outbox)

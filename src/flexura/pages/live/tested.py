@@ -153,7 +153,7 @@ class OpenedTest:
 class PickSession(PageSession):
     """A page of a test: modes are worked out of what is picked."""
 
-    read = staticmethod(lambda text: understood(_READER, text))
+    read: Callable[[str], Any] = staticmethod(lambda text: understood(_READER, text))
 
     def __init__(self, worker: Worker, opened: Callable[[], OpenedTest], outbox: Outbox) -> None:
         super().__init__(worker, outbox)
