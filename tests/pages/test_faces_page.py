@@ -84,7 +84,7 @@ def test_where_there_is_no_clipboard_the_text_can_be_read(drawn, browser, tmp_pa
 
 
 def test_results_are_of_mechanisms(drawn):
-    with pytest.raises(OptionError, match="no results"):
+    with pytest.raises(OptionError, match="shown alone"):
         fx.show(drawn, [drawn])
 
 

@@ -66,7 +66,7 @@ def test_lines_of_nothing_but_noise_are_left_out_by_name():
 def test_a_pick_without_a_pole_is_refused(noise):
     data = tap_test(noise=noise)
     for pick in ([2500.0], [812.0, 4000.0], [100.0], [812.0, 812.0]):
-        with pytest.raises(fx.OptionError, match=f"there is no pole near {pick[-1]:g} Hz that adds more"):
+        with pytest.raises(fx.OptionError, match=f"there is no pole near {pick[-1]:g} Hz"):
             fx.identify(data, select=pick)
     assert fx.identify(data, select=[815.0, 3300.0]).frequency_hz == pytest.approx(TOOL[::2, 0], rel=2e-3)
 
