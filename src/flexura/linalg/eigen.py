@@ -42,7 +42,7 @@ LANCZOS_RESTARTS = 500
 IDLE_ROUNDS = 4
 """Rounds of looking for missing copies of repeated eigenvalues that may pass without finding any."""
 
-SPARE = 2
+SPARE = 3
 """Vectors in a block beyond the pairs that are looked for."""
 
 COUNT_OFFSETS = (1e-6, 1e-5, 1e-4)

@@ -7,6 +7,7 @@ Blocks lose no copies of a repeated eigenvalue as long as they are wider than th
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ def lowest_by_blocks(
     n, width = M.shape[0], count + guard
     V, MV = (np.empty((n, width * LANCZOS_BLOCKS), order="F") for _ in range(2))
     T = np.zeros((width * LANCZOS_BLOCKS, width * LANCZOS_BLOCKS))
-    block = solve(M @ np.random.default_rng(0).standard_normal((n, width)))
+    block = solve(M @ _start(n, width))
     moved = M @ block
     for size in range(width, len(T) + 1, width):
         checkpoint()
@@ -56,6 +57,12 @@ def lowest_by_blocks(
         if stop < width and (residual <= LANCZOS_RESIDUAL * mu[:stop]).all():
             return stop, 1 / mu, V[:, :size] @ y[:, :stop] + left / mu[:stop]
     return None
+
+
+@lru_cache(maxsize=4)
+def _start(n: int, width: int) -> Array:
+    """Vectors (n, width) with something of everything in them, the same each time."""
+    return np.random.default_rng(0).standard_normal((n, width))
 
 
 def _orthonormalised(block: Array, moved: Array, M: Any, V: Array, MV: Array) -> tuple[Array, Array] | None:
