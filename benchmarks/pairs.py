@@ -259,7 +259,7 @@ def stroke() -> Iterator[Pair]:
 def slopes() -> Iterator[Pair]:
     """Six frequencies with derivatives by fifteen sizes: exact, and by finite differences of SciPy's eigsh."""
     _, _, own, other = gradients.times()
-    yield Pair("slopes.scipy", 1062, f"{SCIPY} approx_fprime on eigsh, matrices of flexura", own, other, None)
+    yield Pair("slopes.eigsh", 1062, f"{SCIPY} approx_fprime on eigsh, matrices of flexura", own, other, None)
 
 
 def optimum() -> Iterator[Pair]:

@@ -1,6 +1,6 @@
 """A study of ten million designs of the RPR mechanism, six proven frequencies each, on a local dask cluster of two.
 
-    python benchmarks/ten_million.py FOLDER                     ten million designs, 17 minutes on two processors
+    python benchmarks/ten_million.py FOLDER                     ten million designs, 7 minutes on two processors
     python benchmarks/ten_million.py FOLDER --designs 200000    the same, smaller
 
 Section sizes vary by 10 %, Sobol' points. Half of the designs done, the process that runs the study is killed
