@@ -72,7 +72,7 @@ class Built:
 
 @dataclass(frozen=True)
 class Place:
-    """A folder with a virtual environment of its own, and a copy of the examples."""
+    """A folder with a virtual environment of its own, and copies of the examples and of small files of other kinds."""
 
     folder: Path
     python: Path
@@ -83,7 +83,8 @@ class Place:
         """Made anew, with nothing installed."""
         shutil.rmtree(folder, ignore_errors=True)
         (folder / "out").mkdir(parents=True)
-        shutil.copytree(built.source / "examples", folder / "examples")
+        for own in ("examples", "tests/fuzz"):
+            shutil.copytree(built.source / own, folder / own)
         return cls(folder, environment(python, folder / "environment"), built)
 
     def install(self, *what: object) -> None:

@@ -1,7 +1,7 @@
 """What the release check runs: every command with core dependencies alone, and what each extra adds.
 
 A command that needs an extra ends without it in a sentence that names it, and works with it. Files are those of
-examples/; `out` is a folder of their own.
+examples/ and tests/fuzz/; `out` is a folder of their own.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 GUIDE = "examples/guide/guide.yaml"
 PIEZO = "examples/rpr/rpr_piezo.yaml"
 TEST = "examples/rpr/rpr_test.yaml"
+FILES = "tests/fuzz"
+INTERFACE = f"{FILES}/interface.csv"
 VARIED = f"{GUIDE} --vary thickness=0.2mm:0.6mm"
 
 CORE = (
@@ -43,6 +45,17 @@ CORE = (
     "place-sensors examples/rpr/rpr.yaml --sensors 8 -n 6",
     f"export {PIEZO} --out out/platform.npz -n 6",
     f"export {PIEZO} --out out/platform.mat -n 6",
+    "budget examples/guide/servo.yaml --loop open",
+    f"constraints {GUIDE}",
+    f"misalignment {GUIDE} --mount 'leaf2.foot=0.1 mm,2 mrad'",
+    f"heat {GUIDE}",
+    f"backbone {GUIDE} --amplitude carriage.tx=1mm",
+    f"nonlinear-response {GUIDE} --input carriage.tx=0.01N --output carriage.tx --band 50,60Hz --damping 0.02",
+    f"scheduled-plant {GUIDE} --move carriage.x=0:2mm -i carriage.tx -o carriage.tx -n 3 --out out/plant.npz",
+    f"couple A={INTERFACE} B={INTERFACE} --join A.s1=B.s1",
+    f"decouple {INTERFACE} {FILES}/corpus/model/floating.yaml --join s1=a.tx",
+    f"virtual-points {INTERFACE} --point top=0,0,0",
+    f"understand {FILES}/guide.svg --thickness 12mm --material Al-7075-T6 --hold x=0mm --without-solid",
     f"view {GUIDE} --out out/view.html",
     f"report {GUIDE} --out out/report.html",
 )
@@ -62,6 +75,10 @@ EXTRA = {
     ),
     "export": tuple(f"export {PIEZO} -n 6 --out out/platform.{suffix}" for suffix in ("h5", "uff", "vtu")),
     "parquet": (f"stroke {GUIDE} --move carriage.x=0:5mm --steps 3 -n 3 --out out/stroke.parquet",),
+    "solid": (
+        f"faces {FILES}/bar.step",
+        f"model {FILES}/bar.step --material Al-7075-T6 --hold base -n 1 --mesh-tolerance 0.1 --out out/bar.yaml",
+    ),
     "study": (f"sweep {VARIED}:5 --ask f1 --folder out/study", f"optimize {VARIED} --minimise mass --maximise f1"),
 }
 """Command lines of an extra, the first of which names it without it."""
