@@ -55,7 +55,6 @@ CORE = (
     f"couple A={INTERFACE} B={INTERFACE} --join A.s1=B.s1",
     f"decouple {INTERFACE} {FILES}/corpus/model/floating.yaml --join s1=a.tx",
     f"virtual-points {INTERFACE} --point top=0,0,0",
-    f"understand {FILES}/guide.svg --thickness 12mm --material Al-7075-T6 --hold x=0mm --without-solid",
     f"view {GUIDE} --out out/view.html",
     f"report {GUIDE} --out out/report.html",
 )
@@ -77,6 +76,7 @@ EXTRA = {
     "parquet": (f"stroke {GUIDE} --move carriage.x=0:5mm --steps 3 -n 3 --out out/stroke.parquet",),
     "solid": (
         f"faces {FILES}/bar.step",
+        f"understand {FILES}/guide.svg --thickness 12mm --material Al-7075-T6 --hold x=0mm --without-solid",
         f"model {FILES}/bar.step --material Al-7075-T6 --hold base -n 1 --mesh-tolerance 0.1 --out out/bar.yaml",
     ),
     "study": (f"sweep {VARIED}:5 --ask f1 --folder out/study", f"optimize {VARIED} --minimise mass --maximise f1"),
