@@ -43,17 +43,24 @@ def this_platform() -> str:
     return f"{ {'amd64': 'x86_64', 'arm64': 'aarch64'}.get(machine, machine) }-{system}"
 
 
+def platform_of(name: str) -> Platform:
+    """A platform by its name. Raises OptionError for one that nothing is known of."""
+    if name not in PLATFORMS:
+        raise OptionError(f"there is no platform {name!r} to build for; platforms: {', '.join(PLATFORMS)}")
+    return PLATFORMS[name]
+
+
 def build_library(
     folder: Path, compiled: Sequence[str], name: str, flags: Sequence[str] = FLAGS, *, by_zig: bool = False
 ) -> Path:
     """The library of C sources in a folder for a platform: on this machine by its C compiler unless `by_zig` is asked
     for, or else by zig.
 
-    Raises OptionError when there is none, or when it fails.
+    Raises OptionError when there is none, or when it fails, and for unknown platforms.
     """
+    library = folder / f"model{platform_of(name).suffix}"
     is_own = not by_zig and name == this_platform() and not name.endswith("windows")
     compiler = _system_compiler() if is_own else _zig(name)
-    library = folder / f"model{PLATFORMS[name].suffix}"
 
     def run(*words: str) -> None:
         command, own = [*compiler, *flags, *words], _environment(folder)

@@ -73,6 +73,21 @@ def test_sources_that_do_not_compile_are_told(tmp_path):
         build_library(tmp_path, ["a.c"], this_platform())
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_sources_compile_without_warnings():
+    sources = sorted(str(path) for path in build.SOURCES.glob("*.c"))
+    command = ["cc", *build.FLAGS, "-Werror", "-fsyntax-only", *sources]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert not done.returncode and not done.stderr
+
+
+def test_platforms_that_are_not_known_are_told(monkeypatch):
+    monkeypatch.setattr(build, "this_platform", lambda: "riscv64-linux")
+    with pytest.raises(OptionError, match="no platform 'riscv64-linux'"):
+        build.build()
+    assert not build.library_path().exists()
+
+
 def test_installations_build_without_numpy():
     code = "import sys; sys.modules['numpy'] = None; import flexura.kernels.build as b; print(b.digest())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -14,8 +14,6 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from flexura.kernels import is_compiled
-
 SCHEMA = "flexura.schema.json"
 EDITORS = f"# yaml-language-server: $schema={SCHEMA}\n"
 """The line by which editors know what a file may hold."""
@@ -146,6 +144,8 @@ def doctor_command() -> None:
 
 def parts() -> Iterator[Part]:
     """All optional parts: extras of the installation, and programs."""
+    from flexura.kernels import is_compiled
+
     for extra, purpose in EXTRAS.items():
         found = {name: _version(name) for name in packages_of(extra)}
         lacking = [name for name, version in found.items() if version is None]

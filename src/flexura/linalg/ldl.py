@@ -35,8 +35,8 @@ _sizes = Kernel("ldl_sizes", "naaaaaaa")
 
 
 @dataclass(frozen=True)
-class Elimination:
-    """What follows of a pattern for factors, whose row k is row `order[k]`.
+class Symbolic:
+    """Factors of a pattern before there are numbers; their row k is row `order[k]`.
 
     The upper triangle in that order has the entries `take` of the matrix, by columns from `start[k]`, in rows `rows`;
     `across` mirrors every entry. L has the entries from `first[k]` in column k, and the elimination tree `parent`.
@@ -53,12 +53,12 @@ class Elimination:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where a matrix has entries, `indptr` and `indices` by columns, and its elimination; None where it is not
+    """Where a matrix has entries, `indptr` and `indices` by columns, and its symbolic factors; None where it is not
     symmetric or fills too much."""
 
     indptr: Any
     indices: Any
-    elimination: Elimination | None
+    symbolic: Symbolic | None
 
     def fits(self, A: sp.csc_matrix) -> bool:
         """Whether a matrix has its entries in the same places."""
@@ -66,8 +66,8 @@ class Pattern:
         return all(np.array_equal(mine, other) for mine, other in zip(own, (A.indices, A.indptr), strict=True))
 
 
-def _eliminated(A: sp.csc_matrix) -> Elimination | None:
-    """Of a matrix (n, n) whose entries are in order."""
+def _symbolic(A: sp.csc_matrix) -> Symbolic | None:
+    """Those of a matrix (n, n) whose entries are in order."""
     n = A.shape[0]
     column, row = np.repeat(np.arange(n), np.diff(A.indptr)), A.indices.astype(np.intp)
     across = np.lexsort((column, row))
@@ -87,7 +87,7 @@ def _eliminated(A: sp.csc_matrix) -> Elimination | None:
     if float(np.square(count, dtype=float).sum()) > MOST_WORK:
         return None
     first = np.append(0, np.cumsum(count))
-    return Elimination(across, np.argsort(place), take, start, rows, parent, first)
+    return Symbolic(across, np.argsort(place), take, start, rows, parent, first)
 
 
 def _places(A: sp.csc_matrix) -> Index:
@@ -101,7 +101,7 @@ def _places(A: sp.csc_matrix) -> Index:
 class Factors:
     """L, with its entries `below` a diagonal of ones, and D (n,) of a matrix."""
 
-    by: Elimination
+    by: Symbolic
     below: Index
     L: Array
     D: Array
@@ -111,7 +111,7 @@ class Factors:
         """Of a matrix (n, n) with a diagonal about one, whose zeros are dropped; None where it is not symmetric, its
         factors are not sparse, or a pivot is zero."""
         A.eliminate_zeros()
-        by = _kept.of(A).elimination
+        by = _kept.of(A).symbolic
         if by is None or np.abs(A.data - A.data[by.across]).max(initial=0.0) > NEARLY_SYMMETRIC:
             return None
         n = A.shape[0]
@@ -151,7 +151,7 @@ class _Kept:
         """That of a matrix whose entries are in order."""
         found = next((pattern for pattern in self._patterns if pattern.fits(A)), None)
         if found is None:
-            found = Pattern(A.indptr, A.indices, _eliminated(A))
+            found = Pattern(A.indptr, A.indices, _symbolic(A))
         if not self._patterns or found is not self._patterns[0]:
             others = [pattern for pattern in self._patterns if pattern is not found]
             self._patterns = (found, *others[: KEPT_PATTERNS - 1])

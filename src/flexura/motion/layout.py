@@ -18,7 +18,7 @@ from flexura.motion.bars import Bars, Push
 from flexura.motion.diaphragms import BentRings
 from flexura.motion.elements import Ends, Frames, Group, PoseElements
 from flexura.motion.stops import Stops
-from flexura.motion.strain import beam_strain, linear_strain, natural_stiffness
+from flexura.motion.strain import Strain, beam_strain, linear_strain, natural_stiffness
 from flexura.motion.superelements import Sagging, Superelements
 from flexura.structure import Copies, Design, DiscreteElement, Distortion, Part, Plan, SpringElement
 
@@ -148,7 +148,7 @@ class _Builder:
         rows, names = np.concatenate(own, axis=1), tuple(name for _, names in groups for name in names)
         whole, e = taken(joined([elements for elements, _ in groups]), rows.ravel()), len(names)
         for k in range(count):
-            elements = taken(whole, slice(k * e, k * e + e))
+            elements = taken(whole, np.arange(k * e, k * e + e))
             yield replace(elements, node=elements.node - self.shift[k]), names
 
     def laid(self) -> Laid:
@@ -421,9 +421,11 @@ def joined(groups: Sequence[Any]) -> Any:
     return replace(first, **{f.name: joined([getattr(g, f.name) for g in groups]) for f in fields(first)})
 
 
-def taken(group: Any, rows: Index | slice) -> Any:
-    """Data of some rows of a table."""
-    if not is_dataclass(group):
-        return np.asarray(group)[rows]
-    first: Any = group
-    return replace(first, **{f.name: taken(getattr(group, f.name), rows) for f in fields(first)})
+def taken(elements: Any, rows: Index) -> Any:
+    """Elements by number, with all that they hold; members that are cut warp freely there."""
+    values = {f.name: getattr(elements, f.name) for f in fields(elements)}
+    of_rows = {k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()}
+    if isinstance(elements, Strain):
+        cut = (of_rows["place"] > 0) & (np.diff(rows, prepend=-1) != 1)
+        of_rows["place"] = np.where(cut, 1, of_rows["place"])
+    return replace(elements, **of_rows)

@@ -18,10 +18,11 @@ from flexura.beam import skew
 from flexura.mechanism import with_elements
 from flexura.motion.bowing import POINTS
 from flexura.motion.elements import Ends, Frames, PoseElements
+from flexura.motion.layout import taken
 from flexura.motion.model import MovingModel
 from flexura.motion.se3 import exponential
 from flexura.motion.strain import CURVATURES, linear_strain
-from flexura.motion.substructures import Substructure, taken
+from flexura.motion.substructures import Substructure
 from flexura.structure import EVEN, Design, Plan
 
 FEWEST = 3

@@ -15,9 +15,9 @@ from flexura.arrays import Array, Index
 from flexura.errors import SolverError
 from flexura.linalg import Eigenpairs, factorise, next_to
 from flexura.motion.elements import Frames
+from flexura.motion.layout import taken
 from flexura.motion.model import MovingModel, element_masses
 from flexura.motion.se3 import Logarithm, exponential
-from flexura.motion.strain import Strain
 from flexura.motion.superelements import Sagging, Superelements
 from flexura.thresholds import SAME_SIZE
 
@@ -350,16 +350,6 @@ def _common(names: Sequence[str]) -> str:
     """The first steps that the dotted names of elements have in common."""
     steps = [step for step, *others in zip(*(name.split(".") for name in names), strict=False) if {step} >= {*others}]
     return ".".join(steps) or names[0]
-
-
-def taken(elements: Any, rows: Index) -> Any:
-    """Elements by number, with all that they hold; members that are cut warp freely there."""
-    values = {f.name: getattr(elements, f.name) for f in fields(elements)}
-    of_rows = {k: taken(v, rows) if is_dataclass(v) else v[rows] for k, v in values.items()}
-    if isinstance(elements, Strain):
-        cut = (of_rows["place"] > 0) & (np.diff(rows, prepend=-1) != 1)
-        of_rows["place"] = np.where(cut, 1, of_rows["place"])
-    return replace(elements, **of_rows)
 
 
 def _repeated(elements: Any, count: int, frames: int) -> Any:

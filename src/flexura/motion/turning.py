@@ -13,10 +13,10 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.expansion import expanded
-from flexura.motion.layout import add_weight, joined
+from flexura.motion.layout import add_weight, joined, taken
 from flexura.motion.leaves import Leaf, Meshes, beams_of
 from flexura.motion.model import MovingModel
-from flexura.motion.substructures import Flags, Substructure, middle, partition, sixes, taken
+from flexura.motion.substructures import Flags, Substructure, middle, partition, sixes
 from flexura.motion.superelements import Polynomial, Sagging, Superelements
 
 SAME_FREQUENCY = 1.001

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from flexura.analysis import ScheduledPlant
-from flexura.compilers import PLATFORMS, build_library, this_platform
+from flexura.compilers import PLATFORMS, build_library, platform_of, this_platform
 from flexura.errors import OptionError
 from flexura.files import scratch_folder, write_file
 from flexura.io.fmu.description import build_description, description, model_identifier
@@ -77,12 +77,12 @@ def _write(
 
 def _binary_place(name: str, identifier: str, version: int) -> str:
     """Where the library for a platform stands in an FMU. Raises OptionError for platforms that have no place."""
-    own = PLATFORMS.get(name)
-    if own is None:
+    try:
+        own = platform_of(name)
+    except OptionError as error:
         raise OptionError(
-            f"there is no platform {name!r} to build for; platforms: {', '.join(PLATFORMS)}. `binary=False` writes an"
-            " FMU with sources alone, which tools can compile"
-        )
+            f"{error}. `binary=False` writes an FMU with sources alone, which tools can compile"
+        ) from None
     folder = name if version == 3 else own.fmi2
     if folder is None:
         known = ", ".join(key for key, of in PLATFORMS.items() if of.fmi2)

@@ -65,31 +65,6 @@ INLINE void deformed(known *now, const pose_elements *own, int64_t block, const 
     for (int64_t i = 6; i < own->strain->q; i++) now->q[i] = (four){0};
 }
 
-/* Steps of Newton's method for the motions inside four elements that warp by themselves. */
-INLINE void settle(known *now, const strain_of *own, int64_t block)
-{
-    int64_t inside = own->q - 6, columns = inside + 1;
-    strained state;
-    four H[16], both[20], gradient[4];
-    for (int step = 0; inside && step < STEPS; step++) {
-        four largest_step = {0};
-        take_strains(&state, own, block, now->q);
-        gradient_of(gradient, &state, own, 6, own->q);
-        hessian_of(H, &state, own, block, 6, own->q, 0);
-        for (int64_t i = 0; i < inside; i++) {
-            memcpy(both + columns * i, H + inside * i, inside * sizeof *H);
-            both[columns * i + inside] = gradient[i];
-        }
-        eliminate(both, inside, columns, 0, inside);
-        for (int64_t i = 0; i < inside; i++) {
-            four moved = both[columns * i + inside];
-            now->q[6 + i] -= moved;
-            for (int l = 0; l < 4; l++) largest_step[l] = fmax(largest_step[l], fabs(moved[l]));
-        }
-        if (largest(largest_step) < SETTLED) break;
-    }
-}
-
 /* What four elements lack of rest inside, by their own motions and rates of warping: equations (4 + w, 5 + w). */
 INLINE void equations_inside(four *both, const known *now, const strain_of *own, int64_t block)
 {
@@ -104,6 +79,23 @@ INLINE void equations_inside(four *both, const known *now, const strain_of *own,
         both[columns * i + inside] = gradient[i];
     }
     eliminate(both, inside, columns, 0, inside - own->w);
+}
+
+/* Steps of Newton's method for the motions inside four elements that warp by themselves. */
+INLINE void settle(known *now, const strain_of *own, int64_t block)
+{
+    int64_t inside = own->q - 6, columns = inside + 1;
+    four both[(MOTIONS - 6) * (MOTIONS - 5)];
+    for (int step = 0; inside && step < STEPS; step++) {
+        four largest_step = {0};
+        equations_inside(both, now, own, block);
+        for (int64_t i = 0; i < inside; i++) {
+            four moved = both[columns * i + inside];
+            now->q[6 + i] -= moved;
+            for (int l = 0; l < 4; l++) largest_step[l] = fmax(largest_step[l], fabs(moved[l]));
+        }
+        if (largest(largest_step) < SETTLED) break;
+    }
 }
 
 /* A step of Newton's method inside all elements where those of members warp together; returns the largest. */
