@@ -1,6 +1,7 @@
 from flexura.mechanism.base import CONTROL as CONTROL
 from flexura.mechanism.base import LONGEST_TITLE as LONGEST_TITLE
 from flexura.mechanism.base import UNKNOWN_KEY as UNKNOWN_KEY
+from flexura.mechanism.base import AnyPart as AnyPart
 from flexura.mechanism.base import Part as Part
 from flexura.mechanism.base import entry_of as entry_of
 from flexura.mechanism.base import key_of as key_of

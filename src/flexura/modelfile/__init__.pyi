@@ -6,8 +6,10 @@ from flexura.modelfile.document import text_of as text_of
 from flexura.modelfile.materials import material_of as material_of
 from flexura.modelfile.parameters import parse_override as parse_override
 from flexura.modelfile.part_model import part_model as part_model
+from flexura.modelfile.reader import described as described
 from flexura.modelfile.reader import load as load
 from flexura.modelfile.reader import loads as loads
+from flexura.modelfile.reader import read_as as read_as
 from flexura.modelfile.schema import schema as schema
 from flexura.modelfile.superelements import unit_factors as unit_factors
 from flexura.modelfile.writer import Changed as Changed

@@ -20,6 +20,7 @@ from flexura.expressions import Expression
 from flexura.mechanism import (
     CONTEXT_KEY,
     UNKNOWN_KEY,
+    AnyPart,
     Mechanism,
     Part,
     entry_of,
@@ -335,3 +336,14 @@ def _located(problems: list[Problem], root: Node, name: str) -> list[Problem]:
         path, (file, line) = root.locate(problem.path)
         located[replace(problem, path=path, where=f"{file}:{line}")] = (file != name, file, line)
     return sorted(located, key=lambda problem: located[problem])
+
+
+def read_as(kind: type[AnyPart], text: str, name: str) -> AnyPart:
+    """Another document of keys and values with units, such as a wish. Raises ModelError listing every problem with its
+    line; `name` stands for the file in messages."""
+    root = parse(text, name)
+    try:
+        return validated(kind, root.plain(), {CONTEXT_KEY: QuantityReader({})})
+    except ValidationError as error:
+        problems = problems_of(error, root.plain())
+    raise ModelError(_located(problems, root, name))

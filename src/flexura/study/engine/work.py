@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +107,24 @@ class _Row:
 
 Columns = dict[str, NDArray[Any]]
 """Columns of some designs by their headings, in order."""
+
+
+class Blocks(Protocol):
+    """Work in blocks by number, that is sent to workers."""
+
+    @property
+    def blocks(self) -> int:
+        """How many there are."""
+        ...
+
+    def __call__(self, number: int) -> Columns:
+        """What a block comes to."""
+        ...
+
+    def designs(self, *numbers: int) -> str:
+        """What blocks are, in words."""
+        ...
+
 
 PIECE = 16 * STACK
 """Designs of a block that are asked at once, which bounds the memory of a worker."""

@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 from flexura._version import __version__
 from flexura.errors import FlexuraError, OptionError, SolverError, need
 from flexura.sizes import ENVIRONMENT, LIMITS, size_limit
-from flexura.study.engine.work import Columns, Work
+from flexura.study.engine.work import Blocks, Columns
 
 LARGEST_BUNDLE = 64
 BUNDLE_SECONDS = 2.0
@@ -58,7 +58,7 @@ class Bundle(NamedTuple):
     seconds: float
 
 
-def answered(work: Work, number: int) -> Answer:
+def answered(work: Blocks, number: int) -> Answer:
     """What a block comes to, errors as words: they are raised by another process."""
     try:
         return Answer(work(number))
@@ -68,7 +68,7 @@ def answered(work: Work, number: int) -> Answer:
         return Answer(None, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-def blocks_by(workers: _Processes | _Cluster, work: Work, numbers: Iterable[int]) -> Iterator[tuple[int, Columns]]:
+def blocks_by(workers: _Processes | _Cluster, work: Blocks, numbers: Iterable[int]) -> Iterator[tuple[int, Columns]]:
     """Blocks of these numbers, in the order in which they are done, in bundles of which as many as are `in_flight` are
     asked for at a time, each of `largest_bundle` blocks at most. Raises SolverError for what a block raises, when
     workers are lost, and for bundles that they die of, which raise what is `deadly`."""
@@ -122,7 +122,7 @@ def cpu_count() -> int:
 
 
 def on_processes(
-    work: Work, numbers: Iterable[int], workers: int, say: Callable[[str], None]
+    work: Blocks, numbers: Iterable[int], workers: int, say: Callable[[str], None]
 ) -> Iterator[tuple[int, Columns]]:
     """Blocks of these numbers by so many processes, as `blocks_by`.
 
@@ -138,7 +138,7 @@ class _Processes:
     largest_bundle = 1
     deadly: tuple[type[Exception], ...] = ()
 
-    def __init__(self, work: Work, workers: int, say: Callable[[str], None]) -> None:
+    def __init__(self, work: Blocks, workers: int, say: Callable[[str], None]) -> None:
         self.in_flight: int = (1 + WAITING_BLOCKS) * workers
         self._work, self._say = work, say
         self._payload = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL)
@@ -272,12 +272,12 @@ _ONE_BLOCK = threading.Lock()
 """One block at a time in each process: a plan remembers what it has worked out last."""
 
 
-def unpacked(payload: bytes) -> Work:
+def unpacked(payload: bytes) -> Blocks:
     """The work, as a worker has it."""
     return pickle.loads(payload)
 
 
-def bundle_of(work: Work, numbers: list[int]) -> Bundle:
+def bundle_of(work: Blocks, numbers: list[int]) -> Bundle:
     """Answers to blocks of these numbers, on a worker."""
     with _ONE_BLOCK:
         begun = time.monotonic()
@@ -329,7 +329,7 @@ def _close(client: Any) -> None:
 
 
 def on_cluster(
-    client: Any, work: Work, numbers: Iterable[int], say: Callable[[str], None]
+    client: Any, work: Blocks, numbers: Iterable[int], say: Callable[[str], None]
 ) -> Generator[tuple[int, Columns]]:
     """Blocks of these numbers by the workers of a cluster, as `blocks_by`.
 
@@ -347,7 +347,7 @@ class _Cluster:
 
     largest_bundle = LARGEST_BUNDLE
 
-    def __init__(self, client: Any, work: Work, say: Callable[[str], None]) -> None:
+    def __init__(self, client: Any, work: Blocks, say: Callable[[str], None]) -> None:
         self.deadly: tuple[type[Exception], ...] = (need("distributed", "cluster").KilledWorker,)
         self._client, self._say = client, say
         self._executor: Executor = client.get_executor(pure=False)
@@ -387,3 +387,15 @@ class _Cluster:
         with suppress(Exception):
             self._executor.shutdown(wait=False)
             self._client.cancel([self._work])
+
+
+def blocks_of(
+    work: Blocks, numbers: Iterable[int], workers: int | None, scheduler: str | None, say: Callable[[str], None]
+) -> Generator[tuple[int, Columns]]:
+    """Blocks of these numbers by processes of this machine, by default as many as there are processors, or by the
+    workers of the cluster whose `scheduler` has this address; `say` is told of workers that are lost."""
+    if scheduler is None:
+        yield from on_processes(work, numbers, workers or cpu_count(), say)
+        return
+    with connected(scheduler) as client:
+        yield from on_cluster(client, work, numbers, say)

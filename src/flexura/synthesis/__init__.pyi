@@ -1,0 +1,9 @@
+from flexura.synthesis.result import Candidate as Candidate
+from flexura.synthesis.result import Candidates as Candidates
+from flexura.synthesis.search import design as design
+from flexura.synthesis.topologies import Topology as Topology
+from flexura.synthesis.topologies import topologies as topologies
+from flexura.synthesis.wish import Room as Room
+from flexura.synthesis.wish import Wish as Wish
+from flexura.synthesis.wish import WishFile as WishFile
+from flexura.synthesis.wish import room_of as room_of

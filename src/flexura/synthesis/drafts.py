@@ -1,0 +1,250 @@
+"""A topology as a mechanism file: limbs with sizes to vary, the platform, what holds it, its drives and its stroke."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from flexura.arrays import Array
+from flexura.mechanism import Mechanism
+from flexura.modelfile import described
+from flexura.synthesis.limbs import Terms, describe_member
+from flexura.synthesis.topologies import ALONG, RADII, Pattern, Topology, scale_of
+from flexura.synthesis.wish import Room, Wish, WishFile
+
+LUG = 0.06
+"""Edge of a lug, over the smallest edge of the envelope."""
+
+RADIUS_LIMITS = (0.3, 0.95)
+STEPS = 5
+DRIVE_RADIUS = 0.7
+"""Distance of drives from the axis, over the way to the edge of the platform."""
+
+
+def draft(topology: Topology, file: WishFile, room: Room, name: str) -> Mechanism:
+    """The mechanism of a topology, with its sizes in the middle of their limits as parameters."""
+    return described(_data(topology, file, room, name), name)
+
+
+def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str, Any]:
+    wish = file.wish
+    data: dict[str, Any] = {
+        "name": name,
+        "description": f"Held by {topology.name}.",
+        "parameters": {},
+        "nodes": {"about": _point([(None, room.turn @ room.about)])},
+        "substructures": {},
+        "instances": {},
+        "ground": {},
+    }
+    carried = ["about"]
+    for letter, own in zip("abc", topology.patterns, strict=False):
+        data["parameters"] |= _parameters(letter, own, room, float(wish.make.thinnest))
+        data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
+        data["instances"][letter] = _placed(letter, own, room)
+        copies = f"{letter}*" if own.count > 1 else letter
+        carried += [f"{copies}.lug"] if _has_lug(own, room) else [f"{copies}.{head}" for head in own.kind.heads]
+        data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
+    data["actuators"], drives = _drives(wish, room)
+    data["nodes"] |= drives
+    data["bodies"] = _platform(wish, room, [*carried, *drives])
+    if wish.platform.mass is not None:
+        data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}
+    if move := _move(wish):
+        data["motion"] = {"move": {"about": move}, "steps": STEPS, "modes": 3}
+    data["requirements"] = dict(file.requirements)
+    return {key: value for key, value in data.items() if value}
+
+
+def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[str, Any]:
+    """Sizes of a pattern with their limits."""
+    limits = {
+        name: tuple(scale_of(limit.of, own, room, thinnest) * k for k in (limit.least, limit.most))
+        for name, limit in own.kind.sizes.items()
+    }
+    if own.site.where == "below" and own.site.reach:
+        limits["radius" if "radius" not in limits else "way"] = tuple(own.site.reach * k for k in RADIUS_LIMITS)
+    return {
+        f"{letter}_{name}": {"value": _mm((low + high) / 2), "minimum": _mm(low), "maximum": _mm(high)}
+        for name, (low, high) in limits.items()
+    }
+
+
+def _way(letter: str, own: Pattern) -> str | None:
+    """The parameter that says how far from the axis a pattern is, if there is one."""
+    if own.site.where != "below" or not own.site.reach:
+        return None
+    return f"{letter}_way" if "radius" in own.kind.sizes else f"{letter}_radius"
+
+
+def _has_lug(own: Pattern, room: Room) -> bool:
+    """Whether limbs begin at a lug at the side of the platform: those that lead on beside it."""
+    if own.site.where != "side" or len(own.kind.heads) > 1:
+        return False
+    at_face = room.shape == "cylinder" or own.site.azimuth in (0.0, np.pi / 2)
+    return at_face and bool(own.site.axes[:, 0] @ own.axes[:, 2] < ALONG)
+
+
+def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[str, Any]:
+    """One limb, in the global frame."""
+    turn, lug = room.turn, LUG * room.size
+    axes, radial = turn @ own.axes, turn @ own.site.axes[:, 0]
+    start = turn @ own.site.head(room, RADII[0])
+    terms: list[tuple[str | None, Array]] = [(None, start)]
+    if way := _way(letter, own):
+        terms = [(None, start - radial * own.site.reach * RADII[0]), (way, radial)]
+    if _has_lug(own, room):
+        terms = [(None, start + radial * lug / 2 + axes[:, 2] * lug / 2)]
+    nodes = {
+        name: _point([*terms, *((f"{letter}_{size}", axes @ np.array(c)) for size, c in node.items())])
+        for name, node in own.kind.nodes.items()
+    }
+    flexures, links = dict[str, Any](), dict[str, Any]()
+    for name, (a, b, profile) in own.kind.members.items():
+        member: dict[str, Any] = {"nodes": [a, b], "material": material}
+        sizes = own.kind.sizes
+        width = f"{letter}_{'radius' if profile in ('two_axis', 'round') else 'width'}"
+        thin = next(size for size in ("thickness", "diameter", "web") if size in sizes)
+        if profile == "rod":
+            member["section"] = {"shape": "circle", "diameter": f"3*{letter}_{thin}"}
+            links[name] = member
+            continue
+        along = own.kind.points({size: 1.0 for size in sizes})
+        d = along[b] - along[a]
+        m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
+        member |= describe_member(profile, _vector(m), width, f"{letter}_{thin}", f"{letter}_radius")
+        flexures[name] = member
+    found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
+    interface = [*own.kind.heads, *own.kind.feet]
+    for name, carried in (own.kind.blocks or {}).items():
+        found["bodies"][name] = _block(letter, own, terms, axes, carried, material)
+    if _has_lug(own, room):
+        found["bodies"]["lug"] = {
+            "centre": _point([(None, start + radial * lug / 2)]),
+            "solid": {"shape": "box", "size": [_mm(lug)] * 3, "material": material},
+            "rotate": _rotation(np.stack([radial, np.cross(turn[:, 2], radial), turn[:, 2]], axis=1)),
+            "carries": list(own.kind.heads),
+        }
+        interface = ["lug", *own.kind.feet]
+    return {key: value for key, value in found.items() if value} | {"interface": interface}
+
+
+def _block(
+    letter: str, own: Pattern, terms: list[tuple[str | None, Array]], axes: Array, carried: Iterable[str], material: str
+) -> dict[str, Any]:
+    """The block between the leaves of a limb: a box around the nodes that it carries, behind them along d."""
+    nodes: list[Terms] = [own.kind.nodes[name] for name in carried]
+    names = list(dict.fromkeys(size for node in nodes for size in node))
+    low = {size: np.min([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
+    high = {size: np.max([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
+    middle = {size: (low[size] + high[size]) / 2 for size in names}
+    span = {size: high[size] - low[size] for size in names}
+    thin = next(size for size in ("thickness", "web") if size in own.kind.sizes)
+    deep = f"6*{letter}_{thin}"
+    along = [
+        (f"{letter}_{size}", float(c[2])) for size, c in span.items() if abs(c[2]) > ALONG
+    ]  # of crossed guides the block is as long as the second pair is apart
+    across = [(f"{letter}_{size}", float(c[0])) for size, c in span.items() if abs(c[0]) > ALONG]
+    size = [
+        _sum([*across, (f"{letter}_{thin}", 4.0)]),
+        f"{letter}_width",
+        _sum([*along, (f"{letter}_{thin}", 2.0)]) if along else deep,
+    ]
+    shift = [(f"{letter}_{thin}", axes[:, 2] * (0.0 if along else 3.0))]
+    centre = [*terms, *((f"{letter}_{size}", axes @ c) for size, c in middle.items()), *shift]
+    return {
+        "centre": _point(centre),
+        "solid": {"shape": "box", "size": size, "material": material},
+        "rotate": _rotation(axes),
+        "carries": list(carried),
+    }
+
+
+def _placed(letter: str, own: Pattern, room: Room) -> dict[str, Any]:
+    placed: dict[str, Any] = {"of": letter}
+    if own.count > 1:
+        centre = room.turn @ np.array([*room.middle[:2], 0.0])
+        placed["pattern"] = {
+            "type": "circular",
+            "count": own.count,
+            "axis": _vector(room.turn[:, 2]),
+            "centre": _point([(None, centre)]),
+        }
+    return placed
+
+
+def _platform(wish: Wish, room: Room, carried: list[str]) -> dict[str, Any]:
+    size = room.platform
+    material = wish.platform.material or wish.make.material
+    if room.shape == "cylinder":
+        axis = "xyz"[int(np.argmax(np.abs(room.turn[:, 2])))]
+        solid: dict[str, Any] = {"shape": "cylinder", "axis": axis, "diameter": _mm(2 * size[0])}
+        solid |= {"length": _mm(2 * size[2]), "material": material}
+    else:
+        edges = np.abs(room.turn @ (2 * size))
+        solid = {"shape": "box", "size": [_mm(x) for x in edges], "material": material}
+    return {"platform": {"centre": _point([(None, room.turn @ room.middle)]), "solid": solid, "carries": carried}}
+
+
+def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Voice coils that push at the platform, and the nodes at which they do."""
+    own = wish.drives
+    if own is None:
+        return {}, {}
+    actuators, nodes = {}, {}
+    for k in range(own.count):
+        angle = 2 * np.pi * k / own.count
+        r = DRIVE_RADIUS * room.platform[0] * (own.count > 1)
+        x = room.middle + [r * np.cos(angle), r * np.sin(angle), 0.0]
+        nodes[f"push{k + 1}"] = _point([(None, room.turn @ x)])
+        actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": own.along}
+    return actuators, nodes
+
+
+def _move(wish: Wish) -> dict[str, Any]:
+    """The stroke along all freedoms at once, from one end to the other."""
+    units = {name: "rad" if name[0] == "r" else "m" for name in wish.strokes}
+    return {
+        name: [f"{-amount:.9g} {units[name]}", f"{amount:.9g} {units[name]}"]
+        for name, amount in wish.strokes.items()
+        if name in ("x", "y", "z", "rx", "ry", "rz")
+    }
+
+
+def _mm(metres: float) -> str:
+    return f"{1e3 * metres:.6g} mm"
+
+
+def _vector(v: Array) -> list[float]:
+    return [round(float(x), 12) + 0.0 for x in v]
+
+
+def _sum(terms: Iterable[tuple[str, float]]) -> str:
+    return " + ".join(name if abs(c - 1) < ALONG else f"{c:.9g}*{name}" for name, c in terms)
+
+
+def _point(terms: Iterable[tuple[str | None, Array]]) -> list[str | float]:
+    """Coordinates as sums of numbers, in mm, and sizes times directions."""
+    terms = list(terms)
+    found: list[str | float] = []
+    for k in range(3):
+        fixed = sum(float(v[k]) for name, v in terms if name is None)
+        texts = [] if abs(fixed) < 1e-12 else [_mm(fixed)]
+        for name, v in terms:
+            if name is not None and abs(v[k]) > ALONG:
+                c = float(v[k])
+                texts.append(f"{'+' if c > 0 else '-'} {name if abs(abs(c) - 1) < ALONG else f'{abs(c):.9g}*{name}'}")
+        found.append(" ".join(texts).removeprefix("+ ") if texts else 0.0)
+    return found
+
+
+def _rotation(axes: Array) -> dict[str, Any]:
+    """The turn that leads global axes to these, columns of (3, 3); of a mirrored set with its first axis reversed."""
+    R = axes if np.linalg.det(axes) > 0 else axes * [-1.0, 1.0, 1.0]
+    turn = Rotation.from_matrix(R).as_rotvec()
+    angle = float(np.linalg.norm(turn))
+    axis = turn / angle if angle > ALONG else np.array([0.0, 0.0, 1.0])
+    return {"axis": _vector(axis), "angle": f"{np.degrees(angle):.9g} deg"}

@@ -1,0 +1,131 @@
+"""What a wish comes to: mechanisms, best first, each with what it does of what is required."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexura.errors import Diagnostic
+from flexura.records import Record
+from flexura.results import Tabular
+from flexura.screws import ScrewSpace
+from flexura.study.requirements import Requirement
+from flexura.tables import Facts, Item, counted, number, quantity
+
+
+@dataclass(frozen=True, repr=False)
+class Candidate(Record):
+    """A mechanism that was found: its `file` in the folder, its `topology` in words, and its `freedoms` in short, such
+    as `2R1T`.
+
+    `limbs` hold it, with `over` constraints more than are needed. `gap` is how many times as compliant its stiffest
+    freedom is as its softest constraint, rotations counted at half the larger edge of the envelope; `first_hz` and
+    `mass` (kg) are those of the mechanism, and `requirements` have their verdicts, those over strokes among them.
+    """
+
+    _shown = ("file", "topology", "freedoms")
+
+    file: str
+    topology: str
+    freedoms: str
+    limbs: int
+    over: int
+    gap: float
+    first_hz: float
+    mass: float
+    requirements: tuple[Requirement, ...]
+
+    @property
+    def n_met(self) -> int:
+        """How many requirements are met."""
+        return sum(own.verdict == "met" for own in self.requirements)
+
+    @property
+    def least_margin(self) -> float:
+        """The least of the margins of the requirements, over the size of their limits; of no requirements the
+        logarithm of the gap."""
+        margins = [margin_of(own) for own in self.requirements]
+        return min(margins) if margins else float(np.log(max(self.gap, 1e-300)))
+
+
+def margin_of(own: Requirement) -> float:
+    """How far a requirement is met, over the size of its limit; negative where it is missed or not known."""
+    if not np.isfinite(own.value):
+        return -np.inf if np.isnan(own.value) else 1.0
+    sign = 1.0 if ">=" in own.text else -1.0
+    return float(sign * (own.value - own.limit) / (abs(own.limit) or 1.0))
+
+
+@dataclass(frozen=True, repr=False)
+class Candidates(Tabular):
+    """Mechanisms that were found for a wish, best first.
+
+    `n_topologies` were listed, `n_at_rest` of them worked out in `n_designs` designs at rest. `ruled_out` counts by
+    requirement the topologies that miss it at rest in the best design that was found; `freedoms` there are those whose
+    freedoms and constraints are less than ten times apart.
+    """
+
+    _shown = ("name", "freedoms", "candidates")
+
+    name: str
+    freedoms: str
+    n_topologies: int
+    n_at_rest: int
+    n_designs: int
+    candidates: tuple[Candidate, ...]
+    ruled_out: Mapping[str, int]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """A warning where no candidate meets all requirements, with the nearest miss."""
+        best = self.candidates[0] if self.candidates else None
+        if best is None or best.n_met == len(best.requirements):
+            return ()
+        most = max(self.ruled_out, key=lambda name: self.ruled_out[name])
+        missed = [own for own in best.requirements if own.verdict != "met"]
+        near = ", ".join(f"{own.name}: {own.state} ({own.text})" for own in missed)
+        text = f"no design meets all requirements; the nearest, {best.file}, misses {near}; {most} rules out the most topologies at rest"
+        return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements)), "1", text),)
+
+    def _title(self) -> str:
+        return f"{self.freedoms}: {counted(len(self.candidates), 'candidate')} of {self.n_topologies} topologies"
+
+    def presentation(self) -> Iterator[Item]:
+        yield Facts(
+            {
+                "topologies": f"{self.n_topologies}, {self.n_at_rest} of them worked out at rest in {self.n_designs} designs",
+                "ruled out at rest": ", ".join(f"{name} {count}" for name, count in self.ruled_out.items() if count),
+            }
+        )
+        yield from super().presentation()
+
+    def _columns(self) -> dict[str, Any]:
+        own = self.candidates
+        names = [each.name for each in own[0].requirements] if own else []
+        columns: dict[str, Any] = {
+            "file": [c.file for c in own],
+            "held by": [c.topology for c in own],
+            "freedoms": [c.freedoms for c in own],
+            "over": [c.over for c in own],
+            "gap": [number(c.gap, 3) for c in own],
+            "f1": [quantity(c.first_hz, "Hz", 4) for c in own],
+            "mass": [quantity(c.mass, "kg", 3) for c in own],
+        }
+        for k, name in enumerate(names):
+            columns[name] = [f"{c.requirements[k].verdict}: {c.requirements[k].state}" for c in own]
+        return columns
+
+
+def freedoms_in_short(space: ScrewSpace) -> str:
+    """Such as `2R1T`: rotations, screws (H) and translations that span a space."""
+    screws = space.principal()
+    counts = [
+        ("R", sum(own.pitch == 0 for own in screws)),
+        ("H", sum(own.pitch != 0 and np.isfinite(own.pitch) for own in screws)),
+        ("T", sum(bool(np.isinf(own.pitch)) for own in screws)),
+    ]
+    return "".join(f"{count}{letter}" for letter, count in counts if count) or "none"

@@ -1,0 +1,336 @@
+"""From all topologies of a wish to a few mechanisms: sizes sampled at rest, the best led through their strokes, and
+the best of these optimised."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import closing, suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from flexura._version import __version__
+from flexura.arguments import verb
+from flexura.arrays import Array
+from flexura.deadline import Listener, Progress, no_listener
+from flexura.errors import FlexuraError, OptionError
+from flexura.files import write_file
+from flexura.full_order import plan_of
+from flexura.mechanism import Mechanism, with_rigid_bodies
+from flexura.modelfile import read_as, save, text_of
+from flexura.study.optimum import optimize
+from flexura.study.questions import questions, relation
+from flexura.study.requirements import requirements
+from flexura.study.engine import blocks_of
+from flexura.synthesis.drafts import draft
+from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
+from flexura.synthesis.topologies import Topology, topologies
+from flexura.synthesis.wish import DOFS, Room, WishFile, room_of
+
+SAMPLES = 64
+"""Designs of each topology at rest."""
+
+LEAST_GAP = 10.0
+"""How many times as compliant the stiffest wished freedom is to be as the softest constraint."""
+
+FINALISTS = 24
+"""Topologies that are led through their strokes."""
+
+OPTIMISED = 6
+"""Of these that are optimised."""
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Designs of topologies at rest, one topology after another: what a worker is sent.
+
+    A block has the values of the best design of a topology, `value`, in the order of its parameters, the margins of
+    the requirements that are asked at rest, nan where there is none, the `gap` and the first frequency, Hz.
+    """
+
+    file: WishFile
+    room: Room
+    listed: tuple[Topology, ...]
+    samples: int
+
+    @property
+    def blocks(self) -> int:
+        """How many topologies there are."""
+        return len(self.listed)
+
+    def designs(self, *numbers: int) -> str:
+        """Topologies in words."""
+        return f"topology {', '.join(str(n + 1) for n in numbers)}"
+
+    @cached_property
+    def at_rest(self) -> dict[str, str]:
+        """Requirements that ask nothing at poses, of strokes or stresses."""
+        return {name: text for name, text in self.file.requirements.items() if _is_at_rest(text)}
+
+    def __call__(self, number: int) -> dict[str, Array]:
+        """The best design of a topology."""
+        own = self.listed[number]
+        plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
+        parameters = plan.mechanism.parameters
+        low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
+        unit = qmc.Sobol(len(low), seed=number).random(self.samples)
+        unit = np.concatenate([np.full((1, len(low)), 0.5), unit])
+        values = low + unit * (high - low)
+        designs = dict(zip(parameters, values.T, strict=True))
+        relations = [relation(plan, text) for text in self.at_rest.values()]
+        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), -1)
+        asked = questions(plan, ", ".join(["f1", *_COMPLIANCES])).values(designs).value
+        gaps = gap_of(asked[:, 1:], self.room)
+        score = np.minimum(np.log(gaps / LEAST_GAP) / 3, margins.min(axis=0, initial=1.0))
+        best = int(np.nanargmax(np.where(np.isfinite(score), score, -np.inf)))
+        return {
+            "value": values[best],
+            "margins": margins[:, best],
+            "gap": gaps[best : best + 1],
+            "f1": asked[best : best + 1, 0],
+            "score": score[best : best + 1],
+        }
+
+
+_COMPLIANCES = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
+_AT = [(i, j) for i in range(6) for j in range(i, 6)]
+
+
+def gap_of(compliances: Array, room: Room) -> Array:
+    """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
+    designs with compliances (n, 21) of the point of the wish, rotations counted at the length of the room."""
+    C = np.zeros((len(compliances), 6, 6))
+    for (i, j), own in zip(_AT, compliances.T, strict=True):
+        C[:, i, j] = C[:, j, i] = own
+    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
+    C = C * scale[:, None] * scale
+    F = _twists_about(room) / scale[:, None]
+    U, s, _ = np.linalg.svd(F)
+    k = int((s > 1e-9).sum())
+    free, rest = U[:, :k], U[:, k:]
+    bad = ~np.isfinite(C).all(axis=(1, 2))
+    C[bad] = 0.0
+    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if k < 6 else np.zeros(len(C))
+    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.ones(len(C))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
+
+
+def _twists_about(room: Room) -> Array:
+    """The wished freedoms (6, f) as twists of the point of the wish, global frame."""
+    units = np.repeat([room.freedoms.length, 1.0], 3)[:, None]
+    F = room.freedoms.basis * units
+    v = F[:3] + np.cross(F[3:], room.about, axisa=0, axisc=0)
+    return np.concatenate([room.turn @ v, room.turn @ F[3:]])
+
+
+def _is_at_rest(text: str) -> bool:
+    return not any(word in text for word in (" at ", " over ", "margin", "stress", "reach", "buckling", " under "))
+
+
+@verb
+def design(
+    path: str | Path,
+    *,
+    folder: str | Path,
+    most: int = 300,
+    samples: int = SAMPLES,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Listener | None = None,
+) -> Candidates:
+    """Mechanisms that do what a wish file asks for, best first, written into a folder as mechanism files.
+
+    All topologies of the grammar are listed, of the plainest, `most` of them, `samples` designs each worked out at rest;
+    the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
+    folder, and the same call goes on there. Raises ModelError for what is wrong with the wish, and OptionError where
+    nothing is found, with what rules out the most.
+    """
+    text = text_of(Path(path))
+    file = read_as(WishFile, text, str(path))
+    report = progress or no_listener
+    room = room_of(file.wish)
+    _sane(room)
+    report(Progress("topologies"))
+    listed = topologies(room, file.wish.make.process, float(file.wish.make.thinnest))
+    if not listed:
+        raise OptionError(_nothing(file, room))
+    work = Screening(file, room, tuple(listed[:most]), samples)
+    store = Store(Path(folder), text, most, samples)
+    left, remarks = (n for n in range(work.blocks) if n not in store.known), list[str]()
+    with closing(blocks_of(work, left, workers, scheduler, remarks.append)) as blocks:
+        for number, columns in blocks:
+            store.add(number, {name: value.tolist() for name, value in columns.items()})
+            report(Progress("topologies at rest", len(store.known), work.blocks))
+    ranked = sorted(store.known, key=lambda n: -_number(store.known[n]["score"]))
+    finalists = [n for n in ranked if np.isfinite(_number(store.known[n]["score"]))][:FINALISTS]
+    judged = []
+    for k, n in enumerate(finalists):
+        report(Progress("strokes of the best", k, len(finalists)))
+        judged.append(_judged(work, n, store.known[n]))
+    judged.sort(key=lambda own: own.rank)
+    for k, own in enumerate(judged[:OPTIMISED]):
+        report(Progress("optima of the best", k, min(OPTIMISED, len(judged))))
+        judged[k] = _bettered(own, work)
+    judged.sort(key=lambda own: own.rank)
+    candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
+    result = Candidates(
+        name=file.name,
+        freedoms=candidates[0].freedoms if candidates else "",
+        n_topologies=len(listed),
+        n_at_rest=work.blocks,
+        n_designs=work.blocks * (samples + 1),
+        candidates=candidates,
+        ruled_out=_ruled_out(work, store),
+        notes=(*_notes(len(listed), most), *remarks),
+    )
+    write_file(Path(folder) / "design.json", lambda to: to.write_text(json.dumps(result.to_dict(), indent=1) + "\n"))
+    return result
+
+
+def _notes(found: int, most: int) -> tuple[str, ...]:
+    told = [
+        "posts and ground are not drawn and rigid here; limbs are clear of each other as first drawn, check each file"
+    ]
+    if found > most:
+        told.append(f"{found - most} topologies, those with the most limbs, were listed and not worked out")
+    return tuple(told)
+
+
+def _number(value: Any) -> float:
+    own = np.ravel(np.array(value, dtype=float))
+    return float(own[0]) if len(own) else np.nan
+
+
+class Store:
+    """What is known of the topologies of a wish, by number, in a file that grows line by line."""
+
+    def __init__(self, folder: Path, text: str, most: int, samples: int) -> None:
+        mark = hashlib.sha256(f"{__version__}\n{samples}\n{text}".encode()).hexdigest()
+        self.path = folder / "at_rest.jsonl"
+        self.known: dict[int, dict[str, Any]] = {}
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
+        except OSError as error:
+            raise OptionError(f"{folder} cannot be written to: {error.strerror}") from None
+        if lines and json.loads(lines[0]).get("wish") != mark:
+            raise OptionError(f"{folder} has the designs of another wish; name another folder")
+        for line in lines[1:]:
+            with suppress(ValueError):  # of a line that was cut off
+                own = json.loads(line)
+                if own["number"] < most:
+                    self.known[own.pop("number")] = own
+        if not lines:
+            self.path.write_text(json.dumps({"wish": mark}) + "\n", encoding="utf-8")
+
+    def add(self, number: int, columns: dict[str, Any]) -> None:
+        """Keep what a topology came to."""
+        self.known[number] = columns
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"number": number, **columns}) + "\n")
+
+
+def _sane(room: Room) -> None:
+    """Refuse what contradicts itself."""
+    corners = room.middle + np.array([[s * room.platform[0], t * room.platform[1], u * room.platform[2]] for s in (-1, 1) for t in (-1, 1) for u in (-1, 1)])
+    if (room.outside(corners) > 1e-9).any():
+        raise OptionError("wish.platform: it is not within the envelope, which stands on the base; make it smaller or move it")
+    if room.freedoms.dimension == 6:
+        raise OptionError("wish.freedoms: all six are free, so that nothing is to be held")
+
+
+def _nothing(file: WishFile, room: Room) -> str:
+    """Why there is no topology, in words."""
+    lines = room.wrenches.lines().dimension
+    text = f"no topology of the grammar holds this by {file.wish.make.process} limbs"
+    if lines < room.wrenches.dimension:
+        return (
+            f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone cannot, "
+            "and no guide that fits the envelope can; give it more room, or wish other freedoms"
+        )
+    return f"{text} in this envelope: give it more room around the platform, or move the platform"
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A mechanism with its requirements."""
+
+    mechanism: Mechanism
+    candidate: Candidate
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """First those that meet the most, of these those that meet them by the most."""
+        return -self.candidate.n_met, -self.candidate.least_margin
+
+
+def _judged(work: Screening, number: int, known: dict[str, Any]) -> _Judged:
+    own = work.listed[number]
+    mechanism = draft(own, work.file, work.room, f"{work.file.name}, {own.name}")
+    values = dict(zip(mechanism.parameters, known["value"], strict=True))
+    return _looked_at(_with_values(mechanism, values), own, work)
+
+
+def _with_values(mechanism: Mechanism, values: dict[str, float]) -> Mechanism:
+    parameters = {
+        name: own.model_copy(update={"value": float(values[name])}) if name in values else own
+        for name, own in mechanism.parameters.items()
+    }
+    return mechanism.replaced({"parameters": parameters})
+
+
+def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
+    """A mechanism with its requirements worked out, strokes included."""
+    plan = plan_of(mechanism)
+    found = requirements(plan).requirements if mechanism.requirements else ()
+    asked = questions(plan, ", ".join(["f1", "mass", *_COMPLIANCES])).values({}).value[0]
+    gap = float(gap_of(asked[None, 2:], work.room)[0])
+    return _Judged(
+        mechanism,
+        Candidate(
+            file="",
+            topology=own.name,
+            freedoms=freedoms_in_short(work.room.freedoms),
+            limbs=own.n_limbs,
+            over=own.over,
+            gap=gap,
+            first_hz=float(asked[0]),
+            mass=float(asked[1]),
+            requirements=found,
+        ),
+    )
+
+
+def _bettered(own: _Judged, work: Screening) -> _Judged:
+    """The same topology with sizes that meet the requirements with the highest first frequency, where that is better."""
+    topology = next(t for t in work.listed if t.name == own.candidate.topology and t.n_limbs == own.candidate.limbs)
+    try:
+        best = optimize(own.mechanism, maximise="f1", starts=1)
+        bettered = _looked_at(_with_values(own.mechanism, {own.name: own.value for own in best.variables}), topology, work)
+    except FlexuraError:
+        return own
+    return min(own, bettered, key=lambda one: one.rank)
+
+
+def _ruled_out(work: Screening, store: Store) -> dict[str, int]:
+    """How many topologies miss each requirement that is asked at rest, in the best design that was found."""
+    counts = dict.fromkeys(["freedoms", *work.at_rest], 0)
+    for known in store.known.values():
+        counts["freedoms"] += not _number(known["gap"]) >= LEAST_GAP
+        for name, margin in zip(work.at_rest, known["margins"], strict=True):
+            counts[name] += not margin >= 0
+    return counts
+
+
+def _written(own: _Judged, number: int, folder: Path) -> Candidate:
+    """The candidate with its file written."""
+    name = f"candidate-{number + 1:02d}.yaml"
+    save(own.mechanism, folder / name)
+    return replace(own.candidate, file=name)
+

@@ -1,0 +1,259 @@
+"""What a designer wishes: freedoms about a point, strokes, the room there is, how it is driven and made."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from flexura.arguments import verb
+from flexura.arrays import Array
+from flexura.files import read_bytes
+from flexura.mechanism import CATALOGUE, Part
+from flexura.mechanism.base import Direction, Name, Vector, refuse
+from flexura.mechanism.quantity import Angle, Length, PositiveLength, PositiveMass
+from flexura.mechanism.studies import Label, Question
+from flexura.modelfile import read_as
+from flexura.screws import ScrewSpace
+
+DOFS = ("x", "y", "z", "rx", "ry", "rz")
+
+Process = Literal["wire-cut", "milled", "printed", "assembled"]
+
+ROOM = 0.02
+"""Clearance to the faces of the envelope, over its smallest side."""
+
+
+def _dof(raw: Any) -> Any:
+    return raw[1:] if isinstance(raw, str) and re.fullmatch(r"t[xyz]", raw) else raw
+
+
+Dof = Annotated[Literal["x", "y", "z", "rx", "ry", "rz"], BeforeValidator(_dof)]
+
+
+class WishedScrew(Part):
+    """A freedom along and about an axis through a point, about which a turn of one radian advances by the pitch."""
+
+    axis: Direction
+    point: Vector = (0.0, 0.0, 0.0)
+    pitch: Length = 0.0
+
+
+class WishedFreedoms(Part):
+    """What is to be free: displacements of the platform about the point of the wish, or screws."""
+
+    platform: Annotated[tuple[Dof, ...], Field(max_length=6)] | None = None
+    screws: dict[Name, WishedScrew] = {}
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        if (self.platform is None) == (not self.screws):
+            raise refuse("freedoms are those of the platform or screws", "e.g. {platform: [rx, ry, z]}")
+        if self.platform is not None and len(set(self.platform)) < len(self.platform):
+            raise refuse("a freedom is named twice")
+        return self
+
+
+class Base(Part):
+    """Where it is held: the face of the envelope that the base is, which is a coordinate plane. Posts stand on it."""
+
+    plane: Literal["x-", "x+", "y-", "y+", "z-", "z+"] = "z-"
+
+
+class Platform(Part):
+    """What is moved: a cylinder along the normal of the base, or a box along global axes, of the material of the rest
+    or of one of its own; and what it carries as well, as a mass in its middle."""
+
+    shape: Literal["cylinder", "box"] = "cylinder"
+    size: Annotated[tuple[PositiveLength, ...], Field(min_length=2, max_length=3)] | None = None
+    """Diameter and length, or three edges; by default from the envelope."""
+    at: Vector | None = None
+    """Its middle; by default as far from the base as the envelope allows."""
+    material: str | None = None
+    mass: PositiveMass | None = None
+
+    @model_validator(mode="after")
+    def _sized(self) -> Self:
+        if self.size is not None and len(self.size) != (2 if self.shape == "cylinder" else 3):
+            raise refuse("a cylinder has a diameter and a length, a box three edges")
+        return self
+
+
+_DRIVES = re.compile(r"(\d+)\s+(voice coil)s?\s+along\s+(x|y|z)")
+
+
+class Drives(Part):
+    """So many drives of one kind along one axis, evenly around the middle of the platform where there are several."""
+
+    kind: Literal["voice coil"]
+    count: Annotated[int, Field(ge=1, le=6)]
+    along: Literal["x", "y", "z"]
+
+
+def _drives(raw: Any) -> Any:
+    if raw == "none":
+        return None
+    if isinstance(raw, str):
+        if found := _DRIVES.fullmatch(raw.strip()):
+            return {"count": int(found[1]), "kind": found[2], "along": found[3]}
+        raise refuse("drives are so many of a kind along an axis", "e.g. 3 voice coils along z, or none")
+    return raw
+
+
+class Make(Part):
+    """Of what it is made and how: the material, the thinnest web, the process, and the radius of a milling tool."""
+
+    material: str = "Al-7075-T6"
+    thinnest: PositiveLength = 0.3e-3
+    process: Process = "assembled"
+    tool_radius: Annotated[PositiveLength | None, Field(alias="tool radius")] = None
+
+    @model_validator(mode="after")
+    def _known(self) -> Self:
+        if self.material not in CATALOGUE:
+            raise refuse(f"{self.material} is no material of the catalogue", f"one of {', '.join(CATALOGUE)}")
+        return self
+
+
+class Wish(Part):
+    """A wish, before there is a mechanism."""
+
+    freedoms: WishedFreedoms
+    about: Vector = (0.0, 0.0, 0.0)
+    """The point that rotations pass through."""
+    stroke: dict[Name, Length | Angle] = {}
+    """How far to either side, by freedom: lengths of translations, angles of rotations and screws."""
+    envelope: tuple[PositiveLength, PositiveLength, PositiveLength]
+    """Edges of the box along x, y and z that holds all of it. It stands on the base, with the origin in the middle."""
+    base: Base = Base()
+    platform: Platform = Platform()
+    drives: Annotated[Drives | None, BeforeValidator(_drives)] = None
+    make: Make = Make()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _amounts(cls, raw: Any) -> Any:
+        return raw
+
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        names = self.freedoms.platform if self.freedoms.platform is not None else tuple(self.freedoms.screws)
+        for name in self.stroke:
+            if _dof(name) not in names:
+                raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(names)}")
+        size = np.array(self.envelope, dtype=float)
+        turning = [abs(float(own)) for name, own in self.strokes.items() if not name in "xyz"]
+        if any(angle > 0.5 for angle in turning):
+            raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
+        for name, own in self.strokes.items():
+            if name in ("x", "y", "z") and 2 * abs(own) > size["xyz".index(name)] / 2:
+                raise refuse(
+                    f"a stroke of {1e3 * abs(own):g} mm to either side along {name} is more than half of the envelope",
+                    f"the envelope is {1e3 * size['xyz'.index(name)]:g} mm there",
+                )
+        return self
+
+    @property
+    def strokes(self) -> dict[str, float]:
+        """How far to either side, m and rad, by the name of the freedom."""
+        return {_dof(name): float(own) for name, own in self.stroke.items()}
+
+
+class WishFile(Part):
+    """A file with a wish and what is required of each design."""
+
+    name: Label = "wish"
+    wish: Wish
+    requirements: dict[Label, Question] = {}
+
+
+@dataclass(frozen=True)
+class Room:
+    """The room of a wish in its own frame, in which the base is the plane z = 0 and all else above it.
+
+    `turn` (3, 3) leads from this frame to the global one; `half` (3,) are half the edges of the envelope, its middle at
+    `half[2]` above the base. The platform is a cylinder or a box with half edges `platform` (3,), its middle at
+    `middle` (3,). `freedoms` are about the origin of this frame.
+    """
+
+    turn: Array
+    half: Array
+    shape: str
+    platform: Array
+    middle: Array
+    about: Array
+    freedoms: ScrewSpace
+
+    @cached_property
+    def wrenches(self) -> ScrewSpace:
+        """What limbs are to bear, and nothing else."""
+        return self.freedoms.reciprocal()
+
+    @property
+    def size(self) -> float:
+        """The smallest edge of the envelope, m."""
+        return 2 * float(self.half.min())
+
+    def outside(self, points: Array) -> Array:
+        """How far points (n, 3) are outside of the envelope, m, over no clearance; negative within."""
+        return (np.abs(points - [0.0, 0.0, self.half[2]]) - self.half).max(axis=1)
+
+    def in_platform(self, points: Array, by: float = 0.0) -> Array:
+        """Whether points (n, 3) are within the platform by more than so much, m."""
+        x = points - self.middle
+        tall = np.abs(x[:, 2]) < self.platform[2] - by
+        if self.shape == "box":
+            return tall & (np.abs(x[:, :2]) < self.platform[:2] - by).all(axis=1)
+        return tall & (np.hypot(x[:, 0], x[:, 1]) < self.platform[0] - by)
+
+
+TURNS = {
+    "z-": np.eye(3),
+    "z+": np.diag([1.0, -1.0, -1.0]),
+    "x-": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    "x+": np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]),
+    "y-": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "y+": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [-1.0, 0.0, 0.0]]),
+}
+"""Frames whose z axis leads away from the base: columns are its axes in the global frame."""
+
+
+def room_of(wish: Wish) -> Room:
+    """The room of a wish. Raises ModelError where the platform is not in the envelope."""
+    turn = TURNS[wish.base.plane]
+    half = np.abs(turn.T @ np.array(wish.envelope, dtype=float)) / 2
+    own = wish.platform
+    if own.size is None:
+        across = np.array([0.6 * half[:2].min()] * 2) if own.shape == "cylinder" else 0.6 * half[:2]
+        platform = np.array([*across, 0.2 * half[2]])
+    elif own.shape == "cylinder":
+        platform = np.array([own.size[0], own.size[0], own.size[1]], dtype=float) / 2
+    else:
+        platform = np.abs(turn.T @ np.array(own.size, dtype=float)) / 2
+    middle = np.array([0.0, 0.0, 2 * half[2] - platform[2]])
+    if own.at is not None:
+        middle = turn.T @ np.array(own.at, dtype=float)
+    about = turn.T @ np.array(wish.about, dtype=float)
+    length = float(half.max())
+    return Room(turn, half, own.shape, platform, middle, about, _freedoms(wish, turn, about, length))
+
+
+def _freedoms(wish: Wish, turn: Array, about: Array, length: float) -> ScrewSpace:
+    """The wished freedoms as twists about the origin of the room."""
+    twists = []
+    for name in wish.freedoms.platform or ():
+        d = turn.T @ np.eye(3)[DOFS.index(name) % 3]
+        twists.append([*np.cross(about, d), *d] if name[0] == "r" else [*d, 0.0, 0.0, 0.0])
+    for own in wish.freedoms.screws.values():
+        d = turn.T @ np.array(own.axis, dtype=float)
+        d /= np.linalg.norm(d)
+        p = turn.T @ np.array(own.point, dtype=float)
+        twists.append([*(np.cross(p, d) + float(own.pitch) * d), *d])
+    return ScrewSpace.of("twists", np.array(twists).reshape(-1, 6).T, length)
