@@ -206,9 +206,9 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
 
 def _move(wish: Wish) -> dict[str, Any]:
     """The stroke along all freedoms at once, from one end to the other."""
-    units = {name: "rad" if name[0] == "r" else "m" for name in wish.strokes}
+    units = {name: "mrad" if name[0] == "r" else "mm" for name in wish.strokes}
     return {
-        name: [f"{-amount:.9g} {units[name]}", f"{amount:.9g} {units[name]}"]
+        name: [f"{-1e3 * amount:.9g} {units[name]}", f"{1e3 * amount:.9g} {units[name]}"]
         for name, amount in wish.strokes.items()
         if name in ("x", "y", "z", "rx", "ry", "rz")
     }

@@ -21,7 +21,7 @@ from flexura.deadline import Listener, Progress, no_listener
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.full_order import plan_of
-from flexura.mechanism import Mechanism, with_rigid_bodies
+from flexura.mechanism import Mechanism, Parameter, with_rigid_bodies
 from flexura.modelfile import read_as, save, text_of
 from flexura.study.optimum import optimize
 from flexura.study.questions import questions, relation
@@ -279,10 +279,16 @@ def _judged(work: Screening, number: int, known: dict[str, Any]) -> _Judged:
 
 def _with_values(mechanism: Mechanism, values: dict[str, float]) -> Mechanism:
     parameters = {
-        name: own.model_copy(update={"value": float(values[name])}) if name in values else own
+        name: own.model_copy(update={"value": _rounded(values[name], own)}) if name in values else own
         for name, own in mechanism.parameters.items()
     }
     return mechanism.replaced({"parameters": parameters})
+
+
+def _rounded(value: float, own: Parameter) -> float:
+    """A size to be read, within its limits."""
+    low, high = float(own.minimum or -np.inf), float(own.maximum or np.inf)  # type: ignore[arg-type]
+    return float(np.clip(float(f"{value:.4g}"), low, high))
 
 
 def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
@@ -311,7 +317,8 @@ def _bettered(own: _Judged, work: Screening) -> _Judged:
     """The same topology with sizes that meet the requirements with the highest first frequency, where that is better."""
     topology = next(t for t in work.listed if t.name == own.candidate.topology and t.n_limbs == own.candidate.limbs)
     try:
-        best = optimize(own.mechanism, maximise="f1", starts=1)
+        stiff = with_rigid_bodies(own.mechanism)
+        best = optimize(stiff, vary=list(stiff.parameters), maximise="f1", starts=1)
         bettered = _looked_at(_with_values(own.mechanism, {own.name: own.value for own in best.variables}), topology, work)
     except FlexuraError:
         return own
