@@ -12,11 +12,8 @@ from flexura.arrays import Array
 from flexura.mechanism import Mechanism
 from flexura.modelfile import described
 from flexura.synthesis.limbs import Terms, describe_member
-from flexura.synthesis.topologies import ALONG, RADII, Pattern, Topology, scale_of
+from flexura.synthesis.topologies import ALONG, LUG, RADII, Pattern, Topology, limits_of
 from flexura.synthesis.wish import Room, Wish, WishFile
-
-LUG = 0.06
-"""Edge of a lug, over the smallest edge of the envelope."""
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
@@ -25,7 +22,7 @@ DRIVE_RADIUS = 0.7
 
 
 def draft(topology: Topology, file: WishFile, room: Room, name: str) -> Mechanism:
-    """The mechanism of a topology, with its sizes in the middle of their limits as parameters."""
+    """The mechanism of a topology, with its sizes as drawn first and their limits as parameters."""
     return described(_data(topology, file, room, name), name)
 
 
@@ -46,7 +43,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
-        carried += [f"{copies}.lug"] if _has_lug(own, room) else [f"{copies}.{head}" for head in own.kind.heads]
+        carried += [f"{copies}.lug"] if own.site.where == "beside" else [f"{copies}.{head}" for head in own.kind.heads]
         data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
     data["actuators"], drives = _drives(wish, room)
     data["nodes"] |= drives
@@ -61,43 +58,35 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
 
 def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[str, Any]:
     """Sizes of a pattern with their limits."""
-    limits = {
-        name: tuple(scale_of(limit.of, own, room, thinnest) * k for k in (limit.least, limit.most))
-        for name, limit in own.kind.sizes.items()
-    }
-    if own.site.where == "below" and own.site.reach:
-        limits["radius" if "radius" not in limits else "way"] = tuple(own.site.reach * k for k in RADIUS_LIMITS)
+    limits = limits_of(own, room, thinnest)
+    values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
+    if (way := _way(letter, own)) is not None:
+        name = way.removeprefix(f"{letter}_")
+        low, high = (own.site.reach * k for k in RADIUS_LIMITS)
+        limits[name], values[name] = (low, high), own.site.reach * RADII[0]
     return {
-        f"{letter}_{name}": {"value": _mm((low + high) / 2), "minimum": _mm(low), "maximum": _mm(high)}
+        f"{letter}_{name}": {"value": _mm(values[name]), "minimum": _mm(low), "maximum": _mm(high)}
         for name, (low, high) in limits.items()
     }
 
 
 def _way(letter: str, own: Pattern) -> str | None:
     """The parameter that says how far from the axis a pattern is, if there is one."""
-    if own.site.where != "below" or not own.site.reach:
+    if own.site.where != "below" or not own.site.reach or own.pinned:
         return None
     return f"{letter}_way" if "radius" in own.kind.sizes else f"{letter}_radius"
 
 
-def _has_lug(own: Pattern, room: Room) -> bool:
-    """Whether limbs begin at a lug at the side of the platform: those that lead on beside it."""
-    if own.site.where != "side" or len(own.kind.heads) > 1:
-        return False
-    at_face = room.shape == "cylinder" or own.site.azimuth in (0.0, np.pi / 2)
-    return at_face and bool(own.site.axes[:, 0] @ own.axes[:, 2] < ALONG)
-
-
 def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[str, Any]:
     """One limb, in the global frame."""
-    turn, lug = room.turn, LUG * room.size
+    turn = room.turn
     axes, radial = turn @ own.axes, turn @ own.site.axes[:, 0]
-    start = turn @ own.site.head(room, RADII[0])
+    start = turn @ own.site.head(room)
     terms: list[tuple[str | None, Array]] = [(None, start)]
     if way := _way(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (way, radial)]
-    if _has_lug(own, room):
-        terms = [(None, start + radial * lug / 2 + axes[:, 2] * lug / 2)]
+    if own.outward:
+        terms = [(None, start - radial * LUG * room.size / 2), (f"{letter}_width", radial * own.outward)]
     nodes = {
         name: _point([*terms, *((f"{letter}_{size}", axes @ np.array(c)) for size, c in node.items())])
         for name, node in own.kind.nodes.items()
@@ -121,13 +110,8 @@ def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[
     interface = [*own.kind.heads, *own.kind.feet]
     for name, carried in (own.kind.blocks or {}).items():
         found["bodies"][name] = _block(letter, own, terms, axes, carried, material)
-    if _has_lug(own, room):
-        found["bodies"]["lug"] = {
-            "centre": _point([(None, start + radial * lug / 2)]),
-            "solid": {"shape": "box", "size": [_mm(lug)] * 3, "material": material},
-            "rotate": _rotation(np.stack([radial, np.cross(turn[:, 2], radial), turn[:, 2]], axis=1)),
-            "carries": list(own.kind.heads),
-        }
+    if own.site.where == "beside":
+        found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
         interface = ["lug", *own.kind.feet]
     return {key: value for key, value in found.items() if value} | {"interface": interface}
 
@@ -160,6 +144,28 @@ def _block(
         "solid": {"shape": "box", "size": size, "material": material},
         "rotate": _rotation(axes),
         "carries": list(carried),
+    }
+
+
+def _lug(
+    letter: str, own: Pattern, room: Room, terms: list[tuple[str | None, Array]], axes: Array, material: str
+) -> dict[str, Any]:
+    """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures."""
+    edge = LUG * room.size
+    apart = {size for head in own.kind.heads for size in own.kind.nodes[head]}
+    return {
+        "centre": _point([*terms, (None, -axes[:, 2] * edge / 2)]),
+        "solid": {
+            "shape": "box",
+            "size": [
+                " + ".join([_mm(edge), *(f"{letter}_{size}" for size in sorted(apart))]),
+                f"{letter}_width" if own.kind.width else _mm(edge),
+                _mm(edge),
+            ],
+            "material": material,
+        },
+        "rotate": _rotation(axes),
+        "carries": list(own.kind.heads),
     }
 
 

@@ -62,6 +62,11 @@ class Kind:
     width: bool = False
     processes: tuple[str, ...] = ("milled", "printed", "assembled")
 
+    @property
+    def is_one_sided(self) -> bool:
+        """Whether its foot is to one side of its head along m."""
+        return "arm" in self.sizes
+
     def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
         return kind_of, (self.name,)
 
@@ -222,8 +227,8 @@ KINDS: dict[str, Kind] = {
         Kind(
             "crossed guides",
             {
-                "length": LENGTH,
-                "spacing": Limit(0.1, 0.4, "size"),
+                "length": Limit(0.15, 0.6, "room"),
+                "spacing": Limit(0.1, 0.4, "room"),
                 "arm": Limit(0.1, 0.4, "size"),
                 "width": Limit(0.1, 1.0, "width"),
                 "thickness": THICKNESS,
