@@ -12,7 +12,7 @@ from flexura.arrays import Array
 from flexura.mechanism import Mechanism
 from flexura.modelfile import described
 from flexura.synthesis.limbs import Terms, describe_member
-from flexura.synthesis.topologies import ALONG, LUG, RADII, Pattern, Topology, limits_of
+from flexura.synthesis.topologies import ALONG, BESIDE, LUG, RADII, Pattern, Topology, limits_of, lug_of
 from flexura.synthesis.wish import Room, Wish, WishFile
 
 RADIUS_LIMITS = (0.3, 0.95)
@@ -43,7 +43,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
-        carried += [f"{copies}.lug"] if own.site.where == "beside" else [f"{copies}.{head}" for head in own.kind.heads]
+        carried += [f"{copies}.lug"] if own.has_lug else [f"{copies}.{head}" for head in own.kind.heads]
         data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
     data["actuators"], drives = _drives(wish, room)
     data["nodes"] |= drives
@@ -85,8 +85,8 @@ def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[
     terms: list[tuple[str | None, Array]] = [(None, start)]
     if way := _way(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (way, radial)]
-    if own.outward:
-        terms = [(None, start - radial * LUG * room.size / 2), (f"{letter}_width", radial * own.outward)]
+    fixed, drawn = own.shift(LUG * room.size)
+    terms += [(None, turn @ fixed), *((f"{letter}_{size}", axes @ np.array(c)) for size, c in drawn.items())]
     nodes = {
         name: _point([*terms, *((f"{letter}_{size}", axes @ np.array(c)) for size, c in node.items())])
         for name, node in own.kind.nodes.items()
@@ -101,49 +101,37 @@ def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[
             member["section"] = {"shape": "circle", "diameter": f"3*{letter}_{thin}"}
             links[name] = member
             continue
-        along = own.kind.points({size: 1.0 for size in sizes})
+        along = own.kind.points(dict.fromkeys(sizes, 1.0))
         d = along[b] - along[a]
         m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
         member |= describe_member(profile, _vector(m), width, f"{letter}_{thin}", f"{letter}_radius")
         flexures[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = [*own.kind.heads, *own.kind.feet]
-    for name, carried in (own.kind.blocks or {}).items():
-        found["bodies"][name] = _block(letter, own, terms, axes, carried, material)
-    if own.site.where == "beside":
+    for name, (carried, low, high) in (own.kind.blocks or {}).items():
+        found["bodies"][name] = _block(letter, terms, axes, low, high, material) | {"carries": list(carried)}
+    if own.has_lug:
         found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
         interface = ["lug", *own.kind.feet]
     return {key: value for key, value in found.items() if value} | {"interface": interface}
 
 
 def _block(
-    letter: str, own: Pattern, terms: list[tuple[str | None, Array]], axes: Array, carried: Iterable[str], material: str
+    letter: str, terms: list[tuple[str | None, Array]], axes: Array, low: Terms, high: Terms, material: str
 ) -> dict[str, Any]:
-    """The block between the leaves of a limb: a box around the nodes that it carries, behind them along d."""
-    nodes: list[Terms] = [own.kind.nodes[name] for name in carried]
-    names = list(dict.fromkeys(size for node in nodes for size in node))
-    low = {size: np.min([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
-    high = {size: np.max([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
-    middle = {size: (low[size] + high[size]) / 2 for size in names}
-    span = {size: high[size] - low[size] for size in names}
-    thin = next(size for size in ("thickness", "web") if size in own.kind.sizes)
-    deep = f"6*{letter}_{thin}"
-    along = [
-        (f"{letter}_{size}", float(c[2])) for size, c in span.items() if abs(c[2]) > ALONG
-    ]  # of crossed guides the block is as long as the second pair is apart
-    across = [(f"{letter}_{size}", float(c[0])) for size, c in span.items() if abs(c[0]) > ALONG]
+    """A box along the axes of a limb between two of its corners."""
+    zero = np.zeros(3)
+    ends = {size: (np.array(low.get(size, zero)), np.array(high.get(size, zero))) for size in {**low, **high}}
+    spans = {size: b - a for size, (a, b) in ends.items()}
     size = [
-        _sum([*across, (f"{letter}_{thin}", 4.0)]),
-        f"{letter}_width",
-        _sum([*along, (f"{letter}_{thin}", 2.0)]) if along else deep,
+        _sum((f"{letter}_{name}", float(own[k])) for name, own in spans.items() if abs(own[k]) > ALONG)
+        for k in range(3)
     ]
-    shift = [(f"{letter}_{thin}", axes[:, 2] * (0.0 if along else 3.0))]
-    centre = [*terms, *((f"{letter}_{size}", axes @ c) for size, c in middle.items()), *shift]
+    centre = [*terms, *((f"{letter}_{name}", axes @ (a + b) / 2) for name, (a, b) in ends.items())]
     return {
         "centre": _point(centre),
         "solid": {"shape": "box", "size": size, "material": material},
         "rotate": _rotation(axes),
-        "carries": list(carried),
     }
 
 
@@ -151,15 +139,14 @@ def _lug(
     letter: str, own: Pattern, room: Room, terms: list[tuple[str | None, Array]], axes: Array, material: str
 ) -> dict[str, Any]:
     """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures."""
-    edge = LUG * room.size
-    apart = {size for head in own.kind.heads for size in own.kind.nodes[head]}
+    edge, longer = lug_of(own, room)
     return {
         "centre": _point([*terms, (None, -axes[:, 2] * edge / 2)]),
         "solid": {
             "shape": "box",
             "size": [
-                " + ".join([_mm(edge), *(f"{letter}_{size}" for size in sorted(apart))]),
-                f"{letter}_width" if own.kind.width else _mm(edge),
+                " + ".join([_mm(edge), *(f"{letter}_{size}" for size in longer)]),
+                f"{_mm(2 * BESIDE * edge)} + {letter}_width" if own.kind.width else _mm(edge),
                 _mm(edge),
             ],
             "material": material,
@@ -204,7 +191,7 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
     for k in range(own.count):
         angle = 2 * np.pi * k / own.count
         r = DRIVE_RADIUS * room.platform[0] * (own.count > 1)
-        x = room.middle + [r * np.cos(angle), r * np.sin(angle), 0.0]
+        x = room.middle + np.array([r * np.cos(angle), r * np.sin(angle), 0.0])
         nodes[f"push{k + 1}"] = _point([(None, room.turn @ x)])
         actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": own.along}
     return actuators, nodes

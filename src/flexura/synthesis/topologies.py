@@ -1,14 +1,16 @@
 """All topologies of a stated grammar that hold a platform in what is not wished, and in nothing that is.
 
-A topology is one pattern of limbs, or two: of as many limbs of one kind each, one above the other or halfway between,
-parallel where they are single, or one of them a limb in the middle. A pattern is one limb, or two, three or four evenly around the normal of the base
-through the middle of the platform; of one, two and four the first is on an axis of the base, of four also on a diagonal,
-of two at a corner of a box, of three at every thirty degrees. A limb is of one kind and begins below the platform, in
-the middle or near its edge, or at its side, at the lower and the upper edge, halfway, and where the point of the wish is
-if that is at the side: of heights at which a pattern bears the same, at the one nearest the middle. It leads along a
-direction of the grammar: radial, tangential, along the normal, halfway between the normal and one of the others, and
-where the lines that are borne at its beginning are one line or meet one of the planes between these three. It is wide
-along one of the three, or across one of them.
+A topology is one pattern of limbs, or two: of as many limbs of one kind each, or one of them a limb in the middle. Two of
+as many limbs are one above the other or halfway between; where they lead alike at unlike heights, at the two edges of the
+platform; and parallel where they are single. A pattern is one limb, or two, three or four evenly around the normal of the
+base through the middle of the platform; of one, two and four the first is on an axis of the base, of four on a diagonal
+as well, of two at a corner of a box, and of three at every thirty degrees.
+
+A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges, halfway
+between, and where the point of the wish is if that is at the side; of heights at which a pattern bears the same, nearest
+the middle. It leads away from the platform along a direction of the grammar: radial, tangential, along the normal, halfway
+between the normal and one of the others, or where the lines that are borne at its beginning are one line or meet one of
+the planes between these three; in the middle along the normal. It is wide along one of the three, or across one of them.
 
 Limbs of which any bears a wrench that does work on a wished freedom are left out (Blanding 1999; Hopkins and Culpepper
 2010), whatever their sizes are; those of a topology together bear all others, and none of its patterns can be left out.
@@ -28,7 +30,7 @@ from scipy.spatial import KDTree
 
 from flexura.arrays import Array, Index
 from flexura.screws import ScrewSpace
-from flexura.synthesis.limbs import KINDS, Kind, Sizes, unit_sizes
+from flexura.synthesis.limbs import KINDS, Kind, Sizes, Terms, place, unit_sizes
 from flexura.synthesis.wish import ROOM, Room
 
 COUNTS = (1, 2, 3, 4)
@@ -40,6 +42,9 @@ RADII = (0.8, 0.55)
 LUG = 0.06
 """Edge of a lug at the side of the platform, on which limbs begin that lead on beside it, over the smallest edge of the
 envelope."""
+
+BESIDE = 0.25
+"""Clearance of limbs that are wide radially from the side of the platform, over the edge of a lug."""
 
 RANK = 1e-6
 """Eigenvalue of a sum of projections up to which it is none."""
@@ -55,7 +60,7 @@ SHARES = (0.5, 0.2)
 LEAST_AWAY = 3.0
 """Distance of limbs from each other, over the thinnest web."""
 
-SAMPLES = 9
+SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
 
 LEAST_SLENDER = 8.0
@@ -89,7 +94,7 @@ class Site(NamedTuple):
 
 def sites(room: Room, count: int) -> list[Site]:
     """All sites of the first of so many limbs."""
-    a, b, h = room.platform
+    h = float(room.platform[2])
     low, z, high = room.middle[2] + np.array([-h, 0.0, h])
     inset, lug = min(LUG * room.size, h) / 2, LUG * room.size / 2
     heights = {round(float(own), 9) for own in (low + inset, z, high - inset, room.about[2])}
@@ -119,7 +124,7 @@ def _edges(room: Room, count: int) -> Iterator[tuple[float, float]]:
         yield from ((np.pi / 2 * k, (a, b)[k % 2]) for k in range(quarters))
     elif box:
         yield 0.0, min(a, b)
-    if box and (count == 2 or count == 4 and square):
+    if box and (count == 2 or (count == 4 and square)):
         corner = float(np.arctan2(b, a))
         yield from ((own, float(np.hypot(a, b))) for own in ((corner, np.pi - corner) if count == 2 else (corner,)))
     elif count == 4 and not box:
@@ -133,7 +138,8 @@ class Pattern:
 
     `run` is how long a limb can be before it leaves the envelope, m. Sites below the platform may be at any distance
     from the axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first.
-    `share` is where between their limits sizes are drawn first.
+    `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
+    width that they pass each other, which changes nothing of what they bear.
     """
 
     kind: Kind
@@ -143,6 +149,7 @@ class Pattern:
     run: float
     pinned: bool = False
     share: float = SHARES[0]
+    aside: bool = False
 
     def turns(self) -> Array:
         """Rotations (n, 3, 3) of the copies about the axis."""
@@ -160,10 +167,23 @@ class Pattern:
         return self.count * self.kind.bears(unit_sizes(self.kind, 1.0)).shape[1]
 
     @property
-    def outward(self) -> float:
-        """How many widths the middle of a limb on a lug is farther out: half of one where it is wide radially."""
-        radial = self.site.axes[:, 0] @ self.axes[:, 1]
-        return 0.5 if self.kind.width and self.site.where == "beside" and abs(radial) > 1 - ALONG else 0.0
+    def has_lug(self) -> bool:
+        """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads."""
+        return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
+
+    def shift(self, lug: float) -> tuple[Array, Terms]:
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d); none of it changes
+        what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
+        and lugs of those with several heads are between them and the platform."""
+        radial = self.site.axes[:, 0]
+        if self.aside:
+            return np.zeros(3), {"width": (0.0, 0.5, 0.0), "thickness": (0.0, 2.0, 0.0)}
+        if self.site.where == "side" and self.has_lug:
+            return radial * lug, {}
+        along = float(radial @ self.axes[:, 1])
+        if self.site.where == "beside" and self.kind.width and abs(along) > 1 - ALONG:
+            return radial * lug * (BESIDE - 0.5), {"width": (0.0, 0.5 * float(np.sign(along)), 0.0)}
+        return np.zeros(3), {}
 
     @property
     def is_asymmetric(self) -> bool:
@@ -201,8 +221,7 @@ _PLAIN = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if 0 < np.abs(
 
 def _directions(site: Site, borne: Array) -> list[Array]:
     """Directions of the grammar at a site, of which lines are borne there (3, k) at all: unit vectors (3,). From
-    below the platform they lead down, in the middle straight; from its side outward, and from a lug any other way but
-    straight at the platform."""
+    below the platform they lead down, in the middle straight; from its side outward, and from a lug beside it."""
     if not site.reach:
         return [-site.axes[:, 2]]
     found = [site.axes @ c for c in _PLAIN]
@@ -217,8 +236,7 @@ def _directions(site: Site, borne: Array) -> list[Array]:
     if site.where == "below":
         units = [d for d in units if d[2] < -ALONG]
     else:
-        units = [d for d in units if (d @ radial > ALONG) == (site.where == "side")]
-        units = [d for d in units if d @ radial > -ALONG or abs(d[2]) > ALONG]
+        units = [d for d in units if (d @ radial > ALONG if site.where == "side" else abs(d @ radial) < ALONG)]
     return list({tuple(np.round(d, 6) + 0.0): d for d in units}.values())
 
 
@@ -319,49 +337,81 @@ def _width_room(pattern: Pattern, room: Room) -> float:
 def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
     """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
     axis = np.array([*room.middle[:2], 0.0])
-    start = pattern.site.head(room) - axis
-    start = start + pattern.site.axes[:, 0] * pattern.outward * sizes.get("width", 0.0)
-    return (start + points @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
+    fixed, drawn = pattern.shift(LUG * room.size)
+    start = pattern.site.head(room) + fixed - axis
+    return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
-def _swept(pattern: Pattern, room: Room, thinnest: float) -> Array:
-    """Points (copies, n, 3) along the middle and both edges of all members of each copy, and of its blocks."""
-    sizes = drawn_first(pattern, room, thinnest)
-    nodes = pattern.kind.points(sizes)
+def lug_of(pattern: Pattern, room: Room) -> tuple[float, tuple[str, ...]]:
+    """Edge of a lug, m, and the sizes by which it is longer along m."""
+    heads = (pattern.kind.nodes[head] for head in pattern.kind.heads)
+    return LUG * room.size, tuple(sorted({size for head in heads for size in head}))
+
+
+class _Drawn(NamedTuple):
+    """A pattern as drawn first: points (copies, n, 3) along the middle and both edges of members, the same and those of
+    blocks, and all of it and of lugs."""
+
+    members: Array
+    moving: Array
+    all: Array
+
+
+_GRID = np.array(list(product((0.0, 0.5, 1.0), repeat=3)))
+
+
+def _drawn(pattern: Pattern, room: Room, thinnest: float) -> _Drawn:
+    """A pattern as it is drawn first."""
+    sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
+    nodes = kind.points(sizes)
     at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
-    line = np.concatenate([nodes[a] + at * (nodes[b] - nodes[a]) for a, b, _ in pattern.kind.members.values()])
-    thin = sizes.get("thickness", 0.0)
-    ends = [nodes[name] + [0.0, 0.0, 6 * thin] for own in (pattern.kind.blocks or {}).values() for name in own]
-    line = np.concatenate([line, *(own[None] for own in ends)])
+    line = np.concatenate([nodes[a] + at * (nodes[b] - nodes[a]) for a, b, _ in kind.members.values()])
     wide = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
-    return _copies(pattern, room, sizes, np.concatenate([line, line + wide, line - wide]) if wide.any() else line)
+    members = np.concatenate([line, line + wide, line - wide]) if wide.any() else line
+    corners = [(place(low, sizes), place(high, sizes)) for _, low, high in (kind.blocks or {}).values()]
+    moving = np.concatenate([members, *(low + _GRID * (high - low) for low, high in corners)])
+    every = moving
+    if pattern.has_lug:
+        edge, longer = lug_of(pattern, room)
+        width = sizes["width"] + 2 * BESIDE * edge if "width" in sizes else edge
+        half = np.array([edge + sum(sizes[size] for size in longer), width, edge]) / 2
+        every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, edge / 2]])
+    own = _copies(pattern, room, sizes, every)
+    return _Drawn(own[:, : len(members)], own[:, : len(moving)], own)
 
 
 def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
     """The pattern with the first sizes at which all copies are within the envelope, outside of the platform, begin at
     it and are clear of each other; None where there are none."""
-    if not _begins(pattern, room):
+    if (
+        pattern.site.where == "beside"
+        and len(pattern.kind.heads) > 1
+        and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
+    ):
         return None
-    for share in SHARES:
-        own = replace(pattern, share=share)
-        points = _swept(own, room, thinnest)
-        flat = points.reshape(-1, 3)
+    crossing = pattern.count == 2 and pattern.site.where == "below" and "thickness" in pattern.kind.sizes
+    for share, aside in product(SHARES, (False, True) if crossing else (False,)):
+        own = replace(pattern, share=share, aside=aside)
+        drawn = _drawn(own, room, thinnest)
+        if not _begins(own, room, thinnest):
+            continue
+        flat = drawn.moving.reshape(-1, 3)
         if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
             continue
-        others = points[1:].reshape(-1, 3)
-        gaps = points[0][:, None] - others
+        others = drawn.all[1:].reshape(-1, 3)
+        gaps = drawn.all[0][:, None] - others
         if not len(others) or float((gaps**2).sum(axis=2).min()) > (LEAST_AWAY * thinnest) ** 2:
             return own
     return None
 
 
-def _begins(pattern: Pattern, room: Room) -> bool:
-    """Whether all copies begin at the platform: of several heads each, and of all copies."""
-    site, slack = pattern.site, 1e-3 * room.size
-    if site.where == "beside":
+def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
+    """Whether all heads of all copies are at the platform, or on a lug."""
+    if pattern.has_lug:
         return True
-    heads = np.array([pattern.kind.points(unit_sizes(pattern.kind, 1e-3 * room.size))[h] for h in pattern.kind.heads])
-    return bool(room.in_platform(_copies(pattern, room, {}, heads).reshape(-1, 3), -slack).all())
+    nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
+    heads = _copies(pattern, room, sizes, np.array([nodes[head] for head in pattern.kind.heads]))
+    return bool(room.in_platform(heads.reshape(-1, 3), -1e-3 * room.size).all())
 
 
 def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
@@ -376,11 +426,11 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
     first = _of_alike(every, P, room)
     every, P = [every[k] for k in first], P[first]
     numbers = _numbers(every, room)
-    swept = [_swept(own, room, thinnest) for own in every]
+    swept = [_drawn(own, room, thinnest).all for own in every]
     trees = [KDTree(own.reshape(-1, 3)) for own in swept]
     far = LEAST_AWAY * thinnest
     found: dict[tuple[int, ...], tuple[int, ...] | None] = {}
-    for chosen in _sets(every, P, _ranks(P), need):
+    for chosen in _sets(every, P, _ranks(P), room):
         own = [every[k] for k in chosen]
         if process == "wire-cut" and not _one_cut(own):
             continue
@@ -446,8 +496,8 @@ def _projection(own: Pattern, room: Room) -> Array:
 
 
 def _of_alike(every: Sequence[Pattern], P: Array, room: Room) -> list[int]:
-    """Numbers of patterns: of those that bear the same and are the same but for their height, the sides of their arms and
-    which way along d they lead, the one nearest the middle of the platform with the most room."""
+    """Numbers of patterns: of those that bear the same and are the same but for their height, the sides of their arms
+    and which way along d they lead, the one nearest the middle of the platform with the most room."""
     found: dict[tuple[object, ...], int] = {}
     for k in sorted(range(len(every)), key=lambda k: (abs(every[k].site.height - room.middle[2]), -every[k].run)):
         own = every[k]
@@ -466,23 +516,31 @@ def _ranks(P: Array) -> Array:
     return (np.linalg.eigvalsh(P) > RANK).sum(axis=-1)
 
 
-def _sets(every: Sequence[Pattern], P: Array, rank: Array, need: int) -> Iterator[tuple[int, ...]]:
+def _sets(every: Sequence[Pattern], P: Array, rank: Array, room: Room) -> Iterator[tuple[int, ...]]:
     """Sets of patterns that bear all that is needed: a pattern alone, or two, neither of which does, of as many equal
-    limbs each, one above the other or halfway between, of single ones parallel, or with one of them a limb in the middle."""
+    limbs each, one above the other or halfway between, of single ones parallel, or with one
+    of them a limb in the middle."""
+    need = room.wrenches.dimension
     limbs = np.array([own.count for own in every])
     for k in np.flatnonzero(rank == need):
         yield (int(k),)
     middle = np.array([not own.site.reach for own in every], dtype=bool)
+    sides = np.array([own.site.where != "below" for own in every])
+    up = np.array([own.site.height - room.middle[2] for own in every])
+    between = (np.abs(up) < ALONG * room.size) & (np.abs(up + room.middle[2] - room.about[2]) > ALONG * room.size)
     order = list(KINDS)
     kind = np.array([order.index(own.kind.name) for own in every])
     halves = np.array([own.site.azimuth for own in every]) * limbs / np.pi
     d = np.array([own.axes[:, 2] for own in every])
+    ways = np.array([np.abs(own.site.axes.T @ own.axes[:, 2]) for own in every])
+    alike = (np.abs(ways[:, None] - ways) < ALONG).all(axis=2) & sides[:, None] & sides
     short = np.flatnonzero(rank < need)
     for n, i in enumerate(short):
         others = short[n + 1 :]
         turned = halves[others] - halves[i]
         in_step = np.abs(turned - np.round(turned)) < ALONG
         equal = (limbs[others] == limbs[i]) & (kind[others] == kind[i]) & in_step & ~middle[i] & ~middle[others]
+        equal &= ~alike[others, i] | ~(between[others] ^ between[i])
         parallel = (limbs[i] > 1) | (np.abs(d[others] @ d[i]) > 1 - ALONG)
         around = middle[i] & (limbs[others] > 1) | middle[others] & (limbs[i] > 1)
         others = others[equal & parallel | around]
