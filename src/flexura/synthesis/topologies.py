@@ -1,16 +1,17 @@
 """All topologies of a stated grammar that hold a platform in what is not wished, and in nothing that is.
 
-A topology is one pattern of limbs, or two: of as many limbs of one kind each, or one of them a limb in the middle. Two of
-as many limbs are one above the other or halfway between; where they lead alike at unlike heights, at the two edges of the
-platform; and parallel where they are single. A pattern is one limb, or two, three or four evenly around the normal of the
-base through the middle of the platform; of one, two and four the first is on an axis of the base, of four on a diagonal
-as well, of two at a corner of a box, and of three at every thirty degrees.
+A topology is one pattern of limbs, or two: of as many limbs of one kind each, or one of them a limb in the middle.
+Two of as many limbs are one above the other or halfway between; where they lead alike at unlike heights, at the two
+edges of the platform; and parallel where they are single. A pattern is one limb, or two, three or four evenly around
+the normal of the base through the middle of the platform; of one, two and four the first is on an axis of the base, of
+four on a diagonal as well, of two at a corner of a box, and of three at every thirty degrees.
 
-A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges, halfway
-between, and where the point of the wish is if that is at the side; of heights at which a pattern bears the same, nearest
-the middle. It leads away from the platform along a direction of the grammar: radial, tangential, along the normal, halfway
-between the normal and one of the others, or where the lines that are borne at its beginning are one line or meet one of
-the planes between these three; in the middle along the normal. It is wide along one of the three, or across one of them.
+A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges,
+halfway between, and where the point of the wish is if that is at the side; of heights at which a pattern bears the
+same, nearest the middle. It leads away from the platform along a direction of the grammar: radial, tangential, along
+the normal, halfway between the normal and one of the others, or where the lines that are borne at its beginning are one
+line or meet one of the planes between these three; in the middle along the normal. It is wide along one of the three,
+or across one of them.
 
 Limbs of which any bears a wrench that does work on a wished freedom are left out (Blanding 1999; Hopkins and Culpepper
 2010), whatever their sizes are; those of a topology together bear all others, and none of its patterns can be left out.
@@ -172,7 +173,7 @@ class Pattern:
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
-        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d); none of it changes
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d), which does not change
         what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
         and lugs of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
@@ -435,17 +436,17 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
     numbers = _numbers(every, room)
     swept = [_drawn(own, room, thinnest).all for own in every]
     trees = [KDTree(own.reshape(-1, 3)) for own in swept]
-    far = LEAST_AWAY * room.size
+    limbs, far = [own.count for own in every], LEAST_AWAY * room.size
     found: dict[tuple[int, ...], tuple[int, ...] | None] = {}
     for chosen in _sets(every, P, _ranks(P), room):
         own = [every[k] for k in chosen]
         if process == "wire-cut" and not _one_cut(own):
             continue
-        key = min(map(tuple, np.sort(numbers[:, chosen], axis=1).tolist()))
+        key = min(map(tuple, np.sort(np.concatenate([numbers[k] for k in chosen], axis=1), axis=1).tolist()))
         kept = found.get(key)
         if key in found and (kept is None or _room_of(own) <= 1.05 * _room_of([every[k] for k in kept])):
             continue
-        if any(np.isfinite(trees[a].query(swept[b][0], 1, 0.0, 2, far)[0]).any() for a, b in combinations(chosen, 2)):
+        if any(_meet(trees[a], swept[b], limbs[a] == limbs[b], far) for a, b in combinations(chosen, 2)):
             found.setdefault(key, None)
             continue
         found[key] = chosen
@@ -455,6 +456,13 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
         for own in sets
     ]
     return _sorted(listed)
+
+
+def _meet(tree: KDTree, swept: Array, alike: bool, far: float) -> bool:
+    """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for all
+    of as many."""
+    points = swept[0] if alike else swept.reshape(-1, 3)
+    return bool(np.isfinite(tree.query(points, 1, 0.0, 2, far)[0]).any())
 
 
 def _room_of(own: Sequence[Pattern]) -> float:
@@ -578,27 +586,25 @@ def symmetries_of(room: Room) -> list[Array]:
     return found
 
 
-def _numbers(every: Sequence[Pattern], room: Room) -> Index:
-    """Numbers (s, n) of what patterns become by the symmetries of the wish, the same of the same: the sorted rows of
-    their limbs, with kind, head, foot and width."""
+def _numbers(every: Sequence[Pattern], room: Room) -> list[Index]:
+    """Numbers (s, copies) of what the limbs of each pattern become by the symmetries of the wish, the same of the same:
+    by kind, head, foot and width."""
     symmetries = np.array(symmetries_of(room))
     order = list(KINDS)
     known: dict[bytes, int] = {}
-    numbers = np.empty((len(symmetries), len(every)), dtype=np.int64)
-    for n, p in enumerate(every):
+    numbers = []
+    for p in every:
         head = (p.site.head(room) - [*room.middle[:2], 0.0]) / room.size
-        sizes = unit_sizes(p.kind, 1.0)
-        foot = p.axes @ p.kind.points(sizes)[p.kind.feet[0]]
+        foot = p.axes @ p.kind.points(unit_sizes(p.kind, 1.0))[p.kind.feet[0]]
         e = p.axes[:, 1] if p.kind.width else np.zeros(3)
-        x = symmetries[:, None] @ p.turns() @ np.stack([head, foot, e], axis=1)
+        x = symmetries[:, None] @ p.turns() @ np.array([head, foot, e]).T
         wide = x[..., 2]
         first = (np.abs(wide) > ALONG).argmax(axis=-1)[..., None]
         wide = wide * np.sign(np.take_along_axis(wide, first, axis=-1))
         rows = np.round(np.concatenate([x[..., 0], x[..., 1], wide], axis=-1), 4) + 0.0
-        told = order.index(p.kind.name), ("below", "side", "beside").index(p.site.where)
-        for k, own in enumerate(rows):
-            key = bytes(told) + own[np.lexsort(own.T[::-1])].tobytes()
-            numbers[k, n] = known.setdefault(key, len(known))
+        told = bytes((order.index(p.kind.name), ("below", "side", "beside").index(p.site.where)))
+        own = [known.setdefault(told + row.tobytes(), len(known)) for row in rows.reshape(-1, rows.shape[-1])]
+        numbers.append(np.array(own).reshape(rows.shape[:2]))
     return numbers
 
 

@@ -1,0 +1,79 @@
+"""Drafts are mechanism files whose freedoms are those that were wished, and whose parts do not clash."""
+
+import numpy as np
+import pytest
+
+import flexura as fx
+from flexura.full_order import plan_of
+from flexura.mechanism import with_rigid_bodies
+from flexura.modelfile import dumps, loads
+from flexura.study.questions import questions
+from flexura.synthesis import WishFile, room_of, topologies
+from flexura.synthesis.drafts import draft
+from flexura.synthesis.search import _COMPLIANCES, gap_of
+from synthesis.test_classics import wish
+
+THINNEST = 1e-4
+"""Web, m, that makes flexures slender in an envelope of 0.2 m."""
+
+INTERNAL = {"folded guide": 1, "folded leaf": 1}
+"""Freedoms of a limb that leave platform and base at rest: of the block of a guide, and of a corner."""
+
+
+def drafted(freedoms, about, process, most):
+    """The first so many topologies, of each kinds and counts and places one, with their room and mechanism."""
+    own = wish(freedoms, about, process=process)
+    own = own.model_copy(
+        update={"envelope": (0.2, 0.2, 0.15), "make": own.make.model_copy(update={"thinnest": THINNEST})}
+    )
+    room = room_of(own)
+    seen = {}
+    for topology in topologies(room, process, THINNEST):
+        seen.setdefault(tuple((p.kind.name, p.count, p.site.where) for p in topology.patterns), topology)
+    for topology in list(seen.values())[:most]:
+        yield topology, room, draft(topology, WishFile(wish=own), room, "draft")
+
+
+WISHES = [
+    (["x"], (0.0, 0.0, 0.0)),
+    (["z"], (0.0, 0.0, 0.0)),
+    (["ry"], (0.0, 0.0, 0.225)),
+    (["rx", "ry", "z"], (0.0, 0.0, 0.135)),
+    (["rx", "ry"], (0.0, 0.0, 0.12)),
+    (["rz"], (0.0, 0.0, 0.0)),
+    (["x", "y", "rz"], (0.0, 0.0, 0.0)),
+    ([], (0.0, 0.0, 0.0)),
+]
+
+
+@pytest.mark.parametrize("process", ["assembled", "milled"])
+@pytest.mark.parametrize(("freedoms", "about"), WISHES, ids=lambda own: "-".join(map(str, own)) or "none")
+def test_drafts_are_free_as_wished_and_clear_of_themselves(freedoms, about, process):
+    for topology, room, mechanism in drafted(freedoms, about, process, 5):
+        again = loads(dumps(mechanism))
+        assert dumps(again) == dumps(mechanism)
+        assert not [own.text for own in fx.check(again).clashes], topology.name
+        names = {p.kind.name for p in topology.patterns}
+        slim = with_rigid_bodies(again)
+        thin = {k: p.minimum for k, p in slim.parameters.items() if k.endswith(("_thickness", "_diameter", "_web"))}
+        slim = slim.replaced(
+            {
+                "parameters": {
+                    k: p.model_copy(update={"value": thin.get(k, p.value)}) for k, p in slim.parameters.items()
+                }
+            }
+        )
+        plan = plan_of(slim)
+        if freedoms:
+            gap = gap_of(questions(plan, ", ".join(_COMPLIANCES)).values({}).value, room)
+            assert gap > 10, topology.name
+        if names <= {"wire", "leaf", "folded leaf", "folded guide"}:
+            found = fx.constraints(plan)
+            internal = sum(INTERNAL.get(p.kind.name, 0) * p.count for p in topology.patterns)
+            assert len(found.freedoms) - internal == len(freedoms), topology.name
+
+
+def test_first_sizes_are_within_their_limits():
+    for _, _, mechanism in drafted(["x", "y"], (0.0, 0.0, 0.0), "wire-cut", 4):
+        own = np.array([[float(x) for x in (p.minimum, p.value, p.maximum)] for p in mechanism.parameters.values()])
+        assert (np.diff(own, axis=1) > 0).all()
