@@ -62,6 +62,7 @@ SHELL = {
     "misalignment": ((flexura.misalignment,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
+    "design": ((flexura.design,), set()),
     "estimate-frf": (
         (flexura.testing.estimate_frf, flexura.read_measurement),
         {"data", "reciprocity"},  # and whether the outcome of the verb of this name is printed

@@ -37,6 +37,7 @@ CORE = (
     f"sensitivity {GUIDE} --ask f1,mass",
     f"tolerance {GUIDE} --vary 'thickness=normal 0.02 mm' --ask f1 --samples 64 --workers 1",
     f"optimize {VARIED} --minimise mass --subject-to 'f1 >= 40 Hz'",
+    f"design {FILES}/wish.yaml --most 1 --samples 1 --out out/designs",
     f"virtual-test {TEST} --out out/test.npz",
     "estimate-frf out/test.npz --out out/responses.npz",
     "identify out/test.npz --band 4Hz,30Hz",

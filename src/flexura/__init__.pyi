@@ -108,6 +108,8 @@ from flexura.study.tolerances import Misalignment as Misalignment
 from flexura.study.tolerances import Tolerance as Tolerance
 from flexura.study.tolerances import misalignment as misalignment
 from flexura.study.tolerances import tolerance as tolerance
+from flexura.synthesis import Candidates as Candidates
+from flexura.synthesis import design as design
 from flexura.systems import ModalSystem as ModalSystem
 from flexura.systems import StateSpace as StateSpace
 from flexura.systems import System as System

@@ -62,6 +62,7 @@ COMMANDS = {
     "estimate-frf": f"estimate-frf {CORPUS}measured/hit.csv --exponential 0.1 --out OUT/a.h5",
     "calibrate": f"calibrate {GUIDE} {CORPUS}frequencies/guide.csv --free thickness --out OUT/a.yaml --plot OUT",
     "optimize": f"optimize {GUIDE} --vary thickness=0.4mm:0.6mm --maximise f1 --starts 2 --out OUT/a.yaml --plot OUT",
+    "design": "design tests/fuzz/wish.yaml --most 1 --samples 1 --workers 1 --out OUT/designs",
     "place-sensors": f"place-sensors {PIVOT} --sensors 2 -n 1 --plot OUT",
     "correlate": f"correlate {GUIDE} {CORPUS}measured/guide.uff -n 1 --plot OUT",
     "export fmu": f"export {GUIDE} --out OUT/a.fmu {ENDS} -n 1",

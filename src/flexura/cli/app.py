@@ -161,6 +161,11 @@ COMMANDS = {
         "optimize_command",
         "The best design under limits, its active limits and what relaxing them would gain, proven at full order.",
     ),
+    "design": _Command(
+        "studies",
+        "design_command",
+        "From wished freedoms to mechanisms: every topology of limbs that leaves them free, sized, best first.",
+    ),
     "estimate-frf": _Command(
         "testing",
         "estimate_frf_command",

@@ -8,6 +8,7 @@ import json
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,32 +18,36 @@ from scipy.stats import qmc
 from flexura._version import __version__
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.deadline import Listener, Progress, no_listener
+from flexura.deadline import Listener, Progress, no_listener, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, Parameter, with_rigid_bodies
 from flexura.modelfile import read_as, save, text_of
-from flexura.study.optimum import optimize
+from flexura.study.engine import blocks_of
+from flexura.study.optimum import Optimum, optimize
 from flexura.study.questions import questions, relation
 from flexura.study.requirements import requirements
-from flexura.study.engine import blocks_of
 from flexura.synthesis.drafts import draft
-from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
+from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.topologies import Topology, topologies
-from flexura.synthesis.wish import DOFS, Room, WishFile, room_of
+from flexura.synthesis.wish import DOFS, Room, Wish, WishFile, room_of, si
+from flexura.thresholds import STILL
 
 SAMPLES = 64
 """Designs of each topology at rest."""
 
-LEAST_GAP = 10.0
-"""How many times as compliant the stiffest wished freedom is to be as the softest constraint."""
-
 FINALISTS = 24
 """Topologies that are led through their strokes."""
 
-OPTIMISED = 6
+OPTIMISED = 4
 """Of these that are optimised."""
+
+SLACK = 0.1
+"""What optima are to have to spare, over the limits."""
+
+OPTIMUM_SECONDS = 60.0
+"""Seconds for each of these."""
 
 
 @dataclass(frozen=True)
@@ -146,8 +151,8 @@ def design(
 ) -> Candidates:
     """Mechanisms that do what a wish file asks for, best first, written into a folder as mechanism files.
 
-    All topologies of the grammar are listed, of the plainest, `most` of them, `samples` designs each worked out at rest;
-    the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
+    All topologies of the grammar are listed, and of the plainest, `most` of them, `samples` designs each worked out at
+    rest; the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
     folder, and the same call goes on there. Raises ModelError for what is wrong with the wish, and OptionError where
     nothing is found, with what rules out the most.
     """
@@ -157,7 +162,7 @@ def design(
     room = room_of(file.wish)
     _sane(room)
     report(Progress("topologies"))
-    listed = topologies(room, file.wish.make.process, float(file.wish.make.thinnest))
+    listed = topologies(room, file.wish.make.process, si(file.wish.make.thinnest))
     if not listed:
         raise OptionError(_nothing(file, room))
     work = Screening(file, room, tuple(listed[:most]), samples)
@@ -173,23 +178,26 @@ def design(
     for k, n in enumerate(finalists):
         report(Progress("strokes of the best", k, len(finalists)))
         judged.append(_judged(work, n, store.known[n]))
-    judged.sort(key=lambda own: own.rank)
-    for k, own in enumerate(judged[:OPTIMISED]):
-        report(Progress("optima of the best", k, min(OPTIMISED, len(judged))))
-        judged[k] = _bettered(own, work)
-    judged.sort(key=lambda own: own.rank)
-    candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
-    result = Candidates(
-        name=file.name,
-        freedoms=candidates[0].freedoms if candidates else "",
-        n_topologies=len(listed),
-        n_at_rest=work.blocks,
-        n_designs=work.blocks * (samples + 1),
-        candidates=candidates,
-        ruled_out=_ruled_out(work, store),
-        notes=(*_notes(len(listed), most), *remarks),
-    )
-    write_file(Path(folder) / "design.json", lambda to: to.write_text(json.dumps(result.to_dict(), indent=1) + "\n"))
+
+    def written() -> Candidates:
+        judged.sort(key=lambda own: own.rank)
+        told = (*_notes(len(listed), most), *remarks)
+        candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
+        counts = {"n_topologies": len(listed), "n_at_rest": work.blocks, "n_designs": work.blocks * (samples + 1)}
+        short = freedoms_in_short(room.freedoms)
+        found = Candidates(
+            file.name, short, **counts, candidates=candidates, ruled_out=_ruled_out(work, store), notes=told
+        )
+        text = json.dumps(found.to_dict(), indent=1) + "\n"
+        write_file(Path(folder) / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
+        return found
+
+    result = written()
+    best = judged[:OPTIMISED]
+    for k, own in enumerate(best):
+        report(Progress("optima of the best", k, len(best)))
+        judged[judged.index(own)] = _bettered(own, work)
+        result = written()
     return result
 
 
@@ -238,9 +246,10 @@ class Store:
 
 def _sane(room: Room) -> None:
     """Refuse what contradicts itself."""
-    corners = room.middle + np.array([[s * room.platform[0], t * room.platform[1], u * room.platform[2]] for s in (-1, 1) for t in (-1, 1) for u in (-1, 1)])
-    if (room.outside(corners) > 1e-9).any():
-        raise OptionError("wish.platform: it is not within the envelope, which stands on the base; make it smaller or move it")
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    if (room.outside(room.middle + signs * room.platform) > STILL * room.size).any():
+        rule = "wish.platform: it is not within the envelope, which stands on the base"
+        raise OptionError(f"{rule}; make it smaller or move it")
     if room.freedoms.dimension == 6:
         raise OptionError("wish.freedoms: all six are free, so that nothing is to be held")
 
@@ -251,17 +260,18 @@ def _nothing(file: WishFile, room: Room) -> str:
     text = f"no topology of the grammar holds this by {file.wish.make.process} limbs"
     if lines < room.wrenches.dimension:
         return (
-            f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone cannot, "
-            "and no guide that fits the envelope can; give it more room, or wish other freedoms"
+            f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone"
+            " cannot, and no guide that fits the envelope can; give it more room, or wish other freedoms"
         )
     return f"{text} in this envelope: give it more room around the platform, or move the platform"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Judged:
     """A mechanism with its requirements."""
 
     mechanism: Mechanism
+    topology: Topology
     candidate: Candidate
 
     @property
@@ -299,6 +309,7 @@ def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
     gap = float(gap_of(asked[None, 2:], work.room)[0])
     return _Judged(
         mechanism,
+        own,
         Candidate(
             file="",
             topology=own.name,
@@ -314,15 +325,41 @@ def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
 
 
 def _bettered(own: _Judged, work: Screening) -> _Judged:
-    """The same topology with sizes that meet the requirements with the highest first frequency, where that is better."""
-    topology = next(t for t in work.listed if t.name == own.candidate.topology and t.n_limbs == own.candidate.limbs)
+    """The same topology with the sizes of the highest first frequency that meet what is required, if these are better."""
     try:
         stiff = with_rigid_bodies(own.mechanism)
-        best = optimize(stiff, vary=list(stiff.parameters), maximise="f1", starts=1)
-        bettered = _looked_at(_with_values(own.mechanism, {own.name: own.value for own in best.variables}), topology, work)
+        with time_limit(OPTIMUM_SECONDS):
+            best = optimize(
+                stiff,
+                vary=list(stiff.parameters),
+                maximise="f1",
+                subject_to=[*map(_with_slack, work.file.requirements.values()), *_apart(work.file.wish, work.room)],
+                requirements=False,
+                starts=1,
+            )
+        assert isinstance(best, Optimum)
+        values = {variable.name: variable.value for variable in best.variables}
+        bettered = _looked_at(_with_values(own.mechanism, values), own.topology, work)
     except FlexuraError:
         return own
     return min(own, bettered, key=lambda one: one.rank)
+
+
+def _with_slack(text: str) -> str:
+    """A requirement with something to spare."""
+    left, sign, right = text.partition(">=") if ">=" in text else text.partition("<=")
+    right, over, where = right.partition(" over ")
+    return f"{left.strip()} {sign} {1 + SLACK if sign == '>=' else 1 - SLACK}*({right.strip()}){over}{where}"
+
+
+def _apart(wish: Wish, room: Room) -> list[str]:
+    """That freedoms along and about global axes are so many times as compliant as all else."""
+    free = wish.freedoms.platform
+    if not free or len(free) == 6:
+        return []
+    length = f"({1e3 * room.freedoms.length / 2:.6g} mm)^2"
+    scaled = {name: f"compliance(about.{name})" + (f"*{length}" if name[0] == "r" else "") for name in DOFS}
+    return [f"{scaled[a]} >= {LEAST_GAP * (1 + SLACK):g}*{scaled[b]}" for a in free for b in DOFS if b not in free]
 
 
 def _ruled_out(work: Screening, store: Store) -> dict[str, int]:
@@ -340,4 +377,3 @@ def _written(own: _Judged, number: int, folder: Path) -> Candidate:
     name = f"candidate-{number + 1:02d}.yaml"
     save(own.mechanism, folder / name)
     return replace(own.candidate, file=name)
-

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.files import read_bytes
 from flexura.mechanism import CATALOGUE, Part
 from flexura.mechanism.base import Direction, Name, Vector, refuse
-from flexura.mechanism.quantity import Angle, Length, PositiveLength, PositiveMass
+from flexura.mechanism.quantity import Angle, Length, PositiveLength, PositiveMass, Scalar
 from flexura.mechanism.studies import Label, Question
-from flexura.modelfile import read_as
 from flexura.screws import ScrewSpace
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
@@ -29,6 +23,11 @@ Process = Literal["wire-cut", "milled", "printed", "assembled"]
 
 ROOM = 0.02
 """Clearance to the faces of the envelope, over its smallest side."""
+
+
+def si(value: Scalar) -> float:
+    """A number of a wish, which has no parameters."""
+    return float(value)  # type: ignore[arg-type]
 
 
 def _dof(raw: Any) -> Any:
@@ -137,11 +136,6 @@ class Wish(Part):
     drives: Annotated[Drives | None, BeforeValidator(_drives)] = None
     make: Make = Make()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _amounts(cls, raw: Any) -> Any:
-        return raw
-
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         names = self.freedoms.platform if self.freedoms.platform is not None else tuple(self.freedoms.screws)
@@ -149,7 +143,7 @@ class Wish(Part):
             if _dof(name) not in names:
                 raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(names)}")
         size = np.array(self.envelope, dtype=float)
-        turning = [abs(float(own)) for name, own in self.strokes.items() if not name in "xyz"]
+        turning = [abs(own) for name, own in self.strokes.items() if name not in "xyz"]
         if any(angle > 0.5 for angle in turning):
             raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
         for name, own in self.strokes.items():
@@ -163,7 +157,7 @@ class Wish(Part):
     @property
     def strokes(self) -> dict[str, float]:
         """How far to either side, m and rad, by the name of the freedom."""
-        return {_dof(name): float(own) for name, own in self.stroke.items()}
+        return {_dof(name): si(own) for name, own in self.stroke.items()}
 
 
 class WishFile(Part):
@@ -255,5 +249,5 @@ def _freedoms(wish: Wish, turn: Array, about: Array, length: float) -> ScrewSpac
         d = turn.T @ np.array(own.axis, dtype=float)
         d /= np.linalg.norm(d)
         p = turn.T @ np.array(own.point, dtype=float)
-        twists.append([*(np.cross(p, d) + float(own.pitch) * d), *d])
+        twists.append([*(np.cross(p, d) + si(own.pitch) * d), *d])
     return ScrewSpace.of("twists", np.array(twists).reshape(-1, 6).T, length)
