@@ -22,17 +22,18 @@ from flexura.deadline import Listener, Progress, no_listener, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.full_order import plan_of
-from flexura.mechanism import Mechanism, Parameter, with_rigid_bodies
+from flexura.mechanism import CATALOGUE, Mechanism, Parameter, with_rigid_bodies
 from flexura.modelfile import read_as, save, text_of
 from flexura.study.engine import blocks_of
 from flexura.study.optimum import Optimum, optimize
 from flexura.study.questions import questions, relation
-from flexura.study.requirements import requirements
+from flexura.study.requirements import described_relations, requirements
+from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft
 from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.topologies import Topology, topologies
 from flexura.synthesis.wish import DOFS, Room, Wish, WishFile, room_of, si
-from flexura.thresholds import STILL
+from flexura.thresholds import ROUND_OFF, STILL
 
 SAMPLES = 64
 """Designs of each topology at rest."""
@@ -42,6 +43,9 @@ FINALISTS = 24
 
 OPTIMISED = 4
 """Of these that are optimised."""
+
+SPARE = 2.2
+"""Yield strain over that of the limbs, roughly, where a margin of stress is required."""
 
 SLACK = 0.1
 """What optima are to have to spare, over the limits."""
@@ -77,6 +81,13 @@ class Screening:
         """Requirements that ask nothing at poses, of strokes or stresses."""
         return {name: text for name, text in self.file.requirements.items() if _is_at_rest(text)}
 
+    @cached_property
+    def allowed(self) -> float:
+        """The strain that limbs are to have at most at the end of the stroke, by the material and what is required."""
+        material = CATALOGUE[self.file.wish.make.material]
+        required = any("margin" in text or "stress" in text for text in self.file.requirements.values())
+        return si(material.yield_stress or np.inf) / si(material.E) / (SPARE if required else 1.0)
+
     def __call__(self, number: int) -> dict[str, Array]:
         """The best design of a topology."""
         own = self.listed[number]
@@ -88,10 +99,12 @@ class Screening:
         values = low + unit * (high - low)
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.at_rest.values()]
-        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), -1)
+        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
         asked = questions(plan, ", ".join(["f1", *_COMPLIANCES])).values(designs).value
         gaps = gap_of(asked[:, 1:], self.room)
-        score = np.minimum(np.log(gaps / LEAST_GAP) / 3, margins.min(axis=0, initial=1.0))
+        spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
+        apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
+        score = np.minimum(apart, margins.min(axis=0, initial=1.0))
         best = int(np.nanargmax(np.where(np.isfinite(score), score, -np.inf)))
         return {
             "value": values[best],
@@ -165,6 +178,7 @@ def design(
     listed = topologies(room, file.wish.make.process, si(file.wish.make.thinnest))
     if not listed:
         raise OptionError(_nothing(file, room))
+    described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
     work = Screening(file, room, tuple(listed[:most]), samples)
     store = Store(Path(folder), text, most, samples)
     left, remarks = (n for n in range(work.blocks) if n not in store.known), list[str]()
@@ -325,7 +339,7 @@ def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
 
 
 def _bettered(own: _Judged, work: Screening) -> _Judged:
-    """The same topology with the sizes of the highest first frequency that meet what is required, if these are better."""
+    """The same topology at its highest first frequency within what is required, where that is better."""
     try:
         stiff = with_rigid_bodies(own.mechanism)
         with time_limit(OPTIMUM_SECONDS):

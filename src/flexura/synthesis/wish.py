@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from flexura.arrays import Array
 from flexura.mechanism import CATALOGUE, Part
 from flexura.mechanism.base import Direction, Name, Vector, refuse
-from flexura.mechanism.quantity import Angle, Length, PositiveLength, PositiveMass, Scalar
+from flexura.mechanism.quantity import Length, PositiveAngle, PositiveLength, PositiveMass, Scalar
 from flexura.mechanism.studies import Label, Question
 from flexura.screws import ScrewSpace
 
@@ -58,6 +58,21 @@ class WishedFreedoms(Part):
         if self.platform is not None and len(set(self.platform)) < len(self.platform):
             raise refuse("a freedom is named twice")
         return self
+
+
+class Strokes(Part):
+    """How far to either side, by freedom, all at once."""
+
+    x: PositiveLength | None = None
+    y: PositiveLength | None = None
+    z: PositiveLength | None = None
+    rx: PositiveAngle | None = None
+    ry: PositiveAngle | None = None
+    rz: PositiveAngle | None = None
+
+
+def _by_dof(raw: Any) -> Any:
+    return {_dof(name): value for name, value in raw.items()} if isinstance(raw, dict) else raw
 
 
 class Base(Part):
@@ -127,8 +142,7 @@ class Wish(Part):
     freedoms: WishedFreedoms
     about: Vector = (0.0, 0.0, 0.0)
     """The point that rotations pass through."""
-    stroke: dict[Name, Length | Angle] = {}
-    """How far to either side, by freedom: lengths of translations, angles of rotations and screws."""
+    stroke: Annotated[Strokes, BeforeValidator(_by_dof)] = Strokes()
     envelope: tuple[PositiveLength, PositiveLength, PositiveLength]
     """Edges of the box along x, y and z that holds all of it. It stands on the base, with the origin in the middle."""
     base: Base = Base()
@@ -139,8 +153,8 @@ class Wish(Part):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         names = self.freedoms.platform if self.freedoms.platform is not None else tuple(self.freedoms.screws)
-        for name in self.stroke:
-            if _dof(name) not in names:
+        for name in self.strokes:
+            if name not in names:
                 raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(names)}")
         size = np.array(self.envelope, dtype=float)
         turning = [abs(own) for name, own in self.strokes.items() if name not in "xyz"]
@@ -157,7 +171,8 @@ class Wish(Part):
     @property
     def strokes(self) -> dict[str, float]:
         """How far to either side, m and rad, by the name of the freedom."""
-        return {_dof(name): si(own) for name, own in self.stroke.items()}
+        every = {name: getattr(self.stroke, name) for name in DOFS}
+        return {name: si(own) for name, own in every.items() if own is not None}
 
 
 class WishFile(Part):
