@@ -41,8 +41,8 @@ SAMPLES = 64
 FINALISTS = 24
 """Topologies that are led through their strokes."""
 
-OPTIMISED = 4
-"""Of these that are optimised."""
+OPTIMISED = 6
+"""Of these that are optimised, the best of each set of kinds and numbers of limbs."""
 
 SPARE = 2.2
 """Yield strain over that of the limbs, roughly, where a margin of stress is required."""
@@ -207,7 +207,10 @@ def design(
         return found
 
     result = written()
-    best = judged[:OPTIMISED]
+    best = list(
+        {tuple((p.kind.name, p.count) for p in own.topology.patterns): own for own in reversed(judged)}.values()
+    )
+    best = sorted(best, key=lambda own: own.rank)[:OPTIMISED]
     for k, own in enumerate(best):
         report(Progress("optima of the best", k, len(best)))
         judged[judged.index(own)] = _bettered(own, work)
