@@ -275,8 +275,9 @@ def track_modes(
     gain = likeness.copy()
     for group in close_groups(lam, close):
         if len(group) > 1:
-            likeness[:, group] = space_mac(x, y[:, group], mass)[:, None]
-            gain[:, group] = likeness[:, group] + ALONE_SHARE * overlap[:, group] ** 2
+            gain[:, group] = ALONE_SHARE * likeness[:, group]
+            likeness[:, group] = likeness[:, group].sum(axis=1, keepdims=True)
+            gain[:, group] += likeness[:, group]
     rows, columns = assignment(-gain)
     number, mac_of_pair = np.full(len(overlap), -1, dtype=np.intp), np.zeros(len(overlap))
     number[rows], mac_of_pair[rows] = columns, likeness[rows, columns]
