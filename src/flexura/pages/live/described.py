@@ -92,16 +92,13 @@ class FollowedModes:
         if x.shape[0] != own.shape[0]:
             x = np.zeros((own.shape[0], 0))
         if x.shape[1]:
-            tracked = track_modes(x, found.values, own, model.M, close=CLOSE)
+            tracked, sense = track_modes(x, found.values, own, model.M, close=CLOSE), np.ones(k)
             for known, j in enumerate(tracked.number):
                 if j >= 0 and (tracked.mac[known] >= LIKE or known + 1 in self._last):
-                    number[j], like[j] = known + 1, float(tracked.mac[known])
-            own, again = tracked.shapes, [j for j in range(k) if number[j]]
-            before = x[:, [number[j] - 1 for j in again]]
-            turned = np.einsum("ij,ij->j", before, model.M @ own[:, again]) < 0
-            own[:, again] *= np.where(turned, -1.0, 1.0)
+                    number[j], like[j], sense[j] = known + 1, float(tracked.mac[known]), tracked.sense[known]
+            own = tracked.shapes * sense
         new = [j for j in range(k) if not number[j]]
-        for j, known in zip(new, range(x.shape[1], MOST + k), strict=False):
+        for known, j in enumerate(new, x.shape[1]):
             number[j] = known + 1
         x = np.column_stack([x, own[:, new]])
         x[:, [known - 1 for known in number]] = own
