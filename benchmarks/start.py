@@ -17,12 +17,13 @@ from pathlib import Path
 HOME = Path(__file__).parents[1]
 RUNS = 7
 GUIDE = "examples/guide/guide.yaml"
+BARE, MODES = "import numpy, scipy.sparse.linalg", "flexura modes FILE"
 COMMANDS = {
-    "import numpy, scipy.sparse.linalg": ["-c", "import numpy, scipy.sparse.linalg"],
+    BARE: ["-c", "import numpy, scipy.sparse.linalg"],
     "import flexura": ["-c", "import flexura"],
     "flexura --help": ["-m", "flexura", "--help"],
     "flexura check FILE": ["-m", "flexura", "check", GUIDE],
-    "flexura modes FILE": ["-m", "flexura", "modes", GUIDE],
+    MODES: ["-m", "flexura", "modes", GUIDE],
 }
 
 
@@ -34,6 +35,12 @@ def seconds(arguments: list[str]) -> float:
     return time.perf_counter() - begun
 
 
-for name, arguments in COMMANDS.items():
-    seconds(arguments)
-    print(f"{name:36s} {statistics.median(seconds(arguments) for _ in range(RUNS)):6.2f} s")
+def main() -> None:
+    """Measure and print."""
+    for name, arguments in COMMANDS.items():
+        seconds(arguments)
+        print(f"{name:36s} {statistics.median(seconds(arguments) for _ in range(RUNS)):6.2f} s")
+
+
+if __name__ == "__main__":
+    main()
