@@ -14,9 +14,8 @@ COMMANDS = re.findall(r"^flexura (.*)$", DEMO.read_text(encoding="utf-8"), re.MU
 
 
 def test_the_demo_is_what_make_runs():
-    assert "\ndemo: $(STAMP)\n\t@$(BIN)/python examples/rpr/demo.py\n" in (ROOT / "Makefile").read_text(
-        encoding="utf-8"
-    )
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert "\ndemo: $(STAMP)\n\t@$(BIN)/python examples/rpr/demo.py\n" in makefile
     assert COMMANDS
 
 
