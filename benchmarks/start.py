@@ -2,8 +2,8 @@
 
     python benchmarks/start.py
 
-Each is the least and the median of seven runs after one that is not counted, which leaves compiled code behind. What no
-command can be below is the line of all imports: Python, and the packages that a command needs, with nothing done by them.
+Each is the least and the median of seven runs after one that is not counted, which leaves compiled code behind. No
+command can be below the line of all imports: Python and the packages that a command needs.
 """  # fmt: skip
 
 from __future__ import annotations
