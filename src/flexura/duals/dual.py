@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import arrays
-from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, padded
+from flexura.duals.elementwise import OF_VALUES, RULES, Pair, padded
 
 ALL = slice(None)
 
@@ -101,7 +101,7 @@ class Dual:
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method == "__call__" and not options:
-            if rule := RULES.get(ufunc) or OF_SCIPY.get(ufunc.__name__):
+            if rule := RULES.get(ufunc):
                 return _with_slopes(rule, inputs)
             if ufunc is np.matmul:
                 return _with_slopes(arrays.matmul, inputs)

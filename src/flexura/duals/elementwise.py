@@ -214,15 +214,6 @@ def _extreme(function: Any, ahead: Any) -> Rule:
     return rule
 
 
-def _scaled_bessel(order: Pair, x: Pair) -> Pair:
-    """exp(-|x|) I_n(x) for x > 0 (Abramowitz and Stegun 1964, eq. 9.6.26)."""
-    from scipy.special import ive  # slow to import
-
-    n, z = order.value, x.value
-    value = ive(n, z)
-    return Pair(value, times(x.slope, ive(n + 1, z) + (n / z - 1) * value, np.shape(value)))
-
-
 RULES: dict[Any, Rule] = {
     np.add: _add,
     np.subtract: _subtract,
@@ -257,5 +248,4 @@ RULES: dict[Any, Rule] = {
     np.degrees: _linear(np.degrees),
     np.radians: _linear(np.radians),
 }
-OF_SCIPY: dict[str, Rule] = {"ive": _scaled_bessel}
 """Rules of special functions of SciPy, by name: loading them takes longer than most that has slopes."""

@@ -43,6 +43,7 @@ from flexura.motion.posed import loads_with as loads_with
 from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
+from flexura.motion.se3 import rotation as rotation
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.stops import Contact as Contact
 from flexura.motion.substructures import kept_frames as kept_frames

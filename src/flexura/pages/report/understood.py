@@ -60,7 +60,7 @@ def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:
     except FlexuraError as error:
         return Content([Paragraph(f"Nothing can be shown in three dimensions: {error}", "bad")], "failed")
     modes = [own for own in shown if isinstance(own, Modes)]
-    picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model))
+    picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model, dpi=PICTURE_DPI))
     blocks: list[Block] = [
         ViewerFigure("scene", to_json(scene), picture, f"{scene.name}: {counted(len(scene.motions), 'motion')}")
     ]
@@ -73,7 +73,7 @@ def _sheet(found: Modes) -> Figure:
     titles = [f"mode {mode.number}: {mode.frequency_text}" for mode in modes]
     said = [mode.motion.summary for mode in modes]
     flags = [mode.flag for mode in modes]
-    return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags)
+    return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags, dpi=PICTURE_DPI)
 
 
 def png_of(figure: Figure) -> str:
