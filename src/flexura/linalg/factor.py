@@ -230,6 +230,11 @@ class Dense(Factor):
         return np.asarray(la.lapack.dgetrs(self._lu, self._pivots, b)[0])
 
     @property
+    def arrays(self) -> tuple[Index, int, int, Array, int]:
+        """Pivots and factors by columns, as kernels take them, where those of `LDL` have five arrays."""
+        return self._pivots.astype(np.int64), 0, 0, np.ascontiguousarray(self._lu.T), 0
+
+    @property
     def memory(self) -> float:
         """Bytes that the factors take."""
         return float(self._lu.nbytes)

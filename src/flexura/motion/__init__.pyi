@@ -5,9 +5,9 @@ from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import NOTHING_MOVED as NOTHING_MOVED
-from flexura.motion.integration import Damping as Damping
+from flexura.motion.newton import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
-from flexura.motion.integration import MotionState as MotionState
+from flexura.motion.newton import MotionState as MotionState
 from flexura.motion.integration import Moved as Moved
 from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED

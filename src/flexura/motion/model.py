@@ -288,11 +288,9 @@ class MovingModel(Laid):
             frames, rates = start.moved(step), Rates(velocity, acceleration + alpha * velocity, beta)
             return frames, self.kinetics(frames, rates, gravity, actuators).force
         own, others = self._taken_together(elements)
-        made = np.empty_like(start.x), np.empty_like(start.R), np.empty_like(start.z)
-        rates, total = np.empty((3, *self.dof.shape)), np.empty(self.dof.shape)
-        before = start.x, start.R, start.z
+        frames, rates, total = start.copy(), np.zeros((3, *self.dof.shape)), np.empty(self.dof.shape)
+        before, made = start[:3], frames[:3]
         _step(own.struct.address, *before, moving, alpha, beta, np.empty(own.memory), *made, rates, total)
-        frames = Frames(*made, start.placed)
         if others or self.dashpots or gravity.any():
             self._add_others(total, others, frames, Rates(rates[1], rates[2], beta), gravity)
         return frames, total
@@ -351,6 +349,11 @@ class MovingModel(Laid):
             inside, _ = self.sagging.response(frames, gravity)
             np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return strain, kinetic
+
+    def all_together(self, actuators: Mapping[str, float]) -> Together | None:
+        """What a kernel takes of all that moves, None where it does not take all."""
+        own, others = self._taken_together(self.commanded(actuators))
+        return None if others or self.dashpots else own
 
     def _taken_together(self, elements: Sequence[Group]) -> tuple[Together, Sequence[Group]]:
         """What a kernel takes together of the elements, and the others."""
@@ -464,6 +467,16 @@ class Loads:
             force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
             total[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
         return total
+
+    def at_roots(self, model: MovingModel) -> tuple[Index, Array]:
+        """The frames (k,) that are loaded, and as kernels take it where, in their axes, by which dead and which follower
+        wrenches (k, 15)."""
+        every = [*self.dead.items(), *self.follower.items()]
+        where = np.zeros((len(every), 15))
+        for k, (row, (node, wrench)) in enumerate(zip(where, every, strict=True)):
+            row[:3] = model.arm[node]
+            row[3 if k < len(self.dead) else 9 :][:6] = wrench
+        return np.array([model.root[node] for node, _ in every], dtype=np.int64), where
 
     def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
         """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""

@@ -37,6 +37,9 @@ class Together(NamedTuple):
         heavy = whole(np.flatnonzero(model.inertia.any(axis=(1, 2))))
         bodies = heavy, abreast(upper(model.inertia[heavy]))
         dof, placed = whole(model.dof), np.ascontiguousarray(model.rest.placed)
-        sizes = len(taken), len(heavy), memory, len(dof), int(dof.max(initial=-1)) + 1
-        struct = Struct(*sizes, Struct(*fields), *bodies, dof, placed)
+        free, hangs = whole(np.flatnonzero((dof >= 0).any(axis=1))), whole(model.sagging.node)
+        sizes = len(taken), len(heavy), memory, len(dof), int(dof.max(initial=-1)) + 1, len(free), len(hangs)
+        weights = (np.ascontiguousarray(weight, dtype=float) for weight in (model.weight, model.sagging.weight))
+        weight, inside = weights
+        struct = Struct(*sizes, Struct(*fields), *bodies, dof, free, placed, weight, hangs, inside)
         return Together(tuple(k for k, _ in taken), struct, 2 + memory + forces)

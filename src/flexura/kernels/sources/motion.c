@@ -1,5 +1,5 @@
 /* All elements of a model in motion, one kind after another, as MovingModel.kinetics of motion/model.py. */
-#include "flexura.h"
+#include "ldl.h"
 
 /* Elements (e) between k frames each, beams and springs or superelements. */
 typedef struct {
@@ -10,14 +10,19 @@ typedef struct {
 
 /* All `groups` (count), and the frames `at` (bodies) that carry mass, `inertia` as bodies_kinetics takes it; `memory` is
 what the kind of elements needs that needs most. `dof` (frames, 6) numbers the n free displacements, below zero where
-there is none; those frames move that are `placed`. */
+there is none, of which the frames `free` (free_frames) have some; those move and turn that are `placed`. `weight` (frames,
+6, 3) are forces in the axes of frames by acceleration of free fall, `inside` (sags, 6, 3) those on amplitudes, which hang
+on frames `hangs` (sags, 2) with the first one's axes. */
 typedef struct {
-    int64_t count, bodies, memory, frames, n;
+    int64_t count, bodies, memory, frames, n, free_frames, sags;
     const group *groups;
     const int64_t *at;
     const double *inertia;
-    const int64_t *dof;
+    const int64_t *dof, *free;
     const uint8_t *placed;
+    const double *weight;
+    const int64_t *hangs;
+    const double *inside;
 } model;
 
 int64_t superelements_kinetics(const void *own, const double *x, const double *R, const double *z,
@@ -29,8 +34,8 @@ int64_t pose_elements_kinetics(const void *own, const double *x, const double *R
 int64_t bodies_kinetics(int64_t e, const int64_t *at, const double *inertia, const double *R, const double *velocity,
                         const double *acceleration, double *force, double *energy);
 
-int64_t frames_moved(int64_t n, const uint8_t *placed, const double *step, const double *x, const double *R,
-                     const double *z, double *x_moved, double *R_moved, double *z_moved);
+int64_t frames_moved(int64_t n, const int64_t *at, const uint8_t *placed, const double *step, double *x, double *R,
+                     double *z);
 
 /* Forces on the frames, added to `total` (frames, 6), that hold, damp and accelerate all of a model (theory eqs. G33-G34).
 `scratch` begins with two numbers for its strain energy and kinetic energy; then comes what elements need, and as much
@@ -55,22 +60,152 @@ KERNEL int64_t motion_kinetics(const model *own, const double *x, const double *
     return 0;
 }
 
-/* The frames x_moved, R_moved, z_moved after free displacements from others, and the forces of motion_kinetics there, at
-velocities and accelerations of the free displacements: `moving` has them one after another (3, n). Accelerations are
-more by `alpha` times velocities. `rates` (3, frames, 6) has all of frames. */
+/* Frames with free displacements, which are x_moved, R_moved, z_moved after these from x, R, z, and the forces of
+motion_kinetics there, at velocities and accelerations of the free displacements: `moving` has them one after another
+(3, n). Accelerations are more by `alpha` times velocities. `rates` (3, frames, 6) gets all of frames, zero where held. */
 KERNEL int64_t motion_step(const model *own, const double *x, const double *R, const double *z, const double *moving,
                            double alpha, double damping, double *scratch, double *x_moved, double *R_moved,
                            double *z_moved, double *rates, double *total)
 {
     int64_t n = own->n, size = 6 * own->frames;
     double *velocity = rates + size, *acceleration = velocity + size;
-    for (int64_t i = 0; i < size; i++) {
-        int64_t at = own->dof[i];
-        double speed = at < 0 ? 0 : moving[n + at];
-        rates[i] = at < 0 ? 0 : moving[at];
-        velocity[i] = speed, acceleration[i] = at < 0 ? 0 : moving[2 * n + at] + alpha * speed;
-        total[i] = 0;
+    for (int64_t k = 0; k < own->free_frames; k++) {
+        int64_t frame = own->free[k];
+        for (int64_t i = 6 * frame; i < 6 * frame + 6; i++) {
+            int64_t at = own->dof[i];
+            if (at < 0) continue;
+            rates[i] = moving[at], velocity[i] = moving[n + at];
+            acceleration[i] = moving[2 * n + at] + alpha * moving[n + at];
+        }
+        memcpy(x_moved + 3 * frame, x + 3 * frame, 3 * sizeof *x);
+        memcpy(R_moved + 9 * frame, R + 9 * frame, 9 * sizeof *R);
+        memcpy(z_moved + 6 * frame, z + 6 * frame, 6 * sizeof *z);
     }
-    frames_moved(own->frames, own->placed, rates, x, R, z, x_moved, R_moved, z_moved);
+    memset(total, 0, size * sizeof *total);
+    frames_moved(own->free_frames, own->free, own->placed, rates, x_moved, R_moved, z_moved);
     return motion_kinetics(own, x_moved, R_moved, z_moved, velocity, acceleration, damping, scratch, total);
+}
+
+static inline void add_turned(double *out, double sign, const double *R, const double *v)
+{
+    for (int i = 0; i < 3; i++) out[i] += sign * (R[3 * i] * v[0] + R[3 * i + 1] * v[1] + R[3 * i + 2] * v[2]);
+}
+
+static inline void add_cross(double *out, double sign, const double *a, const double *b)
+{
+    out[0] += sign * (a[1] * b[2] - a[2] * b[1]);
+    out[1] += sign * (a[2] * b[0] - a[0] * b[2]);
+    out[2] += sign * (a[0] * b[1] - a[1] * b[0]);
+}
+
+/* Takes loads off the forces that hold frames: each has its frame, and there an arm, a dead and a follower wrench, 15
+numbers, as Loads.forces of motion/model.py. */
+static inline void take_loads(double *total, int64_t count, const int64_t *frame, const double *loads, const double *R)
+{
+    for (int64_t k = 0; k < count; k++, loads += 15) {
+        const double *turn = R + 9 * frame[k];
+        double arm[3] = {0}, wrench[6], *own = total + 6 * frame[k];
+        memcpy(wrench, loads + 3, sizeof wrench);
+        add_turned(arm, 1, turn, loads);
+        add_turned(wrench, 1, turn, loads + 9);
+        add_turned(wrench + 3, 1, turn, loads + 12);
+        add_cross(wrench + 3, 1, arm, wrench);
+        for (int i = 0; i < 6; i++) own[i] -= wrench[i];
+    }
+}
+
+/* Takes weight off them, as MovingModel and Sagging do. */
+static inline void take_weight(double *total, const model *own, const double *gravity, const double *R, const double *z)
+{
+    for (int64_t k = 0; k < own->free_frames + own->sags; k++) {
+        int64_t hangs = k - own->free_frames, first = hangs < 0 ? own->free[k] : own->hangs[2 * hangs];
+        const double *turn = R + 9 * first, *weight = hangs < 0 ? own->weight + 18 * first : own->inside + 18 * hangs;
+        double fall[3], force[6] = {0}, centre[3] = {0}, global[3] = {0};
+        for (int j = 0; j < 3; j++) fall[j] = turn[j] * gravity[0] + turn[3 + j] * gravity[1] + turn[6 + j] * gravity[2];
+        add_turned(force, 1, weight, fall);
+        add_turned(force + 3, 1, weight + 9, fall);
+        if (hangs < 0) {
+            add_turned(total + 6 * first, -1, turn, force);
+            add_turned(total + 6 * first + 3, -1, turn, force + 3);
+            continue;
+        }
+        int64_t amplitudes = own->hangs[2 * hangs + 1];
+        for (int i = 0; i < 6; i++) {
+            total[6 * amplitudes + i] -= force[i];
+            for (int j = 0; j < 3; j++) centre[j] += z[6 * amplitudes + i] * weight[3 * i + j];
+        }
+        add_turned(global, 1, turn, centre);
+        add_cross(total + 6 * first + 3, -1, global, gravity);
+    }
+}
+
+/* What looks at a step take: the model, the factors of its matrix, whose rows and columns are times `by` (n), L D L' or
+LAPACK's LU by columns with pivots, and the `scale` (n) of displacements. `numbers` are alpha, s^-1, and beta, s, of the
+damping, what makes local errors of accelerations, the squared step, and the derivatives of displacements, velocities,
+accelerations and auxiliary ones by those of a step. `memory` begins with the correction (n). */
+typedef struct {
+    const model *own;
+    int64_t is_dense;
+    const int64_t *order, *first, *below;
+    const double *L, *D, *by, *scale, *numbers;
+    double *memory;
+} looking;
+
+/* x (n) = A^-1 x by LU, of which row i was exchanged with row pivots[i]. */
+static inline void lu_solution(int64_t n, const int64_t *pivots, const double *LU, double *x)
+{
+    for (int64_t i = 0; i < n; i++) {
+        double own = x[pivots[i]];
+        x[pivots[i]] = x[i], x[i] = own;
+    }
+    for (int64_t k = 0; k < n; k++)
+        for (int64_t i = k + 1; i < n; i++) x[i] -= LU[n * k + i] * x[k];
+    for (int64_t k = n; k-- > 0;) {
+        x[k] /= LU[n * k + k];
+        for (int64_t i = 0; i < k; i++) x[i] -= LU[n * k + i] * x[k];
+    }
+}
+
+static inline void take_larger(double *most, double value)
+{
+    if (fabs(value) > *most || value != value) *most = fabs(value);
+}
+
+/* A look at a step from frames x, R, z with accelerations (n): `moving` (4, n), displacements, velocities, accelerations and
+auxiliary ones, are corrected by what they lack of equilibrium under loads and gravity (3), in frames that get to where
+displacements lead before. `sizes` (4) are the largest of the correction, the local error, accelerations times the squared
+step, and displacements, over `scale`, as Newton._look of motion/newton.py. */
+KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, const double *z,
+                           const double *acceleration, int64_t loads, const int64_t *loaded, const double *wrenches,
+                           const double *gravity, double *moving, double *x_moved, double *R_moved, double *z_moved,
+                           double *sizes)
+{
+    const model *own = at->own;
+    const double *numbers = at->numbers;
+    int64_t n = own->n, size = 6 * own->frames;
+    double *correction = at->memory, *missing = correction + n, *y = missing + n, *rates = y + n;
+    double *total = rates + 3 * size;
+    motion_step(own, x, R, z, moving, numbers[0], numbers[1], total + size, x_moved, R_moved, z_moved, rates, total);
+    take_loads(total, loads, loaded, wrenches, R_moved);
+    if (gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0) take_weight(total, own, gravity, R_moved, z_moved);
+    for (int64_t k = 0; k < own->free_frames; k++)
+        for (int64_t i = 6 * own->free[k]; i < 6 * own->free[k] + 6; i++)
+            if (own->dof[i] >= 0) missing[own->dof[i]] = -total[i] * at->by[own->dof[i]];
+    if (at->is_dense) {
+        memcpy(correction, missing, n * sizeof *missing);
+        lu_solution(n, at->order, at->L, correction);
+    } else
+        ldl_solution(n, 1, at->order, at->first, at->below, at->L, at->D, missing, correction, y);
+    memset(sizes, 0, 4 * sizeof *sizes);
+    for (int64_t i = 0; i < n; i++) {
+        double scale = at->scale[i];
+        correction[i] *= at->by[i];
+        for (int j = 0; j < 4; j++) moving[j * n + i] += numbers[4 + j] * correction[i];
+        double now = moving[2 * n + i];
+        take_larger(sizes, correction[i] * scale);
+        take_larger(sizes + 1, numbers[2] * (now - acceleration[i]) * scale);
+        take_larger(sizes + 2, numbers[3] * now * scale);
+        take_larger(sizes + 3, moving[i] * scale);
+    }
+    return 0;
 }
