@@ -151,7 +151,7 @@ class Integrator:
         at_start, by_a = moved(0), float(scheme.by_step[2])
         # masses times accelerations alone would be singular where something has no mass
         state = state._replace(velocity=velocity + newton.driven(0 * velocity, at_start.rate, velocity)[0])
-        _, missing = newton.missing(start, np.array([0 * velocity, state.velocity, 0 * velocity]), none, loads(0))
+        missing = newton.missing(start, np.array([state.velocity, 0 * velocity]), none, loads(0))
         acceleration, drive = newton.driven(missing * by_a, at_start.second, 0 * velocity)
         state = state._replace(acceleration=acceleration, drive=drive / by_a)
         self._saw(state, is_start=True)
@@ -248,14 +248,12 @@ class Integrator:
         """The next state, with the driven displacements (d,) at their targets."""
         newton, scheme, equations = self._newton, self._newton.scheme, self.equations
         moving = scheme.led @ np.array([last.velocity, last.acceleration, pace.a, pace.jerk])
-        leads = np.array([moving[0], scheme.h * pace.rate])
+        led = np.array([moving[0], scheme.h * pace.rate])
         if not pace.is_smooth:
-            moving += scheme.by_step[:, None] * (leads[1] - leads[0])
-        at = Attempt(last, moving, loads, targets)
-        error, state, contact = newton.settle(at), at.state(equations), 0.0
+            moving += scheme.by_step[:, None] * (led[1] - led[0])
+        at = Attempt(equations.model, last, moving, led, loads, targets)
+        found, state, contact = newton.settle(at), at.state, 0.0
         if self.contacts:
             off = equations.displacements(scheme.off * (state.acceleration - last.acceleration))
             contact = max(own.error(last.frames, state.frames, off) for own in self.contacts)
-        D, after = moving[0], moving[3]
-        astray, as_last = np.abs((D - leads) * equations.scale).max(axis=1, initial=0.0).tolist()
-        return _Stepped(state, after, D, astray < SMOOTH * as_last, error, contact)
+        return _Stepped(state, moving[3], moving[0], found.astray < SMOOTH * found.other, found.error, contact)

@@ -42,7 +42,7 @@ from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
 
-_step = Kernel("motion_step", "aaaaaxxaaaaaa")
+_moved = Kernel("motion_moved", "aaaaaaaa")
 _kinetics = Kernel("motion_kinetics", "aaaaaaxaa")
 
 SMALL_SHARE = 1e-3
@@ -276,24 +276,13 @@ class MovingModel(Laid):
         held[..., :-1] = step
         return held.take(self.dof, axis=-1)
 
-    def after(
-        self, start: Frames, moving: Array, damping: tuple[float, float], gravity: Array, actuators: Mapping[str, float]
-    ) -> tuple[Frames, Array]:
-        """The frames after free displacements from a state, and the force of `kinetics` there: `moving` (3, n) has
-        these, velocities and accelerations; of Rayleigh's damping alpha, 1/s, and beta, s."""
-        alpha, beta = damping
-        elements = self.commanded(actuators)
+    def moved(self, start: Frames, step: Array) -> Frames:
+        """The frames after free displacements (n,) from a state."""
         if not is_compiled():
-            step, velocity, acceleration = self.displacements(moving)
-            frames, rates = start.moved(step), Rates(velocity, acceleration + alpha * velocity, beta)
-            return frames, self.kinetics(frames, rates, gravity, actuators).force
-        own, others = self._taken_together(elements)
-        frames, rates, total = start.copy(), np.zeros((3, *self.dof.shape)), np.empty(self.dof.shape)
-        before, made = start[:3], frames[:3]
-        _step(own.struct.address, *before, moving, alpha, beta, np.empty(own.memory), *made, rates, total)
-        if others or self.dashpots or gravity.any():
-            self._add_others(total, others, frames, Rates(rates[1], rates[2], beta), gravity)
-        return frames, total
+            return start.moved(self.displacements(step))
+        made = start.copy()
+        _moved(self._together.struct.address, *start[:3], step, *made[:3])
+        return made
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
@@ -396,11 +385,6 @@ class MovingModel(Laid):
             loss |= {".".join((*path, name)): eta for path in paths for name, eta in by_name.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
 
-    @cached_property
-    def root(self) -> Index:
-        """The frame (n + 1,) that each node follows."""
-        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
-
 
 def element_masses(elements: Sequence[Group], frames: Frames) -> Iterator[Array]:
     """The blocks of the mass of elements, in the order of a model's pattern; what couples members has none."""
@@ -467,16 +451,6 @@ class Loads:
             force, moment = frames.R[model.root[node]] @ wrench.reshape(2, 3, 1)
             total[model.root[node]] += _at_root(model, frames, node, force[:, 0], moment[:, 0])
         return total
-
-    def at_roots(self, model: MovingModel) -> tuple[Index, Array]:
-        """The frames (k,) that are loaded, and as kernels take it where, in their axes, by which dead and which follower
-        wrenches (k, 15)."""
-        every = [*self.dead.items(), *self.follower.items()]
-        where = np.zeros((len(every), 15))
-        for k, (row, (node, wrench)) in enumerate(zip(where, every, strict=True)):
-            row[:3] = model.arm[node]
-            row[3 if k < len(self.dead) else 9 :][:6] = wrench
-        return np.array([model.root[node] for node, _ in every], dtype=np.int64), where
 
     def external(self, model: MovingModel, frames: Frames) -> tuple[Array, Array]:
         """Dead and follower loads (n + 1, 6) on the frames, and their derivatives (n + 1, 6, 6) by displacements."""

@@ -17,13 +17,13 @@ from flexura.arrays import Array
 from flexura.errors import SolverError
 from flexura.kernels import Kernel, Struct, is_compiled
 from flexura.linalg import LDL, Dense, factorise
-from flexura.motion.elements import Frames
+from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
 from flexura.motion.model import Loads, MovingModel
 from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.motion.together import Together
 
-_look = Kernel("motion_look", "aaaaanaaaaaaaa")
+_look = Kernel("motion_look", "aaaaannaaaaaaaa")
 
 STEP_CONVERGED = 1e-3, 1e-6, 1e-10
 """What is left of a step by Newton's method: over its local error, over what accelerations change in it, and over
@@ -121,18 +121,34 @@ class Scheme:
 
 class Attempt:
     """A step from the last state under loads, with driven displacements (d,) at targets: displacements, velocities,
-    accelerations and auxiliary ones after it, `moving` (4, n), and the forces of the drives (d,), as far as they are
-    known, and the last `correction` (n,) of displacements."""
+    accelerations and auxiliary ones after it, `moving` (4, n), the frames there and the forces of the drives (d,), as
+    far as they are known, and the last `correction` (n,) of displacements, beside others that `led` (2, n) there."""
 
-    def __init__(self, last: MotionState, moving: Array, loads: Loads, targets: Array) -> None:
-        self.last, self.moving, self.loads, self.targets = last, moving, loads, targets
+    def __init__(
+        self, model: MovingModel, last: MotionState, moving: Array, led: Array, loads: Loads, targets: Array
+    ) -> None:
+        self.last, self.moving, self.led, self.loads, self.targets = last, moving, led, loads, targets
+        self.frames: Frames = model.moved(last.frames, moving[0])
         self.drive: Array = last.drive
         self.correction: Array = moving[0]
 
-    def state(self, equations: Equations) -> MotionState:
+    @property
+    def state(self) -> MotionState:
         """The state after the step."""
-        D, v, accelerated, _ = self.moving
-        return MotionState(self.last.frames.moved(equations.displacements(D)), v, accelerated, self.drive)
+        return MotionState(self.frames, self.moving[1], self.moving[2], self.drive)
+
+
+class Look(NamedTuple):
+    """What a look at a step has found: the largest of its correction, of its local error, of accelerations times the
+    squared step, of its displacements, and of what they are from two that led there, over the size of the mechanism or
+    in rad."""
+
+    size: float
+    error: float
+    bent: float
+    moved: float
+    astray: float
+    other: float
 
 
 class _ByKernel:
@@ -143,22 +159,25 @@ class _ByKernel:
     ) -> None:
         self.model: MovingModel = equations.model
         n, frames = self.model.n_dof, len(self.model.dof)
-        self._memory, self._sizes = np.zeros(3 * n + 24 * frames + together.memory), np.empty(4)
+        self._memory = np.zeros(6 + 3 * n + 18 * frames + together.memory)
+        self._found, self._correction = self._memory[:6], self._memory[6 : 6 + n]
         numbers = np.array([*damping, scheme.off, scheme.h**2, *scheme.by_step])
         own = isinstance(factor, Dense), *factor.arrays, factor.scale, equations.scale, numbers, self._memory
         self._struct = Struct(together.struct, *own)
 
-    def looks(self, at: Attempt) -> Callable[[], list[float]]:
+    def looks(self, at: Attempt) -> Callable[[], Look]:
         """As `Newton.looks`."""
-        last, loads, made, sizes = at.last, at.loads, at.last.frames.copy(), self._sizes
-        at.correction = self._memory[: len(at.correction)]
-        roots, wrenches = loads.at_roots(self.model)
-        start = self._struct.address, *last.frames[:3], last.acceleration
-        again = _look.again(*start, len(roots), roots, wrenches, loads.gravity, at.moving, *made[:3], sizes)
+        last, (dead, follower, gravity, _) = at.last, vars(at.loads).values()
+        nodes = np.array([*dead, *follower], dtype=np.int64)
+        wrenches = np.array([*dead.values(), *follower.values()], dtype=float)
+        loads = len(dead), len(follower), nodes, wrenches, gravity
+        start, found = (self._struct.address, *last.frames[:3], last.acceleration), self._found
+        again = _look.again(*start, *loads, at.led, at.moving, *at.frames[:3])
+        at.correction = self._correction
 
-        def look() -> list[float]:
+        def look() -> Look:
             again.call()
-            return sizes.tolist()
+            return Look(*found.tolist())
 
         return look
 
@@ -193,17 +212,18 @@ class Newton:
         drive = np.asarray(np.linalg.solve(self._rows @ self._by_drive, left), dtype=float)
         return motion + self._by_drive @ drive, drive
 
-    def settle(self, at: Attempt) -> float:
-        """Work out a step; return the largest local error of its displacements.
+    def settle(self, at: Attempt) -> Look:
+        """Work out a step; return its last look.
 
         Raises SolverError where it does not settle.
         """
         size, done, look = np.inf, 0, self._looks(at)
         while True:
             if self._factor is None:
-                self.renew(at.state(self.equations), at.loads)
+                self.renew(at.state, at.loads)
                 look = self._looks(at)
-            before, (size, error, bent, moved), done = size, look(), done + 1
+            before, found, done = size, look(), done + 1
+            size, error, bent, moved, *_ = found
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError(f"{self._furthest(at.correction)} moves by more with each iteration")
             rate = min(size / before, 0.999) if done > 1 else self._rate
@@ -219,12 +239,10 @@ class Newton:
                 self._factor = None
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
-        return error
+        return found
 
-    def _looks(self, at: Attempt) -> Callable[[], list[float]]:
-        """What takes a look at a step: corrects it by what it lacks of equilibrium, and returns the largest of the
-        correction, of its local error, of accelerations times the squared step, and of its displacements, over the size
-        of the mechanism or in rad."""
+    def _looks(self, at: Attempt) -> Callable[[], Look]:
+        """What takes a look at a step, which corrects it by what it lacks of equilibrium."""
         by_kernel = is_compiled() and isinstance(self._factor, LDL | Dense) and not len(at.drive)
         together = self.equations.model.all_together(at.loads.actuators) if by_kernel else None
         if together is None:
@@ -233,17 +251,17 @@ class Newton:
             self._by_kernel = _ByKernel(self.equations, together, self.damping, self.scheme, self._factor)
         return self._by_kernel.looks(at)
 
-    def _look(self, at: Attempt) -> list[float]:
-        """As `_looks`, in NumPy."""
+    def _look(self, at: Attempt) -> Look:
+        """A look in NumPy."""
         equations, scheme, (D, _, accelerated, _) = self.equations, self.scheme, at.moving
-        frames, missing = self.missing(at.last.frames, at.moving[:3], at.drive, at.loads)
-        gap = at.targets - equations.travelled(frames)
+        missing = self.missing(at.frames, at.moving[1:3], at.drive, at.loads)
+        gap = at.targets - equations.travelled(at.frames)
         at.correction, more = self.driven(missing, gap, 0 * missing)
         at.moving += scheme.by_step[:, None] * at.correction
-        at.drive = at.drive + more
+        at.drive, at.frames = at.drive + more, equations.model.moved(at.last.frames, D)
         off = scheme.off * (accelerated - at.last.acceleration)
-        sizes = np.array([at.correction, off, scheme.h**2 * accelerated, D]) * equations.scale
-        return np.abs(sizes).max(axis=1, initial=0.0).tolist()
+        sizes = np.array([at.correction, off, scheme.h**2 * accelerated, D, *(D - at.led)]) * equations.scale
+        return Look(*np.abs(sizes).max(axis=1, initial=0.0).tolist())
 
     def _furthest(self, correction: Array) -> str:
         """The name of what moves by most in an iteration, displacements over the size of the mechanism."""
@@ -251,15 +269,16 @@ class Newton:
         moved = np.abs(equations.displacements(correction * equations.scale)).max(axis=1)
         return equations.model.name_at(int(np.argmax(np.nan_to_num(moved, nan=np.inf))))
 
-    def missing(self, start: Frames, moving: Array, drive: Array, loads: Loads) -> tuple[Frames, Array]:
-        """The frames after displacements from a state, and the forces (n,) that are missing there for equilibrium with
-        inertia and damping: `moving` (3, n) has displacements, velocities and accelerations, `drive` forces (d,)."""
-        equations, model = self.equations, self.equations.model
-        frames, held = model.after(start, moving, self.damping, loads.gravity, loads.actuators)
-        missing = -equations.free(held)
+    def missing(self, frames: Frames, moving: Array, drive: Array, loads: Loads) -> Array:
+        """The forces (n,) that are missing in a state for equilibrium with inertia and damping: `moving` (2, n) has
+        velocities and accelerations, `drive` the forces (d,) of the drives."""
+        equations, model, (alpha, beta) = self.equations, self.equations.model, self.damping
+        velocity, acceleration = model.displacements(moving)
+        rates = Rates(velocity, acceleration + alpha * velocity, beta)
+        missing = -equations.free(model.kinetics(frames, rates, loads.gravity, loads.actuators).force)
         if loads.dead or loads.follower:
             missing += equations.free(loads.forces(model, frames))
-        return frames, missing + drive @ equations.rows(frames) if len(drive) else missing
+        return missing + drive @ equations.rows(frames) if len(drive) else missing
 
     def ensure(self, state: MotionState) -> None:
         """Make the matrix about a state where there is none, under the loads of the last one."""

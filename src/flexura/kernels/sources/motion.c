@@ -12,7 +12,7 @@ typedef struct {
 what the kind of elements needs that needs most. `dof` (frames, 6) numbers the n free displacements, below zero where
 there is none, of which the frames `free` (free_frames) have some; those move and turn that are `placed`. `weight` (frames,
 6, 3) are forces in the axes of frames by acceleration of free fall, `inside` (sags, 6, 3) those on amplitudes, which hang
-on frames `hangs` (sags, 2) with the first one's axes. */
+on frames `hangs` (sags, 2) with the first one's axes. Nodes are on frames `root` at `arm` (nodes, 3). */
 typedef struct {
     int64_t count, bodies, memory, frames, n, free_frames, sags;
     const group *groups;
@@ -23,6 +23,8 @@ typedef struct {
     const double *weight;
     const int64_t *hangs;
     const double *inside;
+    const int64_t *root;
+    const double *arm;
 } model;
 
 int64_t superelements_kinetics(const void *own, const double *x, const double *R, const double *z,
@@ -60,30 +62,26 @@ KERNEL int64_t motion_kinetics(const model *own, const double *x, const double *
     return 0;
 }
 
-/* Frames with free displacements, which are x_moved, R_moved, z_moved after these from x, R, z, and the forces of
-motion_kinetics there, at velocities and accelerations of the free displacements: `moving` has them one after another
-(3, n). Accelerations are more by `alpha` times velocities. `rates` (3, frames, 6) gets all of frames, zero where held. */
-KERNEL int64_t motion_step(const model *own, const double *x, const double *R, const double *z, const double *moving,
-                           double alpha, double damping, double *scratch, double *x_moved, double *R_moved,
-                           double *z_moved, double *rates, double *total)
+/* The frames with free displacements, x_moved, R_moved, z_moved, after D (n) from x, R, z. */
+KERNEL int64_t motion_moved(const model *own, const double *x, const double *R, const double *z, const double *D,
+                            double *x_moved, double *R_moved, double *z_moved)
 {
-    int64_t n = own->n, size = 6 * own->frames;
-    double *velocity = rates + size, *acceleration = velocity + size;
-    for (int64_t k = 0; k < own->free_frames; k++) {
-        int64_t frame = own->free[k];
-        for (int64_t i = 6 * frame; i < 6 * frame + 6; i++) {
-            int64_t at = own->dof[i];
-            if (at < 0) continue;
-            rates[i] = moving[at], velocity[i] = moving[n + at];
-            acceleration[i] = moving[2 * n + at] + alpha * moving[n + at];
+    double step[4 * 6];
+    for (int64_t k = 0; k < own->free_frames; k += 4) {
+        int64_t count = own->free_frames - k < 4 ? own->free_frames - k : 4;
+        for (int64_t l = 0; l < count; l++) {
+            int64_t frame = own->free[k + l];
+            for (int j = 0; j < 6; j++) {
+                int64_t at = own->dof[6 * frame + j];
+                step[6 * l + j] = at < 0 ? 0 : D[at];
+            }
+            memcpy(x_moved + 3 * frame, x + 3 * frame, 3 * sizeof *x);
+            memcpy(R_moved + 9 * frame, R + 9 * frame, 9 * sizeof *R);
+            memcpy(z_moved + 6 * frame, z + 6 * frame, 6 * sizeof *z);
         }
-        memcpy(x_moved + 3 * frame, x + 3 * frame, 3 * sizeof *x);
-        memcpy(R_moved + 9 * frame, R + 9 * frame, 9 * sizeof *R);
-        memcpy(z_moved + 6 * frame, z + 6 * frame, 6 * sizeof *z);
+        frames_moved(count, own->free + k, own->placed, step, x_moved, R_moved, z_moved);
     }
-    memset(total, 0, size * sizeof *total);
-    frames_moved(own->free_frames, own->free, own->placed, rates, x_moved, R_moved, z_moved);
-    return motion_kinetics(own, x_moved, R_moved, z_moved, velocity, acceleration, damping, scratch, total);
+    return 0;
 }
 
 static inline void add_turned(double *out, double sign, const double *R, const double *v)
@@ -98,19 +96,19 @@ static inline void add_cross(double *out, double sign, const double *a, const do
     out[2] += sign * (a[0] * b[1] - a[1] * b[0]);
 }
 
-/* Takes loads off the forces that hold frames: each has its frame, and there an arm, a dead and a follower wrench, 15
-numbers, as Loads.forces of motion/model.py. */
-static inline void take_loads(double *total, int64_t count, const int64_t *frame, const double *loads, const double *R)
+/* Takes loads off the forces that hold frames: wrenches (dead + follower, 6) on nodes, as Loads.forces of motion/model.py. */
+static inline void take_loads(double *total, const model *own, int64_t dead, int64_t follower, const int64_t *nodes,
+                              const double *wrenches, const double *R)
 {
-    for (int64_t k = 0; k < count; k++, loads += 15) {
-        const double *turn = R + 9 * frame[k];
-        double arm[3] = {0}, wrench[6], *own = total + 6 * frame[k];
-        memcpy(wrench, loads + 3, sizeof wrench);
-        add_turned(arm, 1, turn, loads);
-        add_turned(wrench, 1, turn, loads + 9);
-        add_turned(wrench + 3, 1, turn, loads + 12);
+    for (int64_t k = 0; k < dead + follower; k++, wrenches += 6) {
+        int64_t frame = own->root[nodes[k]];
+        double arm[3] = {0}, wrench[6] = {0};
+        add_turned(arm, 1, R + 9 * frame, own->arm + 3 * nodes[k]);
+        if (k < dead) memcpy(wrench, wrenches, sizeof wrench);
+        else
+            for (int i = 0; i < 6; i += 3) add_turned(wrench + i, 1, R + 9 * frame, wrenches + i);
         add_cross(wrench + 3, 1, arm, wrench);
-        for (int i = 0; i < 6; i++) own[i] -= wrench[i];
+        for (int i = 0; i < 6; i++) total[6 * frame + i] -= wrench[i];
     }
 }
 
@@ -142,7 +140,8 @@ static inline void take_weight(double *total, const model *own, const double *gr
 /* What looks at a step take: the model, the factors of its matrix, whose rows and columns are times `by` (n), L D L' or
 LAPACK's LU by columns with pivots, and the `scale` (n) of displacements. `numbers` are alpha, s^-1, and beta, s, of the
 damping, what makes local errors of accelerations, the squared step, and the derivatives of displacements, velocities,
-accelerations and auxiliary ones by those of a step. `memory` begins with the correction (n). */
+accelerations and auxiliary ones by those of a step. `memory` begins with six
+numbers and the correction (n), zero all over before. */
 typedef struct {
     const model *own;
     int64_t is_dense;
@@ -172,21 +171,28 @@ static inline void take_larger(double *most, double value)
 }
 
 /* A look at a step from frames x, R, z with accelerations (n): `moving` (4, n), displacements, velocities, accelerations and
-auxiliary ones, are corrected by what they lack of equilibrium under loads and gravity (3), in frames that get to where
-displacements lead before. `sizes` (4) are the largest of the correction, the local error, accelerations times the squared
-step, and displacements, over `scale`, as Newton._look of motion/newton.py. */
+auxiliary ones, are corrected by what they lack of equilibrium under loads and gravity (3), and frames x_moved, R_moved,
+z_moved, which are where displacements lead, move along. At the beginning of the memory, the largest of the correction, of
+its local error, of accelerations times the squared step, of displacements, and of what these are from two others, `led`
+(2, n), all over `scale`, as Newton._look of motion/newton.py. */
 KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, const double *z,
-                           const double *acceleration, int64_t loads, const int64_t *loaded, const double *wrenches,
-                           const double *gravity, double *moving, double *x_moved, double *R_moved, double *z_moved,
-                           double *sizes)
+                           const double *acceleration, int64_t dead, int64_t follower, const int64_t *nodes,
+                           const double *wrenches, const double *gravity, const double *led, double *moving,
+                           double *x_moved, double *R_moved, double *z_moved)
 {
     const model *own = at->own;
     const double *numbers = at->numbers;
     int64_t n = own->n, size = 6 * own->frames;
-    double *correction = at->memory, *missing = correction + n, *y = missing + n, *rates = y + n;
-    double *total = rates + 3 * size;
-    motion_step(own, x, R, z, moving, numbers[0], numbers[1], total + size, x_moved, R_moved, z_moved, rates, total);
-    take_loads(total, loads, loaded, wrenches, R_moved);
+    double *largest = at->memory, *correction = largest + 6, *missing = correction + n, *y = missing + n;
+    double *velocity = y + n, *growth = velocity + size, *total = growth + size;
+    memset(total, 0, size * sizeof *total);
+    for (int64_t k = 0; k < own->free_frames; k++)
+        for (int64_t i = 6 * own->free[k]; i < 6 * own->free[k] + 6; i++) {
+            int64_t dof = own->dof[i];
+            if (dof >= 0) velocity[i] = moving[n + dof], growth[i] = moving[2 * n + dof] + numbers[0] * velocity[i];
+        }
+    motion_kinetics(own, x_moved, R_moved, z_moved, velocity, growth, numbers[1], total + size, total);
+    take_loads(total, own, dead, follower, nodes, wrenches, R_moved);
     if (gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0) take_weight(total, own, gravity, R_moved, z_moved);
     for (int64_t k = 0; k < own->free_frames; k++)
         for (int64_t i = 6 * own->free[k]; i < 6 * own->free[k] + 6; i++)
@@ -196,16 +202,18 @@ KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, 
         lu_solution(n, at->order, at->L, correction);
     } else
         ldl_solution(n, 1, at->order, at->first, at->below, at->L, at->D, missing, correction, y);
-    memset(sizes, 0, 4 * sizeof *sizes);
+    memset(largest, 0, 6 * sizeof *largest);
     for (int64_t i = 0; i < n; i++) {
         double scale = at->scale[i];
         correction[i] *= at->by[i];
         for (int j = 0; j < 4; j++) moving[j * n + i] += numbers[4 + j] * correction[i];
         double now = moving[2 * n + i];
-        take_larger(sizes, correction[i] * scale);
-        take_larger(sizes + 1, numbers[2] * (now - acceleration[i]) * scale);
-        take_larger(sizes + 2, numbers[3] * now * scale);
-        take_larger(sizes + 3, moving[i] * scale);
+        take_larger(largest, correction[i] * scale);
+        take_larger(largest + 1, numbers[2] * (now - acceleration[i]) * scale);
+        take_larger(largest + 2, numbers[3] * now * scale);
+        take_larger(largest + 3, moving[i] * scale);
+        take_larger(largest + 4, (moving[i] - led[i]) * scale);
+        take_larger(largest + 5, (moving[i] - led[n + i]) * scale);
     }
-    return 0;
+    return motion_moved(own, x, R, z, moving, x_moved, R_moved, z_moved);
 }
