@@ -7,17 +7,14 @@ import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import cache, cached_property, partial
-from typing import Any, NamedTuple
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Complex, Index
 from flexura.kernels.build import digest, library_path
-
-Argument = Array | Complex | Index | NDArray[np.bool_] | bytes | float
-"""What kernels take."""
 
 _in_numpy = ContextVar("in_numpy", default=False)
 
@@ -66,24 +63,9 @@ class Kernel:
         found.argtypes, found.restype = self._takes, ctypes.c_int64
         return found
 
-    def __call__(self, *arguments: Argument) -> int:
+    def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float) -> int:
         """What the function returns, a whole number."""
-        return self._function(*_taken(arguments))
-
-    def again(self, *arguments: Argument) -> Again:
-        """The same call again and again."""
-        return Again(partial(self._function, *_taken(arguments)), arguments)
-
-
-class Again(NamedTuple):
-    """A call of a kernel, with what it takes, which is kept."""
-
-    call: Callable[[], int]
-    arguments: tuple[Argument, ...]
-
-
-def _taken(arguments: tuple[Argument, ...]) -> list[Any]:
-    return [address(given) if type(given) is np.ndarray else given for given in arguments]
+        return self._function(*[address(given) if type(given) is np.ndarray else given for given in arguments])
 
 
 _TAKEN = {"a": ctypes.c_void_p, "n": ctypes.c_int64, "x": ctypes.c_double}

@@ -59,11 +59,10 @@ NOTHING_MOVED = Moved(*np.zeros((4, 0)))
 
 
 class _Pace:
-    """Where a motion is: auxiliary accelerations, how accelerations change, 1/s, the mean velocities of the last step,
-    whether accelerations led near its end, and how often dt is halved, of that for steps that did not settle."""
+    """How often dt is halved, of that for steps that did not settle, and whether accelerations led near the end of the
+    last step."""
 
-    def __init__(self, a: Array, jerk: Array, rate: Array) -> None:
-        self.a, self.jerk, self.rate = a, jerk, rate
+    def __init__(self) -> None:
         self.is_smooth = True
         self.level, self.unsettled, self._since, self._patience = 0, 0, 0, 1
 
@@ -80,11 +79,6 @@ class _Pace:
         if self.level and is_easy and self._since >= self._patience and (done * 2 ** (self.level - 1)) % 1 == 0:
             self.level, self.unsettled, self._since = self.level - 1, max(self.unsettled - 1, 0), 0
 
-    def went_on(self, stepped: _Stepped, last: MotionState, h: float) -> None:
-        """After a step."""
-        self.a, self.jerk = stepped.a, (stepped.state.acceleration - last.acceleration) / h
-        self.rate, self.is_smooth = stepped.D / h, stepped.is_smooth
-
 
 class StepsTaken(NamedTuple):
     """Numbers of steps taken and of steps tried again at half the length, because they did not settle or for their
@@ -97,12 +91,10 @@ class StepsTaken(NamedTuple):
 
 
 class _Stepped(NamedTuple):
-    """The state after a step, the auxiliary accelerations there, its displacements (n,), whether accelerations led near
-    these, and local errors of the displacements and, over the depth of contacts, in the directions of stops."""
+    """The state after a step, whether accelerations led near it, and local errors of displacements and, over the depth of
+    contacts, in the directions of stops."""
 
     state: MotionState
-    a: Array
-    D: Array
     is_smooth: bool
     error: float
     contact: float
@@ -144,23 +136,24 @@ class Integrator:
         Raises SolverError where the shortest step does not settle.
         """
         self._moved = moved
-        none = np.zeros(len(self.equations.drives))
-        state = MotionState(start, velocity, np.zeros(len(velocity)), none)
-        newton, scheme = self._newton, self._newton.scheme
+        none, motion = np.zeros(len(self.equations.drives)), np.zeros((5, len(velocity)))
+        newton, scheme, still = self._newton, self._newton.scheme, motion[0].copy()
+        motion[1] = velocity
+        state = MotionState(start, motion, none)
         newton.renew(state, loads(0))
         at_start, by_a = moved(0), float(scheme.by_step[2])
         # masses times accelerations alone would be singular where something has no mass
-        state = state._replace(velocity=velocity + newton.driven(0 * velocity, at_start.rate, velocity)[0])
-        missing = newton.missing(start, np.array([state.velocity, 0 * velocity]), none, loads(0))
-        acceleration, drive = newton.driven(missing * by_a, at_start.second, 0 * velocity)
-        state = state._replace(acceleration=acceleration, drive=drive / by_a)
+        motion[1] += newton.driven(still, at_start.rate, velocity)[0]
+        motion[2], drive = newton.driven(newton.missing(state, loads(0)) * by_a, at_start.second, still)
+        state = state._replace(drive=drive / by_a)
         self._saw(state, is_start=True)
         yield state
         # auxiliary accelerations are those at another time: without this the forces of drives would swing
-        jerk, _ = newton.driven(0 * velocity, at_start.third, 0 * velocity)
-        state = state._replace(velocity=state.velocity + scheme.ahead * jerk)
-        a = acceleration + scheme.later * jerk
-        pace = _Pace(a, jerk, state.velocity + scheme.h / 2 * acceleration)
+        jerk, _ = newton.driven(still, at_start.third, still)
+        velocity, acceleration = state.velocity + scheme.ahead * jerk, state.acceleration
+        led = scheme.h * (velocity + scheme.h / 2 * acceleration)
+        motion = np.array([led, velocity, acceleration, acceleration + scheme.later * jerk, jerk])
+        state, pace = state._replace(motion=motion), _Pace()
         for number in range(1, count):
             state = self._sample(state, pace, loads, number)
             yield state
@@ -170,10 +163,10 @@ class Integrator:
         newton, done = self._newton, 0.0
         while done < 1.0:
             part = 0.5**pace.level
-            state = self._set(part * self.dt, pace, state, number - 1 + done)
+            state = self._set(part * self.dt, state, number - 1 + done)
             try:
                 time = number - 1 + done + part
-                stepped = self._step(state, pace, loads(time), self._moved(time).place)
+                stepped = self._step(state, pace.is_smooth, loads(time), self._moved(time).place)
             except SolverError as error:
                 if pace.is_smooth:
                     pace.is_smooth = False
@@ -191,8 +184,7 @@ class Integrator:
                 self.steps = self.steps._replace(not_accurate=self.steps.not_accurate + 1)
                 continue
             done += part
-            pace.went_on(stepped, state, newton.scheme.h)
-            state = stepped.state
+            state, pace.is_smooth = stepped.state, stepped.is_smooth
             self._saw(state)
             shortest = min(self.steps.shortest, newton.scheme.h)
             self.steps = self.steps._replace(taken=self.steps.taken + 1, shortest=shortest)
@@ -218,22 +210,22 @@ class Integrator:
             return True
         return self.tolerance is not None and stepped.error > share * self.tolerance * self._largest
 
-    def _set(self, h: float, pace: _Pace, state: MotionState, time: float) -> MotionState:
+    def _set(self, h: float, state: MotionState, time: float) -> MotionState:
         """The state from which steps of another length are taken: the auxiliary accelerations are those of another time
         then, and velocities that drives give are ahead by something else."""
         newton, last = self._newton, self._newton.scheme
         if h == last.h:
             return state
-        scheme, jerk, third = replace(last, h=h), pace.jerk, self._moved(time).third
+        scheme, motion, third = replace(last, h=h), state.motion.copy(), self._moved(time).third
+        jerk = motion[4]
         if len(third):
             newton.ensure(state)
-            none = 0 * jerk
-            jerk = jerk + newton.driven(none, third, jerk)[0]
-            ahead = (scheme.ahead - last.ahead) * newton.driven(none, third, none)[0]
-            state = state._replace(velocity=state.velocity + ahead)
-        pace.a = pace.a + (scheme.later - last.later) * jerk
+            jerk = jerk + newton.driven(0 * jerk, third, jerk)[0]
+            motion[1] += (scheme.ahead - last.ahead) * newton.driven(0 * jerk, third, 0 * jerk)[0]
+        motion[0] *= h / last.h
+        motion[3] += (scheme.later - last.later) * jerk
         newton.turn_to(scheme)
-        return state
+        return state._replace(motion=motion)
 
     def _saw(self, state: MotionState, is_start: bool = False) -> None:
         """Keep the largest motion so far, over the size of the mechanism or in rad, and what stops meet."""
@@ -244,16 +236,11 @@ class Integrator:
             moved = equations.free(displacement(equations.model.rest, state.frames)) * equations.scale
             self._largest = max(self._largest, float(np.abs(moved).max(initial=0.0)))
 
-    def _step(self, last: MotionState, pace: _Pace, loads: Loads, targets: Array) -> _Stepped:
+    def _step(self, last: MotionState, is_smooth: bool, loads: Loads, targets: Array) -> _Stepped:
         """The next state, with the driven displacements (d,) at their targets."""
-        newton, scheme, equations = self._newton, self._newton.scheme, self.equations
-        moving = scheme.led @ np.array([last.velocity, last.acceleration, pace.a, pace.jerk])
-        led = np.array([moving[0], scheme.h * pace.rate])
-        if not pace.is_smooth:
-            moving += scheme.by_step[:, None] * (led[1] - led[0])
-        at = Attempt(equations.model, last, moving, led, loads, targets)
-        found, state, contact = newton.settle(at), at.state, 0.0
+        at, newton, equations = Attempt(last, loads, targets), self._newton, self.equations
+        found, state, contact = newton.settle(at, is_smooth), at.state, 0.0
         if self.contacts:
-            off = equations.displacements(scheme.off * (state.acceleration - last.acceleration))
+            off = equations.displacements(newton.scheme.off * (state.acceleration - last.acceleration))
             contact = max(own.error(last.frames, state.frames, off) for own in self.contacts)
-        return _Stepped(state, moving[3], moving[0], found.astray < SMOOTH * found.other, found.error, contact)
+        return _Stepped(state, found.astray < SMOOTH * found.other, found.error, contact)

@@ -339,10 +339,10 @@ class MovingModel(Laid):
             np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return strain, kinetic
 
-    def all_together(self, actuators: Mapping[str, float]) -> Together | None:
-        """What a kernel takes of all that moves, None where it does not take all."""
-        own, others = self._taken_together(self.commanded(actuators))
-        return None if others or self.dashpots else own
+    @cached_property
+    def all_together(self) -> Together | None:
+        """What a kernel takes of all that moves, without commands; None where it does not take all."""
+        return self._together if len(self._together.numbers) == len(self.elements) and not self.dashpots else None
 
     def _taken_together(self, elements: Sequence[Group]) -> tuple[Together, Sequence[Group]]:
         """What a kernel takes together of the elements, and the others."""

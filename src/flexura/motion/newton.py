@@ -6,16 +6,15 @@ that are displacements and rotation vectors from the last state, of second order
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array
 from flexura.errors import SolverError
-from flexura.kernels import Kernel, Struct, is_compiled
+from flexura.kernels import Kernel, Struct, address, is_compiled
 from flexura.linalg import LDL, Dense, factorise
 from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
@@ -23,7 +22,8 @@ from flexura.motion.model import Loads, MovingModel
 from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.motion.together import Together
 
-_look = Kernel("motion_look", "aaaaannaaaaaaaa")
+_begin = Kernel("motion_begin", "aaaaaaaaaan")
+_look = Kernel("motion_look", "aaaaaaaaaannaaa")
 
 STEP_CONVERGED = 1e-3, 1e-6, 1e-10
 """What is left of a step by Newton's method: over its local error, over what accelerations change in it, and over
@@ -52,13 +52,22 @@ NO_STEP = 1e-14
 
 
 class MotionState(NamedTuple):
-    """Frames with velocities and accelerations (n,) of the free displacements, m/s, rad/s, m/s^2, rad/s^2, and the
-    forces of the drives (d,), N or N m."""
+    """Frames, the forces of the drives (d,), N or N m, and `motion` (5, n) of the free displacements: how far a step
+    has led to them, m, rad, velocities, accelerations, auxiliary accelerations and how accelerations change, 1/s."""
 
     frames: Frames
-    velocity: Array
-    acceleration: Array
+    motion: Array
     drive: Array
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities (n,), m/s, rad/s."""
+        return self.motion[1]
+
+    @property
+    def acceleration(self) -> Array:
+        """Accelerations (n,), m/s^2, rad/s^2."""
+        return self.motion[2]
 
 
 class Damping(NamedTuple):
@@ -120,28 +129,28 @@ class Scheme:
 
 
 class Attempt:
-    """A step from the last state under loads, with driven displacements (d,) at targets: displacements, velocities,
-    accelerations and auxiliary ones after it, `moving` (4, n), the frames there and the forces of the drives (d,), as
-    far as they are known, and the last `correction` (n,) of displacements, beside others that `led` (2, n) there."""
+    """A step from the last state under loads, with driven displacements (d,) at targets: the `motion` (5, n) after it,
+    its frames and the forces of the drives (d,), as far as they are known, the last `correction` (n,) of displacements, and
+    those (2, n) to which accelerations and the last step `led`."""
 
-    def __init__(
-        self, model: MovingModel, last: MotionState, moving: Array, led: Array, loads: Loads, targets: Array
-    ) -> None:
-        self.last, self.moving, self.led, self.loads, self.targets = last, moving, led, loads, targets
-        self.frames: Frames = model.moved(last.frames, moving[0])
+    def __init__(self, last: MotionState, loads: Loads, targets: Array) -> None:
+        self.last, self.loads, self.targets = last, loads, targets
+        self.frames: Frames = last.frames.copy()
+        self.motion: Array = np.empty_like(last.motion)
         self.drive: Array = last.drive
-        self.correction: Array = moving[0]
+        self.correction: Array = self.motion[0]
+        self.led: Array = np.empty_like(last.motion[:2])
 
     @property
     def state(self) -> MotionState:
         """The state after the step."""
-        return MotionState(self.frames, self.moving[1], self.moving[2], self.drive)
+        return MotionState(self.frames, self.motion, self.drive)
 
 
 class Look(NamedTuple):
     """What a look at a step has found: the largest of its correction, of its local error, of accelerations times the
-    squared step, of its displacements, and of what they are from two that led there, over the size of the mechanism or
-    in rad."""
+    squared step, of its displacements, and of what they are from where accelerations and from where the last step led,
+    over the size of the mechanism or in rad."""
 
     size: float
     error: float
@@ -151,35 +160,75 @@ class Look(NamedTuple):
     other: float
 
 
-class _ByKernel:
-    """Looks by a kernel with the factors of one matrix, in memory of their own."""
+class _ByNumpy:
+    """Looks at a step in NumPy."""
 
-    def __init__(
-        self, equations: Equations, together: Together, damping: Damping, scheme: Scheme, factor: LDL | Dense
-    ) -> None:
-        self.model: MovingModel = equations.model
-        n, frames = self.model.n_dof, len(self.model.dof)
+    def __init__(self, newton: Newton, at: Attempt) -> None:
+        self.newton, self.at = newton, at
+
+    def begin(self, is_smooth: bool) -> None:
+        """Where accelerations lead that go on changing as they did, or the last step does if they are not smooth."""
+        (newton, at), scheme = (self.newton, self.at), self.newton.scheme
+        at.motion[:4] = scheme.led @ at.last.motion[1:]
+        at.led[:] = at.motion[0], at.last.motion[0]
+        if not is_smooth:
+            at.motion[:4] += scheme.by_step[:, None] * (at.led[1] - at.led[0])
+        at.frames = newton.equations.model.moved(at.last.frames, at.motion[0])
+
+    def look(self) -> list[float]:
+        """Correct a step by what it lacks of equilibrium."""
+        (newton, at), scheme, (D, _, accelerated, *_) = (self.newton, self.at), self.newton.scheme, self.at.motion
+        equations, last = newton.equations, at.last
+        missing = newton.missing(at.state, at.loads)
+        gap = at.targets - equations.travelled(at.frames)
+        at.correction, more = newton.driven(missing, gap, 0 * missing)
+        at.motion[:4] += scheme.by_step[:, None] * at.correction
+        at.drive, at.frames = at.drive + more, equations.model.moved(last.frames, D)
+        change = accelerated - last.acceleration
+        at.motion[4] = change / scheme.h
+        lengths = at.correction, scheme.off * change, scheme.h**2 * accelerated, D, *(D - at.led)
+        return np.abs(np.array(lengths) * equations.scale).max(axis=1, initial=0.0).tolist()
+
+
+class _Desk:
+    """What kernels take of all steps of a scheme, and the memory that they work in."""
+
+    def __init__(self, newton: Newton, together: Together) -> None:
+        n, frames, scheme = newton.equations.model.n_dof, len(newton.equations.model.dof), newton.scheme
+        numbers = np.concatenate([newton.damping, [scheme.off, scheme.h], scheme.by_step, scheme.led.ravel()])
         self._memory = np.zeros(6 + 3 * n + 18 * frames + together.memory)
-        self._found, self._correction = self._memory[:6], self._memory[6 : 6 + n]
-        numbers = np.array([*damping, scheme.off, scheme.h**2, *scheme.by_step])
-        own = isinstance(factor, Dense), *factor.arrays, factor.scale, equations.scale, numbers, self._memory
-        self._struct = Struct(together.struct, *own)
+        self._own: tuple[Any, ...] = together.struct, newton.equations.scale, numbers, self._memory
+        self.found, self.correction = self._memory[:6], self._memory[6 : 6 + n]
+        self.struct: Struct = Struct(*self._own)
 
-    def looks(self, at: Attempt) -> Callable[[], Look]:
-        """As `Newton.looks`."""
-        last, (dead, follower, gravity, _) = at.last, vars(at.loads).values()
+    def take(self, factor: LDL | Dense | None) -> None:
+        """Go on with the factors of another matrix, if there is one."""
+        if factor is not None:
+            self.struct = Struct(*self._own, isinstance(factor, Dense), *factor.arrays, factor.scale)
+
+
+class _ByKernel:
+    """Looks at a step by kernels."""
+
+    def __init__(self, desk: _Desk, at: Attempt) -> None:
+        dead, follower = at.loads.dead, at.loads.follower
         nodes = np.array([*dead, *follower], dtype=np.int64)
         wrenches = np.array([*dead.values(), *follower.values()], dtype=float)
-        loads = len(dead), len(follower), nodes, wrenches, gravity
-        start, found = (self._struct.address, *last.frames[:3], last.acceleration), self._found
-        again = _look.again(*start, *loads, at.led, at.moving, *at.frames[:3])
-        at.correction = self._correction
+        steps = *at.last.frames[:3], at.last.motion, *at.frames[:3], at.motion, at.led
+        self._kept = desk, steps, nodes, wrenches, at.loads.gravity
+        self._step = desk.struct.address, *map(address, steps)
+        self._loads = len(dead), len(follower), *map(address, self._kept[2:])
+        self._found = desk.found
+        at.correction = desk.correction
 
-        def look() -> Look:
-            again.call()
-            return Look(*found.tolist())
+    def begin(self, is_smooth: bool) -> None:
+        """As `_ByNumpy.begin`."""
+        _begin(*self._step, is_smooth)
 
-        return look
+    def look(self) -> list[float]:
+        """As `_ByNumpy.look`."""
+        _look(*self._step, *self._loads)
+        return self._found.tolist()
 
 
 class Newton:
@@ -190,13 +239,13 @@ class Newton:
         self.damping = damping
         self.scheme: Scheme = scheme
         self._factor: Any = None
-        self._by_kernel: _ByKernel | None = None
+        self._desk: _Desk | None = None
         self._rows, self._by_drive = np.empty((0, 0)), np.empty((0, 0))
         self._rate = 0.5
 
     def turn_to(self, scheme: Scheme) -> None:
         """Go on with another scheme."""
-        self.scheme, self._factor, self._rate = scheme, None, 0.5
+        self.scheme, self._factor, self._desk, self._rate = scheme, None, None, 0.5
 
     def forget(self) -> None:
         """Make the matrix anew when it is needed next."""
@@ -212,17 +261,19 @@ class Newton:
         drive = np.asarray(np.linalg.solve(self._rows @ self._by_drive, left), dtype=float)
         return motion + self._by_drive @ drive, drive
 
-    def settle(self, at: Attempt) -> Look:
-        """Work out a step; return its last look.
+    def settle(self, at: Attempt, is_smooth: bool) -> Look:
+        """Work out a step, from where accelerations lead, or the last step does if they are not smooth; return its last
+        look.
 
         Raises SolverError where it does not settle.
         """
-        size, done, look = np.inf, 0, self._looks(at)
+        size, done, step = np.inf, 0, self._looked_at(at)
+        step.begin(is_smooth)
         while True:
             if self._factor is None:
                 self.renew(at.state, at.loads)
-                look = self._looks(at)
-            before, found, done = size, look(), done + 1
+                step = self._looked_at(at)
+            before, found, done = size, step.look(), done + 1
             size, error, bent, moved, *_ = found
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
                 raise SolverError(f"{self._furthest(at.correction)} moves by more with each iteration")
@@ -239,29 +290,17 @@ class Newton:
                 self._factor = None
         else:  # nothing was measured, and the matrix has grown older
             self._rate = min(OLDER * self._rate, 0.5)
-        return found
+        return Look(*found)
 
-    def _looks(self, at: Attempt) -> Callable[[], Look]:
-        """What takes a look at a step, which corrects it by what it lacks of equilibrium."""
-        by_kernel = is_compiled() and isinstance(self._factor, LDL | Dense) and not len(at.drive)
-        together = self.equations.model.all_together(at.loads.actuators) if by_kernel else None
-        if together is None:
-            return partial(self._look, at)
-        if self._by_kernel is None:
-            self._by_kernel = _ByKernel(self.equations, together, self.damping, self.scheme, self._factor)
-        return self._by_kernel.looks(at)
-
-    def _look(self, at: Attempt) -> Look:
-        """A look in NumPy."""
-        equations, scheme, (D, _, accelerated, _) = self.equations, self.scheme, at.moving
-        missing = self.missing(at.frames, at.moving[1:3], at.drive, at.loads)
-        gap = at.targets - equations.travelled(at.frames)
-        at.correction, more = self.driven(missing, gap, 0 * missing)
-        at.moving += scheme.by_step[:, None] * at.correction
-        at.drive, at.frames = at.drive + more, equations.model.moved(at.last.frames, D)
-        off = scheme.off * (accelerated - at.last.acceleration)
-        sizes = np.array([at.correction, off, scheme.h**2 * accelerated, D, *(D - at.led)]) * equations.scale
-        return Look(*np.abs(sizes).max(axis=1, initial=0.0).tolist())
+    def _looked_at(self, at: Attempt) -> _ByKernel | _ByNumpy:
+        """What takes looks at a step."""
+        together = None if len(at.drive) or at.loads.actuators else self.equations.model.all_together
+        if together is None or not is_compiled() or not isinstance(self._factor, LDL | Dense | None):
+            return _ByNumpy(self, at)
+        if self._desk is None:
+            self._desk = _Desk(self, together)
+            self._desk.take(self._factor)
+        return _ByKernel(self._desk, at)
 
     def _furthest(self, correction: Array) -> str:
         """The name of what moves by most in an iteration, displacements over the size of the mechanism."""
@@ -269,16 +308,15 @@ class Newton:
         moved = np.abs(equations.displacements(correction * equations.scale)).max(axis=1)
         return equations.model.name_at(int(np.argmax(np.nan_to_num(moved, nan=np.inf))))
 
-    def missing(self, frames: Frames, moving: Array, drive: Array, loads: Loads) -> Array:
-        """The forces (n,) that are missing in a state for equilibrium with inertia and damping: `moving` (2, n) has
-        velocities and accelerations, `drive` the forces (d,) of the drives."""
+    def missing(self, state: MotionState, loads: Loads) -> Array:
+        """The forces (n,) that are missing in a state for equilibrium with inertia and damping."""
         equations, model, (alpha, beta) = self.equations, self.equations.model, self.damping
-        velocity, acceleration = model.displacements(moving)
+        velocity, acceleration = model.displacements(state.motion[1:3])
         rates = Rates(velocity, acceleration + alpha * velocity, beta)
-        missing = -equations.free(model.kinetics(frames, rates, loads.gravity, loads.actuators).force)
+        missing = -equations.free(model.kinetics(state.frames, rates, loads.gravity, loads.actuators).force)
         if loads.dead or loads.follower:
-            missing += equations.free(loads.forces(model, frames))
-        return missing + drive @ equations.rows(frames) if len(drive) else missing
+            missing += equations.free(loads.forces(model, state.frames))
+        return missing + state.drive @ equations.rows(state.frames) if len(state.drive) else missing
 
     def ensure(self, state: MotionState) -> None:
         """Make the matrix about a state where there is none, under the loads of the last one."""
@@ -300,6 +338,8 @@ class Newton:
             S = S + by_v * model.viscous(frames)
         if model.stops:
             S = S + model.stopping(frames, equations.displacements(state.velocity), by_v)
-        self._factor, self._by_kernel = factorise(S), None
+        self._factor = factorise(S)
+        if self._desk is not None and isinstance(self._factor, LDL | Dense):
+            self._desk.take(self._factor)
         self._rows = tangent.rows
         self._by_drive = np.asarray(self._factor.solve(tangent.rows.T)) if len(tangent.rows) else tangent.rows.T

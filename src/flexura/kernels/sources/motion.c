@@ -137,18 +137,19 @@ static inline void take_weight(double *total, const model *own, const double *gr
     }
 }
 
-/* What looks at a step take: the model, the factors of its matrix, whose rows and columns are times `by` (n), L D L' or
-LAPACK's LU by columns with pivots, and the `scale` (n) of displacements. `numbers` are alpha, s^-1, and beta, s, of the
-damping, what makes local errors of accelerations, the squared step, and the derivatives of displacements, velocities,
-accelerations and auxiliary ones by those of a step. `memory` begins with six
-numbers and the correction (n), zero all over before. */
+/* What steps of generalised-alpha take: the model, the `scale` (n) of displacements, and the factors of their matrix, whose
+rows and columns are times `by` (n), L D L' or LAPACK's LU by columns with pivots. `numbers` are alpha, 1/s, and beta, s,
+of the damping, what makes local errors of changes of accelerations, h, s, four derivatives by displacements of a step, and
+what (4, 4) leads on, as Scheme of motion/newton.py. `memory` begins with six numbers and the correction (n), zero all over
+before. */
 typedef struct {
     const model *own;
+    const double *scale, *numbers;
+    double *memory;
     int64_t is_dense;
     const int64_t *order, *first, *below;
-    const double *L, *D, *by, *scale, *numbers;
-    double *memory;
-} looking;
+    const double *L, *D, *by;
+} desk;
 
 /* x (n) = A^-1 x by LU, of which row i was exchanged with row pivots[i]. */
 static inline void lu_solution(int64_t n, const int64_t *pivots, const double *LU, double *x)
@@ -170,18 +171,36 @@ static inline void take_larger(double *most, double value)
     if (fabs(value) > *most || value != value) *most = fabs(value);
 }
 
-/* A look at a step from frames x, R, z with accelerations (n): `moving` (4, n), displacements, velocities, accelerations and
-auxiliary ones, are corrected by what they lack of equilibrium under loads and gravity (3), and frames x_moved, R_moved,
-z_moved, which are where displacements lead, move along. At the beginning of the memory, the largest of the correction, of
-its local error, of accelerations times the squared step, of displacements, and of what these are from two others, `led`
-(2, n), all over `scale`, as Newton._look of motion/newton.py. */
-KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, const double *z,
-                           const double *acceleration, int64_t dead, int64_t follower, const int64_t *nodes,
-                           const double *wrenches, const double *gravity, const double *led, double *moving,
-                           double *x_moved, double *R_moved, double *z_moved)
+/* The `motion` (5, n) at the end of a step from frames x, R, z with motion `before`, displacements, velocities,
+accelerations, auxiliary ones and how accelerations change, to where accelerations lead, or the last step where
+these are not smooth; both, displacements, into `led` (2, n), and frames there into x_moved, R_moved, z_moved. */
+KERNEL int64_t motion_begin(const desk *at, const double *x, const double *R, const double *z, const double *before,
+                            double *x_moved, double *R_moved, double *z_moved, double *motion, double *led,
+                            int64_t is_smooth)
+{
+    int64_t n = at->own->n;
+    const double *by_step = at->numbers + 4, *leads = by_step + 4;
+    for (int64_t i = 0; i < n; i++) {
+        for (int j = 0; j < 4; j++) {
+            motion[n * j + i] = 0;
+            for (int k = 0; k < 4; k++) motion[n * j + i] += leads[4 * j + k] * before[n * (k + 1) + i];
+        }
+        led[i] = motion[i], led[n + i] = before[i];
+        for (int j = 0; j < 4 && !is_smooth; j++) motion[n * j + i] += by_step[j] * (led[n + i] - led[i]);
+    }
+    return motion_moved(at->own, x, R, z, motion, x_moved, R_moved, z_moved);
+}
+
+/* A look at a step: what moves is corrected by what it lacks of equilibrium under loads and gravity (3), frames along with
+it. At the beginning of the memory, the largest of the correction, of its local error, of accelerations times the squared
+step, of displacements, and of what these are from where accelerations and the last step led, all over `scale`. */
+KERNEL int64_t motion_look(const desk *at, const double *x, const double *R, const double *z, const double *before,
+                           double *x_moved, double *R_moved, double *z_moved, double *motion, const double *led,
+                           int64_t dead, int64_t follower, const int64_t *nodes, const double *wrenches,
+                           const double *gravity)
 {
     const model *own = at->own;
-    const double *numbers = at->numbers;
+    const double *numbers = at->numbers, *by_step = numbers + 4, off = numbers[2], h = numbers[3];
     int64_t n = own->n, size = 6 * own->frames;
     double *largest = at->memory, *correction = largest + 6, *missing = correction + n, *y = missing + n;
     double *velocity = y + n, *growth = velocity + size, *total = growth + size;
@@ -189,7 +208,7 @@ KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, 
     for (int64_t k = 0; k < own->free_frames; k++)
         for (int64_t i = 6 * own->free[k]; i < 6 * own->free[k] + 6; i++) {
             int64_t dof = own->dof[i];
-            if (dof >= 0) velocity[i] = moving[n + dof], growth[i] = moving[2 * n + dof] + numbers[0] * velocity[i];
+            if (dof >= 0) velocity[i] = motion[n + dof], growth[i] = motion[2 * n + dof] + numbers[0] * velocity[i];
         }
     motion_kinetics(own, x_moved, R_moved, z_moved, velocity, growth, numbers[1], total + size, total);
     take_loads(total, own, dead, follower, nodes, wrenches, R_moved);
@@ -204,16 +223,16 @@ KERNEL int64_t motion_look(const looking *at, const double *x, const double *R, 
         ldl_solution(n, 1, at->order, at->first, at->below, at->L, at->D, missing, correction, y);
     memset(largest, 0, 6 * sizeof *largest);
     for (int64_t i = 0; i < n; i++) {
-        double scale = at->scale[i];
         correction[i] *= at->by[i];
-        for (int j = 0; j < 4; j++) moving[j * n + i] += numbers[4 + j] * correction[i];
-        double now = moving[2 * n + i];
+        for (int j = 0; j < 4; j++) motion[j * n + i] += by_step[j] * correction[i];
+        double now = motion[2 * n + i], change = now - before[2 * n + i], scale = at->scale[i];
+        motion[4 * n + i] = change / h;
         take_larger(largest, correction[i] * scale);
-        take_larger(largest + 1, numbers[2] * (now - acceleration[i]) * scale);
-        take_larger(largest + 2, numbers[3] * now * scale);
-        take_larger(largest + 3, moving[i] * scale);
-        take_larger(largest + 4, (moving[i] - led[i]) * scale);
-        take_larger(largest + 5, (moving[i] - led[n + i]) * scale);
+        take_larger(largest + 1, off * change * scale);
+        take_larger(largest + 2, h * h * now * scale);
+        take_larger(largest + 3, motion[i] * scale);
+        take_larger(largest + 4, (motion[i] - led[i]) * scale);
+        take_larger(largest + 5, (motion[i] - led[n + i]) * scale);
     }
-    return motion_moved(own, x, R, z, moving, x_moved, R_moved, z_moved);
+    return motion_moved(own, x, R, z, motion, x_moved, R_moved, z_moved);
 }
