@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, plain, zeros
 from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars, Push
@@ -198,8 +198,9 @@ class MovingModel(Laid):
 
     def matrix(self, blocks: Sequence[Array]) -> Matrix:
         """The symmetric part (n, n) of a sum of blocks, full up to an order of DENSE_LIMIT, else sparse by columns."""
-        pattern = self.pattern
-        A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
+        if self.n_dof > DENSE_LIMIT:
+            return self.pattern.sparse(blocks, symmetric=True)
+        A = self.pattern.dense(blocks)
         return (A + A.T) / 2
 
     def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
@@ -243,9 +244,11 @@ class MovingModel(Laid):
 
     def carried_inertia(self, frames: Frames) -> Array:
         """The mass (n + 1, 6, 6) that frames carry, in global axes."""
-        R = np.zeros((len(frames.R), 6, 6), like=frames.R)
-        R[:, :3, :3] = R[:, 3:, 3:] = frames.R
-        return R @ self.inertia @ np.swapaxes(R, -1, -2)
+        heavy, inertia = self._heavy, zeros(self.inertia.shape, frames.R, self.inertia)
+        R = np.zeros((len(heavy), 6, 6), like=frames.R)
+        R[:, :3, :3] = R[:, 3:, 3:] = frames.R[heavy]
+        inertia[heavy] = R @ self.inertia[heavy] @ np.swapaxes(R, -1, -2)
+        return inertia
 
     def viscous(self, frames: Frames) -> Matrix:
         """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
@@ -364,7 +367,7 @@ class MovingModel(Laid):
     @cached_property
     def _heavy(self) -> Index:
         """Frames that carry mass."""
-        return np.flatnonzero(self.inertia.any(axis=(1, 2)))
+        return np.flatnonzero(plain(self.inertia).any(axis=(1, 2)))
 
     def positions(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Array:
         """Positions (n, 3), m, of all nodes."""
