@@ -204,12 +204,12 @@ def eliminated(A: Matrix, scale: Array | None = None) -> Elimination:
     """
     A = sp.csc_matrix(A)
     scale = unit_scale(A) if scale is None else scale
-    unit = scaled(A, scale)
-    unit.sort_indices()  # SuperLU would do so in what it is given
-    if is_compiled() and (factors := Factors.of(unit)) is not None:
+    if is_compiled() and (factors := Factors.of(A, scale)) is not None:
         found = LDL(factors, scale)
         if found.lost is not None and found.lost.max(initial=0.0) < UNSTABLE_PIVOTS:
             return found
+    unit = scaled(A, scale)
+    unit.sort_indices()  # SuperLU would do so in what it is given
     return SuperLU(unit, scale)
 
 

@@ -6,8 +6,9 @@ that are displacements and rotation vectors from the last state, of second order
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -215,19 +216,16 @@ class _ByKernel:
         nodes = np.array([*dead, *follower], dtype=np.int64)
         wrenches = np.array([*dead.values(), *follower.values()], dtype=float)
         steps = *at.last.frames[:3], at.last.motion, *at.frames[:3], at.motion, at.led
-        self._kept = desk, steps, nodes, wrenches, at.loads.gravity
-        self._step = desk.struct.address, *map(address, steps)
-        self._loads = len(dead), len(follower), *map(address, self._kept[2:])
-        self._found = desk.found
+        loads = nodes, wrenches, at.loads.gravity
+        own = desk.struct.address, *map(address, steps)
+        self.begin: Callable[[bool], int] = partial(_begin.bare, *own)
+        self._look = partial(_look.bare, *own, len(dead), len(follower), *map(address, loads))
+        self._found, self._kept = desk.found, (desk.struct, steps, loads)
         at.correction = desk.correction
-
-    def begin(self, is_smooth: bool) -> None:
-        """As `_ByNumpy.begin`."""
-        _begin(*self._step, is_smooth)
 
     def look(self) -> list[float]:
         """As `_ByNumpy.look`."""
-        _look(*self._step, *self._loads)
+        self._look()
         return self._found.tolist()
 
 
