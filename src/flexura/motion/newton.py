@@ -137,10 +137,10 @@ class Attempt:
     def __init__(self, last: MotionState, loads: Loads, targets: Array) -> None:
         self.last, self.loads, self.targets = last, loads, targets
         self.frames: Frames = last.frames.copy()
-        self.motion: Array = np.empty_like(last.motion)
+        self.motion: Array = np.empty(last.motion.shape)
         self.drive: Array = last.drive
         self.correction: Array = self.motion[0]
-        self.led: Array = np.empty_like(last.motion[:2])
+        self.led: Array = np.empty((2, last.motion.shape[1]))
 
     @property
     def state(self) -> MotionState:
@@ -265,12 +265,12 @@ class Newton:
 
         Raises SolverError where it does not settle.
         """
-        size, done, step = np.inf, 0, self._looked_at(at)
+        size, done, step = np.inf, 0, self.looked_at(at)
         step.begin(is_smooth)
         while True:
             if self._factor is None:
                 self.renew(at.state, at.loads)
-                step = self._looked_at(at)
+                step = self.looked_at(at)
             before, found, done = size, step.look(), done + 1
             size, error, bent, moved, *_ = found
             if not np.isfinite(size) or size > LARGEST_ROTATION or done >= 2 * STEP_ITERATIONS:
@@ -290,7 +290,7 @@ class Newton:
             self._rate = min(OLDER * self._rate, 0.5)
         return Look(*found)
 
-    def _looked_at(self, at: Attempt) -> _ByKernel | _ByNumpy:
+    def looked_at(self, at: Attempt) -> _ByKernel | _ByNumpy:
         """What takes looks at a step."""
         together = None if len(at.drive) or at.loads.actuators else self.equations.model.all_together
         if together is None or not is_compiled() or not isinstance(self._factor, LDL | Dense | None):
