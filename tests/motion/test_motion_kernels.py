@@ -148,10 +148,10 @@ def test_frames_that_move_and_hold_amplitudes():
 
 
 @compiled
-@pytest.mark.parametrize("name", [MODELS["no warping"], MODELS["warping and bowing"], MODELS["superelements of solids"]])
+@pytest.mark.parametrize("name", ["no warping", "warping and bowing", "superelements of solids"])
 @pytest.mark.parametrize("is_smooth", [True, False])
 def test_a_step_and_looks_at_it(name, is_smooth):
-    model = model_of(name)
+    model = model_of(MODELS[name])
     equations, n, named = Equations(model), model.n_dof, model.design.plan.topology.node_names
     nodes = [k for k, node in enumerate(named) if node and (model.dof[model.root[k]] >= 0).all()]
     dead, follower = ({k: 1e-2 * rng.standard_normal(6) for k in nodes[at : at + 2]} for at in (0, 1))

@@ -40,7 +40,8 @@ class Symbolic:
     """Factors of a pattern before there are numbers; their row k is row `order[k]`.
 
     The upper triangle in that order has the entries `take` of the matrix, by columns from `start[k]`, in rows `rows`,
-    and those `across` on the other side. L has the entries from `first[k]` in column k, and the elimination tree `parent`.
+    and those `across` on the other side. L has the entries from `first[k]` in column k, and the elimination tree
+    `parent`.
     """
 
     across: Index

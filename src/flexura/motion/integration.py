@@ -91,8 +91,8 @@ class StepsTaken(NamedTuple):
 
 
 class _Stepped(NamedTuple):
-    """The state after a step, whether accelerations led near it, and local errors of displacements and, over the depth of
-    contacts, in the directions of stops."""
+    """The state after a step, whether accelerations led near it, and local errors of displacements and, over the depth
+    of contacts, in the directions of stops."""
 
     state: MotionState
     is_smooth: bool

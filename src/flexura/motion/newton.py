@@ -19,7 +19,7 @@ from flexura.kernels import Kernel, Struct, address, is_compiled
 from flexura.linalg import LDL, Dense, factorise
 from flexura.motion.elements import Frames, Rates
 from flexura.motion.equilibrium import Equations
-from flexura.motion.model import Loads, MovingModel
+from flexura.motion.model import Loads
 from flexura.motion.se3 import LARGEST_ROTATION
 from flexura.motion.together import Together
 
@@ -131,8 +131,8 @@ class Scheme:
 
 class Attempt:
     """A step from the last state under loads, with driven displacements (d,) at targets: the `motion` (5, n) after it,
-    its frames and the forces of the drives (d,), as far as they are known, the last `correction` (n,) of displacements, and
-    those (2, n) to which accelerations and the last step `led`."""
+    its frames and the forces of the drives (d,), as far as they are known, the last `correction` (n,) of displacements,
+    and those (2, n) to which accelerations and the last step `led`."""
 
     def __init__(self, last: MotionState, loads: Loads, targets: Array) -> None:
         self.last, self.loads, self.targets = last, loads, targets
