@@ -243,4 +243,4 @@ class Integrator:
         if self.contacts:
             off = equations.displacements(newton.scheme.off * (state.acceleration - last.acceleration))
             contact = max(own.error(last.frames, state.frames, off) for own in self.contacts)
-        return _Stepped(state, found.astray < SMOOTH * found.other, found.error, contact)
+        return _Stepped(state, found.from_led < SMOOTH * found.from_last, found.error, contact)

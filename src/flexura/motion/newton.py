@@ -150,19 +150,19 @@ class Attempt:
 
 class Look(NamedTuple):
     """What a look at a step has found: the largest of its correction, of its local error, of accelerations times the
-    squared step, of its displacements, and of what they are from where accelerations and from where the last step led,
-    over the size of the mechanism or in rad."""
+    squared step, of its displacements, and of what these are from where accelerations and where the last step led, over
+    the size of the mechanism or in rad."""
 
     size: float
     error: float
     bent: float
     moved: float
-    astray: float
-    other: float
+    from_led: float
+    from_last: float
 
 
 class _ByNumpy:
-    """Looks at a step in NumPy."""
+    """A step looked at in NumPy."""
 
     def __init__(self, newton: Newton, at: Attempt) -> None:
         self.newton, self.at = newton, at
@@ -177,7 +177,7 @@ class _ByNumpy:
         at.frames = newton.equations.model.moved(at.last.frames, at.motion[0])
 
     def look(self) -> list[float]:
-        """Correct a step by what it lacks of equilibrium."""
+        """Correct the step by what it lacks of equilibrium; return the numbers of a `Look`."""
         (newton, at), scheme, (D, _, accelerated, *_) = (self.newton, self.at), self.newton.scheme, self.at.motion
         equations, last = newton.equations, at.last
         missing = newton.missing(at.state, at.loads)
@@ -209,14 +209,14 @@ class _Desk:
 
 
 class _ByKernel:
-    """Looks at a step by kernels."""
+    """A step looked at by kernels: `begin` and `look` as `_ByNumpy`."""
 
     def __init__(self, desk: _Desk, at: Attempt) -> None:
         dead, follower = at.loads.dead, at.loads.follower
         nodes = np.array([*dead, *follower], dtype=np.int64)
         wrenches = np.array([*dead.values(), *follower.values()], dtype=float)
         steps = *at.last.frames[:3], at.last.motion, *at.frames[:3], at.motion, at.led
-        loads = nodes, wrenches, at.loads.gravity
+        loads = nodes, wrenches, np.ascontiguousarray(at.loads.gravity, dtype=float)
         own = desk.struct.address, *map(address, steps)
         self.begin: Callable[[bool], int] = partial(_begin.bare, *own)
         self._look = partial(_look.bare, *own, len(dead), len(follower), *map(address, loads))
@@ -224,7 +224,6 @@ class _ByKernel:
         at.correction = desk.correction
 
     def look(self) -> list[float]:
-        """As `_ByNumpy.look`."""
         self._look()
         return self._found.tolist()
 
