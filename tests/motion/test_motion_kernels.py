@@ -21,6 +21,7 @@ from flexura.motion import (
     kept_frames,
 )
 from flexura.motion.elements import PoseElements, Rates
+from flexura.motion.newton import Attempt, MotionState, Newton, Scheme
 from flexura.motion.path import displacement
 from flexura.motion.se3 import rotation
 from flexura.motion.substructures import taken
@@ -144,6 +145,38 @@ def test_frames_that_move_and_hold_amplitudes():
     agree(*both(lambda: [displacement(frames, kernel)]))
     # those that are not placed do not turn
     agree([displacement(frames, kernel)], [step], 1e-14)
+
+
+@compiled
+@pytest.mark.parametrize("name", ["no warping", "warping and bowing", "superelements of solids"])
+@pytest.mark.parametrize("is_smooth", [True, False])
+def test_a_step_and_looks_at_it(name, is_smooth):
+    model = model_of(MODELS[name])
+    # amplitudes of what is alike on both sides would weigh nothing
+    weight = rng.standard_normal(model.sagging.weight.shape)
+    model = replace(model, sagging=replace(model.sagging, weight=weight))
+    equations, n, named = Equations(model), model.n_dof, model.design.plan.topology.node_names
+    nodes = [k for k, node in enumerate(named) if node and (model.dof[model.root[k]] >= 0).all()]
+    dead, follower = ({k: 1e-2 * rng.standard_normal(6) for k in nodes[at : at + 2]} for at in (0, 1))
+    loads = Loads(dead, follower, np.array([0.5, 0.3, -9.81]))
+    newton = Newton(equations, Damping(2.0, 1e-5), Scheme.of(0.8, 1e-3))
+    motion = rng.standard_normal((5, n)) * np.array([1e-6, 1e-3, 1.0, 1.0, 1e3])[:, None] * 1e-2 / equations.scale
+    frames = displaced(model, 1e-4)
+    last = MotionState(frames._replace(z=10 * frames.z), motion, np.empty(0))
+    newton.renew(last, loads)
+    kinds = set()
+
+    def looks():
+        at = Attempt(last, loads, np.empty(0))
+        step = newton.looked_at(at)
+        kinds.add(type(step))
+        step.begin(is_smooth)
+        found = [*at.frames.copy()[:3], at.motion[:4].copy(), at.led]
+        sizes = step.look()
+        return [*found, *at.frames[:3], *at.motion, at.correction, *sizes]
+
+    agree(*both(looks), tolerance=1e-10)
+    assert len(kinds) == 2
 
 
 @compiled

@@ -58,14 +58,15 @@ class Kernel:
         self._takes = [_TAKEN[kind] for kind in takes]
 
     @cached_property
-    def _function(self) -> Callable[..., int]:
+    def bare(self) -> Callable[..., int]:
+        """The function itself, which takes addresses of arrays that are kept."""
         found = getattr(_library(), self.name)
         found.argtypes, found.restype = self._takes, ctypes.c_int64
         return found
 
     def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float) -> int:
         """What the function returns, a whole number."""
-        return self._function(*[address(given) if type(given) is np.ndarray else given for given in arguments])
+        return self.bare(*[address(given) if type(given) is np.ndarray else given for given in arguments])
 
 
 _TAKEN = {"a": ctypes.c_void_p, "n": ctypes.c_int64, "x": ctypes.c_double}

@@ -29,6 +29,7 @@ NEARLY_SYMMETRIC = 1e-12
 """Largest difference of an entry and the one across, beside a diagonal of ones, that counts as round-off."""
 
 _tree = Kernel("ldl_tree", "naaaaa")
+_upper = Kernel("ldl_upper", "naaaaaaaxa")
 _factor = Kernel("ldl_factor", "naaaaaaaaaaaa")
 _solve = Kernel("ldl_solve", "nnaaaaaaaa")
 _sizes = Kernel("ldl_sizes", "naaaaaaa")
@@ -38,8 +39,9 @@ _sizes = Kernel("ldl_sizes", "naaaaaaa")
 class Symbolic:
     """Factors of a pattern before there are numbers; their row k is row `order[k]`.
 
-    The upper triangle in that order has the entries `take` of the matrix, by columns from `start[k]`, in rows `rows`;
-    `across` mirrors every entry. L has the entries from `first[k]` in column k, and the elimination tree `parent`.
+    The upper triangle in that order has the entries `take` of the matrix, by columns from `start[k]`, in rows `rows`,
+    and those `across` on the other side. L has the entries from `first[k]` in column k, and the elimination tree
+    `parent`.
     """
 
     across: Index
@@ -87,7 +89,7 @@ def _symbolic(A: sp.csc_matrix) -> Symbolic | None:
     if float(np.square(count, dtype=float).sum()) > MOST_WORK:
         return None
     first = np.append(0, np.cumsum(count))
-    return Symbolic(across, np.argsort(place), take, start, rows, parent, first)
+    return Symbolic(across[take], np.argsort(place), take, start, rows, parent, first)
 
 
 def _places(A: sp.csc_matrix) -> Index:
@@ -107,18 +109,22 @@ class Factors:
     D: Array
 
     @staticmethod
-    def of(A: sp.csc_matrix) -> Factors | None:
-        """Of a matrix (n, n) with a diagonal about one, whose zeros are dropped; None where it is not symmetric, its
-        factors are not sparse, or a pivot is zero."""
-        A.eliminate_zeros()
+    def of(A: sp.csc_matrix, scale: Array) -> Factors | None:
+        """Of D A D for a matrix (n, n) and D = diag(scale), with a diagonal about one; None where it is not symmetric,
+        its factors are not sparse, or a pivot is zero."""
+        if not (A.has_sorted_indices and A.data.all()):
+            A = A.copy()
+            A.eliminate_zeros()
+            A.sort_indices()
         by = _kept.of(A).symbolic
-        if by is None or np.abs(A.data - A.data[by.across]).max(initial=0.0) > NEARLY_SYMMETRIC:
+        if by is None:
             return None
-        n = A.shape[0]
+        n, upper, data = A.shape[0], np.empty(len(by.take)), np.ascontiguousarray(A.data, dtype=float)
+        if not _upper(n, by.order, by.start, by.rows, by.take, by.across, data, scale, NEARLY_SYMMETRIC, upper):
+            return None
         L, D, y = np.empty(by.first[-1]), np.empty(n), np.empty(n)
         below, scratch = np.empty(len(L), dtype=np.intp), np.empty((3, n), dtype=np.intp)
-        own = by.start, by.rows, A.data[by.take], by.parent, by.first
-        done = _factor(n, *own, below, L, D, *scratch, y)
+        done = _factor(n, by.start, by.rows, upper, by.parent, by.first, below, L, D, *scratch, y)
         return Factors(by, below, L, D) if done == n else None
 
     def solve(self, b: Array) -> Array:

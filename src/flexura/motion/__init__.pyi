@@ -5,9 +5,7 @@ from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
 from flexura.motion.integration import NOTHING_MOVED as NOTHING_MOVED
-from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
-from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.integration import Moved as Moved
 from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
@@ -19,6 +17,8 @@ from flexura.motion.model import NO_LOADS as NO_LOADS
 from flexura.motion.model import Loads as Loads
 from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.model import described_loads as described_loads
+from flexura.motion.newton import Damping as Damping
+from flexura.motion.newton import MotionState as MotionState
 from flexura.motion.oscillation import Oscillation as Oscillation
 from flexura.motion.path import Along as Along
 from flexura.motion.path import Arc as Arc

@@ -27,7 +27,7 @@ from flexura.motion.lanes import abreast, are_plain, upper, whole
 from flexura.motion.se3 import SERIES, Logarithm, rotation
 from flexura.motion.strain import Strain
 
-_moved = Kernel("frames_moved", "naaaaaaaa")
+_moved = Kernel("frames_moved", "naaaaaa")
 _response = Kernel("pose_elements_response", "aaanaaaaa")
 _masses = Kernel("pose_elements_masses", "aaaaa")
 _kinetics = Kernel("pose_elements_kinetics", "aaaaaxaaa")
@@ -51,12 +51,16 @@ class Frames(NamedTuple):
         """Frames at x (n, 3), m, that have not turned."""
         return Frames(x, np.tile(np.eye(3), (len(x), 1, 1)), np.zeros((len(x), 6)), placed)
 
+    def copy(self) -> Frames:
+        """The same ones, to be moved."""
+        return Frames(self.x.copy(), self.R.copy(), self.z.copy(), self.placed)
+
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
         if is_compiled() and are_plain(step, self.x, self.R, self.z):
-            moved = np.empty_like(self.x), np.empty_like(self.R), np.empty_like(self.z)
-            _moved(len(step), self.placed, step, self.x, self.R, self.z, *moved)
-            return Frames(*moved, self.placed)
+            made = self.copy()
+            _moved(len(step), 0, self.placed, step, *made[:3])
+            return made
         x, R, z = self.x.copy(), self.R.copy(), self.z
         moving = np.flatnonzero(step.any(axis=1) & self.placed)
         x[moving] += step[moving, :3]

@@ -60,6 +60,11 @@ class Laid:
     arm: Array = field(repr=False)
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
 
+    @cached_property
+    def root(self) -> Index:
+        """The frame (n + 1,) that each node follows."""
+        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
+
 
 def laid_out(design: Design) -> Laid:
     """All that moves in a design. Raises OptionError for what cannot turn yet."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, plain, zeros
 from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars, Push
@@ -42,7 +42,7 @@ from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
 
-_step = Kernel("motion_step", "aaaaaxxaaaaaa")
+_moved = Kernel("motion_moved", "aaaaaaaa")
 _kinetics = Kernel("motion_kinetics", "aaaaaaxaa")
 
 SMALL_SHARE = 1e-3
@@ -198,8 +198,9 @@ class MovingModel(Laid):
 
     def matrix(self, blocks: Sequence[Array]) -> Matrix:
         """The symmetric part (n, n) of a sum of blocks, full up to an order of DENSE_LIMIT, else sparse by columns."""
-        pattern = self.pattern
-        A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
+        if self.n_dof > DENSE_LIMIT:
+            return self.pattern.sparse(blocks, symmetric=True)
+        A = self.pattern.dense(blocks)
         return (A + A.T) / 2
 
     def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
@@ -243,9 +244,11 @@ class MovingModel(Laid):
 
     def carried_inertia(self, frames: Frames) -> Array:
         """The mass (n + 1, 6, 6) that frames carry, in global axes."""
-        R = np.zeros((len(frames.R), 6, 6), like=frames.R)
-        R[:, :3, :3] = R[:, 3:, 3:] = frames.R
-        return R @ self.inertia @ np.swapaxes(R, -1, -2)
+        heavy, inertia = self._heavy, zeros(self.inertia.shape, frames.R, self.inertia)
+        R = np.zeros((len(heavy), 6, 6), like=frames.R)
+        R[:, :3, :3] = R[:, 3:, 3:] = frames.R[heavy]
+        inertia[heavy] = R @ self.inertia[heavy] @ np.swapaxes(R, -1, -2)
+        return inertia
 
     def viscous(self, frames: Frames) -> Matrix:
         """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
@@ -276,26 +279,13 @@ class MovingModel(Laid):
         held[..., :-1] = step
         return held.take(self.dof, axis=-1)
 
-    def after(
-        self, start: Frames, moving: Array, damping: tuple[float, float], gravity: Array, actuators: Mapping[str, float]
-    ) -> tuple[Frames, Array]:
-        """The frames after free displacements from a state, and the force of `kinetics` there: `moving` (3, n) has
-        these, velocities and accelerations; of Rayleigh's damping alpha, 1/s, and beta, s."""
-        alpha, beta = damping
-        elements = self.commanded(actuators)
+    def moved(self, start: Frames, step: Array) -> Frames:
+        """The frames after free displacements (n,) from a state."""
         if not is_compiled():
-            step, velocity, acceleration = self.displacements(moving)
-            frames, rates = start.moved(step), Rates(velocity, acceleration + alpha * velocity, beta)
-            return frames, self.kinetics(frames, rates, gravity, actuators).force
-        own, others = self._taken_together(elements)
-        made = np.empty_like(start.x), np.empty_like(start.R), np.empty_like(start.z)
-        rates, total = np.empty((3, *self.dof.shape)), np.empty(self.dof.shape)
-        before = start.x, start.R, start.z
-        _step(own.struct.address, *before, moving, alpha, beta, np.empty(own.memory), *made, rates, total)
-        frames = Frames(*made, start.placed)
-        if others or self.dashpots or gravity.any():
-            self._add_others(total, others, frames, Rates(rates[1], rates[2], beta), gravity)
-        return frames, total
+            return start.moved(self.displacements(step))
+        made = start.copy()
+        _moved(self._together.struct.address, *start[:3], step, *made[:3])
+        return made
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
@@ -352,6 +342,11 @@ class MovingModel(Laid):
             np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return strain, kinetic
 
+    @cached_property
+    def all_together(self) -> Together | None:
+        """What a kernel takes of all that moves, without commands; None where it does not take all."""
+        return self._together if len(self._together.numbers) == len(self.elements) and not self.dashpots else None
+
     def _taken_together(self, elements: Sequence[Group]) -> tuple[Together, Sequence[Group]]:
         """What a kernel takes together of the elements, and the others."""
         own = self._together
@@ -372,7 +367,7 @@ class MovingModel(Laid):
     @cached_property
     def _heavy(self) -> Index:
         """Frames that carry mass."""
-        return np.flatnonzero(self.inertia.any(axis=(1, 2)))
+        return np.flatnonzero(plain(self.inertia).any(axis=(1, 2)))
 
     def positions(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Array:
         """Positions (n, 3), m, of all nodes."""
@@ -392,11 +387,6 @@ class MovingModel(Laid):
             by_name |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
             loss |= {".".join((*path, name)): eta for path in paths for name, eta in by_name.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
-
-    @cached_property
-    def root(self) -> Index:
-        """The frame (n + 1,) that each node follows."""
-        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
 
 
 def element_masses(elements: Sequence[Group], frames: Frames) -> Iterator[Array]:
