@@ -392,7 +392,7 @@ def start_up() -> Limit:
     def process(name: str) -> float:
         return median(studies.timed(lambda: start.seconds(start.COMMANDS[name]))[1] for _ in range(5))
 
-    return Limit(0.0, process(start.BARE), process(start.MODES), "imports of NumPy and SciPy's sparse solvers")
+    return Limit(0.0, process(start.BARE), process(start.MODES), "imports of the packages that it needs")
 
 
 ROWS: dict[str, tuple[str, Callable[[], Limit]]] = {
