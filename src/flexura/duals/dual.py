@@ -200,9 +200,9 @@ def _operators() -> None:
     }  # fmt: skip
     for name, ufunc in signs.items():
         rule = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
-        setattr(Dual, f"__{name}__", lambda a, b, f=rule: _with_slopes(f, (a, b)))
-        setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _with_slopes(f, (b, a)))
-        setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_with_slopes(f, (a, b))))
+        setattr(Dual, f"__{name}__", lambda a, b, f=rule: _dual(*f(a, b if type(b) is Dual else _pair(b))))
+        setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _dual(*f(_pair(b), a)))
+        setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_dual(*f(a, _pair(b)))))
     for name in ("lt", "le", "gt", "ge", "eq", "ne"):
         compare = getattr(operator, name)
         setattr(Dual, f"__{name}__", lambda a, b, f=compare: f(a.value, b.value if isinstance(b, Dual) else b))
@@ -243,10 +243,11 @@ def _last_first(slope: Any) -> Any:
 
 
 def _pair(x: Any) -> Pair:
+    if type(x) is np.ndarray or type(x) is float:
+        return Pair(x, None)
     if isinstance(x, Dual):
         return Pair(x.value, x.slope)
-    plain = type(x) is np.ndarray or np.isscalar(x) or hasattr(x, "__array_function__")
-    return Pair(x if plain else np.asarray(x), None)
+    return Pair(x if np.isscalar(x) or hasattr(x, "__array_function__") else np.asarray(x), None)
 
 
 def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:

@@ -33,9 +33,8 @@ Rule = Callable[..., Pair]
 
 def padded(slope: Any, ndim: int) -> Any:
     """Slopes (P, ...) with axes of length 1 put in behind the first, for values of `ndim` axes."""
-    shape = slope.shape
-    missing = ndim + 1 - len(shape)
-    return slope if missing <= 0 else slope.reshape((shape[0], *(1,) * missing, *shape[1:]))
+    missing = ndim + 1 - slope.ndim
+    return slope if missing <= 0 else slope.reshape((len(slope), *(1,) * missing, *slope.shape[1:]))
 
 
 def spread(slope: Any, shape: tuple[int, ...]) -> Any:
@@ -59,7 +58,7 @@ def plus(a: Any, b: Any) -> Any:
 
 def unless_still(slope: Any, factor: Any, bad: Any, shape: tuple[int, ...]) -> Any:
     """Slopes times a factor; where the function has no derivative (`bad`), NaN unless the slope is zero."""
-    if not np.any(bad):
+    if not bad.any():
         return times(slope, factor, shape)
     slope = spread(slope, shape)
     moved = slope * np.where(bad, 1.0, factor)
@@ -91,13 +90,7 @@ def _bare(x: Any) -> Any:
 
 def _by_argument(function: Any, factor: Callable[[Any], Any]) -> Rule:
     """A function of one argument whose derivative is `factor` of the argument."""
-
-    def rule(x: Pair) -> Pair:
-        value = function(x.value)
-        with np.errstate(all="ignore"):
-            return Pair(value, x.slope * factor(x.value))
-
-    return rule
+    return lambda x: Pair(function(x.value), x.slope * factor(x.value))
 
 
 def _by_result(function: Any, factor: Callable[[Any], Any]) -> Rule:
@@ -105,10 +98,19 @@ def _by_result(function: Any, factor: Callable[[Any], Any]) -> Rule:
 
     def rule(x: Pair) -> Pair:
         value = function(x.value)
-        with np.errstate(all="ignore"):
-            return Pair(value, x.slope * factor(value))
+        return Pair(value, x.slope * factor(value))
 
     return rule
+
+
+def _quietly(rule: Rule) -> Rule:
+    """A rule of a function that is finite where its derivative is not."""
+
+    def quiet(x: Pair) -> Pair:
+        with np.errstate(all="ignore"):
+            return rule(x)
+
+    return quiet
 
 
 def _linear(function: Any) -> Rule:
@@ -118,17 +120,20 @@ def _linear(function: Any) -> Rule:
 
 def _sqrt(x: Pair) -> Pair:
     value = np.sqrt(x.value)
+    bad = x.value == 0
+    if not bad.any():
+        return Pair(value, x.slope * (0.5 / value))
     with np.errstate(all="ignore"):
-        return Pair(value, unless_still(x.slope, 0.5 / value, x.value == 0, np.shape(value)))
+        return Pair(value, unless_still(x.slope, 0.5 / value, bad, value.shape))
 
 
 def _absolute(x: Pair) -> Pair:
-    return Pair(np.absolute(x.value), unless_still(x.slope, np.sign(x.value), x.value == 0, np.shape(x.value)))
+    return Pair(np.absolute(x.value), unless_still(x.slope, np.sign(x.value), x.value == 0, x.value.shape))
 
 
 def _add(a: Pair, b: Pair, sign: int = 1) -> Pair:
     value = a.value + b.value if sign > 0 else a.value - b.value
-    shape = np.shape(value)
+    shape = value.shape
     if a.slope is None or b.slope is None:
         slope = spread(b.slope if a.slope is None else a.slope, shape)
         return Pair(value, -slope if a.slope is None and sign < 0 else slope)
@@ -143,24 +148,25 @@ def _subtract(a: Pair, b: Pair) -> Pair:
 
 def _multiply(a: Pair, b: Pair) -> Pair:
     value = a.value * b.value
-    shape = np.shape(value)
-    first = None if a.slope is None else times(a.slope, b.value, shape)
-    second = None if b.slope is None else times(b.slope, a.value, shape)
+    first = None if a.slope is None else times(a.slope, b.value, value.shape)
+    second = None if b.slope is None else times(b.slope, a.value, value.shape)
     return Pair(value, plus(first, second))
 
 
 def _divide(a: Pair, b: Pair) -> Pair:
-    value = np.divide(a.value, b.value)
-    shape = np.shape(value)
+    value = a.value / b.value
+    shape = value.shape
     with np.errstate(all="ignore"):
-        first = None if a.slope is None else times(a.slope, np.divide(1.0, b.value), shape)
-        second = None if b.slope is None else times(b.slope, np.divide(-value, b.value), shape)
-        return Pair(value, plus(first, second))
+        change = None if b.slope is None else times(b.slope, -value, shape)
+        slope = plus(None if a.slope is None else padded(a.slope, len(shape)), change) / b.value
+    return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
 
 
 def _power(a: Pair, b: Pair) -> Pair:
     value = np.power(a.value, b.value)
-    shape = np.shape(value)
+    shape = value.shape
+    if isinstance(b.value, int | float) and b.value >= 1:
+        return Pair(value, times(a.slope, b.value * np.power(a.value, b.value - 1), shape))
     first = second = None
     with np.errstate(all="ignore"):
         if a.slope is not None:
@@ -177,7 +183,7 @@ def _of_two(function: Any, factors: Callable[[Any, Any, Any], tuple[Any, Any]]) 
 
     def rule(a: Pair, b: Pair) -> Pair:
         value = function(a.value, b.value)
-        shape = np.shape(value)
+        shape = value.shape
         bad = (a.value == 0) & (b.value == 0)
         with np.errstate(all="ignore"):
             partials = factors(a.value, b.value, value)
@@ -247,8 +253,8 @@ RULES: dict[Any, Rule] = {
     np.sin: _by_argument(np.sin, np.cos),
     np.cos: _by_argument(np.cos, lambda x: -np.sin(x)),
     np.tan: _by_result(np.tan, lambda y: 1 + y * y),
-    np.arcsin: _by_argument(np.arcsin, lambda x: 1 / np.sqrt((1 - x) * (1 + x))),
-    np.arccos: _by_argument(np.arccos, lambda x: -1 / np.sqrt((1 - x) * (1 + x))),
+    np.arcsin: _quietly(_by_argument(np.arcsin, lambda x: 1 / np.sqrt((1 - x) * (1 + x)))),
+    np.arccos: _quietly(_by_argument(np.arccos, lambda x: -1 / np.sqrt((1 - x) * (1 + x)))),
     np.arctan: _by_argument(np.arctan, lambda x: 1 / (1 + x * x)),
     np.sinh: _by_argument(np.sinh, np.cosh),
     np.cosh: _by_argument(np.cosh, np.sinh),
