@@ -274,16 +274,14 @@ class DisplacementPath:
         sloped = Equations(MovingModel.of(self.design), pose.equations.drives)
         loads = loads_with(sloped.model, *self._on)
         frames = _carried(sloped.model.rest, state.frames, count)
-        tangent, missing = sloped.tangent(frames, loads, state.drive)
-        missing = missing + state.drive @ tangent.rows
+        _, missing = sloped.moved(frames, loads, state.drive)
         with_slopes: Any = Dual(values, np.reshape(targets, (len(targets), count)).T)
-        gap = with_slopes - tangent.travelled
+        gap = with_slopes - sloped.travelled(frames)
         step, drive = pose.equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
         frames = _stepped(frames, np.stack([pose.equations.displacements(column) for column in step.T]))
         force: Any = Dual(state.drive, drive.T)
-        tangent, missing = sloped.tangent(frames, loads, force)
-        moving = Pose(sloped, Equilibrium(frames, force, loads, tangent, state.iterations))
-        return replace(at, moving=moving, missing=missing + force @ tangent.rows)
+        moved, missing = sloped.moved(frames, loads, force)
+        return replace(at, moving=Pose(sloped, moved), missing=missing)
 
 
 def _carried(rest: Frames, at: Frames, count: int) -> Frames:

@@ -232,6 +232,15 @@ class PoseElements:
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
         return Response(energy, (turned @ n[..., None])[..., 0], K @ B, self._coupled(B, coupling))
 
+    def held(self, frames: Frames) -> Array:
+        """The forces (e, 12) of `response` alone."""
+        if self._by_kernel(frames):
+            return self._answered(frames, is_material=False).force
+        ends = self.ends(frames)
+        log = ends.relative()
+        n = self.strain.force(log.e - self.rest)
+        return (np.swapaxes(_rows(log, ends.twists()), 1, 2) @ n[..., None])[..., 0]
+
     @property
     def coupled(self) -> tuple[Index, ...]:
         """Frames (m, n + 1) of members with n elements that warp together."""

@@ -362,7 +362,7 @@ def _by_prototype(model: MovingModel, start: Array, end: Array) -> dict[str, End
 def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple[Array, Array]:
     """Internal forces (e, 6, k) at both ends of elements, in the right-handed axes of these ends."""
     R = np.stack([state.frames.R[elements.node] for state in states])
-    held = np.stack([state.tangent.forces.responses[0].force for state in states]).reshape(len(states), -1, 2, 6)
+    held = np.stack([state.held for state in states]).reshape(len(states), -1, 2, 6)
     arm = (R @ elements.arm[..., None])[..., 0]
     back = np.swapaxes(R @ elements.axes, -1, -2)
     moment = held[..., 3:] - np.cross(arm, held[..., :3])

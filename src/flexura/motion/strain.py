@@ -11,7 +11,7 @@ d = (u, s2, s3, phi, theta2, theta3): translations along and across the element,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -200,6 +200,23 @@ class Strain:
         warping adds to the latter, by all d of the `members` (m, 6n, 6n)."""
         _, energy, gradient, _, inside = self._settled(d)
         return energy, gradient[:, :6], inside.hessian[:, :6, :6], self._coupling(inside.hessian)
+
+    def force(self, d: Array) -> Array:
+        """The gradient (e, 6) of the energy by d (e, 6) alone, motions inside at rest. They are brought there without
+        slopes; those that d and the strains have move them along, to first order."""
+        q, _, _, hessian, _ = self._still._settled(plain(d))
+        moving = zeros(q.shape, d)
+        moving[:, :6], moving[:, 6:] = d, q[:, 6:]
+        slope = self._slope(moving)
+        gradient = (np.swapaxes(slope, 1, 2) @ self._stress(moving, slope)[1][..., None])[..., 0]
+        step = self._inside(gradient, hessian).step
+        return gradient[:, :6] - (hessian[:, :6, 6:] @ step[..., None])[..., 0]
+
+    @cached_property
+    def _still(self) -> Strain:
+        """The same without slopes."""
+        bowing = replace(self.bowing, **{f.name: plain(getattr(self.bowing, f.name)) for f in fields(self.bowing)})
+        return replace(self, stiffness=plain(self.stiffness), curvature=plain(self.curvature), bowing=bowing)
 
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, _Inside]:
         """Motions q (e, q) with those inside at rest, and energy, gradient and Hessian there."""
