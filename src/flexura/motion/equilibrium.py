@@ -269,8 +269,10 @@ class Equations:
 
 @dataclass(frozen=True)
 class MovedState:
-    """An `Equilibrium` whose numbers have slopes. Its tangent, of which most that is asked there needs nothing, is worked
-    out when it is first asked for."""
+    """An `Equilibrium` whose numbers have slopes.
+
+    Its tangent, of which most that is asked there needs nothing, is worked out when it is first asked for.
+    """
 
     equations: Equations
     frames: Frames
