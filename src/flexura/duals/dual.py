@@ -13,6 +13,7 @@ from flexura.duals import arrays
 from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, padded
 
 ALL = slice(None)
+_STEPS = frozenset({slice, type(None), type(Ellipsis)})
 
 
 def real(x: Any) -> NDArray[np.float64]:
@@ -222,10 +223,11 @@ def _in_place(at: tuple[Any, ...]) -> bool:
     array."""
     arrays = integers = 0
     for k in at:
-        if isinstance(k, int | np.integer):
-            integers += 1
-        elif not (k is None or k is Ellipsis or isinstance(k, slice)):
-            arrays += 1
+        if type(k) not in _STEPS:
+            if isinstance(k, int | np.integer):
+                integers += 1
+            else:
+                arrays += 1
     return not arrays or (arrays == 1 and not integers)
 
 
