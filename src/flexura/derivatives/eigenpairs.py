@@ -23,7 +23,7 @@ from flexura.duals import Dual, plain, slope_of
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, lowest_groups, scaled
 from flexura.modal import close_groups
-from flexura.structure import Copies, Design, DiscreteElement, Part, PartMatrices, stiffness_and_mass
+from flexura.structure import Copies, Design, DiscreteElement, Part, PartMatrices, full_order, stiffness_and_mass
 from flexura.thresholds import REPEATED_EIGENVALUES
 
 SPARE_EIGENVALUES = 3
@@ -166,10 +166,10 @@ def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
     still, plan, topology = design.still, design.plan, design.plan.topology
     weighed = _Weighed(design, len(pairs.value))
     padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-    for name, matrices in still.matrices.items():
-        part, copies = plan.parts[name], topology.copies[name]
+    for name, G in full_order(plan).transforms(still).items():
+        part, copies, matrices = plan.parts[name], topology.copies[name], still.matrices[name]
         x = padded[topology.dof[topology.root[copies.numbers()]]]
-        u = still.node_transforms(name, np.arange(part.n_nodes)) @ x
+        u = G @ x
         force = np.zeros((*u.shape[:-1], len(pairs.value)))
         if len(part.connectivity):
             _elements(weighed, part, matrices, u, force, pairs)
@@ -362,7 +362,7 @@ def _pairs(design: Design, n: int) -> Eigenpairs:
     """The `n` lowest pairs of a design without slopes, and further copies of the last."""
     (K, M), family = stiffness_and_mass(design), FullOrderFamily(design.plan)
     pairs = lowest_groups(
-        K, M, n, guard=SPARE_EIGENVALUES, gap=REPEATED_EIGENVALUES, forces=lambda X: family.products_of(design, X)[0]
+        K, M, n, guard=SPARE_EIGENVALUES, gap=REPEATED_EIGENVALUES, forces=lambda X: family.forces_of(design, X)
     )
     return pairs or whole_clusters(K, M, n)
 

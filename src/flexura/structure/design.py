@@ -125,9 +125,9 @@ class Design(Record):
 
         Raises OptionError as `of` does.
         """
-        values = plan.parameter_values(parameters)
+        values = parameters if set(names) <= parameters.keys() else plan.parameter_values(parameters)
         rows = dict(zip(names, np.eye(len(names)), strict=True))
-        moved = {name: Dual(np.array(values[name]), row) for name, row in rows.items()}
+        moved = {name: Dual(np.array(values[name], dtype=float), row) for name, row in rows.items()}
         if order == 2:
             still = np.zeros((len(names), len(names)))
             moved = {name: Dual(value, Dual(rows[name], still)) for name, value in moved.items()}
