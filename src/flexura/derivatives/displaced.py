@@ -234,8 +234,8 @@ class DisplacementPath:
     ) -> None:
         self.design = design
         self.names = names
-        still = design.still
-        model = MovingModel.of(still)
+        self._moving_model = MovingModel.of(design)
+        model = self._moving_model.still if isinstance(design.values, Dual) else self._moving_model
         self.equations: Equations = Equations(model, [driven_displacement(model, name) for name in names])
         self.equations.independent()
         self._on = force or {}, command or {}
@@ -271,7 +271,7 @@ class DisplacementPath:
         pose, state = at.pose, at.pose.state
         count = len(slope_of(self.design.values))
         targets = [t.slope if isinstance(t, Dual) else np.zeros(count) for t in at.move.values()]
-        sloped = Equations(MovingModel.of(self.design), pose.equations.drives)
+        sloped = Equations(self._moving_model, pose.equations.drives)
         loads = loads_with(sloped.model, *self._on)
         frames = _carried(sloped.model.rest, state.frames, count)
         _, missing = sloped.moved(frames, loads, state.drive)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,18 @@ def plain(x: Any) -> Any:
     while isinstance(x, Dual):
         x = x.value
     return x
+
+
+def without_slopes(data: Any) -> Any:
+    """Arrays, tuples and dataclasses of such with values alone."""
+    if isinstance(data, Dual):
+        return plain(data)
+    if isinstance(data, tuple):
+        own = [without_slopes(part) for part in data]
+        return type(data)(*own) if hasattr(data, "_fields") else tuple(own)
+    if is_dataclass(data) and not isinstance(data, type):
+        return replace(data, **{f.name: without_slopes(getattr(data, f.name)) for f in fields(data)})
+    return data
 
 
 def moves(x: Any) -> bool:

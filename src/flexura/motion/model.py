@@ -5,7 +5,7 @@ what it is loaded with: dead and follower loads, gravity and actuators.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, without_slopes, zeros
 from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars, Push
@@ -77,6 +77,12 @@ class MovingModel(Laid):
             model = MovingModel(**vars(laid))
             first = first or model
             yield model._numbered_as(first)
+
+    @property
+    def still(self) -> MovingModel:
+        """The same without slopes."""
+        own = {f.name: without_slopes(getattr(self, f.name)) for f in fields(self) if f.name != "design"}
+        return replace(self, design=self.design.still, **own)
 
     def under(self, design: Design) -> MovingModel:
         """The same model of a design that differs in nothing but what moves it."""

@@ -11,7 +11,7 @@ d = (u, s2, s3, phi, theta2, theta3): translations along and across the element,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.duals import plain, zeros
+from flexura.duals import plain, without_slopes, zeros
 from flexura.kernels import Struct
 from flexura.motion.bowing import POINTS, ROOTS, SHARES, Bowing
 from flexura.motion.lanes import LANES, abreast, are_plain, whole
@@ -215,8 +215,7 @@ class Strain:
     @cached_property
     def _still(self) -> Strain:
         """The same without slopes."""
-        bowing = replace(self.bowing, **{f.name: plain(getattr(self.bowing, f.name)) for f in fields(self.bowing)})
-        return replace(self, stiffness=plain(self.stiffness), curvature=plain(self.curvature), bowing=bowing)
+        return without_slopes(self)
 
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, _Inside]:
         """Motions q (e, q) with those inside at rest, and energy, gradient and Hessian there."""
