@@ -32,9 +32,11 @@ def plain(x: Any) -> Any:
 
 
 def without_slopes(data: Any) -> Any:
-    """Arrays, tuples and dataclasses of such with values alone."""
+    """Arrays, lists, tuples and dataclasses of such with values alone."""
     if isinstance(data, Dual):
         return plain(data)
+    if isinstance(data, list):
+        return [without_slopes(part) for part in data]
     if isinstance(data, tuple):
         own = [without_slopes(part) for part in data]
         return type(data)(*own) if hasattr(data, "_fields") else tuple(own)
