@@ -266,6 +266,11 @@ class PoseElements:
         pushed = self.strain.pushed(np.zeros((len(B), 6, 6)), coupling, B @ motions)
         return response.tangent @ motions + np.swapaxes(B, 1, 2) @ pushed
 
+    def held_changes(self, response: Response, frames: Frames, motions: Array) -> Array:
+        """The same, in global axes."""
+        turning = turned(response.force.reshape(-1, 6)) @ motions.reshape(2 * len(motions), 6, -1)
+        return self.end_force_changes(response, frames, motions) + turning.reshape(motions.shape)
+
     def refinement_energy(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the
         frames in a state, estimated (theory eq. G27)."""

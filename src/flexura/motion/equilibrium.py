@@ -178,11 +178,11 @@ class Equations:
             rows[i, dof[dof >= 0]] = row[dof >= 0]
         return Tangent(self.model, forces, travelled, rows), self.free(external - forces.force)
 
-    def moved(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[MovedState, Array]:
-        """A state whose numbers have slopes, and the forces (n,) that are missing for its equilibrium."""
+    def balance(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Array, list[Array]]:
+        """The forces (n,) that are missing for equilibrium in a state under forces of the drives, and those on the
+        frames of each kind of elements."""
         force, held = self.model.held(frames, loads.gravity, loads.actuators)
-        missing = self.free(loads.forces(self.model, frames) - force) + multipliers @ self.rows(frames)
-        return MovedState(self, frames, multipliers, loads, held[0]), missing
+        return self.free(loads.forces(self.model, frames) - force) + multipliers @ self.rows(frames), held
 
     def missing(self, state: Equilibrium) -> Array:
         """The forces (n,) that are missing in a state for equilibrium without the drives."""
@@ -271,7 +271,8 @@ class Equations:
 class MovedState:
     """An `Equilibrium` whose numbers have slopes.
 
-    Its tangent, of which most that is asked there needs nothing, is worked out when it is first asked for.
+    Its tangent and what round-off leaves `missing` (n,) of it, of which most that is asked there needs nothing, are
+    worked out when they are first asked for.
     """
 
     equations: Equations
@@ -284,3 +285,8 @@ class MovedState:
     def tangent(self) -> Tangent:
         """As of `Equilibrium`."""
         return self.equations.tangent(self.frames, self.loads, self.drive)[0]
+
+    @cached_property
+    def missing(self) -> Array:
+        """The forces (n,) that are missing, N and N m."""
+        return self.equations.balance(self.frames, self.loads, self.drive)[0]
