@@ -159,9 +159,9 @@ class Pairs(NamedTuple):
 def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
     """x_a' (K' - lambda M') x_b (P, q) for pairs of modes, columns of X (n, k), of a design with P slopes.
 
-    Theory eq. K10: what modes do is worked out without slopes, as weights of all that has some: flexibilities and
-    masses of elements, lengths, axes and places. The mean with that of the pair (b, a) is what is symmetric. Loads that
-    are described add nothing here.
+    Theory eq. K4, by energies: what modes do is worked out without slopes, as weights of all that has some,
+    flexibilities and masses of elements, lengths, axes and places. The mean with that of the pair (b, a) is what is
+    symmetric. Loads that are described add nothing here.
     """
     still, plan, topology = design.still, design.plan, design.plan.topology
     weighed = _Weighed(design, len(pairs.value))
@@ -255,9 +255,8 @@ def _elements(weighed: _Weighed, part: Part, matrices: PartMatrices, u: Array, f
         weighed.add(S, _products(pulling[:, elements, 3], pulled[:, elements, 3]))
     turn = (pulling[..., 1, :] * moved[..., 5, :] - pulling[..., 2, :] * moved[..., 4, :]).sum(axis=0)
     weighed.add(moving.length, -2 * np.add.reduceat(turn, first) / part.counts[:, None])
-    thirds = (np.concatenate(np.split(own, 4, axis=2)) for own in (inner, moved))
-    R = plain(moving.R)
-    turned = np.add.reduceat(_products(*thirds), first)
+    vectors, R = (own.reshape(*shape[:2], 4, 3, -1) for own in (inner, moved)), plain(moving.R)
+    turned = np.add.reduceat(np.einsum("cekiq,ceklq->eilq", *vectors), first)
     weighed.add(moving.R, 2 * np.einsum("milq,mlj->mijq", turned, R))
     ends = [(inner[:, first, :3], moved[:, first, 3:6]), (inner[:, last, 6:9], moved[:, last, 9:])]
     levers = [np.swapaxes(R, -1, -2) @ _levers(*end).sum(axis=0) for end in ends]
