@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import arrays
-from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, padded
+from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, Rule, padded
 
 ALL = slice(None)
 _STEPS = frozenset({slice, type(None), type(Ellipsis)})
@@ -215,7 +215,7 @@ def _operators() -> None:
         "matmul": np.matmul,
     }  # fmt: skip
     for name, ufunc in signs.items():
-        rule = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
+        rule: Any = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
         setattr(Dual, f"__{name}__", lambda a, b, f=rule: _dual(*f(a, b if type(b) is Dual else _pair(b))))
         setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _dual(*f(_pair(b), a)))
         setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_dual(*f(a, _pair(b)))))
@@ -267,7 +267,7 @@ def _pair(x: Any) -> Pair:
     return Pair(x if np.isscalar(x) or hasattr(x, "__array_function__") else np.asarray(x), None)
 
 
-def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:
+def _with_slopes(rule: Rule, inputs: Any) -> Dual:
     return _dual(*rule(*[x if type(x) is Dual else _pair(x) for x in inputs]))
 
 
