@@ -4,6 +4,7 @@ from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
+from flexura.motion.equilibrium import MovedState as MovedState
 from flexura.motion.integration import NOTHING_MOVED as NOTHING_MOVED
 from flexura.motion.integration import Integrator as Integrator
 from flexura.motion.integration import Moved as Moved
@@ -35,6 +36,7 @@ from flexura.motion.pose import end_force_changes as end_force_changes
 from flexura.motion.pose import end_forces as end_forces
 from flexura.motion.pose import lowest_of_any as lowest_of_any
 from flexura.motion.pose import material_at as material_at
+from flexura.motion.pose import member_force_changes as member_force_changes
 from flexura.motion.pose import part_motions as part_motions
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import at_pose as at_pose

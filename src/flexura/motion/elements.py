@@ -236,6 +236,15 @@ class PoseElements:
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
         return Response(energy, (turned @ n[..., None])[..., 0], K @ B, self._coupled(B, coupling))
 
+    def held(self, frames: Frames) -> Array:
+        """The forces (e, 12) of `response` alone."""
+        if self._by_kernel(frames):
+            return self._answered(frames, is_material=False).force
+        ends = self.ends(frames)
+        log = ends.relative()
+        n = self.strain.force(log.e - self.rest)
+        return (np.swapaxes(_rows(log, ends.twists()), 1, 2) @ n[..., None])[..., 0]
+
     @property
     def coupled(self) -> tuple[Index, ...]:
         """Frames (m, n + 1) of members with n elements that warp together."""
@@ -260,6 +269,11 @@ class PoseElements:
         B, (*_, coupling) = self.rows(frames), self.strain.response(self.deformation(frames))
         pushed = self.strain.pushed(np.zeros((len(B), 6, 6)), coupling, B @ motions)
         return response.tangent @ motions + np.swapaxes(B, 1, 2) @ pushed
+
+    def held_changes(self, response: Response, frames: Frames, motions: Array) -> Array:
+        """The same, in global axes."""
+        turning = turned(response.force.reshape(-1, 6)) @ motions.reshape(2 * len(motions), 6, -1)
+        return self.end_force_changes(response, frames, motions) + turning.reshape(motions.shape)
 
     def refinement_energy(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the

@@ -5,7 +5,7 @@ what it is loaded with: dead and follower loads, gravity and actuators.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual, plain, zeros
+from flexura.duals import Dual, plain, without_slopes, zeros
 from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars, Push
@@ -77,6 +77,12 @@ class MovingModel(Laid):
             model = MovingModel(**vars(laid))
             first = first or model
             yield model._numbered_as(first)
+
+    @property
+    def still(self) -> MovingModel:
+        """The same without slopes."""
+        own = {f.name: without_slopes(getattr(self, f.name)) for f in fields(self) if f.name != "design"}
+        return replace(self, design=self.design.still, **own)
 
     def under(self, design: Design) -> MovingModel:
         """The same model of a design that differs in nothing but what moves it."""
@@ -176,21 +182,37 @@ class MovingModel(Laid):
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
         m, N and N m by name."""
-        total = zeros(self.dof.shape, frames.x, self.design.values)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
-        for elements, response in zip(self.elements, responses, strict=True):
-            at = (6 * elements.node.reshape(-1, 1) + np.arange(6)).ravel()
-            total += np.bincount(at, response.force.ravel(), total.size).reshape(total.shape)
+        total = self._summed(frames, [response.force for response in responses])
         local = turned(np.where(frames.placed[:, None], total, 0.0))
         inside_slope = self._no_sagging
         if gravity.any():
-            weight, slope = self._weights(frames, gravity)
-            inside, inside_slope = self.sagging.response(frames, gravity)
-            np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
+            weight, slope, inside_slope = self._weights(frames, gravity)
             total, local = total - weight, local - slope
         energy = sum(response.energy.sum() for response in responses)
         blocks = (block for response in responses for block in (response.tangent, *response.coupled))
         return Forces(energy, total, [*blocks, -inside_slope, local], responses)
+
+    def held(
+        self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
+    ) -> tuple[Array, list[Array]]:
+        """The forces (n + 1, 6) of `forces` alone, and those of each of `elements`."""
+        own = [
+            elements.held(frames)
+            if isinstance(elements, PoseElements | Superelements)
+            else elements.response(frames).force
+            for elements in self.commanded(actuators)
+        ]
+        total = self._summed(frames, own)
+        return (total - self._weights(frames, gravity)[0] if gravity.any() else total), own
+
+    def _summed(self, frames: Frames, forces: Sequence[Array]) -> Array:
+        """Forces of elements on all frames (n + 1, 6)."""
+        total = zeros(self.dof.shape, frames.x, self.design.values)
+        for elements, force in zip(self.elements, forces, strict=True):
+            at = (6 * elements.node.reshape(-1, 1) + np.arange(6)).ravel()
+            total += np.bincount(at, force.ravel(), total.size).reshape(total.shape)
+        return total
 
     @property
     def _no_sagging(self) -> Array:
@@ -213,8 +235,9 @@ class MovingModel(Laid):
         blocks = (block for e in self.commanded(actuators) for block in e.material(frames))
         return [*blocks, self._no_sagging, none]
 
-    def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
-        """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
+    def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array, Array]:
+        """Weights (n + 1, 6) in a state, and their derivatives by the displacements of the frames: (n + 1, 6, 6), and
+        (k, 12, 12) of what sags."""
         Rt = np.swapaxes(frames.R, -1, -2)
         local = (self.weight @ (Rt @ gravity)[..., None])[..., 0]
         force = (frames.R[:, None] @ local.reshape(-1, 2, 3, 1)).reshape(-1, 6)
@@ -223,7 +246,9 @@ class MovingModel(Laid):
         slope[:, :, 3:] += (frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)).reshape(
             -1, 6, 3
         )
-        return force, slope
+        inside, inside_slope = self.sagging.response(frames, gravity)
+        np.add.at(force, self.sagging.node.ravel(), inside.reshape(-1, 6))
+        return force, slope, inside_slope
 
     def mass(self, frames: Frames) -> Matrix:
         """M (n, n) of the free displacements in a state, symmetric."""
@@ -338,8 +363,6 @@ class MovingModel(Laid):
         self._add_dashpots(total, frames, rates)
         if gravity.any():
             total -= self._weights(frames, gravity)[0]
-            inside, _ = self.sagging.response(frames, gravity)
-            np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return strain, kinetic
 
     @cached_property

@@ -110,7 +110,6 @@ class _Instants:
             dof=np.tile(model.dof, (count, 1)),
             elements=tuple(map(repeated, model.elements)),
             inertia=side_by_side(model.inertia, count),
-            weight=side_by_side(model.weight, count),
             sagging=replace(sagging, node=node, weight=side_by_side(sagging.weight, count)),
             dashpots=tuple(map(repeated, model.dashpots)),
         )

@@ -229,7 +229,7 @@ class FullOrderAssembler:
 
     def elastic(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design without any load."""
-        transforms, matrices = self._transforms(design), design.matrices
+        transforms, matrices = self.transforms(design), design.matrices
         discrete_K, discrete_M = self._discrete(
             {name: part.discrete_elements for name, part in matrices.items()}, transforms
         )
@@ -249,13 +249,13 @@ class FullOrderAssembler:
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
-        discrete_K, discrete_M = self._discrete(design.discrete_elements, self._transforms(design))
+        discrete_K, discrete_M = self._discrete(design.discrete_elements, self.transforms(design))
         return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
 
     def with_shared_warping(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """The same, with what strips add to the stiffness of their elements; one design."""
         dofs, added = list[Index](), list[Array]()
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             for strips in design.matrices[name].strips:
                 dofs.append(_dofs(self._dofs[name], strips.nodes))
                 added.append(_placed(strips.K, G[:, strips.nodes]))
@@ -274,7 +274,7 @@ class FullOrderAssembler:
         discrete_elements: list[Array] = []
         strips: list[Array] = []
         places: list[Index] = []
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
             H += self._elements(name, G, part_matrices.T, eta[:, None, None] * part_matrices.elements.K)
@@ -301,7 +301,7 @@ class FullOrderAssembler:
         This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
         """
         topology, forces = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             part, part_matrices = self.plan.parts[name], design.matrices[name]
             number = topology.copies[name].numbers()
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
@@ -318,8 +318,8 @@ class FullOrderAssembler:
                 np.add.at(forces, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
         return forces[:-1]
 
-    def _transforms(self, design: Design) -> dict[str, Array]:
-        """Transforms of the nodes by prototype, kept while the geometry stays the same."""
+    def transforms(self, design: Design) -> dict[str, Array]:
+        """Transforms of all nodes by prototype (`Design.node_transforms`), kept while the geometry stays the same."""
 
         def found() -> dict[str, Array]:
             count = {name: self.plan.parts[name].n_nodes for name in self._names}

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from flexura.beam import (
     tapered,
     tapered_geometric_basis,
 )
-from flexura.duals import zeros
+from flexura.duals import without_slopes, zeros
 from flexura.structure.corrections import Distortion, Factors
 from flexura.structure.warping import Coupling
 
@@ -92,6 +92,14 @@ class Elements:
         self._share = share
         self._shear, self._rotary = flags
         self._roots = roots
+
+    @property
+    def still(self) -> Elements:
+        """The same without slopes."""
+        twin = object.__new__(Elements)
+        vars(twin).update({name: without_slopes(own) for name, own in vars(self).items()})
+        twin._finer, twin._torsion = partial(_still, self._finer), partial(_still, self._torsion)
+        return twin
 
     @cached_property
     def _tapered(self) -> list[tuple[Index, Array, Array]]:
@@ -337,6 +345,11 @@ class Elements:
         for at, tapered_C, _ in self._tapered:
             C[..., at, :, :] = tapered_C
         return C
+
+
+def _still(work: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function gives, without slopes."""
+    return without_slopes(work(*arguments))
 
 
 def _in_planes(coefficients: Array, basis: Array) -> Array:

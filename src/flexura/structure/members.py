@@ -13,7 +13,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
 from flexura.duals import zeros
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
-from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
+from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections, Strips
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
@@ -182,16 +182,17 @@ class Members:
         m = self.element_member
         moduli = (E[..., m], G[..., m], rho[..., m])
         finer = partial(self.stations, values, nu, length)
-        factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        strips = Strips(values, nu, length)
+        factors = self.corrections.factors(strips, self.first) if self.corrections.any else None
         homogeneous = factors
         if self._layered:
             factors = self._of_layers(factors, values, length)
         if fillets is not None:
             factors = self._filleted(factors, values, length, fillets)
-        torsion = partial(self._torsion, values, length, moduli, sections, (homogeneous, factors))
+        torsion = partial(self._torsion, strips, moduli, sections, (homogeneous, factors))
         stiffer = None if factors is homogeneous or factors is None else factors.twist
         stiffer = stiffer if stiffer is None or homogeneous is None else stiffer / homogeneous.twist
-        shared = shared_warping(self.corrections, values, (G, nu, stiffer), length, roots, first=self.first)
+        shared = shared_warping(self.corrections, strips, (G, stiffer), roots, first=self.first)
         if shared.compliance is not None:
             twist = 1.0 if factors is None else factors.twist
             rigid = moduli[1] * sections.J * (self.counts / length)[..., m]
@@ -237,8 +238,7 @@ class Members:
 
     def _torsion(
         self,
-        values: Array,
-        length: Array,
+        strips: Strips,
         moduli: tuple[Array, Array, Array],
         sections: SectionProperties,
         factors: tuple[Factors | None, Factors | None],
@@ -252,7 +252,7 @@ class Members:
         without, whole = (1.0 if each is None else each.twist for each in factors)
         wanted, bows = (own[self.element_member] for own in (self.corrections.warping, self.corrections.bows))
         A, Iy, Iz = sections.A, sections.Iy, sections.Iz
-        nu = self.moduli(values)[2]
+        nu = strips.nu
         of_element, plane = nu[..., self.element_member], np.where(Iy <= Iz, 0, 1)
         weak, strong = np.where(plane == 0, Iy, Iz), np.where(plane == 0, Iz, Iy)
         factor, layered = (1.0 if each is None else np.where(plane == 0, each.bend_y, each.bend_z) for each in factors)
@@ -263,8 +263,8 @@ class Members:
         bow = zeros((*np.broadcast_shapes(*map(np.shape, own)), len(own)), *own)
         for k, numbers in enumerate(own):
             bow[..., k] = numbers
-        return self.corrections.torsion(values, nu, length, self.first)._replace(
-            stiffness=G * sections.J * (whole / without) / (length / self.counts)[..., self.element_member],
+        return self.corrections.torsion(strips, self.first)._replace(
+            stiffness=G * sections.J * (whole / without) / (strips.length / self.counts)[..., self.element_member],
             mean=1 / without + np.zeros(len(wanted)),
             polar=wanted * (Iy + Iz) / A,
             wagner=wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A,
