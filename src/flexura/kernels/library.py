@@ -65,7 +65,12 @@ class Kernel:
 
     def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float) -> int:
         """What the function returns, a whole number."""
-        return self._function(*[address(given) if type(given) is np.ndarray else given for given in arguments])
+        try:
+            return self._function(
+                *[_memory(one) if type(one) is np.ndarray and one.itemsize in ITEMS else one for one in arguments]
+            )
+        except (TypeError, ctypes.ArgumentError):  # an array that may not be written to, or is refused
+            return self._function(*[address(one) if type(one) is np.ndarray else one for one in arguments])
 
 
 _TAKEN = {"a": ctypes.c_void_p, "n": ctypes.c_int64, "x": ctypes.c_double}
@@ -85,7 +90,8 @@ class Struct:
         return Struct, self._fields
 
 
-_Start = ctypes.c_char * 0
+_memory: Any = (ctypes.c_char * 0).from_buffer
+"""The memory of an array as a kernel takes it; TypeError for what has gaps, or may not be written to."""
 
 ITEMS = (1, 8, 16)
 """Bytes of truth values, numbers and complex numbers."""
@@ -94,9 +100,8 @@ ITEMS = (1, 8, 16)
 def address(array: Array | Complex | Index | NDArray[np.bool_]) -> int:
     """Where an array lies in memory."""
     assert array.itemsize in ITEMS
-    memory: Any = array
     try:
-        return ctypes.addressof(_Start.from_buffer(memory))  # five times as quick as NumPy, and refuses what has gaps
+        return ctypes.addressof(_memory(array))  # five times as quick as NumPy
     except TypeError:  # it may not be written to
         assert array.flags.c_contiguous
         return array.ctypes.data
