@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,17 @@ from flexura.structure.warping import shared_warping
 
 SQUARE = (3 * np.pi / 16) ** 0.25
 """Side of the square that bends like a rod, over the diameter."""
+
+
+class _Family(NamedTuple):
+    """The elements `at` which one section formula applies, the `entries` (k, e) of its arguments, and groups whose
+    arguments follow from their contours: their places (m, n) among these elements, and where on the member these are.
+    """
+
+    formula: str
+    at: Index | slice
+    entries: Index
+    shaped: list[tuple[SectionGroup, Index, Array]]
 
 
 class Members:
@@ -67,15 +78,21 @@ class Members:
         self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
 
     def _collect_families(self) -> None:
-        """For every section formula: its groups with their run of elements in the formula's arguments and stations at
-        the elements' middles; the elements; and the member of each."""
-        self._families: dict[str, tuple[list[tuple[SectionGroup, slice, Array]], Index, Index]] = {}
-        for group, n, _ in self.groups:
-            runs, elements, owner = self._families.get(group.family, ([], np.empty(0, int), np.empty(0, int)))
-            at = (self.first[group.index][:, None] + np.arange(n)).ravel()
-            runs.append((group, slice(len(elements), len(elements) + len(at)), (np.arange(n) + 0.5) / n))
-            elements, owner = np.concatenate([elements, at]), np.concatenate([owner, np.repeat(group.index, n)])
-            self._families[group.family] = (runs, elements, owner)
+        self._families: list[_Family] = []
+        for family in dict.fromkeys(group.family for group, _, _ in self.groups):
+            groups = [(group, n) for group, n, _ in self.groups if group.family == family]
+            places = [self.first[group.index][:, None] + np.arange(n) for group, n in groups]
+            elements = np.sort(np.concatenate([place.ravel() for place in places]))
+            entries = np.zeros((FAMILY_SIZES[family], len(elements)), dtype=np.intp)
+            shaped = []
+            for (group, n), place in zip(groups, places, strict=True):
+                run = np.searchsorted(elements, place)
+                if group.arguments:
+                    entries[:, run] = group.arguments
+                else:
+                    shaped.append((group, run, (np.arange(n) + 0.5) / n))
+            at = elements if len(elements) < self.first[-1] else slice(None)
+            self._families.append(_Family(family, at, entries, shaped))
 
     def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
@@ -130,17 +147,22 @@ class Members:
 
     def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
         """Sections (..., e) at the middle of every element."""
+        return SectionProperties(*self._section_table(values, nu[..., self.element_member], length))
+
+    def _section_table(self, values: Array, nu: Array, length: Array) -> Array:
+        """The same as a table (6, ..., e), for Poisson's ratios (..., e)."""
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         table = np.empty((6, *lead, self.first[-1]), like=values)
-        for family, (groups, elements, owner) in self._families.items():
-            sizes = np.empty((FAMILY_SIZES[family], *lead, len(elements)), like=values)
-            for group, own, middle in groups:
-                shape = (*lead, len(group.index), len(middle))
-                for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
-                    row[..., own].reshape(shape)[...] = value
-            for row, own in zip(table, family_properties(family, list(sizes), nu[..., owner]), strict=True):
-                row[..., elements] = own
-        return SectionProperties(*table)
+        for family, at, entries, shaped in self._families:
+            sizes = np.empty((len(entries), *lead, entries.shape[1]), like=values)
+            for size, own in zip(sizes, entries, strict=True):
+                size[...] = values[..., own]
+            for group, run, middle in shaped:
+                for size, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
+                    size[..., run] = value
+            for row, own in zip(table, family_properties(family, list(sizes), nu[..., at]), strict=True):
+                row[..., at] = own
+        return table
 
     def stations(self, values: Array, nu: Array, length: Array, points: Array = STATIONS) -> Stations:
         """Sections of tapered elements at `points` (stations,) of each element's length."""
@@ -178,9 +200,11 @@ class Members:
         """Elements for values (..., s) and member lengths (..., m), m, with `roots` as `Elements` takes them, and with
         fillets: members and ends (k,), and radius over thickness on both sides (..., k, 2)."""
         E, rho, nu, G = self.moduli(values)
-        sections = self.section_properties(values, nu, length)
         m = self.element_member
-        moduli = (E[..., m], G[..., m], rho[..., m])
+        table = self._section_table(values, nu[..., m], length)
+        moduli, sections = np.empty((3, *table.shape[1:]), like=values), SectionProperties(*table)
+        for row, own in zip(moduli, (E, G, rho), strict=True):
+            row[...] = own[..., m]
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
         homogeneous = factors
@@ -195,12 +219,12 @@ class Members:
         if shared.compliance is not None:
             twist = 1.0 if factors is None else factors.twist
             rigid = moduli[1] * sections.J * (self.counts / length)[..., m]
-            table = np.ones((len(Factors._fields), *np.shape(shared.compliance)), like=shared.compliance)
-            table[3] = 1 / (1 + shared.compliance * twist * rigid)
-            factors = _times(factors, table)
+            shares = np.ones((len(Factors._fields), *np.shape(shared.compliance)), like=shared.compliance)
+            shares[3] = 1 / (1 + shared.compliance * twist * rigid)
+            factors = _times(factors, shares)
         return Elements(
             moduli,
-            sections,
+            table,
             finer,
             (length / self.counts)[..., m],
             share=1 / self.counts[m],
@@ -239,7 +263,7 @@ class Members:
         self,
         values: Array,
         length: Array,
-        moduli: tuple[Array, Array, Array],
+        moduli: Array,
         sections: SectionProperties,
         factors: tuple[Factors | None, Factors | None],
     ) -> Distortion:

@@ -22,6 +22,15 @@ _FAMILIES = {
     "round": "circle",
 }
 
+_EVEN: dict[str, tuple[str, ...]] = {
+    "rectangle": ("width", "thickness"),
+    "leaf": ("width", "thickness"),
+    "circle": ("diameter",),
+    "tube": ("outer_diameter", "inner_diameter"),
+    "constants": SectionProperties._fields,
+}
+"""Sizes that are the arguments of the section formula."""
+
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
 
@@ -69,6 +78,12 @@ class SectionGroup:
         return _FAMILIES.get(self.kind[0], self.kind[0])
 
     @property
+    def arguments(self) -> list[Index]:
+        """Entries (members, 1) of the arguments of the section formula where they are sizes as they stand, the same all
+        along; none where they follow from these."""
+        return [self._entry_arrays[name] for name in _EVEN.get(self.kind[0], ())]
+
+    @property
     def has_stress(self) -> bool:
         """Whether stresses follow from internal forces: not of constants, nor where layers strain freely."""
         return self.kind not in (("constants",), ("layered", "driven"))
@@ -99,14 +114,8 @@ class SectionGroup:
         """
         sizes = self._filled(values)
         match self.kind:
-            case ("rectangle" | "leaf",):
-                return sizes["width"], sizes["thickness"]
-            case ("circle",):
-                return (sizes["diameter"],)
-            case ("tube",):
-                return sizes["outer_diameter"], sizes["inner_diameter"]
-            case ("constants",):
-                return tuple(sizes[name] for name in SectionProperties._fields)
+            case (shape,) if shape in _EVEN:
+                return tuple(sizes[name] for name in _EVEN[shape])
             case ("layered", _):
                 layers = self.laminate(values)
                 return sizes["width"], layers.kz[..., None], layers.thickness[..., None]
