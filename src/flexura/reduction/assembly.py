@@ -17,6 +17,7 @@ from flexura.kernels import is_compiled
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.mechanism import DOF_NAMES
 from flexura.records import Kept, Latest, Record
+from flexura.reduction.chain_moments import Basis
 from flexura.reduction.parts import PartReducer, ReducedPart
 from flexura.structure import Design, DiscreteElement, Elements, PartMatrices, Plan, Scatter, block_diagonal
 
@@ -305,11 +306,11 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
         (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
         (elements.mass_coefficients, elements.mass_basis, 0.0),
     ):
-        _keep_good(coefficients[..., _on_diagonal(basis)], least, good)
+        _keep_good(coefficients.take(Basis.of(basis).diagonal, axis=-1), least, good)
     for discrete in discrete_elements:
         for A in (discrete.K, discrete.M):
             if A is not None:
-                _keep_good(np.einsum("...ii->...i", A)[..., None], 0.0, good)
+                _keep_good(A.diagonal(axis1=-2, axis2=-1)[..., None], 0.0, good)
     if not good.all():
         raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
 
@@ -318,12 +319,6 @@ def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
     """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
     if not (sizes.min(initial=np.inf) >= least and sizes.max(initial=0.0) < np.inf):
         good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
-
-
-def _on_diagonal(basis: Array) -> NDArray[np.bool_]:
-    """Which terms (k,) of a basis (k, n n) are on the diagonal."""
-    n = round(basis.shape[1] ** 0.5)
-    return (basis[:, :: n + 1] != 0).any(axis=1)
 
 
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:
