@@ -317,14 +317,14 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
 
 def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
     """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
-    if not (sizes.min(initial=np.inf) >= least and sizes.max(initial=0.0) < np.inf):
+    if sizes.size and not (sizes.min() >= least and sizes.max() < np.inf):
         good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
 
 
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:
     """Raise OptionError for the first design of values (..., s) that has a size on the other side of zero than the
     default one, which breaks the description: a section's formula does not always see its sign."""
-    for d in plan.turned(np.atleast_2d(values)):
+    for d in plan.turned(values if values.ndim > 1 else values[None]):
         single = one_of(parameters, int(d))
         try:
             plan.verify(single)

@@ -334,10 +334,10 @@ class Plan(Record, Displayed):
         return np.intersect1d(self._geometry_entries, self.value_table.depending(self._parameters(parameters)[1]))
 
     @cached_property
-    def _sizes(self) -> tuple[Index, Array]:
-        """Entries that vary and place nothing, and their default values."""
+    def _sizes(self) -> Index:
+        """Entries that vary and place nothing, and are positive by default."""
         sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
-        return sizes, self.values()[sizes]
+        return sizes[self.values()[sizes] > 0]
 
     @cached_property
     def _fitting(self) -> tuple[Index, Array]:
@@ -350,11 +350,10 @@ class Plan(Record, Displayed):
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero, or with a contour
         that does not fit its member."""
-        sizes, default = self._sizes
-        bad = ((values[:, sizes] <= 0) & (default > 0)).any(axis=1)
+        bad = (values.take(self._sizes, axis=1) <= 0).any(axis=1)
         entries, fitting = self._fitting
-        if (values[:, entries] == fitting).all():
-            return np.flatnonzero(bad)
+        if (values.take(entries, axis=1) == fitting).all():
+            return bad.nonzero()[0]
         geometry = self.geometry(values)
         for name, part in self.parts.items():
             for group, _, _ in part.table.groups:
