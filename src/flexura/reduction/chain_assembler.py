@@ -30,7 +30,7 @@ from flexura.reduction.branches import (
 )
 from flexura.reduction.chain_moments import interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
-from flexura.reduction.placing import Part, add_placed, bordered, copies_in_a_row, stacked
+from flexura.reduction.placing import Part, Targets, bordered, copies_in_a_row, placed_sums, stacked
 from flexura.reduction.pole_frame import PoleFrame
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
@@ -180,9 +180,9 @@ class ChainAssembler:
             for nodes, _, _ in reducer.part.discrete_nodes():
                 place = self._placed[name].place[:, self._rows(name, nodes)]
                 self._add(rows, entries, name, place.reshape(len(place), 1, -1))
-        self._row_target, self._entry_target = (
-            np.concatenate(targets) if targets else np.empty(0, int) for targets in (rows, entries)
-        )
+        none = np.empty(0, dtype=np.intp)
+        held = self._size[1] + 1, self._size[0] + 1
+        self._targets = Targets(np.concatenate([none, *entries]), np.concatenate([none, *rows]), held)
 
     def _add(self, rows: list[Index], entries: list[Index], name: str, place: Index) -> None:
         """Targets of matrices at coordinates (copies, c, n); those of held ones lie one past the end."""
@@ -315,7 +315,7 @@ class ChainAssembler:
     ) -> Arrow:
         """Blocks and core of parts at their places; of R and slack there are none where there is no `slow`."""
         r, designs = (len(parts[0].A) if parts else 3), slowness.shape[-1]
-        A, d = self._summed(parts, r, designs, with_spread=slow is not None)
+        A, d = placed_sums(parts, self._targets, (r, designs), with_spreads=slow is not None)
         blocks, row, entry = [], 0, 0
         for (inside, n, kinds), interface in zip(self._blocks, T, strict=True):
             q = len(kinds)
@@ -328,20 +328,6 @@ class ChainAssembler:
         core_A, slack = np.ascontiguousarray(A[..., entry:-1]), np.ascontiguousarray(d[..., row:-1])
         core = EndMatrices(core_A.reshape(r, designs, c, c), slack, slowness, loss)
         return Arrow(tuple(blocks), core, dict(slow or {}))
-
-    def _summed(self, parts: list[Part], r: int, designs: int, *, with_spread: bool) -> tuple[Array, Array]:
-        """Sums (r, designs, entries + 1) of all parts and bounds (r, designs, rows + 1) on what they may be off; the
-        last are of what is held."""
-        A = np.zeros((r, designs, self._size[1] + 1))
-        d = np.zeros((r if with_spread else 0, designs, self._size[0] + 1))
-        first_row = first_entry = 0
-        for part in parts:
-            p, n = part.L.shape[-3], part.L.shape[-1]
-            rows = self._row_target[first_row : first_row + p * n]
-            entries = self._entry_target[first_entry : first_entry + p * n * n]
-            add_placed(part, entries, rows, A, d)
-            first_row, first_entry = first_row + p * n, first_entry + p * n * n
-        return A, d
 
     def in_core(self, nodes: Index) -> bool:
         """Whether global nodes follow roots in the core."""

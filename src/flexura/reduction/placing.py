@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.kernels import Kernel, is_compiled, packed, scratch
+from flexura.kernels import Kernel, address, is_compiled, packed, scratch
 from flexura.reduction.branches import PLACING_ROUNDING
 from flexura.structure import DiscreteElement
 
-_compiled = Kernel("placed_sums", "aaaaaaaxaaaa")
+_compiled = Kernel("placed_sums", "aaaaxaaaa")
+
+MAP_AXES = 3
+"""Axes of maps that are the same for all designs."""
 
 
 class Part(NamedTuple):
@@ -56,16 +60,34 @@ def placing_error(A: Array, size: Array) -> Array:
     return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)
 
 
-def add_placed(part: Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
-    """Add L' A L of a part to the `sums` (r, designs, entries) at its targets, and what it may be off to `spreads`
-    (r, designs, rows)."""
+class Targets(NamedTuple):
+    """Where entries and rows of all parts, one behind the other, go in sums and spreads of so many `held`, the last of
+    which take what is held."""
+
+    entries: Index
+    rows: Index
+    held: tuple[int, int]
+
+
+def placed_sums(
+    parts: Sequence[Part], to: Targets, lead: tuple[int, int], *, with_spreads: bool
+) -> tuple[Array, Array]:
+    """Sums (r, designs, entries) of L' A L of all parts at their targets, and what these may be off (r, designs, rows);
+    nothing (0, designs, rows) without `with_spreads`. `lead` are r and designs."""
+    sums = np.zeros((*lead, to.held[0]))
+    spreads = np.zeros((lead[0] if with_spreads else 0, lead[1], to.held[1]))
     if is_compiled():
-        _by_kernel(part, entries, rows, sums, spreads)
-        return
-    A = part.A[:, :, part.which]
-    _add_at(sums, entries, part.L.mT @ A @ part.L)
-    if len(spreads):
-        _add_at(spreads, rows, placing_error(A, part.size))
+        _by_kernel(parts, to, sums, spreads)
+        return sums, spreads
+    entry = row = 0
+    for part in parts:
+        p, n = part.L.shape[-3:-1]
+        A = part.A[:, :, part.which]
+        _add_at(sums, to.entries[entry : entry + p * n * n], part.L.mT @ A @ part.L)
+        if with_spreads:
+            _add_at(spreads, to.rows[row : row + p * n], placing_error(A, part.size))
+        entry, row = entry + p * n * n, row + p * n
+    return sums, spreads
 
 
 def _add_at(sums: Array, target: Index, data: Array) -> None:
@@ -75,23 +97,23 @@ def _add_at(sums: Array, target: Index, data: Array) -> None:
     sums += np.bincount(at, weights=data.ravel(), minlength=sums.size).reshape(sums.shape)
 
 
-def _by_kernel(part: Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
+def _by_kernel(parts: Sequence[Part], to: Targets, sums: Array, spreads: Array) -> None:
     """The same by the kernel."""
-    r, designs, c, n, _ = part.A.shape
-    p, step = len(part.which), part.L[0].size if part.L.ndim > 3 and len(part.L) > 1 else 0
-    entries_held = sums.shape[-1], spreads.shape[-1]
-    sizes = packed(r, designs, c, p, n, step, *entries_held)
+    kept, given, most, values, wholes = list[Array](), list[int](), 0, 0, 0
+    for A, which, L, size in parts:
+        (c, n), p = A.shape[2:4], len(which)
+        own = tuple(np.ascontiguousarray(one) for one in (A, which, L, size))
+        kept.extend(own)
+        given += [*map(address, own), c, p, n, L[0].size if L.ndim > MAP_AXES and len(L) > 1 else 0]
+        most, values, wholes = max(most, n), values + 2 * p * n * n, wholes + 2 * p * (n + 1) ** 2
     _compiled(
-        np.ascontiguousarray(part.A),
-        np.ascontiguousarray(part.which),
-        np.ascontiguousarray(part.L),
-        np.ascontiguousarray(part.size),
-        entries,
-        rows,
-        sizes,
+        packed(*given),
+        to.entries,
+        to.rows,
+        packed(len(parts), *sums.shape, spreads.shape[-1], most),
         PLACING_ROUNDING if len(spreads) else 0.0,
-        scratch((2 * p + 2) * n * n + n + sum(entries_held)),
-        np.empty(2 * p * (n + 1) ** 2, dtype=np.int64),
+        scratch(2 * most * most + most + sum(to.held) + values),
+        np.empty(wholes, dtype=np.int64),
         sums,
         spreads,
     )
