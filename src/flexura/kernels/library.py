@@ -47,7 +47,8 @@ def without() -> Iterator[None]:
 
 
 class Kernel:
-    """A function of the library by its name, and what it takes: `a` for an array, `n` a whole number, `x` a number.
+    """A function of the library by its name, and what it takes: `a` for an array, or none, `n` a whole number, `x` a
+    number.
 
     Arrays are of doubles, complex ones too, of 64-bit whole numbers or of truth values, row by row in memory; one that
     stays may be passed by its `address`, while it is kept.
@@ -63,7 +64,7 @@ class Kernel:
         found.argtypes, found.restype = self._takes, ctypes.c_int64
         return found
 
-    def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float) -> int:
+    def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float | None) -> int:
         """What the function returns, a whole number."""
         try:
             return self._function(
