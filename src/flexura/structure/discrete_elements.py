@@ -48,7 +48,6 @@ from flexura.structure.composites import MeshedSolid
 from flexura.structure.sections import family_properties
 from flexura.structure.values import ValueTable
 
-
 _BOX = (np.eye(3) - np.eye(3)[:, None] * np.eye(3)).reshape(3, 9)
 """The inertia of a box per twelfth of its mass times the square of each side (3, 9)."""
 

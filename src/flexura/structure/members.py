@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
-from flexura.duals import zeros
+from flexura.duals import with_slopes_of, zeros
+from flexura.kernels import Kernel, is_compiled, packed
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
 from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
 from flexura.structure.elements import STATIONS, Elements, Stations
@@ -19,19 +20,22 @@ from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_proper
 from flexura.structure.values import ValueTable
 from flexura.structure.warping import shared_warping
 
+_compiled = Kernel("section_sizes", "aaaaaaaaa")
+
 SQUARE = (3 * np.pi / 16) ** 0.25
 """Side of the square that bends like a rod, over the diameter."""
 
 
 class _Family(NamedTuple):
-    """The elements `at` which one section formula applies, the `entries` (k, e) of its arguments, and groups whose
-    arguments follow from their contours: their places (m, n) among these elements, and where on the member these are.
-    """
+    """The elements `at` which one section formula applies, the member of each, and groups with their places (m, n)
+    among these elements and the fractions (n,) of the member where these are; `by_kernel` says how the sizes of some of
+    the groups follow from their entries, `others` are left to NumPy."""
 
     formula: str
     at: Index | slice
-    entries: Index
-    shaped: list[tuple[SectionGroup, Index, Array]]
+    groups: list[tuple[SectionGroup, Index, Array]]
+    by_kernel: tuple[Index, Index, Array, Array, Index]
+    others: list[tuple[SectionGroup, Index, Array]]
 
 
 class Members:
@@ -80,19 +84,27 @@ class Members:
     def _collect_families(self) -> None:
         self._families: list[_Family] = []
         for family in dict.fromkeys(group.family for group, _, _ in self.groups):
-            groups = [(group, n) for group, n, _ in self.groups if group.family == family]
-            places = [self.first[group.index][:, None] + np.arange(n) for group, n in groups]
+            own = [(group, n) for group, n, _ in self.groups if group.family == family]
+            places = [self.first[group.index][:, None] + np.arange(n) for group, n in own]
             elements = np.sort(np.concatenate([place.ravel() for place in places]))
-            entries = np.zeros((FAMILY_SIZES[family], len(elements)), dtype=np.intp)
-            shaped = []
-            for (group, n), place in zip(groups, places, strict=True):
-                run = np.searchsorted(elements, place)
-                if group.arguments:
-                    entries[:, run] = group.arguments
-                else:
-                    shaped.append((group, run, (np.arange(n) + 0.5) / n))
-            at = elements if len(elements) < self.first[-1] else slice(None)
-            self._families.append(_Family(family, at, entries, shaped))
+            k, e = FAMILY_SIZES[family], len(elements)
+            shape, entries, side, fraction = (
+                np.zeros((k, e), dtype=np.int64),
+                np.zeros((k, e, 4), dtype=np.int64),
+                np.zeros((k, e)),
+                np.zeros(e),
+            )
+            groups, others = [], []
+            for (group, n), place in zip(own, places, strict=True):
+                groups.append((group, np.searchsorted(elements, place), (np.arange(n) + 0.5) / n))
+                _, run, fraction[run] = groups[-1]
+                for j, contour in enumerate(group.contours):
+                    shape[j, run], entries[j, run], side[j, run] = contour.shape, contour.entries[:, None], contour.side
+                if not group.contours:
+                    others.append(groups[-1])
+            at = elements if e < self.first[-1] else slice(None)
+            by_kernel = (shape, entries, side, fraction, self.element_member[elements])
+            self._families.append(_Family(family, at, groups, by_kernel, others))
 
     def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
@@ -151,13 +163,17 @@ class Members:
 
     def _section_table(self, values: Array, nu: Array, length: Array) -> Array:
         """The same as a table (6, ..., e), for Poisson's ratios (..., e)."""
-        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        lead = values.shape[:-1]
         table = np.empty((6, *lead, self.first[-1]), like=values)
-        for family, at, entries, shaped in self._families:
-            sizes = np.empty((len(entries), *lead, entries.shape[1]), like=values)
-            for size, own in zip(sizes, entries, strict=True):
-                size[...] = values[..., own]
-            for group, run, middle in shaped:
+        is_left = not is_compiled() or with_slopes_of(values, length) is not None
+        for family, at, groups, by_kernel, others in self._families:
+            k, e = by_kernel[0].shape
+            sizes = np.empty((k, *lead, e), like=values)
+            if not is_left:
+                step = length.shape[-1] if length.ndim > 1 else 0
+                numbers = packed(values.size // values.shape[-1], values.shape[-1], step, k, e)
+                _compiled(np.ascontiguousarray(values), np.ascontiguousarray(length), *by_kernel, numbers, sizes)
+            for group, run, middle in groups if is_left else others:
                 for size, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
                     size[..., run] = value
             for row, own in zip(table, family_properties(family, list(sizes), nu[..., at]), strict=True):

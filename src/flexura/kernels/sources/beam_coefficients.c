@@ -1,11 +1,7 @@
-/* The numbers of which flexibility and mass of uniform beams are linear combinations, theory eqs. 12, 14 and 19, and the
-sections of rectangles. */
+/* The numbers of which flexibility and mass of uniform beams are linear combinations, theory eqs. 12, 14 and 19. */
 #include "flexura.h"
 
 #define ROW(name, of, k) const double *name = of + (k) * count
-#define SUM_INVERSE_ODD_FIFTH_POWERS 1.0045237627951384
-
-static const double PI = 3.14159265358979323846;
 
 /* flexibility (count, 8) and mass (count, 14) of beams: E, G, rho in rows of `count`, A, Iy, Iz, J, ky, kz of the effective
 sections `stiff` and of the actual ones, `lengths` lengths and n flags, which are the same for all that follow, and
@@ -37,23 +33,6 @@ KERNEL int64_t beam_coefficients(const double *moduli, const double *stiff, cons
                 mass[2 + 6 * plane + k] = sum * unit[k];
             }
         }
-    }
-    return 0;
-}
-
-/* A, Iy, Iz, J, ky, kz in rows of n, of widths b, thicknesses t and Poisson's ratios: eqs. 6 and 7. */
-KERNEL int64_t rectangles(const double *b, const double *t, const double *nu, int64_t n, double *out)
-{
-    const double tenth = 192 / (PI * PI * PI * PI * PI);
-    for (int64_t i = 0; i < n; i++) {
-        const double A = b[i] * t[i], k = 10 * (1 + nu[i]) / (12 + 11 * nu[i]);
-        const double thin = b[i] < t[i] ? b[i] : t[i], wide = b[i] < t[i] ? t[i] : b[i];
-        const double q = exp(-PI * wide / thin), q2 = q * q, q3 = q2 * q, q5 = q3 * q2, q7 = q5 * q2;
-        const double tail = q / (1 + q) + q3 / (1 + q3) / 243 + q5 / (1 + q5) / 3125 + q7 / (1 + q7) / 16807;
-        const double series = SUM_INVERSE_ODD_FIFTH_POWERS - 2 * tail;
-        out[i] = A, out[n + i] = A * t[i] * t[i] / 12, out[2 * n + i] = A * b[i] * b[i] / 12;
-        out[3 * n + i] = wide * (thin * thin * thin) / 3 * (1 - tenth * thin / wide * series);
-        out[4 * n + i] = out[5 * n + i] = k;
     }
     return 0;
 }
