@@ -318,8 +318,9 @@ def mass_coefficients(
 
 def coefficients(
     moduli: Array, stiff: Array, actual: Array, length: Array, shear: Array, rotary: Array
-) -> tuple[Array, Array]:
-    """Return `flexibility_coefficients` (..., n, 8) and `mass_coefficients` (..., n, 14) of n elements.
+) -> tuple[Array, Array, bool]:
+    """Return `flexibility_coefficients` (..., n, 8) and `mass_coefficients` (..., n, 14) of n elements, and whether the
+    diagonals of all flexibilities are known to be positive and finite, and those of masses finite and not negative.
 
     moduli: E, G and rho (3, ..., n); stiff, actual: the six section properties (6, ..., n) for stiffness and for mass;
     length: (n,) or (..., n); shear, rotary: (n,).
@@ -329,13 +330,14 @@ def coefficients(
         lead = moduli.shape[1:]
         flexible, massive = np.empty((*lead, 8)), np.empty((*lead, 14))
         given = (*map(np.ascontiguousarray, stacks), np.ascontiguousarray(length), shear, rotary)
-        _compiled(*given, _MASS_POLYNOMIALS, moduli[0].size, length.size, len(shear), flexible, massive)
-        return flexible, massive
+        bad = _compiled(*given, _MASS_POLYNOMIALS, moduli[0].size, length.size, len(shear), flexible, massive)
+        return flexible, massive, not bad
     (E, G, rho), section = moduli, SectionProperties(*stiff)
     factors = phi(E, G, section, length, shear) if shear.any() else (0.0, 0.0)
     return (
         flexibility_coefficients(E, G, section, length, shear),
         mass_coefficients(rho, SectionProperties(*actual), length, *factors, rotary),
+        False,
     )
 
 

@@ -17,7 +17,6 @@ from flexura.kernels import is_compiled
 from flexura.linalg import GUARD, Eigenpairs, lowest
 from flexura.mechanism import DOF_NAMES
 from flexura.records import Kept, Latest, Record
-from flexura.reduction.chain_moments import Basis
 from flexura.reduction.parts import PartReducer, ReducedPart
 from flexura.structure import Design, DiscreteElement, Elements, PartMatrices, Plan, Scatter, block_diagonal
 
@@ -302,11 +301,12 @@ def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteEl
     """Raise ImpossibleDesignError for the first design with an element, of a beam or discrete, that is not positive
     and finite."""
     good = np.ones(designs, dtype=bool)
-    for coefficients, basis, least in (
-        (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
-        (elements.mass_coefficients, elements.mass_basis, 0.0),
-    ):
-        _keep_good(coefficients.take(Basis.of(basis).diagonal, axis=-1), least, good)
+    if not elements.can_be:
+        for coefficients, basis, least in (
+            (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
+            (elements.mass_coefficients, elements.mass_basis, 0.0),
+        ):
+            _keep_good(coefficients[..., _on_diagonal(basis)], least, good)
     for discrete in discrete_elements:
         for A in (discrete.K, discrete.M):
             if A is not None:
@@ -319,6 +319,12 @@ def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
     """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
     if sizes.size and not (sizes.min() >= least and sizes.max() < np.inf):
         good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
+
+
+def _on_diagonal(basis: Array) -> NDArray[np.bool_]:
+    """Which terms (k,) of a basis (k, n n) are on the diagonal."""
+    n = round(basis.shape[1] ** 0.5)
+    return (basis[:, :: n + 1] != 0).any(axis=1)
 
 
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:

@@ -144,7 +144,7 @@ def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) 
     designs = len(frame.Xd) if varies else max(len(one) for one in own)
     (c, e), kept = frame.elements.shape, forces.shape[-1]
     n = 12 + kept
-    bases = [Basis.of(basis) for basis in (table.flexibility_basis, table.mass_basis)]
+    bases = [_Basis.of(basis) for basis in (table.flexibility_basis, table.mass_basis)]
     sizes = []
     for coefficients, basis in zip(own, bases, strict=True):
         _, elements, k = coefficients.shape
@@ -169,28 +169,26 @@ def _by_kernel(frame: PoleFrame, table: Elements, forces: Array, matrices: int) 
     return ChainMoments(A, slowness, loss), missing
 
 
-class Basis:
-    """What a basis (k, n n) of matrices has that is not zero, kept with it: how many entries, where values and places
-    of these are, and which terms are on the diagonal."""
+class _Basis:
+    """Entries of a basis (k, n) that are not zero, kept with it: their number, and where values and places are."""
 
     def __init__(self, basis: Array) -> None:
         self.basis = basis
-        self.diagonal: Index = np.flatnonzero(basis[:, :: round(basis.shape[1] ** 0.5) + 1].any(axis=1))
         self._places: Index = np.ascontiguousarray(np.argwhere(basis), dtype=np.int64)
         self._values: Array = basis[*self._places.T]
         self.entries: int = len(self._values)
         self.at: tuple[int, int] = address(self._values), address(self._places)
 
     @staticmethod
-    def of(basis: Array) -> Basis:
+    def of(basis: Array) -> _Basis:
         """Of a basis, found once."""
         found = _BASES.get(id(basis))
         if found is None:
-            found = _BASES[id(basis)] = Basis(basis)
+            found = _BASES[id(basis)] = _Basis(basis)
         return found
 
 
-_BASES = dict[int, Basis]()
+_BASES = dict[int, _Basis]()
 """By the identity of bases, which are kept."""
 
 

@@ -234,6 +234,11 @@ class Elements:
         return whole
 
     @property
+    def can_be(self) -> bool:
+        """Whether flexibility and mass of all elements are known to be positive and finite; others may be, too."""
+        return self._coefficients[2] and self._roots is None and not self._stations
+
+    @property
     def flexibility_basis(self) -> Array:
         """The basis (k, 36) of the flexibility: `COUPLED_FLEXIBILITY_BASIS` where there are elastic roots."""
         return element.END_FLEXIBILITY_BASIS if self._roots is None else COUPLED_FLEXIBILITY_BASIS
@@ -251,8 +256,9 @@ class Elements:
         return self._coefficients[1]
 
     @cached_property
-    def _coefficients(self) -> tuple[Array, Array]:
-        """Coefficients of flexibility and mass of uniform elements, with the section at the middle of each."""
+    def _coefficients(self) -> tuple[Array, Array, bool]:
+        """Coefficients of flexibility and mass of uniform elements, with the section at the middle of each, and whether
+        these are known to be those of elements that can be."""
         moduli, actual = self._tables
         stiff = actual if self._factors is None else np.stack(np.broadcast_arrays(*self._stiff))
         return element.coefficients(moduli, stiff, actual, self.length, self._shear, self._rotary)

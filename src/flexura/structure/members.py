@@ -182,10 +182,10 @@ class Members:
 
     def stations(self, values: Array, nu: Array, length: Array, points: Array = STATIONS) -> Stations:
         """Sections of tapered elements at `points` (stations,) of each element's length."""
-        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         stations: Stations = []
         for group, n, is_tapered in self.groups:
             if is_tapered:
+                lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
                 at = self.first[group.index][:, None] + np.arange(n)
                 fractions = ((np.arange(n)[:, None] + points) / n).ravel()
                 fields = group.properties(values, nu[..., group.index], length[..., group.index], fractions)
