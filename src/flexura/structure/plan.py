@@ -120,6 +120,8 @@ class Plan(Record, Displayed):
         """The parts and members of all prototypes, of whose bodies those bend that are named."""
         seated: dict[str, set[str]] = {name: set() for name in bending}
         seats: dict[str, dict[str, str]] = {name: {} for name in bending}
+        children = self.layout.children.items()
+        within = {name: {child.name: child.prototype for child in own} for name, own in children}
         for name, prototype in self.layout.prototypes.items():
             exposed = self.layout.exposed(name)
             for node in (
@@ -128,7 +130,7 @@ class Plan(Record, Displayed):
                 *steps, own = node.split(".")
                 source = name
                 for step in steps:
-                    source = next(child.prototype for child in self.layout.children[source] if child.name == step)
+                    source = within[source][step]
                 if own in bending[source]:
                     seated[source].add(own)
                     seats[name][node] = seat(node)
