@@ -3,29 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.kernels import Kernel, address, is_compiled, packed, scratch
+from flexura.kernels import Kernel, Struct, address, is_compiled, packed, scratch
 from flexura.reduction.branches import PLACING_ROUNDING
 from flexura.structure import DiscreteElement
 
-_compiled = Kernel("placed_sums", "aaaaxaaaa")
+_compiled = Kernel("placed_sums", "aaaaaaxaaaa")
 
 MAP_AXES = 3
 """Axes of maps that are the same for all designs."""
 
 
-class Part(NamedTuple):
-    """Matrices A (r, designs, c, n, n), which (p,) of the c stands at each place, and the maps L (..., p, n, n) there,
-    with the size |L| of these before digits cancel."""
+@dataclass(frozen=True)
+class Places:
+    """Where some of c matrices (n, n) go: `which` (p,) stands at each place, and the maps L (..., p, n, n) there, with
+    the size |L| of these before digits cancel."""
 
-    A: Array
     which: Index
     L: Array
     size: Array
+
+    @cached_property
+    def at(self) -> Struct:
+        """The same for kernels."""
+        own = tuple(np.ascontiguousarray(one) for one in (self.which, self.L, self.size))
+        p, n, _ = self.L.shape[-3:]
+        return Struct(*own, p, n, self.L[0].size if self.L.ndim > MAP_AXES and len(self.L) > 1 else 0)
+
+
+class Part(NamedTuple):
+    """Matrices A (r, designs, c, n, n), and their places."""
+
+    A: Array
+    places: Places
 
 
 def copies_in_a_row(A: Array) -> Array:
@@ -60,13 +76,21 @@ def placing_error(A: Array, size: Array) -> Array:
     return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)
 
 
-class Targets(NamedTuple):
+class Targets:
     """Where entries and rows of all parts, one behind the other, go in sums and spreads of so many `held`, the last of
-    which take what is held."""
+    which take what is held; given piece by piece, for entries (p, n, n) and rows (p, n) of p places each."""
 
-    entries: Index
-    rows: Index
-    held: tuple[int, int]
+    def __init__(self, entries: Sequence[Index], rows: Sequence[Index], held: tuple[int, int]) -> None:
+        none = np.empty(0, dtype=np.intp)
+        self.entries, self.rows = (np.concatenate([none, *map(np.ravel, own)]) for own in (entries, rows))
+        self.held = held
+        shapes = [own.shape for own in rows]
+        self.largest: int = max((n for _, n in shapes), default=0)
+        """Largest n."""
+        self.maps: int = sum(2 * p * n * n for p, n in shapes)
+        """Entries of all L and |L|."""
+        self.columns: int = sum(2 * p * (n + 1) ** 2 for p, n in shapes)
+        """Numbers that say where entries of these are not zero."""
 
 
 def placed_sums(
@@ -81,11 +105,12 @@ def placed_sums(
         return sums, spreads
     entry = row = 0
     for part in parts:
-        p, n = part.L.shape[-3:-1]
-        A = part.A[:, :, part.which]
-        _add_at(sums, to.entries[entry : entry + p * n * n], part.L.mT @ A @ part.L)
+        which, L, size = part.places.which, part.places.L, part.places.size
+        p, n, _ = L.shape[-3:]
+        A = part.A[:, :, which]
+        _add_at(sums, to.entries[entry : entry + p * n * n], L.mT @ A @ L)
         if with_spreads:
-            _add_at(spreads, to.rows[row : row + p * n], placing_error(A, part.size))
+            _add_at(spreads, to.rows[row : row + p * n], placing_error(A, size))
         entry, row = entry + p * n * n, row + p * n
     return sums, spreads
 
@@ -99,21 +124,17 @@ def _add_at(sums: Array, target: Index, data: Array) -> None:
 
 def _by_kernel(parts: Sequence[Part], to: Targets, sums: Array, spreads: Array) -> None:
     """The same by the kernel."""
-    kept, given, most, values, wholes = list[Array](), list[int](), 0, 0, 0
-    for A, which, L, size in parts:
-        (c, n), p = A.shape[2:4], len(which)
-        own = tuple(np.ascontiguousarray(one) for one in (A, which, L, size))
-        kept.extend(own)
-        given += [*map(address, own), c, p, n, L[0].size if L.ndim > MAP_AXES and len(L) > 1 else 0]
-        most, values, wholes = max(most, n), values + 2 * p * n * n, wholes + 2 * p * (n + 1) ** 2
+    A = [np.ascontiguousarray(part.A) for part in parts]
     _compiled(
-        packed(*given),
+        packed(*map(address, A)),
+        packed(*(len(own[0, 0]) for own in A)),
+        packed(*(part.places.at.address for part in parts)),
         to.entries,
         to.rows,
-        packed(len(parts), *sums.shape, spreads.shape[-1], most),
+        packed(len(parts), *sums.shape, spreads.shape[-1], to.largest),
         PLACING_ROUNDING if len(spreads) else 0.0,
-        scratch(2 * most * most + most + sum(to.held) + values),
-        np.empty(wholes, dtype=np.int64),
+        scratch(to.largest * (2 * to.largest + 1) + sum(to.held) + to.maps),
+        np.empty(to.columns, dtype=np.int64),
         sums,
         spreads,
     )

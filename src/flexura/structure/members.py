@@ -56,6 +56,7 @@ class Members:
         ]
         self._loss = np.array([table.add(np.nan if eta is None else eta) for eta in loss], dtype=np.intp)
         self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
+        self._have_nu = bool(self._has_nu.all())
         elastic = [m.nu if m.nu is not None else m.G for m in materials]
         self._nu_or_G = np.array([table.add(v) for v in elastic if v is not None], dtype=np.intp)
         strength = [
@@ -109,7 +110,7 @@ class Members:
     def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
         E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
-        if self._has_nu.all():
+        if self._have_nu:
             nu, G = other, E / (2 * (1 + other))
         else:
             nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)

@@ -372,7 +372,7 @@ class Plan(Record, Displayed):
         varying: Any = values[..., self._geometry_entries]
         if isinstance(values, Dual):
             return self._compute_geometry(values) if moves(varying) else self.geometry(values.value)
-        if varying.ndim > 1 and (varying == varying[0]).all():
+        if varying.ndim > 1 and (len(varying) == 1 or (varying == varying[0]).all()):
             values, varying = values[0], varying[0]
         key = varying.tobytes() + str(varying.shape).encode()
         return self._latest.get(key, lambda: self._compute_geometry(values))

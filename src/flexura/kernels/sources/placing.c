@@ -61,17 +61,16 @@ LANES map map_at(int64_t n, int64_t number, lanes *values, int64_t *rows)
     return (map){n, first, first + n + 1, values + number * n * n};
 }
 
-/* Matrices A (r, designs, c, n, n) of which one, `which` (p), stands at each of p places by the maps L (p, n, n), with
-|L| `size`, `step` on for the next design. */
+/* Where some of c matrices (n, n) go: `which` (p) stands at each of p places, and the maps L (p, n, n) there, with |L|
+`size`, `step` on for the next design. */
 typedef struct {
-    const double *A;
     const int64_t *which;
     const double *maps, *size;
-    int64_t c, p, n, step;
-} part;
+    int64_t p, n, step;
+} places;
 
-/* Maps of a part for four designs from `first` on. */
-LANES void read_maps(const part *own, int64_t first, int64_t designs, int with_size, lanes *values, int64_t *rows)
+/* Maps to places for four designs from `first` on. */
+LANES void read_maps(const places *own, int64_t first, int64_t designs, int with_size, lanes *values, int64_t *rows)
 {
     const int64_t n = own->n, nn = n * n;
     int64_t at[4];
@@ -83,18 +82,18 @@ LANES void read_maps(const part *own, int64_t first, int64_t designs, int with_s
     }
 }
 
-/* Add L' A L of one of the r matrices of a part for four designs at its targets to `sum`, and what that may be off to
-`spread` unless `rounding` is zero; `own` has (2 n n + n) lanes. */
-LANES void add_part(const part *given, int64_t matrix, int64_t first, int64_t designs, const int64_t *entry,
+/* Add L' A L of matrices A (designs, c, n, n) at their places for four designs to `sum` at the targets, and what that may
+be off to `spread` unless `rounding` is zero; `own` has (2 n n + n) lanes. */
+LANES void add_part(const double *A, int64_t c, const places *given, int64_t first, int64_t designs, const int64_t *entry,
                     const int64_t *row, double rounding, lanes *values, int64_t *rows, lanes *own, lanes *sum, lanes *spread)
 {
-    const int64_t n = given->n, nn = n * n, c = given->c;
+    const int64_t n = given->n, nn = n * n;
     lanes *T = own + nn, *roots = T + nn;
     int64_t at[4];
     offsets(first, designs, c * nn, at);
     for (int64_t i = 0; i < given->p; i++) {
         const map L = map_at(n, i, values, rows), S = map_at(n, given->p + i, values, rows);
-        const double *from = given->A + (matrix * designs * c + given->which[i]) * nn;
+        const double *from = A + given->which[i] * nn;
         for (int64_t j = 0; j < nn; j++) own[j] = gathered(from + j, at);
         for (int64_t j = 0; j < n; j++) roots[j] = root(absolute(own[j * n + j]));
         place(&L, own, T);
@@ -107,11 +106,13 @@ LANES void add_part(const part *given, int64_t matrix, int64_t first, int64_t de
     }
 }
 
-/* The sums (r, designs, entries) of L' A L of all parts at their targets, and the bounds on their errors `spreads` (r,
-designs, rows) unless `rounding` is zero. `sizes` are the number of parts, r, designs, entries, rows and the largest n;
-scratch is of (2 n n + n + entries + rows) lanes and 2 p n n of each part, and 2 p (n + 1)^2 whole ones of each. */
-KERNEL int64_t placed_sums(const part *parts, const int64_t *entry, const int64_t *row, const int64_t *sizes, double rounding,
-                           double *scratch, int64_t *rows, double *sums, double *spreads)
+/* The sums (r, designs, entries) of L' A L of parts A (r, designs, c, n, n) each, by their `kinds` c, at their targets, and
+the bounds on their errors `spreads` (r, designs, rows) unless `rounding` is zero. `sizes` are the number of parts, r,
+designs, entries, rows and the largest n; scratch is of (2 n n + n + entries + rows) lanes and 2 p n n of each part, and
+2 p (n + 1)^2 whole ones of each. */
+KERNEL int64_t placed_sums(const double *const *A, const int64_t *kinds, const places *const *parts, const int64_t *entry,
+                           const int64_t *row, const int64_t *sizes, double rounding, double *scratch, int64_t *rows,
+                           double *sums, double *spreads)
 {
     const int64_t r = sizes[1], designs = sizes[2], entries = sizes[3], held = sizes[4], n = sizes[5];
     lanes *own = aligned(scratch), *sum = own + 2 * n * n + n, *spread = sum + entries, *values = spread + held;
@@ -119,12 +120,13 @@ KERNEL int64_t placed_sums(const part *parts, const int64_t *entry, const int64_
         for (int64_t k = 0; k < r; k++) {
             int64_t value = 0, whole = 0, at_entry = 0, at_row = 0;
             clear(sum, entries), clear(spread, held);
-            for (const part *given = parts; given < parts + sizes[0]; given++) {
+            for (int64_t i = 0; i < sizes[0]; i++) {
+                const places *given = parts[i];
                 const int64_t m = given->n, p = given->p;
                 if (k == 0 && (first == 0 || given->step))
                     read_maps(given, first, designs, rounding > 0, values + value, rows + whole);
-                add_part(given, k, first, designs, entry + at_entry, row + at_row, rounding, values + value,
-                         rows + whole, own, sum, spread);
+                add_part(A[i] + k * designs * kinds[i] * m * m, kinds[i], given, first, designs, entry + at_entry,
+                         row + at_row, rounding, values + value, rows + whole, own, sum, spread);
                 value += 2 * p * m * m, whole += 2 * p * (m + 1) * (m + 1), at_entry += p * m * m, at_row += p * m;
             }
             for (int64_t l = 0; l < 4 && first + l < designs; l++) {
