@@ -60,7 +60,7 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
     """
     b, t, nu = _common_shape(width, thickness, nu)
     if is_compiled() and with_slopes_of(b, t, nu) is None:
-        table = np.empty((len(SectionProperties._fields), *b.shape))
+        table: Array = np.empty((len(SectionProperties._fields), *b.shape))
         _compiled(*map(np.ascontiguousarray, (b, t, nu)), b.size, table)
         return SectionProperties(*table)
     A = b * t

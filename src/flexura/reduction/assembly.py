@@ -300,25 +300,19 @@ def independent_stacks(
 def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteElement], designs: int) -> None:
     """Raise ImpossibleDesignError for the first design with an element, of a beam or discrete, that is not positive
     and finite."""
-    good = np.ones(designs, dtype=bool)
+    rows = [
+        (A.diagonal(axis1=-2, axis2=-1)[..., None], 0.0) for d in discrete_elements for A in (d.K, d.M) if A is not None
+    ]
     if not elements.can_be:
-        for coefficients, basis, least in (
-            (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
-            (elements.mass_coefficients, elements.mass_basis, 0.0),
-        ):
-            _keep_good(coefficients[..., _on_diagonal(basis)], least, good)
-    for discrete in discrete_elements:
-        for A in (discrete.K, discrete.M):
-            if A is not None:
-                _keep_good(A.diagonal(axis1=-2, axis2=-1)[..., None], 0.0, good)
-    if not good.all():
-        raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
-
-
-def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
-    """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
-    if sizes.size and not (sizes.min() >= least and sizes.max() < np.inf):
+        flexible, massive = elements.flexibility_coefficients, elements.mass_coefficients
+        rows.append((flexible[..., _on_diagonal(elements.flexibility_basis)], np.finfo(float).tiny))
+        rows.append((massive[..., _on_diagonal(elements.mass_basis)], 0.0))
+    if all(not sizes.size or (sizes.min() >= least and sizes.max() < np.inf) for sizes, least in rows):
+        return
+    good = np.ones(designs, dtype=bool)
+    for sizes, least in rows:
         good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
+    raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
 
 
 def _on_diagonal(basis: Array) -> NDArray[np.bool_]:

@@ -57,8 +57,8 @@ class _Placed:
 
 @dataclass(frozen=True)
 class _Maps:
-    """What depends on geometry alone: sets of chains with their places, where they are mapped to their coordinates, those
-    of the discrete elements, and T of every block."""
+    """What depends on geometry alone: sets of chains and where they go, where the discrete elements go, and T of every
+    block."""
 
     chains: list[tuple[PoleFrame, Places]]
     discrete_elements: list[Places]

@@ -32,9 +32,9 @@ class Places:
     @cached_property
     def at(self) -> Struct:
         """The same for kernels."""
-        own = tuple(np.ascontiguousarray(one) for one in (self.which, self.L, self.size))
-        p, n, _ = self.L.shape[-3:]
-        return Struct(*own, p, n, self.L[0].size if self.L.ndim > MAP_AXES and len(self.L) > 1 else 0)
+        which, L, size = np.ascontiguousarray(self.which), *map(np.ascontiguousarray, (self.L, self.size))
+        p, n, _ = L.shape[-3:]
+        return Struct(which, L, size, p, n, L[0].size if L.ndim > MAP_AXES and len(L) > 1 else 0)
 
 
 class Part(NamedTuple):

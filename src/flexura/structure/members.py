@@ -169,7 +169,7 @@ class Members:
         is_left = not is_compiled() or with_slopes_of(values, length) is not None
         for family, at, groups, by_kernel, others in self._families:
             k, e = by_kernel[0].shape
-            sizes = np.empty((k, *lead, e), like=values)
+            sizes: Array = np.empty((k, *lead, e), like=values)
             if not is_left:
                 step = length.shape[-1] if length.ndim > 1 else 0
                 numbers = packed(values.size // values.shape[-1], values.shape[-1], step, k, e)
@@ -220,8 +220,8 @@ class Members:
         m = self.element_member
         table = self._section_table(values, nu[..., m], length)
         moduli, sections = np.empty((3, *table.shape[1:]), like=values), SectionProperties(*table)
-        for row, own in zip(moduli, (E, G, rho), strict=True):
-            row[...] = own[..., m]
+        for k, own in enumerate((E, G, rho)):
+            moduli[k] = own[..., m]
         finer = partial(self.stations, values, nu, length)
         factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
         homogeneous = factors

@@ -352,7 +352,7 @@ class Plan(Record, Displayed):
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero, or with a contour
         that does not fit its member."""
-        bad = (values.take(self._sizes, axis=1) <= 0).any(axis=1)
+        bad: Any = (values.take(self._sizes, axis=1) <= 0).any(axis=1)
         entries, fitting = self._fitting
         if (values.take(entries, axis=1) == fitting).all():
             return bad.nonzero()[0]
