@@ -27,9 +27,9 @@ SQUARE = (3 * np.pi / 16) ** 0.25
 
 
 class _Family(NamedTuple):
-    """The elements `at` which one section formula applies, the member of each, and groups with their places (m, n)
-    among these elements and the fractions (n,) of the member where these are; `by_kernel` says how the sizes of some of
-    the groups follow from their entries, `others` are left to NumPy."""
+    """The elements `at` which one section formula applies, and groups with their places (m, n) among these elements and
+    the fractions (n,) of the member where these are; `by_kernel` says how sizes follow from entries, as the kernel
+    takes it, for all groups but `others`, which are left to NumPy."""
 
     formula: str
     at: Index | slice

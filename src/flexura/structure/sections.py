@@ -66,7 +66,7 @@ _KERNEL_SHAPES: dict[str, tuple[str, ...]] = {
     "v_shaped": ("angle", "root_radius"),
     "straight": (),
 }
-"""Contours as kernels number them, and sizes as it stands, with what they have beside a web."""
+"""Contours as kernels number them, and a size as it stands, with what they have beside a web."""
 
 
 class Contour(NamedTuple):
