@@ -18,7 +18,10 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
 from flexura.beam.frames import Real, ordered
-from flexura.duals import plain, real, zeros
+from flexura.duals import plain, real, with_slopes_of, zeros
+from flexura.kernels import Kernel, is_compiled
+
+_compiled = Kernel("rectangles", "aaana")
 
 _SUM_INVERSE_ODD_FIFTH_POWERS = 1.0045237627951384  # 1 + 1/3^5 + 1/5^5 + ... = (31/32) zeta(5)
 
@@ -56,6 +59,10 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
     ratio; for shear across a wide leaf, where it hardly matters, they are too high (Hutchinson 2001).
     """
     b, t, nu = _common_shape(width, thickness, nu)
+    if is_compiled() and with_slopes_of(b, t, nu) is None:
+        table: Array = np.empty((len(SectionProperties._fields), *b.shape))
+        _compiled(*map(np.ascontiguousarray, (b, t, nu)), b.size, table)
+        return SectionProperties(*table)
     A = b * t
     k = 10 * (1 + nu) / (12 + 11 * nu)
     return SectionProperties(A, A * t * t / 12, A * b * b / 12, _rectangle_torsion(b, t), k, k)
