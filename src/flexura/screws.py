@@ -281,7 +281,6 @@ _VARIETIES = {
     "2 00": "all lines of a plane through a point",
     "2 11": "two skew lines",
     "2c 00": "parallel lines in a plane",
-    "2c 00i": "parallel lines in a plane",
     "3 00": "all lines through a point",
     "3c 00": "all lines of a plane",
     "3cc 00": "all lines parallel to a direction",

@@ -260,10 +260,9 @@ def constraints(
 def _freedoms(found: Skeleton, count: Count, pair: tuple[int, int] | None) -> tuple[str, ...]:
     """Freedoms of the described bodies that move, or of the second of two, by the coordinates that determine them."""
     looked_at = [pair[1]] if pair else [b for b in found.described if b != count.held] or count.moving
-    at = [6 * count.moving.index(b) + k for b in looked_at for k in range(6)]
-    Q = la.orth(count.motions)
-    U, size, _ = la.svd(Q[at], full_matrices=False)
     names = [f"{found.names[b]}.{dof}" for b in looked_at for dof in DOF_NAMES]
+    motions = count.of_bodies(*looked_at).freedoms
+    U, size, _ = la.svd(motions / np.linalg.norm(motions, axis=0), full_matrices=False)
     r = int((size > STILL).sum())
     return motion_labels(U[:, :r], names) if r else ()
 

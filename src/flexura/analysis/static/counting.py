@@ -157,10 +157,10 @@ class Count:
         strained = (Vt[:r].T / size[:r]) @ right.T / unit[:, None]
         return Count(held, chosen, moving, owner, share, rank, strained, Vt[r:].T / unit[:, None], left[:, rank:])
 
-    def of_body(self, body: int) -> BodyMotions:
-        """What one of the moving bodies does while all others are where the energy is least (theory eq. Y12)."""
-        at = 6 * self.moving.index(body) + np.arange(6)
-        loose = la.orth(self.unstrained[at], rcond=STILL) if self.loose else np.zeros((6, 0))
+    def of_bodies(self, *bodies: int) -> BodyMotions:
+        """What some of the moving bodies do while all others are where the energy is least (theory eq. Y12)."""
+        at = [6 * self.moving.index(body) + k for body in bodies for k in range(6)]
+        loose = la.orth(self.unstrained[at], rcond=STILL) if self.loose else np.zeros((len(at), 0))
         B = self.strained[at]
         _, size, Wt = la.svd(B - loose @ (loose.T @ B), full_matrices=False)
         W = Wt[size > STILL * size.max(initial=0.0)].T
@@ -176,10 +176,10 @@ class Count:
 
 @dataclass(frozen=True)
 class BodyMotions:
-    """Motions of a body, rotations times the size: `loose` ones (6, l) that strain nothing, and `strained` ones (6, k)
-    of one energy, of which the `share` (k,) is in stiff deformations, ascending, without any between two of them.
-    `freedoms` (6, f) are what remains of the loose ones and of those that are mostly soft where stiff deformations
-    give way in nothing that is constrained."""
+    """Motions of b bodies, rotations times the size: `loose` ones (6 b, l) that strain nothing, and `strained` ones
+    (6 b, k) of one energy, of which the `share` (k,) is in stiff deformations, ascending, without any between two of
+    them. `freedoms` (6 b, f) are the loose ones, and those that are mostly soft where all that is constrained is held.
+    """
 
     freedoms: Array
     loose: Array
@@ -192,7 +192,7 @@ class BodyMotions:
         return np.append(np.zeros(self.loose.shape[1]), _odds(self.share))
 
     def odds_of(self, twist: Array) -> float:
-        """The same of any motion (6,)."""
+        """The same of any motion (6 b,)."""
         a = la.lstsq(np.concatenate([self.loose, self.strained], axis=1), twist)[0][self.loose.shape[1] :]
         energy = np.square(a)
         return float(_odds(energy @ self.share / max(energy.sum(), np.finfo(float).tiny)))

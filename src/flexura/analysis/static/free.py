@@ -300,7 +300,7 @@ def _rows(model: FullOrderModel, number: int) -> Array:
 def _spaces(found: Skeleton, count: Count, body: int, name: str, spectrum: ComplianceSpectrum | None) -> BodySpaces:
     """Both spaces of a body, by the count, beside its compliances."""
     centre, length = (found.points[body], found.size) if spectrum is None else (spectrum.centre, spectrum.length)
-    motions = count.of_body(body)
+    motions = count.of_bodies(body)
     arm = rigid_arm(centre - found.points[body]) / np.repeat([1.0, found.size], 3)
     unit = np.repeat([length, 1.0], 3)
     columns = arm @ motions.freedoms / unit[:, None]
