@@ -53,8 +53,7 @@ class SpaceScrew(Record):
     @property
     def told(self) -> str:
         """What it is, with its pitch."""
-        pitch = _in_mm(self.axis)
-        return self.kind + ("" if pitch in ("", "0") else f", {pitch} mm")
+        return f"{self.kind}, {_pitch(self.axis)}" if self.kind in ("screw", "wrench") else self.kind
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON, axes by their `direction`, `point` and `pitch`."""
@@ -134,7 +133,7 @@ class FreedomSpaces(Tabular):
             "is held by": [_told(body.constraint) for body in own],
             "lines make": ["all of it" if body.is_parallel else f"{body.constraint.by_lines} of it" for body in own],
             "stiff over soft energy": [_energies(body) for body in own],
-            "free over held compliance": [body.gap for body in own],
+            "gap": [body.gap for body in own],
             "outside": [percent(body.outside, 2) for body in own],
         }
         yield Table(columns, "bodies")
@@ -161,9 +160,9 @@ class FreedomSpaces(Tabular):
         for k, axis in enumerate("xyz"):
             columns[f"point {axis} [m]"] = [screw.axis.point[k] for *_, screw in rows]
         columns["pitch [m]"] = [screw.axis.pitch for *_, screw in rows]
-        columns["stiff over soft energy"] = [screw.energy for *_, screw in rows]
-        columns["offset [m]"] = [screw.offset for *_, screw in rows]
-        columns["tilt [rad]"] = [screw.tilt for *_, screw in rows]
+        for name, own in (("stiff over soft energy", "energy"), ("offset [m]", "offset"), ("tilt [rad]", "tilt")):
+            values = [getattr(screw, own) for *_, screw in rows]
+            columns[name] = [np.nan if value is None else value for value in values]
         return columns
 
 
@@ -179,7 +178,7 @@ def _told_of(screws: Sequence[tuple[str, SpaceScrew]], is_free: bool) -> dict[st
         "screw": [screw.kind for screw in own],
         "axis": [" ".join(f"{x:+.4f}" for x in screw.axis.direction) for screw in own],
         "through mm": ["" if screw.axis.is_translation else in_mm(screw.axis.point) for screw in own],
-        "pitch mm": [_in_mm(screw.axis) for screw in own],
+        "pitch": [_pitch(screw.axis) for screw in own],
     }
     if is_free:
         columns["stiff over soft energy"] = ["" if x.energy is None else number(x.energy, 3) for x in own]
@@ -187,13 +186,14 @@ def _told_of(screws: Sequence[tuple[str, SpaceScrew]], is_free: bool) -> dict[st
             ", ".join(quantity(x, unit, 3) for x, unit in ((own.offset, "m"), (own.tilt, "rad")) if _is_known(x))
             for own in own
         ]
-        columns["its pitch mm"] = ["" if x.elastic is None or x.axis.is_translation else _in_mm(x.elastic) for x in own]
+        turned = [None if x.axis.is_translation else x.elastic for x in own]
+        columns["its pitch"] = ["" if axis is None else _pitch(axis) for axis in turned]
     return columns
 
 
-def _in_mm(axis: ScrewAxis) -> str:
-    """The pitch in few digits."""
-    return "" if axis.is_translation else number(round(1e3 * axis.pitch, 6), 4)
+def _pitch(axis: ScrewAxis) -> str:
+    """The pitch in few digits, without what is round-off."""
+    return "" if axis.is_translation else f"{number(round(1e3 * axis.pitch, 6), 4)} mm"
 
 
 def _is_known(value: float | None) -> bool:

@@ -274,7 +274,7 @@ def space_motions(drawing: Drawing, result: FreedomSpaces) -> Iterator[ShownMoti
             ("free in", body.freedom.name),
             ("held by", body.constraint.name),
             ("lines make", f"{body.constraint.by_lines} of {body.constraint.dimension} constraints"),
-            ("free over held compliance", "" if body.gap is None else number(body.gap, 4)),
+            ("gap in compliance", "" if body.gap is None else number(body.gap, 4)),
         )
         moving = [*_spaces_move(drawing, result, body)]
         for k, (title, moved) in enumerate(moving or [("constraints", still(drawing))]):
