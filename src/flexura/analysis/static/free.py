@@ -80,7 +80,7 @@ class SpannedSpace(Record):
 
 @dataclass(frozen=True, repr=False)
 class BodySpaces(Record):
-    """What one body is free in and what it is held by (theory eqs. Y12-Y14).
+    """What one body is free in and what it is held by (theory eqs. Y12-Y15).
 
     `freedom` and `constraint` are reciprocal; `is_parallel` when forces along lines alone span the constraints, so that
     wires and leaves side by side make them. `energy` are the energies in stiff over those in soft deformations of its
@@ -219,7 +219,7 @@ def free(
     *,
     between: Sequence[str] | None = None,
 ) -> FreedomSpaces:
-    """Freedom and constraint spaces of each described body as screws, and how pure they are (theory eqs. Y12-Y14).
+    """Freedom and constraint spaces of each described body as screws, and how pure they are (theory eqs. Y12-Y15).
 
     Deformations are stiff or soft, and bodies rigid, as `constraints` has them. Motions of a body whose energy is in
     soft deformations, while all else is where it will, are its freedom space, twists; the wrenches that do no work on
@@ -350,7 +350,7 @@ def _above_round_off(odds: float) -> float:
 
 
 def _purity(spectrum: ComplianceSpectrum, freedom: ScrewSpace, constraint: ScrewSpace) -> dict[str, Any]:
-    """How far the compliance and the spaces agree (theory eq. Y13)."""
+    """How far the compliance and the spaces agree (theory eq. Y14)."""
     C = (spectrum.axes * spectrum.compliance) @ spectrum.axes.T
     free, held = (space.basis.T @ C @ space.basis for space in (freedom, constraint))
     between = 0 < freedom.dimension < 6
@@ -364,7 +364,7 @@ def _purity(spectrum: ComplianceSpectrum, freedom: ScrewSpace, constraint: Screw
 
 def _elastic(spectrum: ComplianceSpectrum, count: int, screw: Screw) -> dict[str, Any]:
     """The axis nearest to a screw among the most compliant motions, how far off it is, m, and by what angle, rad
-    (theory eq. Y14); nothing where it has no part in them."""
+    (theory eq. Y15); nothing where it has no part in them."""
     unit = np.repeat([spectrum.length, 1.0], 3)
     E, wanted = spectrum.axes[:, :count], screw.components("twists") / unit
     twist = unit * (E @ (E.T @ wanted))
