@@ -140,7 +140,7 @@ class FreedomSpaces(Tabular):
         for title, space in (("freedoms", "freedom"), ("constraints", "constraint")):
             screws = [(body.body, screw) for body in own for screw in getattr(body, space).screws]
             if screws:
-                yield Table(_told_of(screws, space == "freedom"), "screws", title)
+                yield Table(_screw_columns(screws, space == "freedom"), "screws", title)
         yield Facts({"over-constraints": self.over})
 
     def _columns(self) -> dict[str, Any]:
@@ -170,7 +170,7 @@ def _told(space: SpannedSpace) -> str:
     return f"{space.dimension}: {space.name}" if space.dimension else space.name
 
 
-def _told_of(screws: Sequence[tuple[str, SpaceScrew]], is_free: bool) -> dict[str, Any]:
+def _screw_columns(screws: Sequence[tuple[str, SpaceScrew]], is_free: bool) -> dict[str, Any]:
     """What is told of screws of bodies."""
     own = [screw for _, screw in screws]
     columns: dict[str, Any] = {
