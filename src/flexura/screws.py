@@ -114,8 +114,8 @@ class ScrewSpace:
 
     def principal(self) -> tuple[Screw, ...]:
         """Screws that span it: those of extreme pitch, at right angles to each other, by pitch, and then what has no
-        axis, translations or couples (Hunt 1978, principal screws of a system; theory eq. Y13). Of one pitch they go along global axes
-        where these are among them."""
+        axis, translations or couples (Hunt 1978, principal screws of a system; theory eq. Y13). Of one pitch they go
+        along global axes where these are among them."""
         parts = self._parts()
         screws = [self._screw(d, m, h) for d, m, h in parts.turning()]
         return (*screws, *(Screw(_signed(c), np.zeros(3), np.inf) for c in _along_axes(parts.couples).T))

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 import flexura as fx
 from flexura.errors import OptionError
 from flexura.gallery import entries, entry
-from helpers.counted_stages import B, E, G, L, T, crossed, folded, guide, hexapod, stage
+from helpers.counted_stages import B, E, G, L, T, crossed, folded, guide, hexapod, on_a_complex, stage
 from helpers.over import over
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -60,6 +60,18 @@ def test_wires(count):
     [own] = found.bodies
     assert own.constraint.dimension == min(count, 6) and own.freedom.dimension == max(6 - count, 0)
     assert found.over == max(count - 6, 0) and own.is_parallel
+
+
+@over("pitch", (2e-3, 10e-3, -5e-3))
+def test_five_wires_on_a_complex_leave_one_screw(pitch):
+    [own] = fx.free(on_a_complex(pitch)).bodies
+    [screw] = own.freedom.screws
+    assert (own.freedom.name, screw.kind) == ("screw", "screw") and screw.axis.pitch == pytest.approx(pitch, rel=1e-6)
+    assert screw.axis.direction == pytest.approx((0, 0, 1), abs=1e-6)
+    assert screw.axis.point[:2] == pytest.approx((0, 0), abs=1e-8)
+    assert own.constraint.name == "forces along all lines of a linear complex" and own.is_parallel
+    assert screw.elastic is not None and screw.elastic.pitch == pytest.approx(pitch, rel=0.05)
+    assert screw.told == f"screw, {1e3 * pitch:.4g} mm"
 
 
 @over("count", (1, 4, 6))
