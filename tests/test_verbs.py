@@ -41,6 +41,7 @@ SHELL = {
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "scheduled-plant": ((flexura.scheduled_plant, flexura.export), set()),
     "constraints": ((flexura.constraints,), set()),
+    "free": ((flexura.free,), set()),
     "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),

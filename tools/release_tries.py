@@ -48,6 +48,7 @@ CORE = (
     f"export {PIEZO} --out out/platform.mat -n 6",
     "budget examples/guide/servo.yaml --loop open",
     f"constraints {GUIDE}",
+    f"free {GUIDE} --plot out",
     f"misalignment {GUIDE} --mount 'leaf2.foot=0.1 mm,2 mrad'",
     f"heat {GUIDE}",
     f"backbone {GUIDE} --amplitude carriage.tx=1mm",

@@ -28,6 +28,8 @@ COMMANDS = {
     "statics": f"statics {GUIDE} --load carriage=2,0,0N --plot OUT/a",
     "buckling": f"buckling {GUIDE} --load carriage=0,0,-2N --plot OUT/a",
     "constraints": f"constraints {GUIDE} --out OUT/a.csv",
+    "free": f"free {GUIDE} --out OUT/a.csv --plot OUT",
+    "free page": f"free {GUIDE} --out OUT/a.html",
     "heat": f"heat {GUIDE} --out OUT/a.csv",
     "misalignment": f"misalignment {GUIDE} --mount leaf2.root=0.1mm,1mrad --samples 2 --out OUT/a.csv",
     "kinetostatics": f"kinetostatics {GUIDE} --plot OUT/a",

@@ -229,6 +229,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "CoupledResponse": coupled,
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,
+    "FreedomSpaces": lambda: fx.free(guide()),
     "FrequencyResponse": frequency_response,
     "FullOrderModel": lambda: fx.assemble(guide()),
     "IdentifiedModes": identified,

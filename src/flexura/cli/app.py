@@ -88,6 +88,11 @@ COMMANDS = {
         "constraints_command",
         "Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact.",
     ),
+    "free": _Command(
+        "response",
+        "free_command",
+        "Freedom and constraint spaces of bodies as screws, named, with how pure they are in energy and compliance.",
+    ),
     "heat": _Command(
         "response",
         "heat_command",
