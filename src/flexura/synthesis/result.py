@@ -120,7 +120,7 @@ class Candidates(Tabular):
             "file": [c.file for c in own],
             "held by": [c.topology for c in own],
             "freedoms": [c.freedoms for c in own],
-            "over": [c.over for c in own],
+            "over-constraints": [c.over for c in own],
             "gap": [number(c.gap, 3) for c in own],
             "f1": [quantity(c.first_hz, "Hz", 4) for c in own],
             "mass": [quantity(c.mass, "kg", 3) for c in own],
@@ -132,7 +132,7 @@ class Candidates(Tabular):
 
 def freedoms_in_short(space: ScrewSpace) -> str:
     """Such as `2R1T`: rotations, screws (H) and translations that span a space."""
-    screws = space.principal()
+    screws = space.simplest()
     counts = [
         ("R", sum(own.pitch == 0 for own in screws)),
         ("H", sum(own.pitch != 0 and np.isfinite(own.pitch) for own in screws)),

@@ -153,7 +153,7 @@ def _is_at_rest(text: str) -> bool:
 
 @verb
 def design(
-    path: str | Path,
+    wish: str | Path,
     *,
     folder: str | Path,
     most: int = 300,
@@ -169,8 +169,8 @@ def design(
     folder, and the same call goes on there. Raises ModelError for what is wrong with the wish, and OptionError where
     nothing is found, with what rules out the most.
     """
-    text = text_of(Path(path))
-    file = read_as(WishFile, text, str(path))
+    text = text_of(Path(wish))
+    file = read_as(WishFile, text, str(wish))
     report = progress or no_listener
     room = room_of(file.wish)
     _sane(room)

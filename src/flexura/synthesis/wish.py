@@ -11,10 +11,21 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from flexura.arrays import Array
-from flexura.mechanism import CATALOGUE, Part
-from flexura.mechanism.base import Direction, Name, Vector, refuse
-from flexura.mechanism.quantity import Length, PositiveAngle, PositiveLength, PositiveMass, Scalar
-from flexura.mechanism.studies import Label, Question
+from flexura.mechanism import (
+    CATALOGUE,
+    Direction,
+    Label,
+    Length,
+    Name,
+    Part,
+    PositiveAngle,
+    PositiveLength,
+    PositiveMass,
+    Question,
+    Scalar,
+    Vector,
+    refuse,
+)
 from flexura.screws import ScrewSpace
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
