@@ -12,11 +12,8 @@ from flexura.arrays import Array
 from flexura.mechanism import Mechanism
 from flexura.modelfile import described
 from flexura.synthesis.limbs import Terms, describe_member
-from flexura.synthesis.topologies import ALONG, RADII, Pattern, Topology, scale_of
+from flexura.synthesis.topologies import ALONG, BESIDE, LUG, RADII, Pattern, Topology, limits_of, lug_of
 from flexura.synthesis.wish import Room, Wish, WishFile
-
-LUG = 0.06
-"""Edge of a lug, over the smallest edge of the envelope."""
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
@@ -25,7 +22,7 @@ DRIVE_RADIUS = 0.7
 
 
 def draft(topology: Topology, file: WishFile, room: Room, name: str) -> Mechanism:
-    """The mechanism of a topology, with its sizes in the middle of their limits as parameters."""
+    """The mechanism of a topology, with its sizes as drawn first and their limits as parameters."""
     return described(_data(topology, file, room, name), name)
 
 
@@ -46,7 +43,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
-        carried += [f"{copies}.lug"] if _has_lug(own, room) else [f"{copies}.{head}" for head in own.kind.heads]
+        carried += [f"{copies}.lug"] if own.has_lug else [f"{copies}.{head}" for head in own.kind.heads]
         data["ground"] |= {f"{copies}.{foot}": "clamped" for foot in own.kind.feet}
     data["actuators"], drives = _drives(wish, room)
     data["nodes"] |= drives
@@ -61,43 +58,35 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
 
 def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[str, Any]:
     """Sizes of a pattern with their limits."""
-    limits = {
-        name: tuple(scale_of(limit.of, own, room, thinnest) * k for k in (limit.least, limit.most))
-        for name, limit in own.kind.sizes.items()
-    }
-    if own.site.where == "below" and own.site.reach:
-        limits["radius" if "radius" not in limits else "way"] = tuple(own.site.reach * k for k in RADIUS_LIMITS)
+    limits = limits_of(own, room, thinnest)
+    values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
+    if (way := _way(letter, own)) is not None:
+        name = way.removeprefix(f"{letter}_")
+        low, high = (own.site.reach * k for k in RADIUS_LIMITS)
+        limits[name], values[name] = (low, high), own.site.reach * RADII[0]
     return {
-        f"{letter}_{name}": {"value": _mm((low + high) / 2), "minimum": _mm(low), "maximum": _mm(high)}
+        f"{letter}_{name}": {"value": _mm(values[name]), "minimum": _mm(low), "maximum": _mm(high)}
         for name, (low, high) in limits.items()
     }
 
 
 def _way(letter: str, own: Pattern) -> str | None:
     """The parameter that says how far from the axis a pattern is, if there is one."""
-    if own.site.where != "below" or not own.site.reach:
+    if own.site.where != "below" or not own.site.reach or own.pinned:
         return None
     return f"{letter}_way" if "radius" in own.kind.sizes else f"{letter}_radius"
 
 
-def _has_lug(own: Pattern, room: Room) -> bool:
-    """Whether limbs begin at a lug at the side of the platform: those that lead on beside it."""
-    if own.site.where != "side" or len(own.kind.heads) > 1:
-        return False
-    at_face = room.shape == "cylinder" or own.site.azimuth in (0.0, np.pi / 2)
-    return at_face and bool(own.site.axes[:, 0] @ own.axes[:, 2] < ALONG)
-
-
 def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[str, Any]:
     """One limb, in the global frame."""
-    turn, lug = room.turn, LUG * room.size
+    turn = room.turn
     axes, radial = turn @ own.axes, turn @ own.site.axes[:, 0]
-    start = turn @ own.site.head(room, RADII[0])
+    start = turn @ own.site.head(room)
     terms: list[tuple[str | None, Array]] = [(None, start)]
     if way := _way(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (way, radial)]
-    if _has_lug(own, room):
-        terms = [(None, start + radial * lug / 2 + axes[:, 2] * lug / 2)]
+    fixed, drawn = own.shift(LUG * room.size)
+    terms += [(None, turn @ fixed), *((f"{letter}_{size}", axes @ np.array(c)) for size, c in drawn.items())]
     nodes = {
         name: _point([*terms, *((f"{letter}_{size}", axes @ np.array(c)) for size, c in node.items())])
         for name, node in own.kind.nodes.items()
@@ -112,54 +101,58 @@ def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[
             member["section"] = {"shape": "circle", "diameter": f"3*{letter}_{thin}"}
             links[name] = member
             continue
-        along = own.kind.points({size: 1.0 for size in sizes})
+        along = own.kind.points(dict.fromkeys(sizes, 1.0))
         d = along[b] - along[a]
         m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
         member |= describe_member(profile, _vector(m), width, f"{letter}_{thin}", f"{letter}_radius")
         flexures[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = [*own.kind.heads, *own.kind.feet]
-    for name, carried in (own.kind.blocks or {}).items():
-        found["bodies"][name] = _block(letter, own, terms, axes, carried, material)
-    if _has_lug(own, room):
-        found["bodies"]["lug"] = {
-            "centre": _point([(None, start + radial * lug / 2)]),
-            "solid": {"shape": "box", "size": [_mm(lug)] * 3, "material": material},
-            "rotate": _rotation(np.stack([radial, np.cross(turn[:, 2], radial), turn[:, 2]], axis=1)),
-            "carries": list(own.kind.heads),
-        }
+    for name, (carried, low, high) in (own.kind.blocks or {}).items():
+        found["bodies"][name] = _block(letter, terms, axes, low, high, material) | {"carries": list(carried)}
+    if own.has_lug:
+        found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
         interface = ["lug", *own.kind.feet]
     return {key: value for key, value in found.items() if value} | {"interface": interface}
 
 
 def _block(
-    letter: str, own: Pattern, terms: list[tuple[str | None, Array]], axes: Array, carried: Iterable[str], material: str
+    letter: str, terms: list[tuple[str | None, Array]], axes: Array, low: Terms, high: Terms, material: str
 ) -> dict[str, Any]:
-    """The block between the leaves of a limb: a box around the nodes that it carries, behind them along d."""
-    nodes: list[Terms] = [own.kind.nodes[name] for name in carried]
-    names = list(dict.fromkeys(size for node in nodes for size in node))
-    low = {size: np.min([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
-    high = {size: np.max([node.get(size, (0.0, 0.0, 0.0)) for node in nodes], axis=0) for size in names}
-    middle = {size: (low[size] + high[size]) / 2 for size in names}
-    span = {size: high[size] - low[size] for size in names}
-    thin = next(size for size in ("thickness", "web") if size in own.kind.sizes)
-    deep = f"6*{letter}_{thin}"
-    along = [
-        (f"{letter}_{size}", float(c[2])) for size, c in span.items() if abs(c[2]) > ALONG
-    ]  # of crossed guides the block is as long as the second pair is apart
-    across = [(f"{letter}_{size}", float(c[0])) for size, c in span.items() if abs(c[0]) > ALONG]
+    """A box along the axes of a limb between two of its corners."""
+    zero = np.zeros(3)
+    ends = {size: (np.array(low.get(size, zero)), np.array(high.get(size, zero))) for size in {**low, **high}}
+    spans = {size: b - a for size, (a, b) in ends.items()}
     size = [
-        _sum([*across, (f"{letter}_{thin}", 4.0)]),
-        f"{letter}_width",
-        _sum([*along, (f"{letter}_{thin}", 2.0)]) if along else deep,
+        _sum((f"{letter}_{name}", float(own[k])) for name, own in spans.items() if abs(own[k]) > ALONG)
+        for k in range(3)
     ]
-    shift = [(f"{letter}_{thin}", axes[:, 2] * (0.0 if along else 3.0))]
-    centre = [*terms, *((f"{letter}_{size}", axes @ c) for size, c in middle.items()), *shift]
+    centre = [*terms, *((f"{letter}_{name}", axes @ (a + b) / 2) for name, (a, b) in ends.items())]
     return {
         "centre": _point(centre),
         "solid": {"shape": "box", "size": size, "material": material},
         "rotate": _rotation(axes),
-        "carries": list(carried),
+    }
+
+
+def _lug(
+    letter: str, own: Pattern, room: Room, terms: list[tuple[str | None, Array]], axes: Array, material: str
+) -> dict[str, Any]:
+    """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures."""
+    edge, longer = lug_of(own, room)
+    return {
+        "centre": _point([*terms, (None, -axes[:, 2] * edge / 2)]),
+        "solid": {
+            "shape": "box",
+            "size": [
+                " + ".join([_mm(edge), *(f"{letter}_{size}" for size in longer)]),
+                f"{_mm(2 * BESIDE * edge)} + {letter}_width" if own.kind.width else _mm(edge),
+                _mm(edge),
+            ],
+            "material": material,
+        },
+        "rotate": _rotation(axes),
+        "carries": list(own.kind.heads),
     }
 
 
@@ -198,7 +191,7 @@ def _drives(wish: Wish, room: Room) -> tuple[dict[str, Any], dict[str, Any]]:
     for k in range(own.count):
         angle = 2 * np.pi * k / own.count
         r = DRIVE_RADIUS * room.platform[0] * (own.count > 1)
-        x = room.middle + [r * np.cos(angle), r * np.sin(angle), 0.0]
+        x = room.middle + np.array([r * np.cos(angle), r * np.sin(angle), 0.0])
         nodes[f"push{k + 1}"] = _point([(None, room.turn @ x)])
         actuators[f"drive{k + 1}"] = {"type": "force", "nodes": [f"push{k + 1}"], "direction": own.along}
     return actuators, nodes

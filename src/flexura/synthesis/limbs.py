@@ -45,8 +45,9 @@ class Kind:
 
     `bears(sizes)` are its wrenches about the head, in axes (m, e, d), of unit sizes; `sizes` are what may vary. `nodes`
     are its points, `members` by name the two nodes of each with its profile, and `blocks` bodies by the nodes that they
-    carry. `heads` and `feet` are nodes at the platform and at the base. `is_planar` says that it can be cut along e;
-    `is_round` that no direction across d is its own, and `width` whether it has one along e.
+    carry, with two opposite corners of each. `heads` and `feet` are nodes at the platform and at the base. `is_planar`
+    says that it can be cut along e; `is_round` that no direction across d is its own, and `width` whether it has one
+    along e.
     """
 
     name: str
@@ -56,11 +57,16 @@ class Kind:
     members: dict[str, tuple[str, str, str]]
     heads: tuple[str, ...] = ("head",)
     feet: tuple[str, ...] = ("foot",)
-    blocks: dict[str, tuple[str, ...]] | None = None
+    blocks: dict[str, tuple[tuple[str, ...], Terms, Terms]] | None = None
     is_planar: bool = False
     is_round: bool = False
     width: bool = False
     processes: tuple[str, ...] = ("milled", "printed", "assembled")
+
+    @property
+    def is_one_sided(self) -> bool:
+        """Whether its foot is to one side of its head along m."""
+        return "arm" in self.sizes
 
     def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
         return kind_of, (self.name,)
@@ -71,10 +77,12 @@ class Kind:
 
     def points(self, sizes: Sizes) -> dict[str, Array]:
         """Its nodes (3,), m, in axes (m, e, d)."""
-        return {
-            name: sum((sizes[own] * np.array(axes) for own, axes in terms.items()), np.zeros(3))
-            for name, terms in self.nodes.items()
-        }
+        return {name: place(terms, sizes) for name, terms in self.nodes.items()}
+
+
+def place(terms: Terms, sizes: Sizes) -> Array:
+    """A point (3,), m, of a limb of some sizes, in its axes (m, e, d)."""
+    return sum((sizes[own] * np.array(axes) for own, axes in terms.items()), np.zeros(3))
 
 
 M, E, D = np.eye(3)
@@ -102,11 +110,10 @@ def _leaf(_: Sizes) -> Array:
     return np.stack([FORCE[:, 2], FORCE[:, 1], COUPLE[:, 0]], axis=1)
 
 
-PAIR = 0.35
-"""Distance of the two leaves of a guide, over the length of a leaf, unless it is a size of its own."""
-
 _HEAD: dict[str, Terms] = {"head": {}, "foot": {"length": (0, 0, 1)}}
 _NECK = 0.12
+_CLEAR = 0.1
+"""How far feet of a folded guide are clear of what its heads are at, over the length of its leaves."""
 
 KINDS: dict[str, Kind] = {
     kind.name: kind
@@ -203,8 +210,8 @@ KINDS: dict[str, Kind] = {
                 "inner_high": {"inner": (0.5, 0, 0), "length": (0, 0, 1)},
                 "outer_low": {"outer": (-0.5, 0, 0), "length": (0, 0, 1)},
                 "outer_high": {"outer": (0.5, 0, 0), "length": (0, 0, 1)},
-                "foot_low": {"outer": (-0.5, 0, 0)},
-                "foot_high": {"outer": (0.5, 0, 0)},
+                "foot_low": {"outer": (-0.5, 0, 0), "length": (0, 0, _CLEAR)},
+                "foot_high": {"outer": (0.5, 0, 0), "length": (0, 0, _CLEAR)},
             },
             {
                 "inner_1": ("head_low", "inner_low", LEAF),
@@ -214,7 +221,13 @@ KINDS: dict[str, Kind] = {
             },
             heads=("head_low", "head_high"),
             feet=("foot_low", "foot_high"),
-            blocks={"block": ("inner_low", "inner_high", "outer_low", "outer_high")},
+            blocks={
+                "block": (
+                    ("inner_low", "inner_high", "outer_low", "outer_high"),
+                    {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
+                    {"outer": (0.5, 0, 0), "thickness": (2, 0, 6), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+                )
+            },
             is_planar=True,
             width=True,
             processes=("wire-cut", "milled", "printed", "assembled"),
@@ -222,8 +235,8 @@ KINDS: dict[str, Kind] = {
         Kind(
             "crossed guides",
             {
-                "length": LENGTH,
-                "spacing": Limit(0.1, 0.4, "size"),
+                "length": Limit(0.15, 0.6, "room"),
+                "spacing": Limit(0.1, 0.4, "room"),
                 "arm": Limit(0.1, 0.4, "size"),
                 "width": Limit(0.1, 1.0, "width"),
                 "thickness": THICKNESS,
@@ -234,10 +247,10 @@ KINDS: dict[str, Kind] = {
                 "head_high": {"spacing": (0.5, 0, 0)},
                 "end_low": {"spacing": (-0.5, 0, 0), "length": (0, 0, 1)},
                 "end_high": {"spacing": (0.5, 0, 0), "length": (0, 0, 1)},
-                "root_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1)},
-                "root_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1)},
-                "foot_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1), "arm": (1, 0, 0)},
-                "foot_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1), "arm": (1, 0, 0)},
+                "root_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1), "thickness": (2, 0, 0)},
+                "root_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1), "thickness": (2, 0, 0)},
+                "foot_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1), "arm": (1, 0, 0), "thickness": (2, 0, 0)},
+                "foot_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1), "arm": (1, 0, 0), "thickness": (2, 0, 0)},
             },
             {
                 "inner_1": ("head_low", "end_low", LEAF),
@@ -247,7 +260,13 @@ KINDS: dict[str, Kind] = {
             },
             heads=("head_low", "head_high"),
             feet=("foot_near", "foot_far"),
-            blocks={"block": ("end_low", "end_high", "root_near", "root_far")},
+            blocks={
+                "block": (
+                    ("end_low", "end_high", "root_near", "root_far"),
+                    {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
+                    {"spacing": (0.5, 0, 0.9), "thickness": (2, 0, 2), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+                )
+            },
             is_planar=True,
             width=True,
             processes=("wire-cut", "milled", "printed", "assembled"),

@@ -1,38 +1,50 @@
 """All topologies of a stated grammar that hold a platform in what is not wished, and in nothing that is.
 
-A topology is one pattern of limbs, or two: of as many limbs of one kind each, or one of them a limb in the middle. A
-pattern is one limb, or two, three or four evenly around the normal of the base through the middle of the platform. A
-limb is of one kind, begins at a site of the platform, and leads along a direction of the grammar: radial, tangential and
-along the normal at its site, halfway between two of these, or where the lines that are borne there meet one of their
-planes. Limbs of which any bears a wrench that does work on a
-wished freedom are left out (Blanding 1999; Hopkins and Culpepper 2010); those of a topology together bear all others,
-and none of its patterns can be left out. What differs by a symmetry of the wish is one topology.
+A topology is one pattern of limbs, or two: of as many limbs of one kind each, or one of them a limb in the middle. Two of
+as many limbs are one above the other or halfway between; where they lead alike at unlike heights, at the two edges of the
+platform; and parallel where they are single. A pattern is one limb, or two, three or four evenly around the normal of the
+base through the middle of the platform; of one, two and four the first is on an axis of the base, of four on a diagonal
+as well, of two at a corner of a box, and of three at every thirty degrees.
+
+A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges, halfway
+between, and where the point of the wish is if that is at the side; of heights at which a pattern bears the same, nearest
+the middle. It leads away from the platform along a direction of the grammar: radial, tangential, along the normal, halfway
+between the normal and one of the others, or where the lines that are borne at its beginning are one line or meet one of
+the planes between these three; in the middle along the normal. It is wide along one of the three, or across one of them.
+
+Limbs of which any bears a wrench that does work on a wished freedom are left out (Blanding 1999; Hopkins and Culpepper
+2010), whatever their sizes are; those of a topology together bear all others, and none of its patterns can be left out.
+What differs by a symmetry of the wish is one topology, drawn where its limbs have the most room.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations, product
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
-from scipy.spatial.distance import cdist
 
-from flexura.arrays import Array
+from flexura.arrays import Array, Index
 from flexura.screws import ScrewSpace
-from flexura.synthesis.limbs import KINDS, Kind, Sizes, unit_sizes
+from flexura.synthesis.limbs import KINDS, Kind, Sizes, Terms, place, unit_sizes
 from flexura.synthesis.wish import ROOM, Room
 
 COUNTS = (1, 2, 3, 4)
 """Limbs of a pattern."""
 
-
 RADII = (0.8, 0.55)
-"""Distance from the axis of sites below the platform, over the way to its edge: as drawn first, and another one for
-what must not depend on it."""
+"""Distance from the axis of sites below the platform, over the way to its edge: as drawn first, and another one."""
+
+LUG = 0.06
+"""Edge of a lug at the side of the platform, on which limbs begin that lead on beside it, over the smallest edge of the
+envelope."""
+
+BESIDE = 0.25
+"""Clearance of limbs that are wide radially from the side of the platform, over the edge of a lug."""
 
 RANK = 1e-6
 """Eigenvalue of a sum of projections up to which it is none."""
@@ -42,95 +54,156 @@ SHORTEST = 0.1
 
 ALONG = 1e-6
 
+SHARES = (0.5, 0.2)
+"""Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
+
+LEAST_AWAY = 3.0
+"""Distance of limbs from each other, over the thinnest web."""
+
+SAMPLES = 24
+"""Points along a member at which it is held against what is in its way."""
+
+LEAST_SLENDER = 8.0
+"""Room along a limb over the greatest thickness of its flexures, where the thinnest web allows that."""
+
+WIDEST = 1.5
+"""Room along a limb over the greatest width of its flexures."""
+
 
 class Site(NamedTuple):
-    """Where a limb begins: below the platform or at its side, at an azimuth, rad, and a height, m; `reach` is how far
-    from the axis the edge of the platform is there. The one in the middle below it has a reach of zero."""
+    """Where a limb begins: below the platform, at its side, or on a lug beside it, at an azimuth, rad, and a height, m.
+    `reach` is how far from the axis the edge of the platform is there, or the middle of the lug. The one in the middle
+    below it has a reach of zero."""
 
-    where: str
+    where: Literal["below", "side", "beside"]
     azimuth: float
     height: float
     reach: float
 
-    def head(self, room: Room, radius: float) -> Array:
-        """Its point (3,), so far from the axis over the reach."""
+    def head(self, room: Room, radius: float = RADII[0]) -> Array:
+        """Its point (3,); below the platform so far from the axis over the reach."""
         c, s = np.cos(self.azimuth), np.sin(self.azimuth)
-        r = self.reach * (radius if self.where == "below" else 1.0 if radius == RADII[0] else 1.2)
+        r = self.reach * (radius if self.where == "below" else 1.0)
         return np.array([room.middle[0] + r * c, room.middle[1] + r * s, self.height])
 
     @property
     def axes(self) -> Array:
         """Radial, tangential and normal directions there, columns (3, 3)."""
-        c, s = np.cos(self.azimuth), np.sin(self.azimuth)
-        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        return _about_z(self.azimuth)
 
 
-def sites(room: Room) -> list[Site]:
-    """All sites of a platform: below it and at its sides, at the heights of its edges, its middle and of the point that
-    rotations pass through."""
-    a, b, h = room.platform
-    z = room.middle[2]
-    low, high = z - h, z + h
-    heights = sorted({round(float(own), 9) for own in (low, z, high, room.about[2]) if 0 < own <= 2 * room.half[2]})
-    if room.shape == "box":
-        corner = float(np.arctan2(b, a))
-        edges = [(0.0, a), (np.pi / 2, b), (corner, float(np.hypot(a, b)))]
-    else:
-        edges = [(angle, a) for angle in (0.0, np.pi / 2, np.pi / 4, np.pi / 3)]
-    found = [Site("below", 0.0, float(low), 0.0)]
-    found += [Site("below", float(angle), float(low), float(reach)) for angle, reach in edges]
-    found += [Site("side", float(angle), height, float(reach)) for height in heights for angle, reach in edges]
+def sites(room: Room, count: int) -> list[Site]:
+    """All sites of the first of so many limbs."""
+    h = float(room.platform[2])
+    low, z, high = room.middle[2] + np.array([-h, 0.0, h])
+    inset, lug = min(LUG * room.size, h) / 2, LUG * room.size / 2
+    heights = {round(float(own), 9) for own in (low + inset, z, high - inset, room.about[2])}
+    heights = {own for own in heights if low - ALONG * room.size <= own <= high + ALONG * room.size}
+    found = [Site("below", 0.0, float(low), 0.0)] if count == 1 else []
+    for angle, reach in _edges(room, count):
+        found.append(Site("below", angle, float(low), reach))
+        if count == 3 and room.shape == "box":
+            continue
+        for height in sorted(heights, key=lambda own: abs(own - z)):
+            found.append(Site("side", angle, height, reach))
+            if room.shape == "cylinder" or min(np.abs(np.sin(angle)), np.abs(np.cos(angle))) < ALONG:
+                found.append(Site("beside", angle, height, reach + lug))
     return found
+
+
+def _edges(room: Room, count: int) -> Iterator[tuple[float, float]]:
+    """Azimuths of the first of so many limbs, and how far the edge of the platform is there."""
+    a, b = (float(own) for own in room.platform[:2])
+    box = room.shape == "box"
+    if count == 3:
+        yield from ((np.pi * k / 6, min(a, b)) for k in range(4))
+        return
+    square = abs(a - b) < ALONG * room.size
+    if count < 4 or square:
+        quarters = {1: 4, 2: 2, 4: 1}[count]
+        yield from ((np.pi / 2 * k, (a, b)[k % 2]) for k in range(quarters))
+    elif box:
+        yield 0.0, min(a, b)
+    if box and (count == 2 or (count == 4 and square)):
+        corner = float(np.arctan2(b, a))
+        yield from ((own, float(np.hypot(a, b))) for own in ((corner, np.pi - corner) if count == 2 else (corner,)))
+    elif count == 4 and not box:
+        yield np.pi / 4, a
 
 
 @dataclass(frozen=True)
 class Pattern:
     """Equal limbs around the axis: their kind, the site of the first, its axes (m, e, d) as columns (3, 3), and how
-    many there are. `run` is how long a limb can be before it leaves the envelope, m."""
+    many there are.
+
+    `run` is how long a limb can be before it leaves the envelope, m. Sites below the platform may be at any distance
+    from the axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first.
+    `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
+    width that they pass each other, which changes nothing of what they bear.
+    """
 
     kind: Kind
     site: Site
     axes: Array
     count: int
     run: float
+    pinned: bool = False
+    share: float = SHARES[0]
+    aside: bool = False
 
-    def turns(self) -> list[Array]:
-        """Rotations (3, 3) of the copies about the axis."""
-        return [_about_z(2 * np.pi * k / self.count) for k in range(self.count)]
+    def turns(self) -> Array:
+        """Rotations (n, 3, 3) of the copies about the axis."""
+        return _turns(self.count)
 
-    def spaces(self, room: Room, sizes: Sizes, radius: float) -> list[ScrewSpace]:
+    def spaces(self, room: Room, sizes: Sizes, radius: float = RADII[0]) -> list[ScrewSpace]:
         """What each copy bears, about the origin of the room."""
         axis = np.array([*room.middle[:2], 0.0])
         own = self.kind.wrenches(sizes, room.freedoms.length).moved(self.axes, self.site.head(room, radius) - axis)
         return [own.moved(turn).moved(np.eye(3), axis) for turn in self.turns()]
 
-    @property
+    @cached_property
     def n_constraints(self) -> int:
         """How many wrenches its limbs bear, each counted by itself."""
-        return self.count * self.kind.wrenches(unit_sizes(self.kind, 1.0), 1.0).dimension
+        return self.count * self.kind.bears(unit_sizes(self.kind, 1.0)).shape[1]
 
-    def key(self) -> tuple[object, ...]:
-        """What tells it from others of the same wish."""
-        return self.kind.name, self.site, tuple(np.round(self.axes, 6).ravel().tolist()), self.count
+    @property
+    def has_lug(self) -> bool:
+        """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads."""
+        return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
+
+    def shift(self, lug: float) -> tuple[Array, Terms]:
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d); none of it changes
+        what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
+        and lugs of those with several heads are between them and the platform."""
+        radial = self.site.axes[:, 0]
+        if self.aside:
+            return np.zeros(3), {"width": (0.0, 0.5, 0.0), "thickness": (0.0, 2.0, 0.0)}
+        if self.site.where == "side" and self.has_lug:
+            return radial * lug, {}
+        along = float(radial @ self.axes[:, 1])
+        if self.site.where == "beside" and self.kind.width and abs(along) > 1 - ALONG:
+            return radial * lug * (BESIDE - 0.5), {"width": (0.0, 0.5 * float(np.sign(along)), 0.0)}
+        return np.zeros(3), {}
+
+    @property
+    def is_asymmetric(self) -> bool:
+        """Whether it is one limb that is not in the middle."""
+        return self.count == 1 and self.site.reach > 0
 
 
 @dataclass(frozen=True)
 class Topology:
     """Patterns of limbs that hold the platform together. `over` counts constraints of single limbs beyond those that
-    are needed."""
+    are needed; the `name` is such as `3 tangential wires at the side`."""
 
     patterns: tuple[Pattern, ...]
     over: int
+    name: str
 
     @property
     def n_limbs(self) -> int:
         """How many limbs there are."""
         return sum(own.count for own in self.patterns)
-
-    @cached_property
-    def name(self) -> str:
-        """Such as `3 tangential wires at the side`."""
-        return " and ".join(map(_named, self.patterns))
 
 
 def _about_z(angle: float) -> Array:
@@ -138,229 +211,304 @@ def _about_z(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def _turns(count: int) -> Array:
+    return np.array([_about_z(2 * np.pi * k / count) for k in range(count)])
+
+
+_PLAIN = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if 0 < np.abs(c).sum() < 3 and not (c[0] and c[1])])
+"""Directions of the grammar at every site (n, 3), radial, tangential and along the normal."""
+
+
 def _directions(site: Site, borne: Array) -> list[Array]:
-    """Directions of the grammar at a site, of which lines are borne there (3, k) at all: unit vectors (3,)."""
-    axes = site.axes
-    found = [axes @ np.array(c, dtype=float) for c in product((-1, 0, 1), repeat=3) if 0 < np.abs(c).sum() < 3]
+    """Directions of the grammar at a site, of which lines are borne there (3, k) at all: unit vectors (3,). From
+    below the platform they lead down, in the middle straight; from its side outward, and from a lug beside it."""
+    if not site.reach:
+        return [-site.axes[:, 2]]
+    found = [site.axes @ c for c in _PLAIN]
     if borne.shape[1] == 1:
         found += [borne[:, 0], -borne[:, 0]]
     if borne.shape[1] == 2:
         normal = np.cross(borne[:, 0], borne[:, 1])
-        for own in axes.T:
-            line = np.cross(normal, own)
-            if np.linalg.norm(line) > ALONG:
-                found += [line, -line]
-    unique: dict[tuple[float, ...], Array] = {}
-    for own in found:
-        d = own / np.linalg.norm(own)
-        unique.setdefault(tuple(np.round(d, 6) + 0.0), d)
-    return list(unique.values())
+        lines = [np.cross(normal, own) for own in site.axes.T]
+        found += [s * line for line in lines if np.linalg.norm(line) > ALONG for s in (1.0, -1.0)]
+    units = [own / np.linalg.norm(own) for own in found]
+    radial = site.axes[:, 0]
+    if site.where == "below":
+        units = [d for d in units if d[2] < -ALONG]
+    else:
+        units = [d for d in units if (d @ radial > ALONG if site.where == "side" else abs(d @ radial) < ALONG)]
+    return list({tuple(np.round(d, 6) + 0.0): d for d in units}.values())
 
 
 def _widths(site: Site, d: Array, kind: Kind) -> Iterator[Array]:
     """Directions across d along which a limb may be wide."""
     across = [own for own in site.axes.T if abs(own @ d) < ALONG]
     slanting = [np.cross(d, own) for own in site.axes.T if ALONG < abs(own @ d) < 1 - ALONG]
-    unique: dict[tuple[float, ...], Array] = {}
+    chosen: list[Array] = []
     for own in (*across, *slanting):
         e = own / np.linalg.norm(own)
-        unique.setdefault(tuple(np.round(e, 6) + 0.0), e)
-    chosen = [e for key, e in unique.items() if tuple(-np.array(key) + 0.0) not in unique or key > tuple(-np.array(key))]
+        if not any(abs(e @ other) > 1 - ALONG for other in chosen):
+            chosen.append(e)
     if kind.is_round:
         yield chosen[0]
         return
-    one_sided = any(abs(axes[0]) > 0 for name in kind.feet for axes in kind.nodes[name].values())
     for e in chosen:
         yield e
-        if one_sided and len(kind.heads) == 1 or kind.name == "crossed guides":
+        if kind.is_one_sided:
             yield -e
 
 
 def patterns(room: Room, process: str) -> list[Pattern]:
     """All patterns of the grammar of which no limb works against a wished freedom."""
-    found: dict[tuple[object, ...], Pattern] = {}
     kinds = [kind for kind in KINDS.values() if process in kind.processes]
     kinds = [kind for kind in kinds if process != "wire-cut" or kind.is_planar]
-    for site in sites(room):
-        borne = room.wrenches.directions_at(site.head(room, RADII[0]))
-        for d in _directions(site, borne):
-            run = _run(room, site, d)
-            counts = [n for n in (COUNTS if site.reach else (1,)) if run[n - 1] >= SHORTEST * room.size]
-            for kind in kinds if counts else ():
-                for e in _widths(site, d, kind):
-                    axes = np.stack([np.cross(e, d), e, d], axis=1)
-                    if _works(kind, axes, site, room):
-                        continue
-                    for count in counts:
-                        if _are_free(kind, axes, site, room, count):
-                            own = Pattern(kind, site, axes, count, run[count - 1])
-                            found.setdefault(own.key(), own)
-    return list(found.values())
-
-
-def _works(kind: Kind, axes: Array, site: Site, room: Room) -> bool:
-    """Whether one limb works against a wished freedom, whatever its sizes are and however far from the axis it is."""
+    wrenches = [[kind.bears(unit_sizes(kind, scale * room.freedoms.length)) for scale in (1.0, 0.7)] for kind in kinds]
     F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
-    for scale, radius in zip((1.0, 0.7), RADII, strict=True):
-        sizes = unit_sizes(kind, scale * room.freedoms.length)
-        if np.abs(F.T @ _borne(kind, axes, site.head(room, radius), sizes)).max(initial=0.0) > ALONG:
-            return True
-    return False
-
-
-def _borne(kind: Kind, axes: Array, head: Array, sizes: Sizes) -> Array:
-    """Wrenches (6, n) of a limb about the origin of the room, moments in m."""
-    own = kind.bears(sizes)
-    force, moment = axes @ own[:3], axes @ own[3:]
-    return np.concatenate([force, moment + np.cross(head, force, axis=0)])
-
-
-def _are_free(kind: Kind, axes: Array, site: Site, room: Room, count: int) -> bool:
-    """Whether no copy of several works against a wished freedom."""
     axis = np.array([*room.middle[:2], 0.0])
-    F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
-    sizes, head = unit_sizes(kind, room.freedoms.length), site.head(room, RADII[0]) - axis
-    for k in range(1, count):
-        turn = _about_z(2 * np.pi * k / count)
-        if np.abs(F.T @ _borne(kind, turn @ axes, turn @ head + axis, sizes)).max(initial=0.0) > ALONG:
-            return False
-    return True
 
+    def works(own: Sequence[Array], axes: Array, head: Array, turns: Array) -> bool:
+        """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
+        places, frames = turns @ (head - axis) + axis, turns @ axes
+        for borne in own:
+            force, moment = frames @ borne[:3], frames @ borne[3:]
+            moment = moment + np.cross(places[:, :, None], force, axis=1)
+            if np.abs(F[:3].T @ force + F[3:].T @ moment).max(initial=0.0) > ALONG:
+                return True
+        return False
 
-def _run(room: Room, site: Site, d: Array) -> list[float]:
-    """How long limbs may be along d before the first of one, two, three or four of them leaves the envelope, m."""
-    head = site.head(room, RADII[0])
-    axis = np.array([*room.middle[:2], 0.0])
-    runs = []
+    found = []
     for count in COUNTS:
-        shortest = np.inf
-        for k in range(count):
-            turn = _about_z(2 * np.pi * k / count)
-            p, v = turn @ (head - axis) + axis - [0.0, 0.0, room.half[2]], turn @ d
-            with np.errstate(divide="ignore", invalid="ignore"):
-                way = np.where(np.abs(v) > ALONG, (np.sign(v) * room.half - p) / v, np.inf)
-            shortest = min(shortest, float(way.min()))
-        runs.append(shortest - ROOM * room.size)
-    return runs
+        turns = _turns(count)
+        for site in sites(room, count):
+            head = site.head(room)
+            for d in _directions(site, room.wrenches.directions_at(head)):
+                run = _run(room, site, d, turns)
+                if run < SHORTEST * room.size:
+                    continue
+                for kind, own in zip(kinds, wrenches, strict=True):
+                    for e in _widths(site, d, kind):
+                        axes = np.stack([np.cross(e, d), e, d], axis=1)
+                        if not works(own, axes, head, turns[:1]) and not works(own, axes, head, turns):
+                            pinned = site.where == "below" and works(own, axes, site.head(room, RADII[1]), turns)
+                            found.append(Pattern(kind, site, axes, count, run, pinned))
+    return found
+
+
+def _run(room: Room, site: Site, d: Array, turns: Array) -> float:
+    """How long limbs may be along d before the first of them leaves the envelope, m."""
+    axis = np.array([*room.middle[:2], 0.0])
+    p, v = turns @ (site.head(room) - axis) + axis - [0.0, 0.0, room.half[2]], turns @ d
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = np.where(np.abs(v) > ALONG, (np.sign(v) * room.half - p) / v, np.inf)
+    return float(way.min()) - ROOM * room.size
+
+
+def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[float, float]]:
+    """Least and most of each size of a limb, m."""
+    scales = {"thinnest": thinnest, "room": pattern.run, "size": room.size, "width": _width_room(pattern, room)}
+    found = {}
+    for name, limit in pattern.kind.sizes.items():
+        low, high = limit.least * scales[limit.of], limit.most * scales[limit.of]
+        if limit.of == "thinnest" and name in ("thickness", "diameter"):
+            high = max(1.5 * low, min(high, pattern.run / LEAST_SLENDER))
+        found[name] = (low, high)
+    return found
 
 
 def drawn_first(pattern: Pattern, room: Room, thinnest: float) -> Sizes:
-    """Sizes, m, in the middle of their limits."""
-    return {
-        name: scale_of(limit.of, pattern, room, thinnest) * (limit.least + limit.most) / 2
-        for name, limit in pattern.kind.sizes.items()
-    }
-
-
-def scale_of(of: str, pattern: Pattern, room: Room, thinnest: float) -> float:
-    """What the limits of a size are multiples of, m."""
-    if of == "thinnest":
-        return thinnest
-    if of == "room":
-        return pattern.run
-    if of == "size":
-        return room.size
-    return _width_room(pattern, room)
+    """Sizes, m, as they are drawn first."""
+    limits = limits_of(pattern, room, thinnest)
+    return {name: low + pattern.share * (high - low) for name, (low, high) in limits.items()}
 
 
 def _width_room(pattern: Pattern, room: Room) -> float:
     """How wide a limb may be where it begins, m."""
     e, site = np.abs(pattern.site.axes.T @ pattern.axes[:, 1]), pattern.site
-    tall = 2 * float(room.platform[2])
     edge = float(room.platform[:2].min())
-    if e[2] > 1 - ALONG:
-        return tall
-    if site.where == "side":
-        return min(edge, tall)
-    across = 2 * edge if pattern.count <= 2 and e[1] > 1 - ALONG else edge
-    return across if site.reach else edge
+    if site.where == "below":
+        wide = 2 * edge if pattern.count <= 2 and e[1] > 1 - ALONG and site.reach else edge
+    elif e[2] > ALONG:
+        wide = 2 * float(room.platform[2] - abs(site.height - room.middle[2]))
+    else:
+        wide = edge
+    return min(wide, pattern.run / WIDEST)
 
 
-def points_of(pattern: Pattern, room: Room, sizes: Sizes) -> list[dict[str, Array]]:
-    """Nodes of every copy in the frame of the room, m."""
+def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
+    """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
     axis = np.array([*room.middle[:2], 0.0])
-    head = pattern.site.head(room, RADII[0]) - axis
-    own = {name: head + pattern.axes @ x for name, x in pattern.kind.points(sizes).items()}
-    return [{name: turn @ x + axis for name, x in own.items()} for turn in pattern.turns()]
+    fixed, drawn = pattern.shift(LUG * room.size)
+    start = pattern.site.head(room) + fixed - axis
+    return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
-LEAST_AWAY = 3.0
-"""Distance of limbs from each other, over the thinnest web."""
-
-SAMPLES = 9
-"""Points along a member at which it is held against what is in its way."""
-
-
-def _swept(pattern: Pattern, room: Room, thinnest: float) -> Array:
-    """Points (copies, n, 3) along the middle and both edges of all members of each copy."""
-    sizes = drawn_first(pattern, room, thinnest)
-    wide = sizes.get("width", 0.0) / 2 * 0.8
-    at = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    every = []
-    for turn, nodes in zip(pattern.turns(), points_of(pattern, room, sizes), strict=True):
-        e = turn @ pattern.axes[:, 1] * wide
-        lines = [nodes[a] + at[:, None] * (nodes[b] - nodes[a]) for a, b, _ in pattern.kind.members.values()]
-        line = np.concatenate(lines)
-        every.append(np.concatenate([line, line + e, line - e]) if wide else line)
-    return np.array(every)
+def lug_of(pattern: Pattern, room: Room) -> tuple[float, tuple[str, ...]]:
+    """Edge of a lug, m, and the sizes by which it is longer along m."""
+    heads = (pattern.kind.nodes[head] for head in pattern.kind.heads)
+    return LUG * room.size, tuple(sorted({size for head in heads for size in head}))
 
 
-def fits(pattern: Pattern, room: Room, thinnest: float) -> bool:
-    """Whether all copies, drawn first, are within the envelope, outside of the platform and clear of each other."""
-    points = _swept(pattern, room, thinnest)
-    flat = points.reshape(-1, 3)
-    if (room.outside(flat) > 0).any() or room.in_platform(flat, 0.02 * room.size).any():
-        return False
-    others = points[1:].reshape(-1, 3)
-    return not len(others) or bool(cdist(points[0], others).min() > LEAST_AWAY * thinnest)
+class _Drawn(NamedTuple):
+    """A pattern as drawn first: points (copies, n, 3) along the middle and both edges of members, the same and those of
+    blocks, and all of it and of lugs."""
+
+    members: Array
+    moving: Array
+    all: Array
+
+
+_GRID = np.array(list(product((0.0, 0.5, 1.0), repeat=3)))
+
+
+def _drawn(pattern: Pattern, room: Room, thinnest: float) -> _Drawn:
+    """A pattern as it is drawn first."""
+    sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
+    nodes = kind.points(sizes)
+    at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
+    line = np.concatenate([nodes[a] + at * (nodes[b] - nodes[a]) for a, b, _ in kind.members.values()])
+    wide = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
+    members = np.concatenate([line, line + wide, line - wide]) if wide.any() else line
+    corners = [(place(low, sizes), place(high, sizes)) for _, low, high in (kind.blocks or {}).values()]
+    moving = np.concatenate([members, *(low + _GRID * (high - low) for low, high in corners)])
+    every = moving
+    if pattern.has_lug:
+        edge, longer = lug_of(pattern, room)
+        width = sizes["width"] + 2 * BESIDE * edge if "width" in sizes else edge
+        half = np.array([edge + sum(sizes[size] for size in longer), width, edge]) / 2
+        every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, edge / 2]])
+    own = _copies(pattern, room, sizes, every)
+    return _Drawn(own[:, : len(members)], own[:, : len(moving)], own)
+
+
+def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
+    """The pattern with the first sizes at which all copies are within the envelope, outside of the platform, begin at
+    it and are clear of each other; None where there are none."""
+    if (
+        pattern.site.where == "beside"
+        and len(pattern.kind.heads) > 1
+        and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
+    ):
+        return None
+    crossing = pattern.count == 2 and pattern.site.where == "below" and "thickness" in pattern.kind.sizes
+    for share, aside in product(SHARES, (False, True) if crossing else (False,)):
+        own = replace(pattern, share=share, aside=aside)
+        drawn = _drawn(own, room, thinnest)
+        if not _begins(own, room, thinnest):
+            continue
+        flat = drawn.moving.reshape(-1, 3)
+        if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
+            continue
+        others = drawn.all[1:].reshape(-1, 3)
+        gaps = drawn.all[0][:, None] - others
+        if not len(others) or float((gaps**2).sum(axis=2).min()) > (LEAST_AWAY * thinnest) ** 2:
+            return own
+    return None
+
+
+def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
+    """Whether all heads of all copies are at the platform, or on a lug."""
+    if pattern.has_lug:
+        return True
+    nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
+    heads = _copies(pattern, room, sizes, np.array([nodes[head] for head in pattern.kind.heads]))
+    return bool(room.in_platform(heads.reshape(-1, 3), -1e-3 * room.size).all())
 
 
 def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
-    """All topologies of a wish, the plainest first: fewest limbs, constraints and patterns."""
+    """All topologies of a wish, the plainest first: few members, patterns and constraints that are not needed."""
     need = room.wrenches.dimension
     if need == 0:
         return []
-    every = [own for own in patterns(room, process) if fits(own, room, thinnest)]
+    every = [own for own in (fitted(each, room, thinnest) for each in patterns(room, process)) if own]
     if not every:
         return []
-    projections = np.array([_projection(own, room) for own in every])
-    rank = _ranks(projections)
-    swept = [_swept(own, room, thinnest) for own in every]
+    P = np.array([_projection(own, room) for own in every])
+    first = _of_alike(every, P, room)
+    every, P = [every[k] for k in first], P[first]
+    numbers = _numbers(every, room)
+    swept = [_drawn(own, room, thinnest).all for own in every]
     trees = [KDTree(own.reshape(-1, 3)) for own in swept]
     far = LEAST_AWAY * thinnest
-    found: dict[bytes, Topology] = {}
-    symmetries = np.array(symmetries_of(room))
-    for chosen in _sets(every, projections, rank, need):
+    found: dict[tuple[int, ...], tuple[int, ...] | None] = {}
+    for chosen in _sets(every, P, _ranks(P), room):
         own = [every[k] for k in chosen]
         if process == "wire-cut" and not _one_cut(own):
             continue
-        if any(np.isfinite(trees[a].query(swept[b][0], 1, 0.0, 2, far)[0]).any() for a, b in combinations(chosen, 2)):
+        key = min(map(tuple, np.sort(numbers[:, chosen], axis=1).tolist()))
+        kept = found.get(key)
+        if key in found and (kept is None or _room_of(own) <= 1.05 * _room_of([every[k] for k in kept])):
             continue
-        found.setdefault(
-            _canonical(own, room, symmetries), Topology(tuple(own), sum(p.n_constraints for p in own) - need)
+        if any(np.isfinite(trees[a].query(swept[b][0], 1, 0.0, 2, far)[0]).any() for a, b in combinations(chosen, 2)):
+            found.setdefault(key, None)
+            continue
+        found[key] = chosen
+    sets = [tuple(every[k] for k in chosen) for chosen in found.values() if chosen]
+    listed = [
+        Topology(own, sum(p.n_constraints for p in own) - need, " and ".join(_named(p, room) for p in own))
+        for own in sets
+    ]
+    return _sorted(listed)
+
+
+def _room_of(own: Sequence[Pattern]) -> float:
+    return min(p.run for p in own)
+
+
+def _sorted(listed: Sequence[Topology]) -> list[Topology]:
+    """The plainest first, of those that differ in heights and azimuths alone: then all others, again the plainest
+    first."""
+    seen: set[tuple[object, ...]] = set()
+    firsts, others = [], []
+    for own in sorted(listed, key=_plainness):
+        alike = tuple(
+            (p.kind.name, p.count, p.site.where, _rounded(np.abs(p.site.axes.T @ p.axes[:, 1:]))) for p in own.patterns
         )
-    return sorted(found.values(), key=_plainness)
+        (others if alike in seen else firsts).append(own)
+        seen.add(alike)
+    return firsts + others
 
 
 def _plainness(own: Topology) -> tuple[object, ...]:
+    """What topologies are sorted by: members, constraints that are not needed, and what each further pattern and kind,
+    each limb to one side, and patterns that slant are counted as."""
     order = list(KINDS)
-    lone = sum(p.count == 1 and p.site.reach > 0 for p in own.patterns)
+    members = sum(p.count * len(p.kind.members) for p in own.patterns)
+    mixed = len({p.kind.name for p in own.patterns}) - 1
+    lone = sum(p.is_asymmetric for p in own.patterns)
+    slanting = sum(np.abs(p.site.axes.T @ p.axes[:, 2]).max() < 1 - ALONG for p in own.patterns)
     return (
-        len(own.patterns) + lone,
-        own.n_limbs + own.over / 2,
+        members + own.over / 2 + 2 * (len(own.patterns) - 1 + lone + mixed + 2 * slanting),
         own.over,
         [order.index(p.kind.name) for p in own.patterns],
+        sum(p.site.where == "beside" for p in own.patterns),
+        sum(p.site.azimuth for p in own.patterns),
         own.name,
     )
 
 
 def _projection(own: Pattern, room: Room) -> Array:
     """The projection (6, 6) on what a pattern bears."""
-    spaces = own.spaces(room, unit_sizes(own.kind, room.freedoms.length), RADII[0])
+    spaces = own.spaces(room, unit_sizes(own.kind, room.freedoms.length))
     B = np.concatenate([space.basis for space in spaces], axis=1)
     U, s, _ = np.linalg.svd(B, full_matrices=False)
     U = U[:, s > RANK * s[0]]
     return U @ U.T
+
+
+def _of_alike(every: Sequence[Pattern], P: Array, room: Room) -> list[int]:
+    """Numbers of patterns: of those that bear the same and are the same but for their height, the sides of their arms
+    and which way along d they lead, the one nearest the middle of the platform with the most room."""
+    found: dict[tuple[object, ...], int] = {}
+    for k in sorted(range(len(every)), key=lambda k: (abs(every[k].site.height - room.middle[2]), -every[k].run)):
+        own = every[k]
+        e, d = own.axes[:, 1], own.axes[:, 2]
+        lines = _rounded(np.outer(e, e) if own.kind.width else P[k]), _rounded(np.outer(d, d))
+        found.setdefault((own.kind.name, own.site._replace(height=0.0), own.count, lines, _rounded(P[k])), k)
+    return sorted(found.values())
+
+
+def _rounded(own: Array) -> bytes:
+    return (np.round(own, 5) + 0.0).tobytes()
 
 
 def _ranks(P: Array) -> Array:
@@ -368,27 +516,43 @@ def _ranks(P: Array) -> Array:
     return (np.linalg.eigvalsh(P) > RANK).sum(axis=-1)
 
 
-def _sets(every: Sequence[Pattern], P: Array, rank: Array, need: int) -> Iterator[tuple[int, ...]]:
+def _sets(every: Sequence[Pattern], P: Array, rank: Array, room: Room) -> Iterator[tuple[int, ...]]:
     """Sets of patterns that bear all that is needed: a pattern alone, or two, neither of which does, of as many equal
-    limbs each or with one of them a limb in the middle."""
+    limbs each, one above the other or halfway between, of single ones parallel, or with one
+    of them a limb in the middle."""
+    need = room.wrenches.dimension
     limbs = np.array([own.count for own in every])
     for k in np.flatnonzero(rank == need):
         yield (int(k),)
     middle = np.array([not own.site.reach for own in every], dtype=bool)
-    kind = np.array([own.kind.name for own in every])
-    short = np.flatnonzero((rank < need) & ((limbs > 1) | middle))
+    sides = np.array([own.site.where != "below" for own in every])
+    up = np.array([own.site.height - room.middle[2] for own in every])
+    between = (np.abs(up) < ALONG * room.size) & (np.abs(up + room.middle[2] - room.about[2]) > ALONG * room.size)
+    order = list(KINDS)
+    kind = np.array([order.index(own.kind.name) for own in every])
+    halves = np.array([own.site.azimuth for own in every]) * limbs / np.pi
+    d = np.array([own.axes[:, 2] for own in every])
+    ways = np.array([np.abs(own.site.axes.T @ own.axes[:, 2]) for own in every])
+    alike = (np.abs(ways[:, None] - ways) < ALONG).all(axis=2) & sides[:, None] & sides
+    short = np.flatnonzero(rank < need)
     for n, i in enumerate(short):
         others = short[n + 1 :]
-        others = others[((limbs[others] == limbs[i]) & (kind[others] == kind[i])) | middle[i] | middle[others]]
+        turned = halves[others] - halves[i]
+        in_step = np.abs(turned - np.round(turned)) < ALONG
+        equal = (limbs[others] == limbs[i]) & (kind[others] == kind[i]) & in_step & ~middle[i] & ~middle[others]
+        equal &= ~alike[others, i] | ~(between[others] ^ between[i])
+        parallel = (limbs[i] > 1) | (np.abs(d[others] @ d[i]) > 1 - ALONG)
+        around = middle[i] & (limbs[others] > 1) | middle[others] & (limbs[i] > 1)
+        others = others[equal & parallel | around]
         others = others[rank[i] + rank[others] >= need]
         if len(others):
             for j in others[_ranks(P[i] + P[others]) == need]:
                 yield int(i), int(j)
 
 
-def _one_cut(own: Iterable[Pattern]) -> bool:
+def _one_cut(own: Sequence[Pattern]) -> bool:
     """Whether all flexures can be cut along one line."""
-    widths = np.array([turn @ p.axes[:, 1] for p in own for turn in p.turns()])
+    widths = np.concatenate([p.turns() @ p.axes[:, 1] for p in own])
     return bool((np.abs(widths @ widths[0]) > 1 - ALONG).all())
 
 
@@ -396,55 +560,66 @@ def symmetries_of(room: Room) -> list[Array]:
     """Rotations and mirrors (3, 3) about the axis of the platform that leave the wish and the platform as they are."""
     axis = np.array([*room.middle[:2], 0.0])
     steps = 24 if room.shape == "cylinder" else 4 if abs(room.platform[0] - room.platform[1]) < ALONG * room.size else 2
+    about = room.freedoms.moved(np.eye(3), -axis)
     found = []
     for k, mirrored in product(range(steps), (False, True)):
         S = _about_z(2 * np.pi * k / steps) @ np.diag([1.0, -1.0 if mirrored else 1.0, 1.0])
-        moved = room.freedoms.moved(np.eye(3), -axis).moved(S).moved(np.eye(3), axis)
-        if room.freedoms.holds(moved):
+        if about.holds(about.moved(S)):
             found.append(S)
     return found
 
 
-def _canonical(own: Sequence[Pattern], room: Room, symmetries: Array) -> bytes:
-    """What all topologies have in common that differ by a symmetry (s, 3, 3) of the wish: the least of the sorted rows
-    of their limbs, one for each."""
-    rows = []
+def _numbers(every: Sequence[Pattern], room: Room) -> Index:
+    """Numbers (s, n) of what patterns become by the symmetries of the wish, the same of the same: the sorted rows of
+    their limbs, with kind, head, foot and width."""
+    symmetries = np.array(symmetries_of(room))
     order = list(KINDS)
-    for p in own:
-        head = p.site.head(room, RADII[0]) - [*room.middle[:2], 0.0]
-        far = p.axes @ sum(
-            (
-                (1.0 + 0.37 * k) * np.array(axes)
-                for node in p.kind.feet[:1]
-                for k, axes in enumerate(p.kind.nodes[node].values())
-            ),
-            np.zeros(3),
-        )
+    known: dict[bytes, int] = {}
+    numbers = np.empty((len(symmetries), len(every)), dtype=np.int64)
+    for n, p in enumerate(every):
+        head = (p.site.head(room) - [*room.middle[:2], 0.0]) / room.size
+        sizes = unit_sizes(p.kind, 1.0)
+        foot = p.axes @ p.kind.points(sizes)[p.kind.feet[0]]
         e = p.axes[:, 1] if p.kind.width else np.zeros(3)
-        for turn in p.turns():
-            x = symmetries @ turn @ np.stack([head / room.size, far, e], axis=1)
-            first = np.abs(x[:, :, 2]) > ALONG
-            sign = np.take_along_axis(np.sign(x[:, :, 2]), first.argmax(axis=1)[:, None], axis=1)
-            x[:, :, 2] *= np.where(sign == 0, 1.0, sign)
-            kind = np.full((len(x), 2), [order.index(p.kind.name), p.site.where == "below"])
-            rows.append(np.concatenate([kind, x.transpose(0, 2, 1).reshape(-1, 9)], axis=1))
-    stacked = np.round(np.stack(rows, axis=1), 4) + 0.0
-    return min(own[np.lexsort(own.T[::-1])].tobytes() for own in stacked)
+        x = symmetries[:, None] @ p.turns() @ np.stack([head, foot, e], axis=1)
+        wide = x[..., 2]
+        first = (np.abs(wide) > ALONG).argmax(axis=-1)[..., None]
+        wide = wide * np.sign(np.take_along_axis(wide, first, axis=-1))
+        rows = np.round(np.concatenate([x[..., 0], x[..., 1], wide], axis=-1), 4) + 0.0
+        told = order.index(p.kind.name), ("below", "side", "beside").index(p.site.where)
+        for k, own in enumerate(rows):
+            key = bytes(told) + own[np.lexsort(own.T[::-1])].tobytes()
+            numbers[k, n] = known.setdefault(key, len(known))
+    return numbers
 
 
-def _named(own: Pattern) -> str:
+def _named(own: Pattern, room: Room) -> str:
     """A pattern in words."""
     d = own.site.axes.T @ own.axes[:, 2]
-    words = [word for word, part in zip(("radial", "tangential", "upright"), d, strict=True) if abs(part) > ALONG]
-    how = words[0] if len(words) == 1 else "-".join(words)
-    kind = own.kind.name if own.count == 1 else _plural(own.kind.name)
-    where = "below" if own.site.where == "below" else "at the side"
+    forth, back = ("radial", "tangential", "upward"), ("inward", "tangential", "upright")
+    words = [b if x < 0 else f for f, b, x in zip(forth, back, d, strict=True) if abs(x) > ALONG]
+    kind = own.kind.name if own.count == 1 else _PLURALS.get(own.kind.name, f"{own.kind.name}s")
     wide = ""
     if own.kind.width:
         e = np.abs(own.site.axes.T @ own.axes[:, 1])
         wide = f", wide {('radially', 'tangentially', 'upright')[int(np.argmax(e))]}"
-    return f"{own.count} {how} {kind} {where}{wide}"
+    return f"{own.count} {'-'.join(words)} {kind} {_place(own.site, room)}{wide}"
 
 
-def _plural(name: str) -> str:
-    return {"leaf": "leaves", "folded leaf": "folded leaves", "notch": "notches", "crossed guides": "crossed guides"}.get(name, f"{name}s")
+def _place(site: Site, room: Room) -> str:
+    """Where a pattern is, in words."""
+    angle = f" from {np.degrees(site.azimuth):.0f} deg on" if abs(site.azimuth) > ALONG else ""
+    if site.where == "below":
+        return f"below{angle}" if site.reach else "in the middle below"
+    up = site.height - room.middle[2]
+    if abs(up) < ALONG * room.size:
+        return f"at the side{angle}"
+    return f"at the {'upper' if up > 0 else 'lower'} edge{angle}"
+
+
+_PLURALS = {
+    "leaf": "leaves",
+    "folded leaf": "folded leaves",
+    "notch": "notches",
+    "crossed guides": "crossed guides",
+}

@@ -1,0 +1,82 @@
+"""What textbooks hold a platform by is found, among the first, from what is to be free alone."""
+
+import numpy as np
+import pytest
+
+from flexura.synthesis import Wish, room_of, topologies
+
+FIRST = 10
+
+
+def wish(freedoms, about=(0.0, 0.0, 0.0), shape="cylinder", plane="z-", process="assembled"):
+    return Wish.model_validate(
+        {
+            "freedoms": {"platform": freedoms},
+            "about": about,
+            "envelope": (0.06, 0.06, 0.04),
+            "base": {"plane": plane},
+            "platform": {"shape": shape},
+            "make": {"process": process},
+        }
+    )
+
+
+def listed(*args, **more):
+    own = wish(*args, **more)
+    return topologies(room_of(own), own.make.process, own.make.thinnest)
+
+
+def has(found, *patterns):
+    """Whether one of the first has these patterns and no others, each as how many, of what, in words of its name."""
+    return any(
+        len(own.patterns) == len(patterns)
+        and all(
+            all(word in name for word in words) for name, words in zip(own.name.split(" and "), patterns, strict=True)
+        )
+        for own in found[:FIRST]
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "classics"),
+    [
+        pytest.param((["x"],), [[["2 upright leaves below, wide tang"]], [["folded guide"]]], id="x"),
+        pytest.param(
+            (["x"], (0, 0, 0), "box"), [[["2 upright leaves below, wide tang"]], [["folded guide"]]], id="x of a box"
+        ),
+        pytest.param((["ry"], (0, 0, 0.06)), [[["2 radial-upright leaves below, wide tang"]]], id="trapezoid"),
+        pytest.param((["ry"], (0, 0, 0.02)), [[["2 inward-upright leaves below, wide tang"]]], id="crossed leaves"),
+        pytest.param(
+            (["rx", "ry", "z"], (0, 0, 0.036)), [[["3 tangential wires"]], [["3", "folded leaves"]]], id="tilts"
+        ),
+        pytest.param(
+            (["rx", "ry"], (0, 0, 0.032)), [[["1 upright wire in the middle"], ["3 tangential wires"]]], id="two tilts"
+        ),
+        pytest.param(([],), [[["3 upright wires"], ["3 tangential wires"]]], id="six wires"),
+        pytest.param(
+            (["rz"],), [[["3 radial leaves", "wide upright"]], [["4 radial leaves", "wide upright"]]], id="wheel"
+        ),
+        pytest.param((["x", "y"],), [[["4 radial crossed guides", "wide upright"]]], id="table"),
+        pytest.param(
+            (["x", "y", "rz"],), [[["3 upright wires"]], [["3", "folded leaves", "wide upright"]]], id="planar"
+        ),
+    ],
+)
+def test_classic_answers_are_among_the_first(asked, classics):
+    found = listed(*asked)
+    for patterns in classics:
+        assert has(found, *patterns), [own.name for own in found[:FIRST]]
+
+
+def test_leaves_of_a_trapezoid_and_of_a_cross_pivot_meet_on_the_axis():
+    for height in (0.06, 0.02):
+        room = room_of(wish(["ry"], (0, 0, height)))
+        (pattern,) = next(own for own in topologies(room, "assembled", 3e-4) if "leaves below" in own.name).patterns
+        head = pattern.site.head(room)
+        way = (height - head[2]) / pattern.axes[2, 2]
+        np.testing.assert_allclose(head + way * pattern.axes[:, 2], [0.0, 0.0, height], atol=1e-12)
+        assert pattern.pinned
+
+
+def test_two_tilts_and_a_piston_about_a_point_at_which_no_limb_can_begin_have_no_topology():
+    assert listed(["rx", "ry", "z"], (0.0, 0.0, 0.01)) == []
