@@ -21,6 +21,7 @@ from flexura.pages.report.document import (
     Block,
     Bullets,
     Content,
+    Evidence,
     Fact,
     Facts,
     Folded,
@@ -113,7 +114,7 @@ def _aims(found: Candidates) -> list[Aim]:
     first = found.candidates[0].requirements if found.candidates else ()
     stiff = [
         Aim(
-            f"stiffest in {own.name}",
+            f"stiffest ({own.name})",
             own.name,
             lambda c, k=k: c.requirements[k].value,
             1,
@@ -149,7 +150,7 @@ def save_designs(found: Candidates, folder: str | PathLike[str], *, wish: str | 
     good = [own for own in shown if own.meets_all] or shown
     cards = [_card(found, k, own, good, Path(folder)) for k, own in enumerate(shown)]
     asked = () if wish is None else (Section("wish", "The wish", Content(_wished(text_of(Path(wish))))),)
-    first = [Section("counts", "What was found", Content([*_found(found, good), *_remarks(found)])), *asked]
+    first = [*asked, Section("counts", "What was found", Content([*_found(found, good), *_remarks(found)]))]
     sections = [Section("trade", "What trades for what", Content([*_trade(found, shown, good)])), *cards]
     title, under = f"{found.name}: designs", f"{found.freedoms}; made by flexura {__version__}"
     body = body_of(title, under, first, sections)
@@ -193,7 +194,7 @@ def _remarks(found: Candidates) -> Iterator[Block]:
 
 def _trade(found: Candidates, shown: Sequence[Candidate], good: Sequence[Candidate]) -> Iterator[Block]:
     """First modes over masses and over margins, and the table of all."""
-    which = "of those that meet all" if any(own.meets_all for own in shown) else "of all, none of which meets all"
+    which = _which(good)
     yield Scatters([_scatter(shown, good, AIMS[1], "kg", which), _scatter(shown, good, AIMS[2], "", which)])
     yield Paragraph(
         "Numbers lead to the designs. Solid circles meet all requirements, dotted ones do not; thick ones on the line"
@@ -230,7 +231,7 @@ def _scatter(shown: Sequence[Candidate], good: Sequence[Candidate], along: Aim, 
 def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidate], folder: Path) -> Section:
     """A candidate: why it is here, what it is, its requirements, its sizes, and itself."""
     name, asked = name_of(own), own.requirements
-    rows = [(f"{each.name}: {each.text}", each.state, each.verdict) for each in asked]
+    rows = [(each.verdict, f"{each.name}: {each.text}", each.state) for each in asked]
     facts = {
         "freedoms": own.freedoms,
         "limbs": str(own.limbs),
@@ -239,7 +240,7 @@ def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidat
     blocks: list[Block] = [
         *_why(found, own, good),
         Facts([(Fact(label, value), name, "") for label, value in facts.items()]),
-        *([Table(["requirement", "is", "verdict"], rows, tones=TONES)] if rows else []),
+        *([Table(["verdict", "requirement", "is"], rows, tones=TONES)] if rows else []),
     ]
     try:
         picture, *rest = _drawn(own, folder / own.file, name)
@@ -260,22 +261,27 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
     else:
         what = ", ".join(missed) or f"a gap of {number(own.gap, 3)} between freedoms and constraints, too small"
         yield Paragraph(f"Does not meet all: {what}.", "bad")
-    if own not in good:
-        return
-    aims = _aims(found)
+    aims, which = _aims(found), _which(good)
     bests = {aim.name: max(good, key=aim.score) for aim in aims}
+    if own not in good:
+        beaten = [aim for aim in aims if aim.score(own) > aim.score(bests[aim.name])]
+        if beaten:
+            yield Paragraph(f"Better than any {which}: {', '.join(f'{aim.what} {aim.said(own)}' for aim in beaten)}.")
+        return
     apart = [aim for aim in aims if len({aim.score(each) for each in good}) > 1]
-    firsts = [aim.name for aim in apart if aim.score(own) >= aim.score(bests[aim.name])]
-    if firsts:
-        yield Paragraph(f"Best in: {', '.join(firsts)}.")
-    others = [each for each in good if each is not own]
-    if own in undominated(good, TRADED):
-        yield Paragraph("Not dominated: none other is at least as good in first mode, mass and margin together.")
+    if firsts := [aim.name for aim in apart if aim.score(own) >= aim.score(bests[aim.name])]:
+        yield Paragraph(f"{which.capitalize()}: {', '.join(firsts)}.")
+    if better := [each for each in good if own not in undominated([own, each], TRADED)]:
+        yield Paragraph(f"Dominated: {name_of(better[0])} is as good or better in first mode, mass and margin.")
     else:
-        better = next(each for each in others if own not in undominated([own, each], TRADED))
-        yield Paragraph(f"Dominated: {name_of(better)} is as good or better in first mode, mass and margin.")
+        yield Paragraph("Not dominated: none other is at least as good in first mode, mass and margin together.")
     if short := [text for aim in apart if (text := aim.short_of(own, bests[aim.name]))]:
-        yield Folded("what it gives up", [Bullets(short)])
+        yield Bullets(short, "soft")
+
+
+def _which(good: Sequence[Candidate]) -> str:
+    """Of which designs the best are told."""
+    return "of those that meet all" if any(own.meets_all for own in good) else "of all, none of which meets all"
 
 
 def _drawn(own: Candidate, path: Path, key: str) -> list[Block]:
@@ -284,5 +290,6 @@ def _drawn(own: Candidate, path: Path, key: str) -> list[Block]:
     plan = plan_of(mechanism)
     subject = Subject(mechanism, plan, {}, Commands.of(mechanism, Path(path.name), {}, {}), 1, False)
     scene = ViewerFigure(key, to_json(scene_of(subject.model)), "", own.topology)
-    picture = Picture(png_of(draw_mechanism(subject.model, title=own.file)), own.topology)
-    return [picture, parameters_of(subject), Folded("in three dimensions", [scene])]
+    picture = Picture(png_of(draw_mechanism(subject.model, title="")), own.file)
+    sliders = Evidence(subject.commands("live"), summary="command")
+    return [picture, parameters_of(subject), Folded("in three dimensions", [scene]), sliders]
