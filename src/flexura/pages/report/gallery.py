@@ -30,6 +30,7 @@ from flexura.pages.report.document import (
     Scatters,
     Section,
     Table,
+    Tone,
     Verbatim,
     ViewerFigure,
     body_of,
@@ -203,7 +204,9 @@ def _trade(found: Candidates, shown: Sequence[Candidate], good: Sequence[Candida
     )
     columns = found.to_columns()
     rows = [[str(cell) for cell in row] for row in zip(*columns.values(), strict=True)]
-    tones = {cell: tone for row in rows for cell in row for word, tone in TONES.items() if cell.startswith(f"{word}: ")}
+    tones: dict[str, Tone] = {
+        cell: TONES[word] for row in rows for cell in row if (word := cell.partition(":")[0]) in TONES
+    }
     yield Folded("all of them as a table", [Table([*columns], rows, tones=tones)])
 
 
@@ -271,11 +274,13 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
     apart = [aim for aim in aims if len({aim.score(each) for each in good}) > 1]
     if firsts := [aim.name for aim in apart if aim.score(own) >= aim.score(bests[aim.name])]:
         yield Paragraph(f"{which.capitalize()}: {', '.join(firsts)}.")
-    if better := [each for each in good if own not in undominated([own, each], TRADED)]:
-        yield Paragraph(f"Dominated: {name_of(better[0])} is as good or better in first mode, mass and margin.")
-    else:
-        yield Paragraph("Not dominated: none other is at least as good in first mode, mass and margin together.")
-    if short := [text for aim in apart if (text := aim.short_of(own, bests[aim.name]))]:
+    short = [text for aim in apart if (text := aim.short_of(own, bests[aim.name]))]
+    better = next((each for each in good if own not in undominated([own, each], TRADED)), None)
+    text = "Not dominated: none other is as good in first mode, mass and margin together."
+    if better is not None:
+        text = f"Dominated: {name_of(better)} is as good or better in first mode, mass and margin."
+    yield Paragraph(f"{text} It gives up:" if short else text)
+    if short:
         yield Bullets(short, "soft")
 
 
@@ -291,5 +296,5 @@ def _drawn(own: Candidate, path: Path, key: str) -> list[Block]:
     subject = Subject(mechanism, plan, {}, Commands.of(mechanism, Path(path.name), {}, {}), 1, False)
     scene = ViewerFigure(key, to_json(scene_of(subject.model)), "", own.topology)
     picture = Picture(png_of(draw_mechanism(subject.model, title="")), own.file)
-    sliders = Evidence(subject.commands("live"), summary="command")
+    sliders = Evidence(subject.commands("live"), summary="with sliders")
     return [picture, parameters_of(subject), Folded("in three dimensions", [scene]), sliders]
