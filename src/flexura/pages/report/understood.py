@@ -104,7 +104,7 @@ def understood(subject: Subject) -> Content:
     blocks.append(replace(_overview(found), evidence=evidence))
     blocks.append(_parts(found, command))
     blocks += _bodies(found, command)
-    blocks += [_materials(subject), _parameters(subject)]
+    blocks += [_materials(subject), parameters_of(subject)]
     if found.warnings:
         count = len(found.warnings)
         blocks.append(
@@ -205,7 +205,7 @@ def _described(value: object, unit: str) -> str:
     return quantity(value, unit) if isinstance(value, float) else ""
 
 
-def _parameters(subject: Subject) -> Block:
+def parameters_of(subject: Subject) -> Block:
     """Parameters with bounds and sources; replaced ones say so."""
     own = subject.mechanism.parameters
     dimensions = parameter_dimensions(own)
