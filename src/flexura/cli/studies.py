@@ -318,10 +318,18 @@ def design_command(
     scheduler: Scheduler = None,
 ) -> Answer:
     """From wished freedoms to mechanisms: every topology of limbs that leaves them free, sized, best first."""
+    from flexura.pages.report import save_designs
     from flexura.synthesis import design
 
     with steps_shown() as progress, _kept_when_interrupted(out):
         result = design(
-            wish, folder=out, most=most, samples=samples, workers=workers, scheduler=scheduler, progress=progress
+            wish,
+            folder=out,
+            most=most,
+            samples=samples,
+            workers=workers,
+            scheduler=scheduler,
+            progress=progress,
+            found=lambda found: save_designs(found, out, wish=wish),
         )
-    return Answer(result, write=lambda: sorted(out.glob("candidate-*.yaml")))
+    return Answer(result, write=lambda: [out / "index.html", out / "design.json"])

@@ -126,8 +126,12 @@ class Candidates(Tabular):
             "mass": [quantity(c.mass, "kg", 3) for c in own],
         }
         for k, name in enumerate(names):
-            columns[name] = [f"{c.requirements[k].verdict}: {c.requirements[k].state}" for c in own]
+            columns[name] = [_short(c.requirements[k]) for c in own]
         return columns
+
+
+def _short(own: Requirement) -> str:
+    return own.verdict if np.isnan(own.value) else f"{own.verdict}: {quantity(own.value, own.unit, 4)}"
 
 
 def freedoms_in_short(space: ScrewSpace) -> str:

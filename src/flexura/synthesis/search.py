@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -161,12 +162,14 @@ def design(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Listener | None = None,
+    found: Callable[[Candidates], object] | None = None,
 ) -> Candidates:
     """Mechanisms that do what a wish file asks for, best first, written into a folder as mechanism files.
 
     All topologies of the grammar are listed, and of the plainest, `most` of them, `samples` designs each worked out at
     rest; the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
-    folder, and the same call goes on there. Raises ModelError for what is wrong with the wish, and OptionError where
+    folder, and the same call goes on there; `found` is told of the candidates
+    as soon as there are some, and whenever one is better. Raises ModelError for what is wrong with the wish, and OptionError where
     nothing is found, with what rules out the most.
     """
     text = text_of(Path(wish))
@@ -199,12 +202,12 @@ def design(
         candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
         counts = {"n_topologies": len(listed), "n_at_rest": work.blocks, "n_designs": work.blocks * (samples + 1)}
         short = freedoms_in_short(room.freedoms)
-        found = Candidates(
-            file.name, short, **counts, candidates=candidates, ruled_out=_ruled_out(work, store), notes=told
-        )
-        text = json.dumps(found.to_dict(), indent=1) + "\n"
+        result = Candidates(file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=told)
+        text = json.dumps(result.to_dict(), indent=1) + "\n"
         write_file(Path(folder) / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
-        return found
+        if found is not None:
+            found(result)
+        return result
 
     result = written()
     best = list(
@@ -213,8 +216,10 @@ def design(
     best = sorted(best, key=lambda own: own.rank)[:OPTIMISED]
     for k, own in enumerate(best):
         report(Progress("optima of the best", k, len(best)))
-        judged[judged.index(own)] = _bettered(own, work)
-        result = written()
+        better = _bettered(own, work)
+        if better is not own:
+            judged[judged.index(own)] = better
+            result = written()
     return result
 
 
