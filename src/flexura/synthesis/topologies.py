@@ -27,9 +27,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.distance import cdist
 
 from flexura.arrays import Array, Index
-from flexura.screws import ScrewSpace
 from flexura.synthesis.limbs import KINDS, Kind, Sizes, Terms, place, unit_sizes
 from flexura.synthesis.wish import ROOM, Room
 
@@ -57,8 +57,8 @@ ALONG = 1e-6
 SHARES = (0.5, 0.2)
 """Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
 
-LEAST_AWAY = 3.0
-"""Distance of limbs from each other, over the thinnest web."""
+LEAST_AWAY = 0.025
+"""Distance of limbs from each other, over the smallest edge of the envelope; points of members are not farther apart."""
 
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
@@ -155,11 +155,11 @@ class Pattern:
         """Rotations (n, 3, 3) of the copies about the axis."""
         return _turns(self.count)
 
-    def spaces(self, room: Room, sizes: Sizes, radius: float = RADII[0]) -> list[ScrewSpace]:
-        """What each copy bears, about the origin of the room."""
-        axis = np.array([*room.middle[:2], 0.0])
-        own = self.kind.wrenches(sizes, room.freedoms.length).moved(self.axes, self.site.head(room, radius) - axis)
-        return [own.moved(turn).moved(np.eye(3), axis) for turn in self.turns()]
+    def wrenches(self, room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
+        """What each copy bears, about the origin of the room (copies, 6, n), moments in m."""
+        axis, turns = np.array([*room.middle[:2], 0.0]), self.turns()
+        places = turns @ (self.site.head(room, radius) - axis) + axis
+        return _about_origin(self.kind.bears(sizes), turns @ self.axes, places)
 
     @cached_property
     def n_constraints(self) -> int:
@@ -177,7 +177,7 @@ class Pattern:
         and lugs of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
-            return np.zeros(3), {"width": (0.0, 0.5, 0.0), "thickness": (0.0, 2.0, 0.0)}
+            return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
         if self.site.where == "side" and self.has_lug:
             return radial * lug, {}
         along = float(radial @ self.axes[:, 1])
@@ -211,8 +211,21 @@ def _about_z(angle: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
+def _cross(a: Array, b: Array) -> Array:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
 def _turns(count: int) -> Array:
     return np.array([_about_z(2 * np.pi * k / count) for k in range(count)])
+
+
+def _about_origin(borne: Array, frames: Array, places: Array) -> Array:
+    """Wrenches (copies, 6, n) about the origin, of wrenches (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
+    force, moment = frames @ borne[:3], frames @ borne[3:]
+    x, y, z = places.T
+    zero = np.zeros(len(x))
+    arm = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    return np.concatenate([force, moment + arm @ force], axis=1)
 
 
 _PLAIN = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if 0 < np.abs(c).sum() < 3 and not (c[0] and c[1])])
@@ -228,8 +241,8 @@ def _directions(site: Site, borne: Array) -> list[Array]:
     if borne.shape[1] == 1:
         found += [borne[:, 0], -borne[:, 0]]
     if borne.shape[1] == 2:
-        normal = np.cross(borne[:, 0], borne[:, 1])
-        lines = [np.cross(normal, own) for own in site.axes.T]
+        normal = _cross(borne[:, 0], borne[:, 1])
+        lines = [_cross(normal, own) for own in site.axes.T]
         found += [s * line for line in lines if np.linalg.norm(line) > ALONG for s in (1.0, -1.0)]
     units = [own / np.linalg.norm(own) for own in found]
     radial = site.axes[:, 0]
@@ -243,7 +256,7 @@ def _directions(site: Site, borne: Array) -> list[Array]:
 def _widths(site: Site, d: Array, kind: Kind) -> Iterator[Array]:
     """Directions across d along which a limb may be wide."""
     across = [own for own in site.axes.T if abs(own @ d) < ALONG]
-    slanting = [np.cross(d, own) for own in site.axes.T if ALONG < abs(own @ d) < 1 - ALONG]
+    slanting = [_cross(d, own) for own in site.axes.T if ALONG < abs(own @ d) < 1 - ALONG]
     chosen: list[Array] = []
     for own in (*across, *slanting):
         e = own / np.linalg.norm(own)
@@ -269,12 +282,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
     def works(own: Sequence[Array], axes: Array, head: Array, turns: Array) -> bool:
         """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
         places, frames = turns @ (head - axis) + axis, turns @ axes
-        for borne in own:
-            force, moment = frames @ borne[:3], frames @ borne[3:]
-            moment = moment + np.cross(places[:, :, None], force, axis=1)
-            if np.abs(F[:3].T @ force + F[3:].T @ moment).max(initial=0.0) > ALONG:
-                return True
-        return False
+        return any(np.abs(F.T @ _about_origin(borne, frames, places)).max(initial=0.0) > ALONG for borne in own)
 
     found = []
     for count in COUNTS:
@@ -287,7 +295,7 @@ def patterns(room: Room, process: str) -> list[Pattern]:
                     continue
                 for kind, own in zip(kinds, wrenches, strict=True):
                     for e in _widths(site, d, kind):
-                        axes = np.stack([np.cross(e, d), e, d], axis=1)
+                        axes = np.array([_cross(e, d), e, d]).T
                         if not works(own, axes, head, turns[:1]) and not works(own, axes, head, turns):
                             pinned = site.where == "below" and works(own, axes, site.head(room, RADII[1]), turns)
                             found.append(Pattern(kind, site, axes, count, run, pinned))
@@ -357,7 +365,7 @@ class _Drawn(NamedTuple):
     all: Array
 
 
-_GRID = np.array(list(product((0.0, 0.5, 1.0), repeat=3)))
+_GRID, _FINE = (np.array(list(product(np.linspace(0.0, 1.0, n), repeat=3))) for n in (3, 5))
 
 
 def _drawn(pattern: Pattern, room: Room, thinnest: float) -> _Drawn:
@@ -369,7 +377,7 @@ def _drawn(pattern: Pattern, room: Room, thinnest: float) -> _Drawn:
     wide = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
     members = np.concatenate([line, line + wide, line - wide]) if wide.any() else line
     corners = [(place(low, sizes), place(high, sizes)) for _, low, high in (kind.blocks or {}).values()]
-    moving = np.concatenate([members, *(low + _GRID * (high - low) for low, high in corners)])
+    moving = np.concatenate([members, *(low + _FINE * (high - low) for low, high in corners)])
     every = moving
     if pattern.has_lug:
         edge, longer = lug_of(pattern, room)
@@ -398,9 +406,8 @@ def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
         flat = drawn.moving.reshape(-1, 3)
         if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
             continue
-        others = drawn.all[1:].reshape(-1, 3)
-        gaps = drawn.all[0][:, None] - others
-        if not len(others) or float((gaps**2).sum(axis=2).min()) > (LEAST_AWAY * thinnest) ** 2:
+        others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
+        if not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2:
             return own
     return None
 
@@ -428,7 +435,7 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
     numbers = _numbers(every, room)
     swept = [_drawn(own, room, thinnest).all for own in every]
     trees = [KDTree(own.reshape(-1, 3)) for own in swept]
-    far = LEAST_AWAY * thinnest
+    far = LEAST_AWAY * room.size
     found: dict[tuple[int, ...], tuple[int, ...] | None] = {}
     for chosen in _sets(every, P, _ranks(P), room):
         own = [every[k] for k in chosen]
@@ -488,8 +495,10 @@ def _plainness(own: Topology) -> tuple[object, ...]:
 
 def _projection(own: Pattern, room: Room) -> Array:
     """The projection (6, 6) on what a pattern bears."""
-    spaces = own.spaces(room, unit_sizes(own.kind, room.freedoms.length))
-    B = np.concatenate([space.basis for space in spaces], axis=1)
+    length = room.freedoms.length
+    B = np.concatenate(list(own.wrenches(room, unit_sizes(own.kind, length))), axis=1)
+    B = B / np.repeat([1.0, length], 3)[:, None]
+    B = B / np.linalg.norm(B, axis=0)
     U, s, _ = np.linalg.svd(B, full_matrices=False)
     U = U[:, s > RANK * s[0]]
     return U @ U.T
