@@ -35,6 +35,7 @@ from flexura.pages.report.document import (
     ViewerFigure,
     body_of,
     data_of,
+    warned,
 )
 from flexura.pages.report.report import style
 from flexura.pages.report.studies import TONES
@@ -185,8 +186,7 @@ def _found(found: Candidates, good: Sequence[Candidate]) -> Iterator[Block]:
 
 
 def _remarks(found: Candidates) -> Iterator[Block]:
-    if found.warnings:
-        yield Bullets([own.text for own in found.warnings], "warning")
+    yield from warned(found.warnings)
     if found.notes:
         yield Bullets(found.notes, "soft")
     if len(found.candidates) > MOST:
@@ -204,9 +204,7 @@ def _trade(found: Candidates, shown: Sequence[Candidate], good: Sequence[Candida
     )
     columns = found.to_columns()
     rows = [[str(cell) for cell in row] for row in zip(*columns.values(), strict=True)]
-    tones: dict[str, Tone] = {
-        cell: TONES[word] for row in rows for cell in row if (word := cell.partition(":")[0]) in TONES
-    }
+    tones: dict[str, Tone] = {cell: TONES.get(cell.partition(":")[0], "") for row in rows for cell in row}
     yield Folded("all of them as a table", [Table([*columns], rows, tones=tones)])
 
 
@@ -235,11 +233,7 @@ def _card(found: Candidates, place: int, own: Candidate, good: Sequence[Candidat
     """A candidate: why it is here, what it is, its requirements, its sizes, and itself."""
     name, asked = name_of(own), own.requirements
     rows = [(each.verdict, f"{each.name}: {each.text}", each.state) for each in asked]
-    facts = {
-        "freedoms": own.freedoms,
-        "limbs": str(own.limbs),
-        **{aim.what: aim.said(own) for aim in AIMS[:5]},
-    }
+    facts = {"freedoms": own.freedoms, **{aim.what: aim.said(own) for aim in AIMS}}
     blocks: list[Block] = [
         *_why(found, own, good),
         Facts([(Fact(label, value), name, "") for label, value in facts.items()]),
@@ -258,18 +252,17 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
     count = len(own.requirements)
     missed = [f"{each.name} {each.verdict}" for each in own.requirements if each.verdict != "met"]
     if own.meets_all:
-        yield Paragraph(
-            f"Meets all {counted(count, 'requirement')}." if count else "Nothing is required of it.", "good"
-        )
+        text = f"Meets all {counted(count, 'requirement')}." if count else "Nothing is required of it."
+        yield Paragraph(text, "good")
     else:
         what = ", ".join(missed) or f"a gap of {number(own.gap, 3)} between freedoms and constraints, too small"
         yield Paragraph(f"Does not meet all: {what}.", "bad")
     aims, which = _aims(found), _which(good)
     bests = {aim.name: max(good, key=aim.score) for aim in aims}
     if own not in good:
-        beaten = [aim for aim in aims if aim.score(own) > aim.score(bests[aim.name])]
+        beaten = [f"{aim.what} {aim.said(own)}" for aim in aims if aim.score(own) > aim.score(bests[aim.name])]
         if beaten:
-            yield Paragraph(f"Better than any {which}: {', '.join(f'{aim.what} {aim.said(own)}' for aim in beaten)}.")
+            yield Paragraph(f"Better than any {which}: {', '.join(beaten)}.")
         return
     apart = [aim for aim in aims if len({aim.score(each) for each in good}) > 1]
     if firsts := [aim.name for aim in apart if aim.score(own) >= aim.score(bests[aim.name])]:
@@ -279,7 +272,7 @@ def _why(found: Candidates, own: Candidate, good: Sequence[Candidate]) -> Iterat
     text = "Not dominated: none other is as good in first mode, mass and margin together."
     if better is not None:
         text = f"Dominated: {name_of(better)} is as good or better in first mode, mass and margin."
-    yield Paragraph(f"{text} It gives up:" if short else text)
+    yield Paragraph(f"{text} It is short of the best in:" if short else text)
     if short:
         yield Bullets(short, "soft")
 
