@@ -152,7 +152,7 @@ def save_designs(found: Candidates, folder: str | PathLike[str], *, wish: str | 
     good = [own for own in shown if own.meets_all] or shown
     cards = [_card(found, k, own, good, Path(folder)) for k, own in enumerate(shown)]
     asked = () if wish is None else (Section("wish", "The wish", Content(_wished(text_of(Path(wish))))),)
-    first = [*asked, Section("counts", "What was found", Content([*_found(found, good), *_remarks(found)]))]
+    first = [*asked, Section("counts", "What was found", Content([*_counts(found, good), *_remarks(found)]))]
     sections = [Section("trade", "What trades for what", Content([*_trade(found, shown, good)])), *cards]
     title, under = f"{found.name}: designs", f"{found.freedoms}; made by flexura {__version__}"
     body = body_of(title, under, first, sections)
@@ -165,7 +165,7 @@ def _wished(text: str) -> list[Block]:
     return [Verbatim(text[:LONGEST].rstrip()), *cut]
 
 
-def _found(found: Candidates, good: Sequence[Candidate]) -> Iterator[Block]:
+def _counts(found: Candidates, good: Sequence[Candidate]) -> Iterator[Block]:
     """How many topologies there are, what became of them, and the best of the designs."""
     met = sum(own.meets_all for own in found.candidates)
     yield Paragraph(
