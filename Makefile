@@ -34,12 +34,7 @@ $(STAMP): pyproject.toml $(wildcard src/flexura/kernels/sources/*)
 	@touch $(STAMP)
 
 demo: $(STAMP)
-	$(BIN)/flexura check examples/rpr/rpr.yaml
-	$(BIN)/flexura modes examples/rpr/rpr.yaml -n 6 --plot out/rpr
-	$(BIN)/flexura frequency-response examples/rpr/rpr.yaml --band '3,60 Hz' --damping 0.01 --plot out/rpr
-	$(BIN)/flexura kinetostatics examples/rpr/rpr_piezo.yaml
-	$(BIN)/flexura stroke examples/rpr/rpr.yaml --move platform.rx=-2deg:2deg --steps 9 -n 4 --plot out/rpr
-	$(BIN)/flexura virtual-test examples/rpr/rpr_test.yaml --measured examples/rpr/table5.csv --plot out/rpr
+	@$(BIN)/python examples/rpr/demo.py
 
 # CalculiX (GPL, run as a program of its own) for solid models; chromium for tests of pages
 PACKAGES := chromium calculix-ccx

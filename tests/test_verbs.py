@@ -41,6 +41,7 @@ SHELL = {
     "stroke": ((flexura.stroke,), {"node"}),  # whose displacements are told
     "scheduled-plant": ((flexura.scheduled_plant, flexura.export), set()),
     "constraints": ((flexura.constraints,), set()),
+    "free": ((flexura.free,), set()),
     "heat": ((flexura.heat,), set()),
     "kinetostatics": ((flexura.kinetostatics,), set()),
     "frequency-response": ((flexura.frequency_response,), set()),
@@ -62,6 +63,7 @@ SHELL = {
     "misalignment": ((flexura.misalignment,), set()),
     "calibrate": ((flexura.calibrate,), {"on", "draws"}),  # which of the data; the draws that are printed
     "optimize": ((flexura.optimize,), set()),
+    "design": ((flexura.design,), set()),
     "estimate-frf": (
         (flexura.testing.estimate_frf, flexura.read_measurement),
         {"data", "reciprocity"},  # and whether the outcome of the verb of this name is printed

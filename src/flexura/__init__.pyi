@@ -11,6 +11,7 @@ from flexura.analysis import Budget as Budget
 from flexura.analysis import CheckReport as CheckReport
 from flexura.analysis import ClosedLoop as ClosedLoop
 from flexura.analysis import Constraints as Constraints
+from flexura.analysis import FreedomSpaces as FreedomSpaces
 from flexura.analysis import FrequencyResponse as FrequencyResponse
 from flexura.analysis import Heat as Heat
 from flexura.analysis import Kinetostatics as Kinetostatics
@@ -30,6 +31,7 @@ from flexura.analysis import check as check
 from flexura.analysis import closed_loop as closed_loop
 from flexura.analysis import compliance as compliance
 from flexura.analysis import constraints as constraints
+from flexura.analysis import free as free
 from flexura.analysis import frequency_response as frequency_response
 from flexura.analysis import heat as heat
 from flexura.analysis import kinetostatics as kinetostatics
@@ -108,6 +110,8 @@ from flexura.study.tolerances import Misalignment as Misalignment
 from flexura.study.tolerances import Tolerance as Tolerance
 from flexura.study.tolerances import misalignment as misalignment
 from flexura.study.tolerances import tolerance as tolerance
+from flexura.synthesis import Candidates as Candidates
+from flexura.synthesis import design as design
 from flexura.systems import ModalSystem as ModalSystem
 from flexura.systems import StateSpace as StateSpace
 from flexura.systems import System as System

@@ -160,7 +160,8 @@ def _header(stream: BinaryIO) -> tuple[tuple[int, ...], np.dtype[Any], int]:
 def complete_file(path: str | Path) -> Iterator[Path]:
     """A path to write to, which takes the place of `path` when all went well and is removed otherwise.
 
-    It has the suffix of `path`. Raises OptionError when the file cannot be written.
+    It has the suffix of `path`; a device or a pipe is written to itself. Raises OptionError when the file cannot be
+    written.
     """
     try:
         target = Path(path).expanduser().resolve()
@@ -168,6 +169,9 @@ def complete_file(path: str | Path) -> Iterator[Path]:
             raise OptionError(f"{path} cannot be written: it is a folder, not a file")
         if not target.parent.is_dir():
             raise OptionError(f"{path} cannot be written: there is no folder {target.parent}")
+        if target.exists() and not target.is_file():
+            yield target
+            return
         with complete_files(target.parent) as folder:
             yield folder / target.name
     except (OSError, ValueError) as error:

@@ -49,6 +49,7 @@ DIMENSIONLESS = {
     *("model error, low", "model error, high", "deviation", "scatter", "gain"),
     *("frequency error", "response error", "static error"),
     *("gain margin", "distance from -1", "sensitivity peak", "gap", "factor to buckle"),
+    *("direction x", "direction y", "direction z", "stiff over soft energy"),
 }
 """Columns of floats that are plain numbers."""
 
@@ -106,7 +107,7 @@ UNITLESS = {
         "group",
         "n constraints",
     ),
-    *("over-constraints left", "in place", "5 %", "50 %", "95 %", "worst found"),
+    *("over-constraints", "over-constraints left", "in place", "5 %", "50 %", "95 %", "worst found", "stiff over soft energy"),
 }
 """Headings of plain numbers in notebooks."""
 
@@ -409,6 +410,7 @@ GUIDE_VERBS = {
     "check": fx.check,
     f"statics --load {NODE}=1N,0,0": lambda m: fx.statics(m, loads={NODE: [1, 0, 0, 0, 0, 0]}),
     f"kinetostatics --platform {NODE}": lambda m: fx.kinetostatics(m, platform=NODE),
+    "free": fx.free,
     "buckling --gravity 0,0,-9.81m/s^2": lambda m: fx.preload(m, gravity=(0, 0, -9.81)),
     "compare -n 2 --methods constraint_modes": lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),
     "place-sensors --sensors 2 -n 1": lambda m: fx.place_sensors(m, sensors=2, n=1),

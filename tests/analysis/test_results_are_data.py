@@ -82,6 +82,7 @@ OBJECTS = {
         lambda found: [found.buckling_factor, found.K_g.toarray()],
     ),
     "Kinetostatics": (lambda m: fx.kinetostatics(m, platform=platform(m)), lambda found: found.compliance),
+    "FreedomSpaces": (fx.free, lambda found: [own.energy for own in found.bodies]),
     "CheckReport": (fx.check, lambda report: [report.full_order, len(report.warnings)]),
     "Comparison": (
         lambda m: fx.compare(m, n=2, methods=["constraint_modes"]),

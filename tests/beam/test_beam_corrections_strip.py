@@ -1,5 +1,6 @@
 """Anticlastic bending and held warping of strips against minimised energies, quadratures and limits."""
 
+import mpmath
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -15,6 +16,7 @@ from flexura.beam.section import (
     warping_decay,
     warping_element,
 )
+from flexura.duals import Dual
 
 
 def hermite(n, span):
@@ -112,6 +114,23 @@ def test_an_element_between_ends_that_warp(decay):
     A, B, Z = warping_element(decay, kappa)
     assert_allclose(np.hstack([A, B]), twist, atol=1e-10)
     assert_allclose(np.hstack([-B.T, Z]), -kappa * solved[51:], rtol=1e-8, atol=1e-10)
+
+
+def test_the_bessel_functions_of_elements_that_warp_to_their_last_digits():
+    decay = np.array([1e-3, 0.4, 3.9999, 4.0, 12.0, 900.0])
+    A, B, _ = warping_element(Dual(decay, np.ones((1, 6))), 1.0)
+
+    def ratio(n, x):
+        z = x / 2
+        under = mpmath.sinh(z) if n == 1 else mpmath.cosh(z)
+        return mpmath.sqrt(mpmath.pi / (2 * z)) * mpmath.besseli(n + 0.5, z) / under
+
+    with mpmath.workdps(40):
+        for n, found in enumerate((2 * B[:, 0, 0], 2 * B[:, 1, 1], -A[:, 0, 2])):
+            values = [ratio(n, mpmath.mpf(float(x))) for x in decay]
+            slopes = [mpmath.diff(lambda x, n=n: ratio(n, x), mpmath.mpf(float(x))) for x in decay]
+            assert_allclose(found.value, np.array(values, dtype=float), rtol=1e-14)
+            assert_allclose(found.slope[0], np.array(slopes, dtype=float), rtol=1e-12)
 
 
 def test_one_clamped_end_is_half_of_twice_the_length():

@@ -12,6 +12,7 @@ CALLED_BY_OTHERS = {
     "_repr_html_",
     "list_commands",
     "_repr_png_",
+    "execute",
     "to_frame",
     "make_image",
     "model_config",

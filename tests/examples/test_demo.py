@@ -9,9 +9,14 @@ import pytest
 from helpers.shell import flexura
 
 ROOT = Path(__file__).parents[2]
-RECIPE = re.search(r"^demo:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-assert RECIPE
-COMMANDS = [line.strip().removeprefix("$(BIN)/flexura ") for line in RECIPE[1].splitlines()]
+DEMO = ROOT / "examples/rpr/demo.py"
+COMMANDS = re.findall(r"^flexura (.*)$", DEMO.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def test_the_demo_is_what_make_runs():
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert "\ndemo: $(STAMP)\n\t@$(BIN)/python examples/rpr/demo.py\n" in makefile
+    assert COMMANDS
 
 
 @pytest.mark.slow

@@ -80,3 +80,13 @@ def folded(count=5, **how):
         ends[f"out{k}"] = ((f"e{k}", 0.5 * corner), (f"f{k}", corner), normal)
         ends[f"across{k}"] = ((f"f{k}", corner), (f"g{k}", corner + 0.03 * normal), out)
     return stage(ends, **how)
+
+
+def on_a_complex(pitch, **how):
+    """Five wires on lines that do no work on a screw about z: r d_t = -pitch d_z of a line at radius r, along d."""
+    ends = {}
+    for k, (r, outward) in enumerate(zip((0.02, 0.025, 0.03, 0.02, 0.035), (0, 0.1, -0.08, 0.16, 0), strict=True)):
+        e = np.array([np.cos(1.2 * k), np.sin(1.2 * k), 0])
+        along = outward * e - pitch / r * np.cross((0, 0, 1), e) + (0, 0, 1)
+        ends[f"wire{k}"] = ((f"g{k}", r * e), (f"e{k}", r * e + L * along), None)
+    return stage(ends, wires=True, **how)

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 import flexura as fx
 from flexura.results import Result
 from flexura.solid.whole import WholeMode
+from flexura.synthesis import Candidate
 from helpers.tested_stage import STAGE, TEST
 
 NAME = "<script>alert('&')</script>"
@@ -45,6 +46,12 @@ def requirements() -> fx.Requirements:
 def published() -> fx.Published:
     known = fx.describe.PublishedValue(ask="f1", value="55 Hz", source="A")
     return fx.published(guide().replaced({"published": (known,)}))
+
+
+def candidates() -> fx.Candidates:
+    required = fx.requirements(guide().replaced({"requirements": {"first mode": "f1 >= 90 Hz"}})).requirements
+    own = Candidate("candidate-01.yaml", NAME, "1T", 2, 1, 40.0, 54.0, 0.05, required)
+    return fx.Candidates(NAME, "1T", 30, 1, 65, (own,), {"freedoms": 0, "first mode": 1}, ("posts are not drawn",))
 
 
 @cache
@@ -222,6 +229,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "CoupledResponse": coupled,
     "Drawing": lambda: fx.faces(DRAWN / "bar.step"),
     "Drift": drift,
+    "FreedomSpaces": lambda: fx.free(guide()),
     "FrequencyResponse": frequency_response,
     "FullOrderModel": lambda: fx.assemble(guide()),
     "IdentifiedModes": identified,
@@ -252,6 +260,7 @@ MAKERS: dict[str, Callable[[], Result]] = {
     "Pareto": lambda: fx.optimize(
         guide(), vary={"thickness": [4e-4, 5e-4, 6e-4]}, maximise="f1", minimise="mass", points=2
     ),
+    "Candidates": candidates,
     "Preload": lambda: fx.preload(guide(), gravity=GRAVITY),
     "Report": lambda: fx.report(guide()),
     "Recording": lambda: virtual_test().measurement.recordings[0],

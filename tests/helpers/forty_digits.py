@@ -6,7 +6,6 @@ from decimal import Decimal, localcontext
 
 import mpmath
 import numpy as np
-import scipy.special
 
 
 @contextmanager
@@ -51,7 +50,6 @@ _FUNCTIONS = {
         np.arcsin: mpmath.asin,
         np.arccos: mpmath.acos,
         np.arctan: mpmath.atan,
-        scipy.special.ive: lambda n, z: mpmath.besseli(n, z) * mpmath.exp(-z),
     }.items()
 }
 _TRUTHS = {np.isfinite: Decimal.is_finite, np.isnan: Decimal.is_nan}

@@ -49,6 +49,19 @@ def test_solutions_pivots_and_their_bound(n, definite):
 
 
 @compiled
+def test_hubs_come_last():
+    """Many branches on one body are taken however many rows they have together, and are so many small chains."""
+    branch, hub, count = chain(60), 6, MOST_ROWS // 60 + 40
+    side = sp.csc_matrix(0.01 * rng.standard_normal((60 * count, hub)) * (np.arange(60 * count) % 60 < hub)[:, None])
+    A = sp.block_array([[sp.block_diag([branch] * count), side], [side.T, 50.0 * sp.identity(hub)]]).tocsc()
+    factors, b = eliminated(A), rng.standard_normal(A.shape[0])
+    assert isinstance(factors, LDL) and sorted(factors.arrays[0][-hub:]) == [*range(60 * count, A.shape[0])]
+    assert np.abs(A @ factors.solve(b) - b).max() < 1e-10
+    alone = eliminated(branch)
+    assert len(factors.arrays[3]) <= count * (len(alone.arrays[3]) + 60 * hub) + hub**2
+
+
+@compiled
 def test_pattern_is_worked_out_once_and_told_from_others(monkeypatch):
     from flexura.linalg import ldl
 

@@ -78,8 +78,8 @@ def test_equal_likeness_keeps_the_order():
 
 
 def test_scale_of_the_modes_before_does_not_matter_and_modes_may_be_lost():
-    found = track_modes(np.eye(3) * [5.0, -1.0, 0.1], [1.0, 2.0], np.eye(3)[:, [2, 0]])
-    assert found.number.tolist() == [1, -1, 0]
+    found = track_modes(np.eye(3) * [-5.0, -1.0, 0.1], [1.0, 2.0], np.eye(3)[:, [2, 0]])
+    assert found.number.tolist() == [1, -1, 0] and found.sense.tolist() == [-1.0, 1.0, 1.0]
     assert found.mac == pytest.approx([1.0, 0.0, 1.0])
 
 

@@ -21,6 +21,7 @@ from flexura.motion import (
     kept_frames,
 )
 from flexura.motion.elements import PoseElements, Rates
+from flexura.motion.newton import Attempt, MotionState, Newton, Scheme
 from flexura.motion.path import displacement
 from flexura.motion.se3 import rotation
 from flexura.motion.substructures import taken
@@ -37,6 +38,13 @@ MODELS = {
     "actuators": "tip_tilt/tip_tilt.yaml",
 }
 rng = np.random.default_rng(5)
+BEGUN = rng.bit_generator.state
+
+
+@pytest.fixture(autouse=True)
+def _numbers_of_its_own():
+    """The same numbers for a test, whichever others run."""
+    rng.bit_generator.state = BEGUN
 
 
 def model_of(name):
@@ -138,12 +146,45 @@ def test_frames_that_move_and_hold_amplitudes():
     n = 11
     frames = Frames(rng.standard_normal((n, 3)), rotations(n), rng.standard_normal((n, 6)), np.arange(n) % 4 > 0)
     step = rng.standard_normal((n, 6))
+    step[:, 3:] *= np.minimum(1, 3 / np.linalg.norm(step[:, 3:], axis=1))[:, None]  # less than half a turn
     step[5], step[6, 3:] = 0.0, 0.0
     kernel, numpy = both(lambda: frames.moved(step))
     agree(kernel[:3], numpy[:3], 1e-15)
     agree(*both(lambda: [displacement(frames, kernel)]))
     # those that are not placed do not turn
     agree([displacement(frames, kernel)], [step], 1e-14)
+
+
+@compiled
+@pytest.mark.parametrize("name", ["no warping", "warping and bowing", "superelements of solids"])
+@pytest.mark.parametrize("is_smooth", [True, False])
+def test_a_step_and_looks_at_it(name, is_smooth):
+    model = model_of(MODELS[name])
+    # amplitudes of what is alike on both sides would weigh nothing
+    weight = rng.standard_normal(model.sagging.weight.shape)
+    model = replace(model, sagging=replace(model.sagging, weight=weight))
+    equations, n, named = Equations(model), model.n_dof, model.design.plan.topology.node_names
+    nodes = [k for k, node in enumerate(named) if node and (model.dof[model.root[k]] >= 0).all()]
+    dead, follower = ({k: 1e-2 * rng.standard_normal(6) for k in nodes[at : at + 2]} for at in (0, 1))
+    loads = Loads(dead, follower, np.array([0.5, 0.3, -9.81]))
+    newton = Newton(equations, Damping(2.0, 1e-5), Scheme.of(0.8, 1e-3))
+    motion = rng.standard_normal((5, n)) * np.array([1e-6, 1e-3, 1.0, 1.0, 1e3])[:, None] * 1e-2 / equations.scale
+    frames = displaced(model, 1e-4)
+    last = MotionState(frames._replace(z=10 * frames.z), motion, np.empty(0))
+    newton.renew(last, loads)
+    kinds = set()
+
+    def looks():
+        at = Attempt(last, loads, np.empty(0))
+        step = newton.looked_at(at)
+        kinds.add(type(step))
+        step.begin(is_smooth)
+        found = [*at.frames.copy()[:3], at.motion[:4].copy(), at.led]
+        sizes = step.look()
+        return [*found, *at.frames[:3], *at.motion, at.correction, *sizes]
+
+    agree(*both(looks), tolerance=1e-10)
+    assert len(kinds) == 2
 
 
 @compiled

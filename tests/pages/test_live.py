@@ -124,12 +124,15 @@ def test_parameters_at_zero_move_as_far_as_others_of_their_kind(tmp_path):
 def test_frequencies_are_those_of_modes(guide):
     values, parameters = {"thickness": 0.41, "length": 73.0}, {"thickness": 0.41e-3, "length": 73e-3}
     with talk(guide) as (own, _):
-        found = own.all_of(own.ask(values, modes=4))["picture"]
+        told = own.all_of(own.ask(values, modes=4))
+    found = told["numbers"]
     truth = fx.modes(fx.load(GUIDE), parameters, n=4, order="full").frequency_hz
     assert [row["text"] for row in found["rows"]] == [f"{hz:.5g}" for hz in truth]
     assert all(row["proof"].startswith("within") and not row["flag"] for row in found["rows"])
-    points = found["buffers"]["points"]
-    x = np.frombuffer(found["bytes"], "<f4", points["bytes"] // 4, points["offset"]).reshape(points["shape"])
+    picture = told["picture"]
+    assert list(told)[:2] == ["numbers", "picture"] and picture["row"] == found["rows"][0]
+    points = picture["buffers"]["points"]
+    x = np.frombuffer(picture["bytes"], "<f4", points["bytes"] // 4, points["offset"]).reshape(points["shape"])
     assert np.ptp(x[:, 2]) > 0.073 and points["offset"] % 4 == 0
 
 
@@ -137,7 +140,7 @@ def test_rigid_motions_are_said_beside_as_many_others(tmp_path):
     text = GUIDE.read_text(encoding="utf-8")
     (tmp_path / "free.yaml").write_text(text[: text.index("ground:")], encoding="utf-8")
     with served(tmp_path / "free.yaml", "-n", "3") as own, talk(own) as (page, opened):
-        found = page.all_of(page.ask({"thickness": 0.6}, modes=opened["modes"]))["picture"]
+        found = page.all_of(page.ask({"thickness": 0.6}, modes=opened["modes"]))["numbers"]
     wanted = fx.modes(fx.load(tmp_path / "free.yaml"), {"thickness": 0.6e-3}, n=9, order="full")
     rows = found["rows"]
     assert [row["rigid"] for row in rows] == [mode.is_rigid for mode in wanted.modes] == [True] * 6 + [False] * 3
@@ -202,14 +205,31 @@ class Said(list[str]):
         self.append(kind)
 
 
-@pytest.mark.parametrize("is_moving", [True, False])
-def test_model_errors_wait_until_the_hand_rests_and_come_last(monkeypatch, is_moving):
-    monkeypatch.setattr("flexura.pages.live.session.PATIENCE", 0.0)
+def said_of_eight(is_moving: bool) -> Said:
+    """What is told of as many designs."""
     own = Described(fx.assemble(fx.load(GUIDE)).plan, 3, (), 0)
     said = Said()
     session: Any = Session(cast(Any, Still(is_moving)), cast(Any, lambda: own), cast(Any, said))
     for serial in range(8):
         session.receive(Ask(type="design", serial=serial, values={}, modes=3))
+    return said
+
+
+@pytest.mark.parametrize(("is_moving", "frame", "pictures"), [(True, np.inf, 0), (True, 0.0, 8), (False, np.inf, 8)])
+def test_numbers_come_first_and_pictures_are_left_out_where_the_hand_has_moved_on(
+    monkeypatch, is_moving, frame, pictures
+):
+    monkeypatch.setattr("flexura.pages.live.session.FRAME", frame)
+    said = said_of_eight(is_moving)
+    assert [own for own in said if own in ("numbers", "picture")] == 8 * ["numbers", "picture"][: 1 + bool(pictures)]
+    assert said.count("picture") == pictures
+
+
+@pytest.mark.parametrize("is_moving", [True, False])
+def test_model_errors_wait_until_the_hand_rests_and_come_last(monkeypatch, is_moving):
+    monkeypatch.setattr("flexura.pages.live.session.PATIENCE", 0.0)
+    monkeypatch.setattr("flexura.pages.live.session.FRAME", 0.0)
+    said = said_of_eight(is_moving)
     if is_moving:
         assert {"picture", "holds", "motions"} <= {*said} and not {"facts", "model errors", "settled"} & {*said}
     else:
@@ -222,7 +242,7 @@ def test_rows_keep_their_identity_through_a_crossing(tmp_path):
     with served(tmp_path / "two.yaml", "-n", "2") as own, talk(own) as (page, _):
         hz = {}
         for k in (1.0, 1.5, 1.9, 2.1, 3.0):
-            rows = page.all_of(page.ask({"soft": k}, modes=2))["picture"]["rows"]
+            rows = page.all_of(page.ask({"soft": k}, modes=2))["numbers"]["rows"]
             hz[k] = {row["mode"]: row["hz"] for row in rows}
     for k, rows in hz.items():
         assert rows[1] == pytest.approx(np.sqrt(1e3 * k) / (2 * np.pi), rel=1e-6)
@@ -247,16 +267,16 @@ def test_of_500_moves_the_last_wins_and_others_are_dropped(guide):
     with talk(guide) as (own, _):
         for k in range(500):
             last = own.ask({"thickness": 0.3 + 1e-3 * k})
-        pictures = 0
+        found, pictures = {}, 0
         while True:
             message = own.next()
             pictures += message["type"] == "picture"
             if message["type"] == "settled":
                 break
-            shown = message if message["type"] == "picture" else shown  # noqa: F821
+            found[message["type"]] = message
     truth = fx.modes(fx.load(GUIDE), {"thickness": (0.3 + 1e-3 * 499) * 1e-3}, order="full").frequency_hz
-    assert shown["serial"] == last == message["serial"] and pictures < 250
-    assert shown["rows"][0]["text"] == f"{truth[0]:.5g}"
+    assert found["numbers"]["serial"] == found["picture"]["serial"] == last == message["serial"] and pictures < 250
+    assert found["numbers"]["rows"][0]["text"] == f"{truth[0]:.5g}"
 
 
 def test_two_pages_do_not_see_one_another(copy):
@@ -265,7 +285,7 @@ def test_two_pages_do_not_see_one_another(copy):
     copy.write_text(text.replace("reference: x\n", "reference: x\n        root: rigid\n"), encoding="utf-8")
     with served(copy) as own_file, talk(own_file) as (a, _), talk(own_file) as (b, _):
         thin, thick = a.ask({"thickness": 0.3}), b.ask({"thickness": 0.6})
-        own = a.all_of(thin)["picture"]["rows"][0]["hz"], b.all_of(thick)["picture"]["rows"][0]["hz"]
+        own = a.all_of(thin)["numbers"]["rows"][0]["hz"], b.all_of(thick)["numbers"]["rows"][0]["hz"]
     assert own[1] / own[0] == pytest.approx(2**1.5, rel=0.03)
 
 
@@ -424,7 +444,7 @@ def test_the_file_is_watched(copy):
         broken = page.until("file")
         line = 1 + text[: text.index("profile: {")].count("\n")
         assert not broken["gone"] and broken["problems"][0]["where"].endswith(f"guide.yaml:{line}")
-        assert page.all_of(page.ask({}))["picture"]["revision"] == again["revision"]
+        assert page.all_of(page.ask({}))["numbers"]["revision"] == again["revision"]
         copy.unlink()
         assert page.until("file")["gone"]
         assert "settled" in page.all_of(page.ask({}))

@@ -314,6 +314,18 @@ def test_freedoms_turn_about_their_axes():
     assert [motion.axes[0].pitch is None for motion in scene.motions] == [own.kind == "T" for own in found.freedoms]
 
 
+def test_spaces_have_axes_of_what_is_free_and_arrows_of_what_is_borne():
+    found = fx.free(example("pivot"))
+    [body], [motion] = found.bodies, scene_of(found).motions
+    [axis] = motion.axes
+    assert motion.title == "arm: rotation" and motion.nature == "vibration"
+    assert (axis.direction, axis.pitch) == (body.freedom.screws[0].axis.direction, 0.0)
+    assert [arrow.label for arrow in motion.arrows] == [own.kind for own in body.constraint.screws]
+    assert ("free in", "rotation") in motion.facts
+    between = scene_of(fx.free(example("pivot"), between=("arm", "ground")))
+    assert [motion.nature for motion in between.motions] == ["displacement"]  # which does not move
+
+
 def test_poses_of_a_stroke_are_true_to_scale():
     result = fx.stroke(example("guide"), move={"carriage.x": (0.0, 2e-3)}, steps=5, n=1)
     scene = scene_of(result)

@@ -16,17 +16,20 @@ from flexura.full_order import assemble
 from flexura.view import (
     Kind,
     draw_buckling,
+    draw_free,
     draw_freedoms,
     draw_kinetostatics,
     draw_mechanism,
     draw_mode,
     draw_statics,
+    save_free,
     save_kinetostatics,
     save_preload,
     save_statics,
 )
 from flexura.view.drawing.figures import COLOURS, force_colours
 from flexura.view.drawing.labels import FORCE
+from helpers.counted_stages import on_a_complex
 from helpers.pictures import assert_no_overlap, guide
 from helpers.shell import GUIDE
 
@@ -155,6 +158,20 @@ def test_freedoms_are_axes_and_matrices_have_their_numbers():
     driven = draw_kinetostatics(fx.kinetostatics(piezo))
     assert len(driven.axes) == 4
     assert {text.get_text() for text in driven.axes[0].get_yticklabels()} == {"tx", "ty", "tz", "rx", "ry", "rz"}
+
+
+def test_screws_of_a_body_are_drawn_free_red_and_borne_blue(tmp_path):
+    found = fx.free(on_a_complex(5e-3))
+    [body] = found.bodies
+    figure = draw_free(found)
+    texts = [text.get_text() for axes in figure.axes for text in axes.texts]
+    assert "screw, 5 mm" in texts and texts.count("force") == 2 and texts.count("couple") == 2
+    lines = [line for axes in figure.axes for line in axes.lines]
+    assert {"#c8102e", "#1f5fa8"} <= {line.get_color() for line in lines}
+    assert sum(len(np.asarray(line.get_xdata())) > 100 for line in lines) == 2  # helices of the screw and the wrench
+    assert [path.name for path in save_free(found, tmp_path)] == [f"free_{body.body}.png"]
+    with pytest.raises(OptionError, match="no spaces of nobody; there are those of stage"):
+        draw_free(found, body="nobody")
 
 
 def test_files_are_written_whole(pushed, tmp_path):

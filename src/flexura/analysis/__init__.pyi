@@ -68,6 +68,11 @@ from flexura.analysis.static.constraints import Constraints as Constraints
 from flexura.analysis.static.constraints import MemberConstraints as MemberConstraints
 from flexura.analysis.static.constraints import Release as Release
 from flexura.analysis.static.constraints import constraints as constraints
+from flexura.analysis.static.free import BodySpaces as BodySpaces
+from flexura.analysis.static.free import FreedomSpaces as FreedomSpaces
+from flexura.analysis.static.free import SpaceScrew as SpaceScrew
+from flexura.analysis.static.free import SpannedSpace as SpannedSpace
+from flexura.analysis.static.free import free as free
 from flexura.analysis.static.freedoms import ComplianceSpectrum as ComplianceSpectrum
 from flexura.analysis.static.freedoms import Freedom as Freedom
 from flexura.analysis.static.heat import Heat as Heat

@@ -32,8 +32,8 @@ import numpy as np
 from flexura.arrays import Array
 from flexura.beam.frames import Real, arm_along_x, basis_of, columns, combine, symmetric
 from flexura.beam.section import SectionProperties
-from flexura.duals import plain, real
-from flexura.kernels import Kernel, address, is_compiled, packed
+from flexura.duals import plain, real, with_slopes_of
+from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import unit_scale
 
 # Freedoms of the one-dimensional parts of the element, as (freedom, sign). A rotation +ry lowers tz along +x,
@@ -89,8 +89,7 @@ _MASS_POLYNOMIALS = np.array(
     ]
 )
 
-_flexibility_numbers = Kernel("flexibility_numbers", "aanna")
-_mass_numbers = Kernel("mass_numbers", "aaanna")
+_compiled = Kernel("beam_coefficients", "aaaaaaannnaa")
 
 _END_XY, _END_XZ = _BENDING_XY[:2], _BENDING_XZ[:2]
 _DEFLECT = ({(0, 0): 1}, {(0, 1): 1}, {(1, 0): 1}, {(1, 1): 1})  # v per F, v per M, theta per F, theta per M
@@ -169,8 +168,6 @@ def flexibility_coefficients(E: Real, G: Real, section: SectionProperties, lengt
 
     Arguments as in the module docstring. Returns (..., 8): m/N, 1/(N m), then per plane m/N, 1/N, 1/(N m).
     """
-    if (given := _lined_up(E, G, *section, length, shear)) is not None:
-        return _by_kernel(_flexibility_numbers, given, 8)
     A, Iy, Iz, J, ky, kz = section
     half, third = length * length / 2, length * length * length / 3
     slide = shear * length / (G * A)
@@ -301,8 +298,6 @@ def mass_coefficients(
     kg m^2, then per plane kg, kg m, kg, kg m, kg m^2, kg m^2.
     """
     A, Iy, Iz = section[:3]
-    if (given := _lined_up(rho, A, Iy, Iz, length, phi_y, phi_z, rotary)) is not None:
-        return _by_kernel(_mass_numbers, given, 14, _MASS_POLYNOMIALS)
     line = rho * length
     weights = []
     for p, I in ((phi_y, Iz), (phi_z, Iy)):  # noqa: E741
@@ -321,40 +316,29 @@ def mass_coefficients(
     return coefficients
 
 
-class _LinedUp(NamedTuple):
-    """Numbers of n elements, each (n,) of every design or of all, one behind the other."""
+def coefficients(
+    moduli: Array, stiff: Array, actual: Array, length: Array, shear: Array, rotary: Array
+) -> tuple[Array, Array, bool]:
+    """Return `flexibility_coefficients` (..., n, 8) and `mass_coefficients` (..., n, 14) of n elements, and whether the
+    diagonals of all flexibilities are known to be positive and finite, and those of masses finite and not negative.
 
-    arrays: list[Array]
-    lead: tuple[int, ...]
-    n: int
-
-
-def _lined_up(*given: Real) -> _LinedUp | None:
-    """Numbers of elements (..., n) as kernels take them; None where there is no kernel, or one of them has slopes."""
-    whole = [one for one in given if type(one) is np.ndarray]
-    if not is_compiled() or not whole:
-        return None
-    shape = max((one.shape for one in whole), key=len)
-    if not 0 < len(shape) <= 2 or not shape[-1]:
-        return None
-    arrays = list[Array]()
-    for one in given:
-        if isinstance(one, float):
-            arrays.append(np.full(shape[-1:], one))
-        elif type(one) is np.ndarray and one.dtype == np.float64 and one.shape in (shape, shape[-1:]):
-            arrays.append(np.ascontiguousarray(one))
-        else:
-            return None
-    return _LinedUp(arrays, shape[:-1], shape[-1])
-
-
-def _by_kernel(kernel: Kernel, given: _LinedUp, width: int, *more: Array) -> Array:
-    """What a kernel makes of numbers of elements: (..., n, width)."""
-    out = np.empty((*given.lead, given.n, width))
-    steps = (given.n if array.ndim > 1 else 0 for array in given.arrays)
-    at = packed(*map(address, given.arrays))
-    kernel(at, packed(*steps), *more, given.lead[0] if given.lead else 1, given.n, out)
-    return out
+    moduli: E, G and rho (3, ..., n); stiff, actual: the six section properties (6, ..., n) for stiffness and for mass;
+    length: (n,) or (..., n); shear, rotary: (n,).
+    """
+    stacks = (moduli, stiff, actual)
+    if is_compiled() and with_slopes_of(*stacks, length) is None and stiff.shape[1:] == moduli.shape[1:]:
+        lead = moduli.shape[1:]
+        flexible, massive = np.empty((*lead, 8)), np.empty((*lead, 14))
+        given = (*map(np.ascontiguousarray, stacks), np.ascontiguousarray(length), shear, rotary)
+        bad = _compiled(*given, _MASS_POLYNOMIALS, moduli[0].size, length.size, len(shear), flexible, massive)
+        return flexible, massive, not bad
+    (E, G, rho), section = moduli, SectionProperties(*stiff)
+    factors = phi(E, G, section, length, shear) if shear.any() else (0.0, 0.0)
+    return (
+        flexibility_coefficients(E, G, section, length, shear),
+        mass_coefficients(rho, SectionProperties(*actual), length, *factors, rotary),
+        False,
+    )
 
 
 def mass(rho: Real, section: SectionProperties, length: Real, phi_y: Real, phi_z: Real, rotary: Real) -> Array:

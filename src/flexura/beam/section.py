@@ -18,7 +18,10 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array
 from flexura.beam.frames import Real, ordered
-from flexura.duals import real, zeros
+from flexura.duals import plain, real, with_slopes_of, zeros
+from flexura.kernels import Kernel, is_compiled
+
+_compiled = Kernel("rectangles", "aaana")
 
 _SUM_INVERSE_ODD_FIFTH_POWERS = 1.0045237627951384  # 1 + 1/3^5 + 1/5^5 + ... = (31/32) zeta(5)
 
@@ -56,6 +59,10 @@ def rectangle(width: ArrayLike, thickness: ArrayLike, nu: ArrayLike) -> SectionP
     ratio; for shear across a wide leaf, where it hardly matters, they are too high (Hutchinson 2001).
     """
     b, t, nu = _common_shape(width, thickness, nu)
+    if is_compiled() and with_slopes_of(b, t, nu) is None:
+        table: Array = np.empty((len(SectionProperties._fields), *b.shape))
+        _compiled(*map(np.ascontiguousarray, (b, t, nu)), b.size, table)
+        return SectionProperties(*table)
     A = b * t
     k = 10 * (1 + nu) / (12 + 11 * nu)
     return SectionProperties(A, A * t * t / 12, A * b * b / 12, _rectangle_torsion(b, t), k, k)
@@ -159,14 +166,11 @@ def warping_element(decay: Real, kappa: Real) -> tuple[Array, Array, Array]:
 
     decay: that of `warping_decay` over the length, -; kappa: -. Returns A (..., 3, 3), B (..., 3, 2), Z (..., 2, 2), -.
     """
-    from scipy.special import ive  # slow to import
-
     z, kappa = real(decay) / 2, real(kappa)
-    n = np.arange(3)
-    bessel = np.sqrt(np.pi / (2 * z[..., None])) * ive(n + 0.5, z[..., None])
-    even, odd = 1 + np.exp(-2 * z), -np.expm1(-2 * z)  # 2 exp(-z) times cosh z and sinh z
-    first, second, third = (2 * bessel[..., k] / (odd if k == 1 else even) for k in range(3))
-    share, tanh = 1 - kappa, np.tanh(z)
+    share, tanh, ratio = 1 - kappa, np.tanh(z), _bessel_ratio(z)
+    second = 1 / (3 + z * ratio)  # i1/sinh z, then i0/cosh z and i2/cosh z
+    first = 1 / (1 + z * z * second)
+    third = ratio * z * second * first
     lead = np.broadcast_shapes(z.shape, kappa.shape)
     A, B, Z = (zeros((*lead, *shape), z, kappa) for shape in ((3, 3), (3, 2), (2, 2)))
     A[..., 0, 0] = share + kappa * (1 - first)
@@ -179,6 +183,20 @@ def warping_element(decay: Real, kappa: Real) -> tuple[Array, Array, Array]:
     Z[..., 0, 0] = Z[..., 1, 1] = alike + opposite
     Z[..., 0, 1] = Z[..., 1, 0] = alike - opposite
     return A, B, Z
+
+
+def _bessel_ratio(z: Real) -> Array:
+    """Return i2/i1 of the modified spherical Bessel functions of z > 0, -.
+
+    By their recurrence, i[n-1] = i[n+1] + (2n + 1)/z i[n] (Abramowitz and Stegun 1964, eq. 10.2.18): downwards from
+    nothing where z is small, upwards from i1/i0 = coth z - 1/z where it is not.
+    """
+    is_small = plain(z) < 2
+    small, large = np.where(is_small, z, 1.0), np.where(is_small, 2.0, z)
+    ratio = 0.0 * small
+    for n in range(12, 1, -1):
+        ratio = small / (2 * n + 1 + small * ratio)
+    return np.where(is_small, ratio, 1 / (1 / np.tanh(large) - 1 / large) - 3 / large)
 
 
 def warping_coupling(x: Real, kappa: Real, held: tuple[bool, bool]) -> Array:

@@ -88,6 +88,11 @@ COMMANDS = {
         "constraints_command",
         "Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact.",
     ),
+    "free": _Command(
+        "response",
+        "free_command",
+        "Freedom and constraint spaces of bodies as screws, named, with how pure they are in energy and compliance.",
+    ),
     "heat": _Command(
         "response",
         "heat_command",
@@ -160,6 +165,11 @@ COMMANDS = {
         "studies",
         "optimize_command",
         "The best design under limits, its active limits and what relaxing them would gain, proven at full order.",
+    ),
+    "design": _Command(
+        "studies",
+        "design_command",
+        "From wished freedoms to mechanisms: every topology of limbs that leaves them free, sized, best first.",
     ),
     "estimate-frf": _Command(
         "testing",

@@ -55,21 +55,33 @@ def statics_command(
     return Answer(result, result.presentation(node), "save_statics", data=lambda: result.to_dict(node))
 
 
+Between = Annotated[
+    str | None, typer.Option(metavar="NODE,NODE", help="Only what lies between two bodies, e.g. 'ground,table'.")
+]
+
+
 @command("strict", out="Write the table of members: .csv or .parquet.")
-def constraints_command(
-    mechanism: Mechanism,
-    parameters: dict[str, float],
-    *,
-    between: Annotated[
-        str | None,
-        typer.Option(metavar="NODE,NODE", help="Only what lies between two bodies, e.g. 'ground,table'."),
-    ] = None,
-) -> Answer:
+def constraints_command(mechanism: Mechanism, parameters: dict[str, float], *, between: Between = None) -> Answer:
     """Freedoms, constraints and over-constraints: who competes with whom, and what would make it exact."""
     from flexura.analysis import constraints
 
-    pair = None if between is None else [name.strip() for name in between.split(",")]
-    return Answer(constraints(mechanism, parameters, between=pair))
+    return Answer(constraints(mechanism, parameters, between=_pair(between)))
+
+
+def _pair(between: str | None) -> list[str] | None:
+    return None if between is None else [name.strip() for name in between.split(",")]
+
+
+@command(
+    *("plot", "dpi", "strict"),
+    out="Write the table of screws, .csv or .parquet, or a page to look around, .html.",
+    page=True,
+)
+def free_command(mechanism: Mechanism, parameters: dict[str, float], *, between: Between = None) -> Answer:
+    """Freedom and constraint spaces of bodies as screws, named, with how pure they are in energy and compliance."""
+    from flexura.analysis import free
+
+    return Answer(free(mechanism, parameters, between=_pair(between)), pictures="save_free")
 
 
 @command("strict", out="Write the drift of nodes: .csv or .parquet.")

@@ -11,7 +11,7 @@ import typer
 
 from flexura.cli.amounts import mounts_of, moves_of, names_of
 from flexura.cli.options import Answer, File, Settings, command, read, say
-from flexura.cli.progress import designs_shown, rounds_shown
+from flexura.cli.progress import designs_shown, rounds_shown, steps_shown
 from flexura.errors import OptionError
 from flexura.files import TABLES, write_table
 
@@ -306,3 +306,30 @@ def misalignment_command(
         seed=seed,
     )
     return Answer(result)
+
+
+@command(reads=False)
+def design_command(
+    wish: Annotated[Path, typer.Argument(metavar="WISH", help="Wish file (YAML).")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Write mechanism files and the page here, and go on here.")],
+    most: Annotated[int, typer.Option(min=1, help="Topologies that are worked out, the plainest first.")] = 300,
+    samples: Annotated[int, typer.Option(min=1, help="Designs of each at rest.")] = 64,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+) -> Answer:
+    """From wished freedoms to mechanisms: every topology of limbs that leaves them free, sized, best first."""
+    from flexura.pages.report import save_designs
+    from flexura.synthesis import design
+
+    with steps_shown() as progress, _kept_when_interrupted(out):
+        result = design(
+            wish,
+            folder=out,
+            most=most,
+            samples=samples,
+            workers=workers,
+            scheduler=scheduler,
+            progress=progress,
+            found=lambda found: save_designs(found, out, wish=wish),
+        )
+    return Answer(result, write=lambda: [out / "index.html", out / "design.json"])

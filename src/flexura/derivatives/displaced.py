@@ -23,6 +23,7 @@ from flexura.motion import (
     Frames,
     Holding,
     Loads,
+    MovedState,
     MovingModel,
     Path,
     Point,
@@ -35,6 +36,7 @@ from flexura.motion import (
     loads_with,
     lowest_of_any,
     material_at,
+    member_force_changes,
 )
 from flexura.structure import Design
 from flexura.thresholds import STATIC_ROUND_OFF
@@ -46,8 +48,8 @@ GUARD = 3
 @dataclass(frozen=True, repr=False)
 class DisplacedState(State):
     """A design where displacements are prescribed, under the loads and gravity that are described: its `pose`, and of a
-    design with slopes the same pose `moving` along. `missing` (n,) is what round-off leaves missing of its equilibrium,
-    with slopes, N and N m. Derivatives are those of one smooth branch; without slopes they are by no parameters.
+    design with slopes the same pose `moving` along. Derivatives are those of one smooth branch; without slopes they are
+    by no parameters.
     """
 
     _shown = ("move",)
@@ -56,7 +58,6 @@ class DisplacedState(State):
     move: Mapping[str, Any]
     pose: Pose
     moving: Pose | None = None
-    missing: Any = None
 
     @property
     def best(self) -> Pose:
@@ -129,7 +130,8 @@ class DisplacedState(State):
         """As `State.stresses_within`, at this equilibrium."""
         model, design = self.best.equations.model, self.design
         forces = end_forces(model, [self.best.state])
-        missing = rounding_to(design.parameters, self.missing, model.dof, share) if share else None
+        state: Any = self.best.state
+        missing = rounding_to(design.parameters, state.missing, model.dof, share) if share else None
         deformed = moved_deformations(design, model, [self.best.state])
         return largest_stresses(design, forces.__getitem__, deformed, 1, rounding=missing)
 
@@ -234,8 +236,8 @@ class DisplacementPath:
     ) -> None:
         self.design = design
         self.names = names
-        still = design.still
-        model = MovingModel.of(still)
+        self._moving_model = MovingModel.of(design)
+        model = self._moving_model.still if isinstance(design.values, Dual) else self._moving_model
         self.equations: Equations = Equations(model, [driven_displacement(model, name) for name in names])
         self.equations.independent()
         self._on = force or {}, command or {}
@@ -271,19 +273,20 @@ class DisplacementPath:
         pose, state = at.pose, at.pose.state
         count = len(slope_of(self.design.values))
         targets = [t.slope if isinstance(t, Dual) else np.zeros(count) for t in at.move.values()]
-        sloped = Equations(MovingModel.of(self.design), pose.equations.drives)
+        sloped = Equations(self._moving_model, pose.equations.drives)
         loads = loads_with(sloped.model, *self._on)
         frames = _carried(sloped.model.rest, state.frames, count)
-        tangent, missing = sloped.tangent(frames, loads, state.drive)
-        missing = missing + state.drive @ tangent.rows
+        missing, held = sloped.balance(frames, loads, state.drive)
         with_slopes: Any = Dual(values, np.reshape(targets, (len(targets), count)).T)
-        gap = with_slopes - tangent.travelled
+        gap = with_slopes - sloped.travelled(frames)
         step, drive = pose.equations.solver(state.tangent)(slope_of(missing).T, slope_of(gap).T)
-        frames = _stepped(frames, np.stack([pose.equations.displacements(column) for column in step.T]))
+        steps = np.stack([pose.equations.displacements(column) for column in step.T])
         force: Any = Dual(state.drive, drive.T)
-        tangent, missing = sloped.tangent(frames, loads, force)
-        moving = Pose(sloped, Equilibrium(frames, force, loads, tangent, state.iterations))
-        return replace(at, moving=moving, missing=missing + force @ tangent.rows)
+        of_members: Any = held[0] if len(held) else None
+        if (changes := member_force_changes(pose, np.moveaxis(steps, 0, -1))) is not None:
+            of_members = Dual(of_members.value, of_members.slope + np.moveaxis(changes, -1, 0))
+        moved: Any = MovedState(sloped, _stepped(frames, steps), force, loads, of_members)
+        return replace(at, moving=Pose(sloped, moved))
 
 
 def _carried(rest: Frames, at: Frames, count: int) -> Frames:

@@ -1,15 +1,14 @@
 """Derivatives of eigenvalues and eigenvectors of K(p) x = lambda M(p) x, repeated eigenvalues included.
 
-What eigenvalues alone need of K' and M' are derivatives of the energies of fixed modes, by element and node. Energies
-of modes are worked out once, in floats; of what has slopes, only the matrices of elements, their frames, lengths and
-arms are contracted with them. Nothing of the size of the model is formed for a parameter.
+What eigenvalues alone need of K' and M' are derivatives of the energies of fixed modes. Modes make weights, in floats,
+of the few numbers that energies are made of: coefficients of flexibility and mass of elements, their lengths, axes and
+offsets, and places of nodes; slopes of these are all that is worked out for a parameter.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,13 +17,13 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from flexura.arrays import Array, Index
-from flexura.beam import rigid_arm
+from flexura.beam import PLANE_BASIS, rigid_arm
 from flexura.derivatives.families import Change, FullOrderFamily
-from flexura.duals import Dual, plain, slope_of, zeros
+from flexura.duals import Dual, plain, slope_of
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import Eigenpairs, inverse_roots, lowest, lowest_groups, scaled
 from flexura.modal import close_groups
-from flexura.structure import Design, DiscreteElement, PartMatrices, stiffness_and_mass
+from flexura.structure import Copies, Design, DiscreteElement, Part, PartMatrices, full_order, stiffness_and_mass
 from flexura.thresholds import REPEATED_EIGENVALUES
 
 SPARE_EIGENVALUES = 3
@@ -160,93 +159,156 @@ class Pairs(NamedTuple):
 def energy_slopes(design: Design, X: Array, pairs: Pairs) -> Array:
     """x_a' (K' - lambda M') x_b (P, q) for pairs of modes, columns of X (n, k), of a design with P slopes.
 
-    Theory eq. K2, contracted; the mean with that of the pair (b, a) is what is symmetric. Loads that are described add
-    nothing here.
+    Theory eq. K4, by energies: what modes do is worked out without slopes, as weights of all that has some,
+    flexibilities and masses of elements, lengths, axes and places. The mean with that of the pair (b, a) is what is
+    symmetric. Loads that are described add nothing here.
     """
-    topology, plan = design.plan.topology, design.plan
-    values: Any = design.values
-    slopes = np.zeros((len(values.slope) if isinstance(values, Dual) else 0, len(pairs.value)))
+    still, plan, topology = design.still, design.plan, design.plan.topology
+    weighed = _Weighed(design, len(pairs.value))
     padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-    for name, matrices in design.matrices.items():
-        part = plan.parts[name]
-        number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
-        G: Any = design.node_transforms(name, np.arange(part.n_nodes))
-        x = padded[topology.dof[topology.root[number]]]
-        u = plain(G) @ x
+    for name, G in full_order(plan).transforms(still).items():
+        part, copies, matrices = plan.parts[name], topology.copies[name], still.matrices[name]
+        x = padded[topology.dof[topology.root[copies.numbers()]]]
+        u = G @ x
         force = np.zeros((*u.shape[:-1], len(pairs.value)))
         if len(part.connectivity):
-            slopes += _elements(matrices, part.connectivity, u, force, pairs)
-        for discrete in chain(matrices.discrete_elements, *(strips.each for strips in matrices.strips)):
-            placed = [k for k, node in enumerate(discrete.nodes) if node < part.n_positioned]
-            B = _relative(discrete.nodes, placed, design.geometry.parts[name].positions)
-            slopes += _discrete(discrete, B, u, force, pairs)
-        if isinstance(G, Dual):
-            slopes += _with(G, np.einsum("cniq,cnjq->cnijq", force, x[..., pairs.second]))
-    return slopes
+            _elements(weighed, part, matrices, u, force, pairs)
+        for one, moving in zip(matrices.discrete_elements, design.discrete_elements[name], strict=True):
+            _discrete(weighed, part, (one, moving), u, force, pairs)
+        _nodes(weighed, copies, x, u, force, pairs)
+    return weighed.slopes()
 
 
-def _with(x: Any, weight: Array) -> Array | float:
-    """Slopes (P, q) of the sum of something (...) with slopes times weights (..., q); zero without slopes."""
-    if not isinstance(x, Dual):
-        return 0.0
-    count = len(x.slope)
-    return x.slope.reshape(count, -1) @ weight.reshape(-1, weight.shape[-1])
+class _Weighed:
+    """Sums (P, q) of the slopes of a design times weights, those of places and elements all together at the end."""
+
+    def __init__(self, design: Design, count: int) -> None:
+        parts, values = design.plan.parts, design.values
+        self.design, self.count = design, count
+        self._sum = np.zeros((len(slope_of(values)) if isinstance(values, Dual) else 0, count))
+        self.on_nodes: Array = np.zeros((design.plan.topology.n_nodes, 3, count))
+        """Weights (n, 3, q) of where nodes are, global frame."""
+        self.in_parts: dict[str, Array] = {name: np.zeros((part.n_nodes, 3, count)) for name, part in parts.items()}
+        """Weights (n, 3, q) of where the nodes of parts are, each in its own frame."""
+        self.on_elements: list[tuple[Array, Array]] = []
+        """Weights (e, 6, 6, q) of flexibilities and (e, 12, 12, q) of masses of the elements of each part."""
+
+    def add(self, x: Any, weight: Array) -> None:
+        """Add the slopes of something (...) times weights (..., q)."""
+        if isinstance(x, Dual):
+            self._sum += x.slope.reshape(len(x.slope), -1) @ weight.reshape(-1, self.count)
+
+    def slopes(self) -> Array:
+        """All sums (P, q)."""
+        geometry = self.design.geometry
+        for name, copies in self.design.plan.topology.copies.items():
+            weight, Q = self.on_nodes[copies.numbers()], geometry.Q[copies.number]
+            in_part = self.in_parts[name] + (np.swapaxes(plain(Q), -1, -2)[:, None] @ weight).sum(axis=0)
+            used, x = np.flatnonzero(in_part.any(axis=(1, 2))), geometry.parts[name].positions
+            self.add(x[used], in_part[used])
+            if weight.any():
+                self.add(geometry.t[copies.number], weight.sum(axis=1))
+                self.add(Q, np.einsum("cniq,nj->cijq", weight, plain(x)))
+        if self.on_elements:
+            elements = self.design.elements
+            on_flexibility, on_mass = (np.concatenate(own) for own in zip(*self.on_elements, strict=True))
+            self._add_sums(elements.flexibility_coefficients, elements.flexibility_basis, on_flexibility)
+            self._add_sums(elements.mass_coefficients, elements.mass_basis, on_mass)
+            if len(elements.rooted):
+                self._add_sums(elements.root_mass, PLANE_BASIS, on_mass[elements.rooted])
+        return self._sum
+
+    def _add_sums(self, coefficients: Any, basis: Array, weight: Array) -> None:
+        """Add the slopes of sums of coefficients (e, k) times a basis (k, i j), times weights (e, i, j, q)."""
+        self.add(coefficients, basis @ weight.reshape(len(weight), -1, self.count))
 
 
-def _elements(matrices: PartMatrices, nodes: Index, u: Array, force: Array, pairs: Pairs) -> Any:
-    """What comes of the elements' matrices, frames and lengths; adds twice their forces on nodes to `force`."""
-    T, K, M, length = (matrices.T, matrices.elements.K[..., 6:, 6:], matrices.elements.M, matrices.elements.length)
+def _products(a: Array, b: Array) -> Array:
+    """Sums (..., i, j, q), over the copies of a part, of products of vectors (copies, ..., i, q)."""
+    return np.moveaxis(np.moveaxis(a, (0, -1), (-1, -3)) @ np.moveaxis(b, (0, -1), (-2, -3)), -3, -1)
+
+
+def _levers(force: Array, turn: Array) -> Array:
+    """Weights (..., 3, q) of arms d of forces (..., 3, q), which are moved by turn x d: force x turn."""
+    first, second = [1, 2, 0], [2, 0, 1]
+    return force[..., first, :] * turn[..., second, :] - force[..., second, :] * turn[..., first, :]
+
+
+def _elements(weighed: _Weighed, part: Part, matrices: PartMatrices, u: Array, force: Array, pairs: Pairs) -> None:
+    """Weigh the elements of a part in displacements u (copies, n, 6, k); add twice their forces on nodes to `force`
+    (copies, n, 6, q)."""
     a, b, value = pairs
-    ends = u[:, nodes].reshape(len(u), len(nodes), 12, -1)
-    local = plain(T) @ ends
-    reach = np.zeros((len(nodes), 3))
-    reach[:, 0] = plain(length)
-    D = rigid_arm(reach)
+    nodes, moving = part.connectivity, weighed.design.geometry.parts[part.name]
+    shape, first, last = (len(u), len(nodes), 12, -1), part.first[:-1], part.first[1:] - 1
+    local = matrices.T @ u[:, nodes].reshape(shape)
+    D = rigid_arm(matrices.elements.length[:, None] * np.eye(3)[0])
     strain = local[..., 6:, :] - D @ local[..., :6, :]
-    pull = (plain(K) @ strain)[..., a]
-    inner = -value * (plain(M) @ local)[..., a]
-    inner[..., 6:, :] += pull
-    inner[..., :6, :] -= np.swapaxes(D, -1, -2) @ pull
-    slopes = _with(K, np.einsum("ceiq,cejq->eijq", strain[..., a], strain[..., b]))
-    slopes = slopes - _with(M, np.einsum("ceiq,cejq->eijq", local[..., a], local[..., b]) * value)
-    slopes = slopes + _with(T, 2 * np.einsum("ceiq,cejq->eijq", inner, ends[..., b]))
-    turn = pull[..., 1, :] * local[..., 5, b] - pull[..., 2, :] * local[..., 4, b]
-    slopes = slopes - _with(length, 2 * turn.sum(axis=0))
-    back = 2 * (np.swapaxes(plain(T), -1, -2) @ inner)
-    np.add.at(force, np.s_[:, nodes], back.reshape(*u[:, nodes].shape[:-1], -1))  # pyright: ignore
-    return slopes
+    if matrices.strips:
+        strain[..., 3, :] += matrices.twist_shared(u)
+    pull = matrices.elements.K[..., 6:, 6:] @ strain
+    inner = -value * (matrices.elements.M @ local)[..., a]
+    moved, pulled, pulling = local[..., b], pull[..., b], pull[..., a]
+    inner[..., 6:, :] += pulling
+    inner[..., :6, :] -= np.swapaxes(D, -1, -2) @ pulling
+    weighed.on_elements.append((-_products(pulling, pulled), -value * _products(local[..., a], moved)))
+    for elements, S in weighed.design.matrices[part.name].elements.couplings:
+        weighed.add(S, _products(pulling[:, elements, 3], pulled[:, elements, 3]))
+    turn = (pulling[..., 1, :] * moved[..., 5, :] - pulling[..., 2, :] * moved[..., 4, :]).sum(axis=0)
+    weighed.add(moving.length, -2 * np.add.reduceat(turn, first) / part.counts[:, None])
+    vectors, R = (own.reshape(*shape[:2], 4, 3, -1) for own in (inner, moved)), plain(moving.R)
+    turned = np.add.reduceat(np.einsum("cekiq,ceklq->eilq", *vectors), first)
+    weighed.add(moving.R, 2 * np.einsum("milq,mlj->mijq", turned, R))
+    ends = [(inner[:, first, :3], moved[:, first, 3:6]), (inner[:, last, 6:9], moved[:, last, 9:])]
+    levers = [np.swapaxes(R, -1, -2) @ _levers(*end).sum(axis=0) for end in ends]
+    weighed.add(moving.offsets, 2 * np.stack(levers, axis=1))
+    back = 2 * (np.swapaxes(matrices.T, -1, -2) @ inner)
+    np.add.at(force, np.s_[:, nodes], back.reshape(*shape[:2], 2, 6, -1))  # pyright: ignore
 
 
-def _relative(nodes: Sequence[int], placed: list[int], positions: Any) -> Any:
-    """B (6k, 6k): displacements of k nodes less what the rigid motion of the first one `placed` makes of them."""
-    B: Any = np.eye(6 * len(nodes))
-    if len(placed) > 1:
-        at = [nodes[k] for k in placed]
-        arms = rigid_arm(positions[at] - positions[at[0]])
-        B = zeros(B.shape, arms) + B
-        for k, arm in zip(placed, arms, strict=True):
-            B[6 * k : 6 * k + 6, 6 * placed[0] : 6 * placed[0] + 6] -= arm
-    return B
+def _discrete(
+    weighed: _Weighed, part: Part, both: tuple[DiscreteElement, DiscreteElement], u: Array, force: Array, pairs: Pairs
+) -> None:
+    """The same of a discrete element, without slopes and with; what its nodes are displaced from the rigid motion of
+    the first that has a place is its deformation."""
+    (a, b, value), (one, moving) = pairs, both
+    flat = u[:, one.nodes].reshape(len(u), 6 * len(one.nodes), -1)
+    back = np.zeros((*flat.shape[:2], len(value)))
+    if one.M is not None:
+        weighed.add(moving.M, -value * _products(flat[..., a], flat[..., b]))
+        back -= value * (one.M @ flat)[..., a]
+    if one.K is not None:
+        placed = [k for k, node in enumerate(one.nodes) if node < part.n_positioned]
+        x, B = plain(weighed.design.geometry.parts[part.name].positions)[one.nodes], np.eye(flat.shape[1])
+        for k in placed if len(placed) > 1 else ():
+            B[6 * k : 6 * k + 6, 6 * placed[0] : 6 * placed[0] + 6] -= rigid_arm(x[k] - x[placed[0]])
+        strain = B @ flat
+        pull = (one.K @ strain)[..., a]
+        weighed.add(moving.K, _products(strain[..., a], strain[..., b]))
+        for k in placed[1:]:
+            turn = flat[:, 6 * placed[0] + 3 : 6 * placed[0] + 6, b]
+            lever = 2 * _levers(pull[:, 6 * k : 6 * k + 3], turn).sum(axis=0)
+            weighed.in_parts[part.name][one.nodes[k]] -= lever
+            weighed.in_parts[part.name][one.nodes[placed[0]]] += lever
+        back += B.T @ pull
+    np.add.at(force, np.s_[:, one.nodes], 2 * back.reshape(len(u), -1, 6, len(value)))  # pyright: ignore
 
 
-def _discrete(discrete: DiscreteElement, B: Any, u: Array, force: Array, pairs: Pairs) -> Any:
-    """The same of a discrete element, with the relative displacements B of its nodes in place of lengths."""
-    a, b, value = pairs
-    v = u[:, discrete.nodes]
-    shape, slopes = v.shape, 0.0
-    flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
-    back = np.zeros((len(u), flat.shape[1], len(value)))
-    if discrete.M is not None:
-        slopes = slopes - _with(discrete.M, np.einsum("ciq,cjq->ijq", flat[..., a], flat[..., b]) * value)
-        back -= value * (plain(discrete.M) @ flat)[..., a]
-    if discrete.K is not None:
-        strain = plain(B) @ flat
-        pull = (plain(discrete.K) @ strain)[..., a]
-        slopes = slopes + _with(discrete.K, np.einsum("ciq,cjq->ijq", strain[..., a], strain[..., b]))
-        slopes = slopes + _with(B, 2 * np.einsum("ciq,cjq->ijq", pull, flat[..., b]))
-        back += plain(B).T @ pull
-    np.add.at(force, np.s_[:, discrete.nodes], 2 * back.reshape(*shape[:-1], -1))  # pyright: ignore
-    return slopes
+def _nodes(weighed: _Weighed, copies: Copies, x: Array, u: Array, force: Array, pairs: Pairs) -> None:
+    """Weigh where nodes with displacements u (copies, n, 6, k) in the part's axes are and how these have turned, by
+    forces (copies, n, 6, q) there; x (copies, n, 6, k) are the displacements of their roots, global axes."""
+    topology, geometry = weighed.design.plan.topology, weighed.design.geometry
+    at, b, number = copies.number, pairs.second, copies.numbers()
+    placed = np.arange(number.shape[1]) < copies.part.n_positioned
+    turning = plain(geometry.turning)[at, None]
+    slaved = topology.is_rigid[number] & (topology.root[number] != number) & placed
+    lever = _levers((turning @ force)[slaved][:, :3], x[slaved][:, 3:, b])
+    weighed.on_nodes[number[slaved]] += lever
+    np.subtract.at(weighed.on_nodes, topology.root[number[slaved]], lever)
+    if isinstance(geometry.Q, Dual):
+        moved, sign = (turning @ u)[:, placed][..., b], np.linalg.det(plain(geometry.Q)[at]).round()
+        both = (np.einsum("cnjq,cniq->cjiq", moved[:, :, k : k + 3], force[:, placed, k : k + 3]) for k in (0, 3))
+        translated, rotated = both
+        weighed.add(geometry.Q[at], translated + sign[:, None, None, None] * rotated)
 
 
 @dataclass(frozen=True)
@@ -299,7 +361,7 @@ def _pairs(design: Design, n: int) -> Eigenpairs:
     """The `n` lowest pairs of a design without slopes, and further copies of the last."""
     (K, M), family = stiffness_and_mass(design), FullOrderFamily(design.plan)
     pairs = lowest_groups(
-        K, M, n, guard=SPARE_EIGENVALUES, gap=REPEATED_EIGENVALUES, forces=lambda X: family.products_of(design, X)[0]
+        K, M, n, guard=SPARE_EIGENVALUES, gap=REPEATED_EIGENVALUES, forces=lambda X: family.forces_of(design, X)
     )
     return pairs or whole_clusters(K, M, n)
 

@@ -154,13 +154,18 @@ class FullOrderFamily:
         load = dead_load(model, loads.gravity(design.values), loads.wrenches(design.values))
         u = described_prestress(bare).displacement
         for _ in range(2):
-            u = u + _solved(solve, load - self._elastic(design, u[:, None])[0][:, 0])
+            u = u + _solved(solve, load - self._elastic(design, u[:, None], massless=True)[0][:, 0])
         return geometric_forces(model, u, X)
 
-    def _elastic(self, design: Design, X: Any) -> tuple[Any, Any]:
+    def forces_of(self, design: Design, X: Array) -> Array:
+        """K X (n, k) of `products_of` alone."""
+        KX = self._elastic(design, X, massless=True)[0]
+        return KX + self._geometric(design, X) if self._is_loaded else KX
+
+    def _elastic(self, design: Design, X: Any, massless: bool = False) -> tuple[Any, Any]:
         KX, MX = zeros((2, self.plan.topology.n_dof + 1, X.shape[1]), design.values, X)
         for name, placed in self._placed(design, X):
-            for nodes, k, m in self._forces(design, name, placed):
+            for nodes, k, m in self._forces(design, name, placed, massless):
                 placed.add(KX, nodes, k)
                 placed.add(MX, nodes, m)
         return KX[:-1], MX[:-1]
@@ -177,7 +182,7 @@ class FullOrderFamily:
                 losses.insert(0, of_elements[:, None, None])
                 for strips in design.matrices[name].strips:
                     losses += [of_elements[e] for e in strips.elements[:, 0].tolist()]
-            for loss, (nodes, k, _) in zip(losses, self._forces(design, name, placed), strict=True):
+            for loss, (nodes, k, _) in zip(losses, self._forces(design, name, placed, massless=True), strict=True):
                 placed.add(HX, nodes, None if k is None else loss * k)
             matrices = part.dashpot_matrices(design.values, geometry)
             for dashpot, matrix in zip(part.dashpots.values(), matrices, strict=True):
@@ -189,16 +194,15 @@ class FullOrderFamily:
         """Every part with what its copies do in displacements X (n, k)."""
         topology = self.plan.topology
         padded = np.concatenate([X, np.zeros((1, X.shape[1]))])
-        for name in design.matrices:
-            part = self.plan.parts[name]
-            number = np.array(topology.copies[name].offset)[:, None] + np.arange(part.n_nodes)
-            G = design.node_transforms(name, np.arange(part.n_nodes))
-            dofs = topology.dof[topology.root[number]]
+        for name, G in full_order(self.plan).transforms(design).items():
+            dofs = topology.dof[topology.root[topology.copies[name].numbers()]]
             yield name, _Placed(G, dofs, G @ padded[dofs])
 
-    def _forces(self, design: Design, name: str, placed: _Placed) -> list[tuple[Any, Array | None, Array | None]]:
+    def _forces(
+        self, design: Design, name: str, placed: _Placed, massless: bool
+    ) -> list[tuple[Any, Array | None, Array | None]]:
         part, geometry = self.plan.parts[name], design.geometry.parts[name]
-        return _forces(design.matrices[name], part.connectivity, part.n_positioned, geometry, placed.u)
+        return _forces(design.matrices[name], part.connectivity, part.n_positioned, geometry, placed.u, massless)
 
     def readings(self, parameters: Mapping[str, float], X: Array) -> Array:
         """What the rows read off DOF vectors X: (o, k)."""
@@ -219,10 +223,10 @@ class FullOrderFamily:
 
 
 def _forces(
-    matrices: PartMatrices, connectivity: Index, n_positioned: int, geometry: PartGeometry, u: Array
+    matrices: PartMatrices, connectivity: Index, n_positioned: int, geometry: PartGeometry, u: Array, massless: bool
 ) -> list[tuple[Any, Array | None, Array | None]]:
-    """Nodes, K u and M u of the elements and of every discrete element of a part for displacements u (copies, nodes,
-    6, k)."""
+    """Nodes, K u and, unless they are asked for as `massless`, M u of the elements and of every discrete element of a
+    part for displacements u (copies, nodes, 6, k)."""
     forces: list[tuple[Any, Array | None, Array | None]] = []
     if len(connectivity):
         local = matrices.T @ u[:, connectivity].reshape(len(u), len(connectivity), 12, -1)
@@ -230,11 +234,12 @@ def _forces(
         reach[:, 0] = matrices.elements.length
         strain = local[..., 6:, :] - rigid_arm(reach) @ local[..., :6, :]
         Tt = np.swapaxes(matrices.T, -1, -2)
-        forces.append((connectivity, Tt @ (matrices.elements.K[..., 6:] @ strain), Tt @ (matrices.elements.M @ local)))
+        mass = None if massless else Tt @ (matrices.elements.M @ local)
+        forces.append((connectivity, Tt @ (matrices.elements.K[..., 6:] @ strain), mass))
     for discrete in chain(matrices.discrete_elements, *(strips.each for strips in matrices.strips)):
         v, placed = u[:, discrete.nodes], [k for k, node in enumerate(discrete.nodes) if node < n_positioned]
         flat = v.reshape(len(u), 6 * len(discrete.nodes), -1)
-        mass = None if discrete.M is None else discrete.M @ flat
+        mass = None if massless or discrete.M is None else discrete.M @ flat
         force = None
         if discrete.K is not None and len(placed) > 1:
             arms = geometry.positions[[discrete.nodes[k] for k in placed]] - geometry.positions[discrete.nodes[0]]

@@ -388,7 +388,7 @@ class LinearState(State):
     @cached_property
     def _residual(self) -> Any:
         """f - K u (n,) of these."""
-        return (self._load - FullOrderFamily(self.design.plan).products_of(self.design, self._loaded)[0])[:, 0]
+        return (self._load - FullOrderFamily(self.design.plan).forces_of(self.design, self._loaded))[:, 0]
 
     @property
     def buckling(self) -> Any:

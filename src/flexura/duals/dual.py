@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.duals import arrays
-from flexura.duals.elementwise import OF_SCIPY, OF_VALUES, RULES, Pair, padded
+from flexura.duals.elementwise import OF_VALUES, RULES, Pair, Rule, padded
 
 ALL = slice(None)
+_STEPS = frozenset({slice, type(None), type(Ellipsis)})
 
 
 def real(x: Any) -> NDArray[np.float64]:
@@ -27,6 +29,20 @@ def plain(x: Any) -> Any:
     while isinstance(x, Dual):
         x = x.value
     return x
+
+
+def without_slopes(data: Any) -> Any:
+    """Arrays, lists, tuples and dataclasses of such with values alone."""
+    if isinstance(data, Dual):
+        return plain(data)
+    if isinstance(data, list):
+        return [without_slopes(part) for part in data]
+    if isinstance(data, tuple):
+        own = [without_slopes(part) for part in data]
+        return type(data)(*own) if hasattr(data, "_fields") else tuple(own)
+    if is_dataclass(data) and not isinstance(data, type):
+        return replace(data, **{f.name: without_slopes(getattr(data, f.name)) for f in fields(data)})
+    return data
 
 
 def moves(x: Any) -> bool:
@@ -101,7 +117,7 @@ class Dual:
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         if method == "__call__" and not options:
-            if rule := RULES.get(ufunc) or OF_SCIPY.get(ufunc.__name__):
+            if rule := RULES.get(ufunc):
                 return _with_slopes(rule, inputs)
             if ufunc is np.matmul:
                 return _with_slopes(arrays.matmul, inputs)
@@ -199,10 +215,10 @@ def _operators() -> None:
         "matmul": np.matmul,
     }  # fmt: skip
     for name, ufunc in signs.items():
-        rule = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
-        setattr(Dual, f"__{name}__", lambda a, b, f=rule: _with_slopes(f, (a, b)))
-        setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _with_slopes(f, (b, a)))
-        setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_with_slopes(f, (a, b))))
+        rule: Any = arrays.matmul if ufunc is np.matmul else RULES[ufunc]
+        setattr(Dual, f"__{name}__", lambda a, b, f=rule: _dual(*f(a, b if type(b) is Dual else _pair(b))))
+        setattr(Dual, f"__r{name}__", lambda a, b, f=rule: _dual(*f(_pair(b), a)))
+        setattr(Dual, f"__i{name}__", lambda a, b, f=rule: a._in_place(_dual(*f(a, _pair(b)))))
     for name in ("lt", "le", "gt", "ge", "eq", "ne"):
         compare = getattr(operator, name)
         setattr(Dual, f"__{name}__", lambda a, b, f=compare: f(a.value, b.value if isinstance(b, Dual) else b))
@@ -222,10 +238,11 @@ def _in_place(at: tuple[Any, ...]) -> bool:
     array."""
     arrays = integers = 0
     for k in at:
-        if isinstance(k, int | np.integer):
-            integers += 1
-        elif not (k is None or k is Ellipsis or isinstance(k, slice)):
-            arrays += 1
+        if type(k) not in _STEPS:
+            if isinstance(k, int | np.integer):
+                integers += 1
+            else:
+                arrays += 1
     return not arrays or (arrays == 1 and not integers)
 
 
@@ -243,13 +260,14 @@ def _last_first(slope: Any) -> Any:
 
 
 def _pair(x: Any) -> Pair:
+    if type(x) is np.ndarray or type(x) is float:
+        return Pair(x, None)
     if isinstance(x, Dual):
         return Pair(x.value, x.slope)
-    plain = type(x) is np.ndarray or np.isscalar(x) or hasattr(x, "__array_function__")
-    return Pair(x if plain else np.asarray(x), None)
+    return Pair(x if np.isscalar(x) or hasattr(x, "__array_function__") else np.asarray(x), None)
 
 
-def _with_slopes(rule: Callable[..., Pair], inputs: Any) -> Dual:
+def _with_slopes(rule: Rule, inputs: Any) -> Dual:
     return _dual(*rule(*[x if type(x) is Dual else _pair(x) for x in inputs]))
 
 

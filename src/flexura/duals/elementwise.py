@@ -28,26 +28,20 @@ class Pair(NamedTuple):
     slope: Any
 
 
-Rule = Callable[..., Pair]
+Rule = Callable[..., tuple[Any, Any]]
+"""A value and its slopes, as a plain tuple, of pairs."""
 
 
 def padded(slope: Any, ndim: int) -> Any:
     """Slopes (P, ...) with axes of length 1 put in behind the first, for values of `ndim` axes."""
-    shape = slope.shape
-    missing = ndim + 1 - len(shape)
-    return slope if missing <= 0 else slope.reshape((shape[0], *(1,) * missing, *shape[1:]))
+    missing = ndim + 1 - slope.ndim
+    return slope if missing <= 0 else slope.reshape((len(slope), *(1,) * missing, *slope.shape[1:]))
 
 
 def spread(slope: Any, shape: tuple[int, ...]) -> Any:
     """Slopes (P, *shape) of their own, from slopes whose values broadcast to `shape`."""
     wanted = (len(slope), *shape)
     return slope.copy() if slope.shape == wanted else np.broadcast_to(padded(slope, len(shape)), wanted).copy()
-
-
-def times(slope: Any, factor: Any, shape: tuple[int, ...]) -> Any:
-    """Slopes (P, *shape) times a factor; slopes and factor belong to values that broadcast to `shape`."""
-    product = padded(slope, len(shape)) * factor
-    return product if product.shape[1:] == shape else spread(product, shape)
 
 
 def plus(a: Any, b: Any) -> Any:
@@ -59,8 +53,8 @@ def plus(a: Any, b: Any) -> Any:
 
 def unless_still(slope: Any, factor: Any, bad: Any, shape: tuple[int, ...]) -> Any:
     """Slopes times a factor; where the function has no derivative (`bad`), NaN unless the slope is zero."""
-    if not np.any(bad):
-        return times(slope, factor, shape)
+    if not bad.any():
+        return padded(slope, len(shape)) * factor
     slope = spread(slope, shape)
     moved = slope * np.where(bad, 1.0, factor)
     return np.where(bad & (slope != 0), np.nan, np.where(bad, 0.0, moved))
@@ -91,93 +85,104 @@ def _bare(x: Any) -> Any:
 
 def _by_argument(function: Any, factor: Callable[[Any], Any]) -> Rule:
     """A function of one argument whose derivative is `factor` of the argument."""
-
-    def rule(x: Pair) -> Pair:
-        value = function(x.value)
-        with np.errstate(all="ignore"):
-            return Pair(value, x.slope * factor(x.value))
-
-    return rule
+    return lambda x: (function(x.value), x.slope * factor(x.value))
 
 
 def _by_result(function: Any, factor: Callable[[Any], Any]) -> Rule:
     """A function of one argument whose derivative is `factor` of the result."""
 
-    def rule(x: Pair) -> Pair:
+    def rule(x: Pair) -> tuple[Any, Any]:
         value = function(x.value)
-        with np.errstate(all="ignore"):
-            return Pair(value, x.slope * factor(value))
+        return value, x.slope * factor(value)
 
     return rule
 
 
+def _quietly(rule: Rule) -> Rule:
+    """A rule of a function that is finite where its derivative is not."""
+
+    def quiet(x: Pair) -> tuple[Any, Any]:
+        with np.errstate(all="ignore"):
+            return rule(x)
+
+    return quiet
+
+
 def _linear(function: Any) -> Rule:
     """A linear function of one argument."""
-    return lambda x: Pair(function(x.value), function(x.slope))
+    return lambda x: (function(x.value), function(x.slope))
 
 
-def _sqrt(x: Pair) -> Pair:
+def _sqrt(x: Pair) -> tuple[Any, Any]:
     value = np.sqrt(x.value)
+    bad = x.value == 0
+    if not bad.any():
+        return value, x.slope * (0.5 / value)
     with np.errstate(all="ignore"):
-        return Pair(value, unless_still(x.slope, 0.5 / value, x.value == 0, np.shape(value)))
+        return value, unless_still(x.slope, 0.5 / value, bad, value.shape)
 
 
-def _absolute(x: Pair) -> Pair:
-    return Pair(np.absolute(x.value), unless_still(x.slope, np.sign(x.value), x.value == 0, np.shape(x.value)))
+def _absolute(x: Pair) -> tuple[Any, Any]:
+    return np.absolute(x.value), unless_still(x.slope, np.sign(x.value), x.value == 0, x.value.shape)
 
 
-def _add(a: Pair, b: Pair, sign: int = 1) -> Pair:
-    value = a.value + b.value if sign > 0 else a.value - b.value
-    shape = np.shape(value)
-    if a.slope is None or b.slope is None:
-        slope = spread(b.slope if a.slope is None else a.slope, shape)
-        return Pair(value, -slope if a.slope is None and sign < 0 else slope)
-    first, second = padded(a.slope, len(shape)), padded(b.slope, len(shape))
-    slope = first + second if sign > 0 else first - second
-    return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
+def _add(a: Pair, b: Pair) -> tuple[Any, Any]:
+    value = a.value + b.value
+    if b.slope is None:
+        return value, spread(a.slope, value.shape)
+    if a.slope is None:
+        return value, spread(b.slope, value.shape)
+    return value, padded(a.slope, value.ndim) + padded(b.slope, value.ndim)
 
 
-def _subtract(a: Pair, b: Pair) -> Pair:
-    return _add(a, b, -1)
+def _subtract(a: Pair, b: Pair) -> tuple[Any, Any]:
+    value = a.value - b.value
+    if b.slope is None:
+        return value, spread(a.slope, value.shape)
+    if a.slope is None:
+        return value, -spread(b.slope, value.shape)
+    return value, padded(a.slope, value.ndim) - padded(b.slope, value.ndim)
 
 
-def _multiply(a: Pair, b: Pair) -> Pair:
+def _multiply(a: Pair, b: Pair) -> tuple[Any, Any]:
     value = a.value * b.value
-    shape = np.shape(value)
-    first = None if a.slope is None else times(a.slope, b.value, shape)
-    second = None if b.slope is None else times(b.slope, a.value, shape)
-    return Pair(value, plus(first, second))
+    if b.slope is None:
+        return value, padded(a.slope, value.ndim) * b.value
+    if a.slope is None:
+        return value, padded(b.slope, value.ndim) * a.value
+    return value, padded(a.slope, value.ndim) * b.value + padded(b.slope, value.ndim) * a.value
 
 
-def _divide(a: Pair, b: Pair) -> Pair:
-    value = np.divide(a.value, b.value)
-    shape = np.shape(value)
+def _divide(a: Pair, b: Pair) -> tuple[Any, Any]:
+    value = a.value / b.value
+    if b.slope is None:
+        return value, padded(a.slope, value.ndim) / b.value
     with np.errstate(all="ignore"):
-        first = None if a.slope is None else times(a.slope, np.divide(1.0, b.value), shape)
-        second = None if b.slope is None else times(b.slope, np.divide(-value, b.value), shape)
-        return Pair(value, plus(first, second))
+        change = padded(b.slope, value.ndim) * -value
+        return value, (change if a.slope is None else padded(a.slope, value.ndim) + change) / b.value
 
 
-def _power(a: Pair, b: Pair) -> Pair:
+def _power(a: Pair, b: Pair) -> tuple[Any, Any]:
     value = np.power(a.value, b.value)
-    shape = np.shape(value)
+    if isinstance(b.value, int | float) and b.value >= 1:
+        return value, a.slope * (b.value * np.power(a.value, b.value - 1))
     first = second = None
     with np.errstate(all="ignore"):
         if a.slope is not None:
             factor = b.value * np.power(a.value, np.where(b.value == 0, 1.0, np.subtract(b.value, 1.0)))
-            first = unless_still(a.slope, factor, ~np.isfinite(factor) & np.isfinite(value), shape)
+            first = unless_still(a.slope, factor, ~np.isfinite(factor) & np.isfinite(value), value.shape)
         if b.slope is not None:
             factor = np.where(value == 0, 0.0, value * np.log(a.value))
-            second = unless_still(b.slope, factor, ~np.isfinite(factor), shape)
-        return Pair(value, plus(first, second))
+            second = unless_still(b.slope, factor, ~np.isfinite(factor), value.shape)
+        return value, plus(first, second)
 
 
 def _of_two(function: Any, factors: Callable[[Any, Any, Any], tuple[Any, Any]]) -> Rule:
     """A function of two arguments that has no derivative where both are zero."""
 
-    def rule(a: Pair, b: Pair) -> Pair:
+    def rule(a: Pair, b: Pair) -> tuple[Any, Any]:
         value = function(a.value, b.value)
-        shape = np.shape(value)
+        shape = value.shape
         bad = (a.value == 0) & (b.value == 0)
         with np.errstate(all="ignore"):
             partials = factors(a.value, b.value, value)
@@ -198,7 +203,7 @@ def _arctan2(y: Any, x: Any, _: Any) -> tuple[Any, Any]:
 def _extreme(function: Any, ahead: Any) -> Rule:
     """The greater or the smaller of two; where they are equal but for round-off, NaN unless their slopes agree."""
 
-    def rule(a: Pair, b: Pair) -> Pair:
+    def rule(a: Pair, b: Pair) -> tuple[Any, Any]:
         value = function(a.value, b.value)
         shape = np.shape(value)
         count = len(b.slope if a.slope is None else a.slope)
@@ -209,18 +214,9 @@ def _extreme(function: Any, ahead: Any) -> Rule:
         tie = tied(a.value, b.value)
         if np.any(tie):
             slope = np.where(tie & ~agree(*slopes), np.nan, slope)
-        return Pair(value, slope if slope.shape[1:] == shape else spread(slope, shape))
+        return value, slope if slope.shape[1:] == shape else spread(slope, shape)
 
     return rule
-
-
-def _scaled_bessel(order: Pair, x: Pair) -> Pair:
-    """exp(-|x|) I_n(x) for x > 0 (Abramowitz and Stegun 1964, eq. 9.6.26)."""
-    from scipy.special import ive  # slow to import
-
-    n, z = order.value, x.value
-    value = ive(n, z)
-    return Pair(value, times(x.slope, ive(n + 1, z) + (n / z - 1) * value, np.shape(value)))
 
 
 RULES: dict[Any, Rule] = {
@@ -247,8 +243,8 @@ RULES: dict[Any, Rule] = {
     np.sin: _by_argument(np.sin, np.cos),
     np.cos: _by_argument(np.cos, lambda x: -np.sin(x)),
     np.tan: _by_result(np.tan, lambda y: 1 + y * y),
-    np.arcsin: _by_argument(np.arcsin, lambda x: 1 / np.sqrt((1 - x) * (1 + x))),
-    np.arccos: _by_argument(np.arccos, lambda x: -1 / np.sqrt((1 - x) * (1 + x))),
+    np.arcsin: _quietly(_by_argument(np.arcsin, lambda x: 1 / np.sqrt((1 - x) * (1 + x)))),
+    np.arccos: _quietly(_by_argument(np.arccos, lambda x: -1 / np.sqrt((1 - x) * (1 + x)))),
     np.arctan: _by_argument(np.arctan, lambda x: 1 / (1 + x * x)),
     np.sinh: _by_argument(np.sinh, np.cosh),
     np.cosh: _by_argument(np.cosh, np.sinh),
@@ -257,5 +253,4 @@ RULES: dict[Any, Rule] = {
     np.degrees: _linear(np.degrees),
     np.radians: _linear(np.radians),
 }
-OF_SCIPY: dict[str, Rule] = {"ive": _scaled_bessel}
 """Rules of special functions of SciPy, by name: loading them takes longer than most that has slopes."""

@@ -47,7 +47,8 @@ def without() -> Iterator[None]:
 
 
 class Kernel:
-    """A function of the library by its name, and what it takes: `a` for an array, `n` a whole number, `x` a number.
+    """A function of the library by its name, and what it takes: `a` for an array, or none, `n` a whole number, `x` a
+    number.
 
     Arrays are of doubles, complex ones too, of 64-bit whole numbers or of truth values, row by row in memory; one that
     stays may be passed by its `address`, while it is kept.
@@ -58,14 +59,20 @@ class Kernel:
         self._takes = [_TAKEN[kind] for kind in takes]
 
     @cached_property
-    def _function(self) -> Callable[..., int]:
+    def bare(self) -> Callable[..., int]:
+        """The function itself, which takes addresses of arrays that are kept."""
         found = getattr(_library(), self.name)
         found.argtypes, found.restype = self._takes, ctypes.c_int64
         return found
 
-    def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float) -> int:
+    def __call__(self, *arguments: Array | Complex | Index | NDArray[np.bool_] | bytes | float | None) -> int:
         """What the function returns, a whole number."""
-        return self._function(*[address(given) if type(given) is np.ndarray else given for given in arguments])
+        try:
+            return self.bare(
+                *[_memory(one) if type(one) is np.ndarray and one.itemsize in ITEMS else one for one in arguments]
+            )
+        except (TypeError, ctypes.ArgumentError):  # an array that may not be written to, or is refused
+            return self.bare(*[address(one) if type(one) is np.ndarray else one for one in arguments])
 
 
 _TAKEN = {"a": ctypes.c_void_p, "n": ctypes.c_int64, "x": ctypes.c_double}
@@ -85,7 +92,8 @@ class Struct:
         return Struct, self._fields
 
 
-_Start = ctypes.c_char * 0
+_memory: Any = (ctypes.c_char * 0).from_buffer
+"""The memory of an array as a kernel takes it; TypeError for what has gaps, or may not be written to."""
 
 ITEMS = (1, 8, 16)
 """Bytes of truth values, numbers and complex numbers."""
@@ -94,9 +102,8 @@ ITEMS = (1, 8, 16)
 def address(array: Array | Complex | Index | NDArray[np.bool_]) -> int:
     """Where an array lies in memory."""
     assert array.itemsize in ITEMS
-    memory: Any = array
     try:
-        return ctypes.addressof(_Start.from_buffer(memory))  # five times as quick as NumPy, and refuses what has gaps
+        return ctypes.addressof(_memory(array))  # five times as quick as NumPy
     except TypeError:  # it may not be written to
         assert array.flags.c_contiguous
         return array.ctypes.data

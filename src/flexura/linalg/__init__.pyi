@@ -18,6 +18,7 @@ from flexura.linalg.eigen import ritz_pairs as ritz_pairs
 from flexura.linalg.eigen import turned as turned
 from flexura.linalg.factor import DENSE_LIMIT as DENSE_LIMIT
 from flexura.linalg.factor import LDL as LDL
+from flexura.linalg.factor import Dense as Dense
 from flexura.linalg.factor import Factor as Factor
 from flexura.linalg.factor import Matrix as Matrix
 from flexura.linalg.factor import Progress as Progress

@@ -204,12 +204,12 @@ def eliminated(A: Matrix, scale: Array | None = None) -> Elimination:
     """
     A = sp.csc_matrix(A)
     scale = unit_scale(A) if scale is None else scale
-    unit = scaled(A, scale)
-    unit.sort_indices()  # SuperLU would do so in what it is given
-    if is_compiled() and (factors := Factors.of(unit)) is not None:
+    if is_compiled() and (factors := Factors.of(A, scale)) is not None:
         found = LDL(factors, scale)
         if found.lost is not None and found.lost.max(initial=0.0) < UNSTABLE_PIVOTS:
             return found
+    unit = scaled(A, scale)
+    unit.sort_indices()  # SuperLU would do so in what it is given
     return SuperLU(unit, scale)
 
 
@@ -228,6 +228,11 @@ class Dense(Factor):
     def solve_scaled(self, b: Array) -> Array:
         """(D A D)^-1 b."""
         return np.asarray(la.lapack.dgetrs(self._lu, self._pivots, b)[0])
+
+    @property
+    def arrays(self) -> tuple[Index, int, int, Array, int]:
+        """Pivots and factors by columns, as kernels take them, where those of `LDL` have five arrays."""
+        return self._pivots.astype(np.int64), 0, 0, np.ascontiguousarray(self._lu.T), 0
 
     @property
     def memory(self) -> float:

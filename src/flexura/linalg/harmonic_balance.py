@@ -19,7 +19,6 @@ from warnings import catch_warnings
 import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from flexura.arrays import Array, Complex
 from flexura.errors import SolverError
@@ -467,6 +466,8 @@ def along(balance: Balance, first: Orbit, step: float, longest: Callable[[Orbit]
 def located(balance: Balance, before: Orbit, after: Orbit, of: Callable[[Orbit], float]) -> Orbit:
     """The motion between two neighbours on a curve at which something changes its sign: where it does on the cubic
     between them, which is drawn anew through the motion that is found there."""
+    from scipy.optimize import brentq  # slow to import
+
     low, high, at_low = before, after, of(before)
     scale = max(abs(at_low), abs(of(after)))
     found = min(before, after, key=lambda end: abs(of(end)))

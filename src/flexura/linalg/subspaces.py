@@ -163,8 +163,7 @@ def _by_kernel(A: Array, B: Array) -> tuple[Array, Array]:
     count, n, _ = A.shape
     values, Z, good = np.empty((count, n)), np.empty((count, n, n)), np.empty(count, dtype=np.int64)
     sizes, room = packed(count, n), scratch(6 * n * n + 2 * n)
-    _compiled(np.ascontiguousarray(A), np.ascontiguousarray(B), sizes, room, values, Z, good)
-    if not good.all():
+    if _compiled(np.ascontiguousarray(A), np.ascontiguousarray(B), sizes, room, values, Z, good):
         for k in np.flatnonzero(good == 0):
             values[k], Z[k] = _leading(A[k], B[k])
     return values, Z

@@ -2,10 +2,14 @@ from flexura.mechanism.base import CONTROL as CONTROL
 from flexura.mechanism.base import LONGEST_TITLE as LONGEST_TITLE
 from flexura.mechanism.base import UNKNOWN_KEY as UNKNOWN_KEY
 from flexura.mechanism.base import AnyPart as AnyPart
+from flexura.mechanism.base import Direction as Direction
+from flexura.mechanism.base import Name as Name
 from flexura.mechanism.base import Part as Part
+from flexura.mechanism.base import Vector as Vector
 from flexura.mechanism.base import entry_of as entry_of
 from flexura.mechanism.base import key_of as key_of
 from flexura.mechanism.base import problems_of as problems_of
+from flexura.mechanism.base import refuse as refuse
 from flexura.mechanism.base import validated as validated
 from flexura.mechanism.body import Box as Box
 from flexura.mechanism.body import BoxPiece as BoxPiece
@@ -139,6 +143,10 @@ from flexura.mechanism.planar import Opening as Opening
 from flexura.mechanism.planar import Side as Side
 from flexura.mechanism.planar import edges_of as edges_of
 from flexura.mechanism.quantity import CONTEXT_KEY as CONTEXT_KEY
+from flexura.mechanism.quantity import Length as Length
+from flexura.mechanism.quantity import PositiveAngle as PositiveAngle
+from flexura.mechanism.quantity import PositiveLength as PositiveLength
+from flexura.mechanism.quantity import PositiveMass as PositiveMass
 from flexura.mechanism.quantity import Quantity as Quantity
 from flexura.mechanism.quantity import Scalar as Scalar
 from flexura.mechanism.section import Circle as Circle
@@ -165,8 +173,10 @@ from flexura.mechanism.solid_part import Interface as Interface
 from flexura.mechanism.solid_part import SolidPart as SolidPart
 from flexura.mechanism.studies import DescribedStudy as DescribedStudy
 from flexura.mechanism.studies import Goal as Goal
+from flexura.mechanism.studies import Label as Label
 from flexura.mechanism.studies import OptimumStudy as OptimumStudy
 from flexura.mechanism.studies import PublishedValue as PublishedValue
+from flexura.mechanism.studies import Question as Question
 from flexura.mechanism.studies import Range as Range
 from flexura.mechanism.studies import Spread as Spread
 from flexura.mechanism.studies import SweepStudy as SweepStudy

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
@@ -236,7 +237,7 @@ class ParameterTable:
         for name in order:
             value = self._parameters[name].value
             values[name] = _value(name, value, values)
-            if not np.all(np.isfinite(values[name])):
+            if not _is_finite(values[name]):
                 raise ModelError([Problem(("parameters", name), str(value), "has no finite value")])
         self._derived = [(n, v, v.names) for n in order if isinstance(v := self._parameters[n].value, Expression)]
         self.defaults: dict[str, Value] = {name: values[name] for name in self._parameters}
@@ -251,7 +252,7 @@ class ParameterTable:
                 continue
             values[name] = _value(name, expression, values)
             touched.add(name)
-            if not np.all(np.isfinite(values[name])):
+            if not _is_finite(values[name]):
                 raise OptionError(f"parameter {name} = {expression} has no finite value for this {', '.join(given)}")
         followed = [name for name, _, _ in self._derived if name in touched and name not in given]
         _check_bounds(self._parameters, values, [*given, *followed])
@@ -268,7 +269,13 @@ def _value(name: str, value: Scalar, values: Mapping[str, Value]) -> Value:
         raise ModelError([Problem(("parameters", name), str(value), error.rule, error.hint)]) from None
 
 
+def _is_finite(value: Value) -> bool:
+    return math.isfinite(value) if isinstance(value, float) else bool(np.all(np.isfinite(value)))
+
+
 def _float_or_array(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(value)
     array: Any = real(value)
     return float(array) if isinstance(array, np.ndarray) and not array.ndim else array
 
@@ -286,7 +293,7 @@ def _overrides(parameters: Mapping[str, Parameter], overrides: Mapping[str, Arra
             value: Any = _float_or_array(raw)
         except (TypeError, ValueError, OverflowError):
             raise OptionError(f"parameter {name}: {raw!r} is not a number in SI, nor an array of them") from None
-        if not np.all(np.isfinite(value)):
+        if not _is_finite(value):
             raise OptionError(f"parameter {name}: an override must be finite (found {raw!r})")
         if isinstance(value, np.ndarray | Dual) and value.ndim:
             if value.ndim > 1:
@@ -304,8 +311,11 @@ def _check_bounds(parameters: Mapping[str, Parameter], values: Mapping[str, Valu
         parameter = parameters[name]
         if parameter.minimum is None and parameter.maximum is None:
             continue
-        low, high = map(plain, bounds(name, parameter, values))
-        value = np.asarray(plain(values[name]))
+        low, high, value = map(plain, (*bounds(name, parameter, values), values[name]))
+        within = (low <= value) & (value <= high)
+        if within is True or np.all(within):
+            continue
+        value = np.asarray(value)
         for side, bound, broken in (("below its minimum", low, value < low), ("above its maximum", high, value > high)):
             if np.any(broken):
                 found = float(np.atleast_1d(value)[np.atleast_1d(broken)][0])

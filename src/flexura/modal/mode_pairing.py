@@ -243,12 +243,14 @@ class TrackedModes:
     """What the modes of the step before have become.
 
     `number` (k,): the mode of this step, from 0, for every one of the step before; -1 where this step has too few.
-    `mac` (k,): its modal assurance criterion, of close modes that of their space; 0 without one. `shapes` (p, n): all
-    shapes of this step, those of repeated frequencies turned to be most like the step before.
+    `mac` (k,): its modal assurance criterion, of close modes that of their space; 0 without one. `sense` (k,): -1 where
+    its shape points against the one before, else 1. `shapes` (p, n): all shapes of this step, those of repeated
+    frequencies turned to be most like the step before.
     """
 
     number: Index
     mac: Array
+    sense: Array
     shapes: Array
 
 
@@ -275,12 +277,15 @@ def track_modes(
     gain = likeness.copy()
     for group in close_groups(lam, close):
         if len(group) > 1:
-            likeness[:, group] = space_mac(x, y[:, group], mass)[:, None]
-            gain[:, group] = likeness[:, group] + ALONE_SHARE * overlap[:, group] ** 2
+            gain[:, group] = ALONE_SHARE * likeness[:, group]
+            likeness[:, group] = likeness[:, group].sum(axis=1, keepdims=True)
+            gain[:, group] += likeness[:, group]
     rows, columns = assignment(-gain)
     number, mac_of_pair = np.full(len(overlap), -1, dtype=np.intp), np.zeros(len(overlap))
+    sense = np.ones(len(overlap))
     number[rows], mac_of_pair[rows] = columns, likeness[rows, columns]
-    return TrackedModes(number, mac_of_pair, y)
+    sense[rows] = np.where(overlap[rows, columns] < 0, -1.0, 1.0)
+    return TrackedModes(number, mac_of_pair, sense, y)
 
 
 def _turn(overlap: Array) -> Array:

@@ -4,10 +4,9 @@ from flexura.motion.elements import Frames as Frames
 from flexura.motion.equilibrium import Drive as Drive
 from flexura.motion.equilibrium import Equations as Equations
 from flexura.motion.equilibrium import Equilibrium as Equilibrium
+from flexura.motion.equilibrium import MovedState as MovedState
 from flexura.motion.integration import NOTHING_MOVED as NOTHING_MOVED
-from flexura.motion.integration import Damping as Damping
 from flexura.motion.integration import Integrator as Integrator
-from flexura.motion.integration import MotionState as MotionState
 from flexura.motion.integration import Moved as Moved
 from flexura.motion.integration import StepsTaken as StepsTaken
 from flexura.motion.layout import MIRRORED as MIRRORED
@@ -19,6 +18,8 @@ from flexura.motion.model import NO_LOADS as NO_LOADS
 from flexura.motion.model import Loads as Loads
 from flexura.motion.model import MovingModel as MovingModel
 from flexura.motion.model import described_loads as described_loads
+from flexura.motion.newton import Damping as Damping
+from flexura.motion.newton import MotionState as MotionState
 from flexura.motion.oscillation import Oscillation as Oscillation
 from flexura.motion.path import Along as Along
 from flexura.motion.path import Arc as Arc
@@ -35,6 +36,7 @@ from flexura.motion.pose import end_force_changes as end_force_changes
 from flexura.motion.pose import end_forces as end_forces
 from flexura.motion.pose import lowest_of_any as lowest_of_any
 from flexura.motion.pose import material_at as material_at
+from flexura.motion.pose import member_force_changes as member_force_changes
 from flexura.motion.pose import part_motions as part_motions
 from flexura.motion.posed import PosedDesign as PosedDesign
 from flexura.motion.posed import at_pose as at_pose
@@ -43,6 +45,7 @@ from flexura.motion.posed import loads_with as loads_with
 from flexura.motion.posed import pose_of as pose_of
 from flexura.motion.posed import reached as reached
 from flexura.motion.posed import warming_load as warming_load
+from flexura.motion.se3 import rotation as rotation
 from flexura.motion.se3 import rotation_vector as rotation_vector
 from flexura.motion.stops import Contact as Contact
 from flexura.motion.substructures import kept_frames as kept_frames

@@ -27,7 +27,7 @@ from flexura.motion.lanes import abreast, are_plain, upper, whole
 from flexura.motion.se3 import SERIES, Logarithm, rotation
 from flexura.motion.strain import Strain
 
-_moved = Kernel("frames_moved", "naaaaaaaa")
+_moved = Kernel("frames_moved", "naaaaaa")
 _response = Kernel("pose_elements_response", "aaanaaaaa")
 _masses = Kernel("pose_elements_masses", "aaaaa")
 _kinetics = Kernel("pose_elements_kinetics", "aaaaaxaaa")
@@ -51,12 +51,16 @@ class Frames(NamedTuple):
         """Frames at x (n, 3), m, that have not turned."""
         return Frames(x, np.tile(np.eye(3), (len(x), 1, 1)), np.zeros((len(x), 6)), placed)
 
+    def copy(self) -> Frames:
+        """The same ones, to be moved."""
+        return Frames(self.x.copy(), self.R.copy(), self.z.copy(), self.placed)
+
     def moved(self, step: Array) -> Frames:
         """After displacements (n, 6)."""
         if is_compiled() and are_plain(step, self.x, self.R, self.z):
-            moved = np.empty_like(self.x), np.empty_like(self.R), np.empty_like(self.z)
-            _moved(len(step), self.placed, step, self.x, self.R, self.z, *moved)
-            return Frames(*moved, self.placed)
+            made = self.copy()
+            _moved(len(step), 0, self.placed, step, *made[:3])
+            return made
         x, R, z = self.x.copy(), self.R.copy(), self.z
         moving = np.flatnonzero(step.any(axis=1) & self.placed)
         x[moving] += step[moving, :3]
@@ -232,6 +236,15 @@ class PoseElements:
         K[:, 6:] += np.swapaxes(twists[:, 1], 1, 2) @ after
         return Response(energy, (turned @ n[..., None])[..., 0], K @ B, self._coupled(B, coupling))
 
+    def held(self, frames: Frames) -> Array:
+        """The forces (e, 12) of `response` alone."""
+        if self._by_kernel(frames):
+            return self._answered(frames, is_material=False).force
+        ends = self.ends(frames)
+        log = ends.relative()
+        n = self.strain.force(log.e - self.rest)
+        return (np.swapaxes(_rows(log, ends.twists()), 1, 2) @ n[..., None])[..., 0]
+
     @property
     def coupled(self) -> tuple[Index, ...]:
         """Frames (m, n + 1) of members with n elements that warp together."""
@@ -256,6 +269,11 @@ class PoseElements:
         B, (*_, coupling) = self.rows(frames), self.strain.response(self.deformation(frames))
         pushed = self.strain.pushed(np.zeros((len(B), 6, 6)), coupling, B @ motions)
         return response.tangent @ motions + np.swapaxes(B, 1, 2) @ pushed
+
+    def held_changes(self, response: Response, frames: Frames, motions: Array) -> Array:
+        """The same, in global axes."""
+        turning = turned(response.force.reshape(-1, 6)) @ motions.reshape(2 * len(motions), 6, -1)
+        return self.end_force_changes(response, frames, motions) + turning.reshape(motions.shape)
 
     def refinement_energy(self, frames: Frames, motions: Array) -> Array:
         """Twice the energies (e, k), N m, that finer elements would take off small displacements (e, 12, k) of the

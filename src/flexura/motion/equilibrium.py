@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -72,6 +73,11 @@ class Equilibrium(NamedTuple):
     loads: Loads
     tangent: Tangent
     iterations: int
+
+    @property
+    def held(self) -> Array:
+        """Forces (e, 12) on the frames of the first kind of elements."""
+        return self.tangent.forces.responses[0].force
 
 
 class Tangent(NamedTuple):
@@ -172,6 +178,12 @@ class Equations:
             rows[i, dof[dof >= 0]] = row[dof >= 0]
         return Tangent(self.model, forces, travelled, rows), self.free(external - forces.force)
 
+    def balance(self, frames: Frames, loads: Loads, multipliers: Array) -> tuple[Array, list[Array]]:
+        """The forces (n,) that are missing for equilibrium in a state under forces of the drives, and those on the
+        frames of each kind of elements."""
+        force, held = self.model.held(frames, loads.gravity, loads.actuators)
+        return self.free(loads.forces(self.model, frames) - force) + multipliers @ self.rows(frames), held
+
     def missing(self, state: Equilibrium) -> Array:
         """The forces (n,) that are missing in a state for equilibrium without the drives."""
         return self.free(state.loads.forces(self.model, state.frames) - state.tangent.forces.force)
@@ -253,3 +265,28 @@ class Equations:
             return solution[:n], solution[n:]
 
         return step
+
+
+@dataclass(frozen=True)
+class MovedState:
+    """An `Equilibrium` whose numbers have slopes.
+
+    Its tangent and what round-off leaves `missing` (n,) of it, of which most that is asked there needs nothing, are
+    worked out when they are first asked for.
+    """
+
+    equations: Equations
+    frames: Frames
+    drive: Array
+    loads: Loads
+    held: Array
+
+    @cached_property
+    def tangent(self) -> Tangent:
+        """As of `Equilibrium`."""
+        return self.equations.tangent(self.frames, self.loads, self.drive)[0]
+
+    @cached_property
+    def missing(self) -> Array:
+        """The forces (n,) that are missing, N and N m."""
+        return self.equations.balance(self.frames, self.loads, self.drive)[0]

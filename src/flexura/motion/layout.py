@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.duals import plain
+from flexura.duals import plain, zeros
 from flexura.mechanism import ForceActuator, MomentActuator, StrainActuator
 from flexura.motion.bars import Bars, Push
 from flexura.motion.diaphragms import BentRings
@@ -41,8 +41,7 @@ class Laid:
 
     `rest` are the frames at rest, one for every node and a last one for the ground; `dof` (n + 1, 6) numbers the free
     displacements, -1 where held and where a node follows another one. `inertia` (n + 1, 6, 6) is the mass that frames
-    carry, in their own axes, and `weight` (n + 1, 6, 3) the forces in these axes per acceleration of free fall, of
-    elements too; `sagging` is the weight of the amplitudes of superelements.
+    carry, in their own axes; `sagging` is the weight of the amplitudes of superelements.
     """
 
     design: Design
@@ -51,7 +50,6 @@ class Laid:
     elements: tuple[Group, ...]
     names: tuple[tuple[str, ...], ...]
     inertia: Array
-    weight: Array
     sagging: Sagging
     actuators: Mapping[str, int]
     """Numbers of the elements that are actuators, piezo stacks and those between two nodes, by name as placed."""
@@ -59,6 +57,24 @@ class Laid:
     """Dashpots, with damping in place of stiffness."""
     arm: Array = field(repr=False)
     """From the frame that a node follows to the node (n + 1, 3), m, at rest."""
+
+    @cached_property
+    def root(self) -> Index:
+        """The frame (n + 1,) that each node follows."""
+        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Forces (n + 1, 6, 3) on the frames, in their own axes, per acceleration of free fall, of elements too."""
+        weight = zeros((*self.inertia.shape[:-1], 3), self.inertia, self.rest.x)
+        weight[...] = self.inertia[..., :3]
+        for elements in self.elements:
+            M = elements.masses(self.rest)
+            falling = self.rest.placed[elements.node]
+            M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
+            force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
+            np.add.at(weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
+        return weight
 
 
 def laid_out(design: Design) -> Laid:
@@ -78,15 +94,6 @@ def laid_out_together(stack: Design) -> Iterator[Laid]:
     for k, beams in enumerate(_Builder(stack, None, discrete).beams(count)):
         own = {name: [element.one(k) for element in elements] for name, elements in discrete.items()}
         yield _Builder(stack.one(k), beams, own).laid()
-
-
-def add_weight(weight: Array, elements: Group, rest: Frames) -> None:
-    """Add what the mass of elements weighs to the weight (n + 1, 6, 3) of the frames at their ends."""
-    M = elements.masses(rest)
-    falling = rest.placed[elements.node]
-    M = M.reshape(*M.shape[:2], -1, 6)[..., :3]
-    force = np.einsum("eikj,ek->eij", M, falling).reshape(*elements.node.shape, 6, 3)
-    np.add.at(weight, elements.node.ravel(), (force * falling[..., None, None]).reshape(-1, 6, 3))
 
 
 class _Builder:
@@ -114,7 +121,6 @@ class _Builder:
         arm = geometry.positions - geometry.positions[..., topology.root, :]
         self.arm = self._with_ground(np.where(topology.is_rigid[:, None], arm, 0.0))
         self.inertia = np.zeros((count * (n + 1), 6, 6), like=design.values)
-        self.weight = np.zeros((count * (n + 1), 6, 3), like=design.values)
 
     @cached_property
     def cases(self) -> int:
@@ -139,11 +145,12 @@ class _Builder:
 
     def beams(self, count: int) -> Iterator[Named | None]:
         """The beams of each of the first designs of a stack, between its own frames; None without any."""
-        groups = [at.members() for at in self._copies() if len(at.part.connectivity)]
+        groups = self._beams()
         if not groups:
             yield from [None] * count
             return
-        first = np.cumsum([0, *(len(elements.node) for elements, _ in groups)])
+        copies = [len(self.shift) * len(at.part.connectivity) for at in self._copies()]
+        first = np.cumsum([0, *copies])
         own = [start + np.arange(stop - start).reshape(len(self.shift), -1) for start, stop in pairwise(first)]
         rows, names = np.concatenate(own, axis=1), tuple(name for _, names in groups for name in names)
         whole, e = taken(joined([elements for elements, _ in groups]), rows.ravel()), len(names)
@@ -155,8 +162,6 @@ class _Builder:
         passive, actuators = self._groups()
         groups = tuple(group for group, _ in (*passive, *actuators))
         names = tuple(own for _, own in (*passive, *actuators))
-        for elements in groups:
-            add_weight(self.weight, elements, self.rest)
         sagging = Sagging.of([group for group in groups if isinstance(group, Superelements)], self.rest)
         driven = {own[0]: len(passive) + k for k, (_, own) in enumerate(actuators)}
         return Laid(
@@ -166,7 +171,6 @@ class _Builder:
             groups,
             names,
             self.inertia,
-            self.weight,
             sagging,
             driven,
             tuple(dashpot for copy in self._copies() for dashpot in copy.dashpots()),
@@ -179,14 +183,17 @@ class _Builder:
             for copy in range(len(copies.paths)):
                 yield _Copy(self, copies, name, copy)
 
+    def _beams(self) -> list[Named]:
+        """Beam elements of the members of each part, one of its copies after another."""
+        parts = (list(copies) for _, copies in groupby(self._copies(), key=lambda at: at.name))
+        return [_members(copies) for copies in parts if len(copies[0].part.connectivity)]
+
     def _groups(self) -> tuple[list[Named], list[Named]]:
         """Elements with their names, and actuators one by one."""
-        beams, springs, stops = [], [], []
+        springs, stops = [], []
         others: list[Named] = []
         actuators: list[Named] = []
         for at in self._copies():
-            if self.known is None and len(at.part.connectivity):
-                beams.append(at.members())
             springs += at.springs()
             stops += at.stops()
             others += at.diaphragms()
@@ -194,7 +201,7 @@ class _Builder:
             actuators += at.stacks()
             actuators += at.pushes()
             at.masses()
-        beams = beams if self.known is None else [self.known]
+        beams = self._beams() if self.known is None else [self.known]
         together = [(joined([e for e, _ in kind]), tuple(n for _, own in kind for n in own))
                   for kind in (beams, springs, stops) if kind]  # fmt: skip
         return [*together, *others], actuators
@@ -237,31 +244,17 @@ class _Copy:
         turned = reach @ (back if nodes.ndim == 1 else back[..., None, :, :])
         return self.builder.arm[self.builder.every(self.offset + nodes)] + self.builder.flat(turned, nodes.ndim + 1)
 
-    def members(self) -> tuple[PoseElements, tuple[str, ...]]:
-        """Beam elements of all members."""
-        part, own = self.part, self.design.matrices[self.name]
-        member, flat, offsets = part.table.element_member, self.builder.flat, self.local.offsets
-        reach = np.zeros((*offsets.shape[:-3], len(member), 2, 3), like=offsets)
-        reach[..., part.first[:-1], 0, :] = offsets[..., 0, :]
-        reach[..., part.first[1:] - 1, 1, :] = offsets[..., 1, :]
-        axes = flat(self._axes(self.local.R[..., member, :, :]), 3)
-        axes = np.stack([axes, axes], axis=1)
-        length = flat(self.local.length[..., member] / part.counts[member], 1)
-        keys = list(part.members)
-        names = tuple(self.prefix + keys[m] for m in member)
-        K, M = (flat(self._signed(matrix), 3) for matrix in (own.elements.K, own.elements.M))
-        torsion = own.elements.torsion.padded(self.builder.cases).each(lambda field, axes: flat(field, axes + 1))
-        return self._between(part.connectivity, axes, reach, K, M, (length, torsion)), names
+    def member_ends(self, reach: Array) -> tuple[Index, Array, Array]:
+        """Frames (e, 2), axes (e, 2, 3, 3) and arms (e, 2, 3) of the ends of all elements of members, which `reach`
+        (..., e, 2, 3) leads to from the nodes, part's axes."""
+        nodes, member = self.part.connectivity, self.part.table.element_member
+        axes = self.builder.flat(self._axes(self.local.R[..., member, :, :]), 3)
+        return self._frames(nodes), np.stack([axes, axes], axis=1), self._arms(nodes, reach)
 
-    def _between(
-        self, nodes: Index, axes: Array, reach: Array, K: Array, M: Array, beam: tuple[Array, Distortion]
-    ) -> PoseElements:
-        """Beams with K and M (e, 12, 12) in the axes of their ends, lengths and torsion."""
-        arm = self._arms(nodes, reach)
-        frames = self._frames(nodes)
-        log = Ends.of(self.builder.rest, frames, axes, arm).relative()
-        k = natural_stiffness(K, log)
-        return PoseElements(frames, axes, arm, log.e, beam_strain(k, *beam), M)
+    def member_matrices(self) -> tuple[Array, Array]:
+        """K and M (e, 12, 12) of these elements."""
+        elements, flat = self.design.matrices[self.name].elements, self.builder.flat
+        return flat(self._signed(elements.K), 3), flat(self._signed(elements.M), 3)
 
     def springs(self) -> list[tuple[PoseElements, tuple[str, ...]]]:
         """Springs, one by one."""
@@ -349,7 +342,8 @@ class _Copy:
             K, M = self._stack_matrices(key)
             names = (self.prefix + key,)
             if piezo.section(values) is not None:
-                yield self._between(nodes, axes, reach, K, M, (length, PLAIN)), names
+                placed = self._frames(nodes), axes, self._arms(nodes, reach)
+                yield _beams(self.builder.rest, placed, (K, M), (length, PLAIN)), names
                 continue
             stiffness = np.reshape(piezo.stiffness(values), 1)
             yield Bars(self._frames(nodes), self._arms(nodes, reach), length, stiffness, M), names
@@ -408,7 +402,34 @@ class _Copy:
             T = twist.twists()[0]
             M = T.T @ M @ T
             self.builder.inertia[self._frames(node)[0]] += M
-            self.builder.weight[self._frames(node)[0]] += M[:, :3]
+
+
+def _members(copies: Sequence[_Copy]) -> Named:
+    """Beam elements of all members of the copies of a part, one copy after another."""
+    first, count = copies[0], len(copies)
+    part, builder, offsets = first.part, first.builder, first.local.offsets
+    member = part.table.element_member
+    reach = np.zeros((*offsets.shape[:-3], len(member), 2, 3), like=offsets)
+    reach[..., part.first[:-1], 0, :] = offsets[..., 0, :]
+    reach[..., part.first[1:] - 1, 1, :] = offsets[..., 1, :]
+    length = builder.flat(first.local.length[..., member] / part.counts[member], 1)
+    torsion = first.design.matrices[first.name].elements.torsion.padded(builder.cases)
+    torsion = torsion.each(lambda field, axes: joined([builder.flat(field, axes + 1)] * count))
+    placed = (joined(own) for own in zip(*(copy.member_ends(reach) for copy in copies), strict=True))
+    matrices = (joined(own) for own in zip(*(copy.member_matrices() for copy in copies), strict=True))
+    keys = list(part.members)
+    names = tuple(copy.prefix + keys[m] for copy in copies for m in member)
+    return _beams(builder.rest, tuple(placed), tuple(matrices), (joined([length] * count), torsion)), names
+
+
+def _beams(
+    rest: Frames, placed: tuple[Index, Array, Array], matrices: tuple[Array, Array], beam: tuple[Array, Distortion]
+) -> PoseElements:
+    """Beams between frames (e, 2) with axes and arms of their ends, K and M (e, 12, 12) in these axes, lengths and
+    torsion."""
+    (frames, axes, arm), (K, M) = placed, matrices
+    log = Ends.of(rest, frames, axes, arm).relative()
+    return PoseElements(frames, axes, arm, log.e, beam_strain(natural_stiffness(K, log), *beam), M)
 
 
 def joined(groups: Sequence[Any]) -> Any:

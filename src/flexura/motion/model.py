@@ -5,7 +5,7 @@ what it is loaded with: dead and follower loads, gravity and actuators.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from flexura.arrays import Array, Index
 from flexura.beam import skew
-from flexura.duals import Dual, zeros
+from flexura.duals import Dual, plain, without_slopes, zeros
 from flexura.kernels import Kernel, is_compiled
 from flexura.linalg import DENSE_LIMIT, Matrix
 from flexura.motion.bars import Bars, Push
@@ -42,7 +42,7 @@ from flexura.structure import Design, Scatter
 
 NO_COMMANDS: Mapping[str, float] = {}
 
-_step = Kernel("motion_step", "aaaaaxxaaaaaa")
+_moved = Kernel("motion_moved", "aaaaaaaa")
 _kinetics = Kernel("motion_kinetics", "aaaaaaxaa")
 
 SMALL_SHARE = 1e-3
@@ -77,6 +77,12 @@ class MovingModel(Laid):
             model = MovingModel(**vars(laid))
             first = first or model
             yield model._numbered_as(first)
+
+    @property
+    def still(self) -> MovingModel:
+        """The same without slopes."""
+        own = {f.name: without_slopes(getattr(self, f.name)) for f in fields(self) if f.name != "design"}
+        return replace(self, design=self.design.still, **own)
 
     def under(self, design: Design) -> MovingModel:
         """The same model of a design that differs in nothing but what moves it."""
@@ -176,21 +182,37 @@ class MovingModel(Laid):
     def forces(self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS) -> Forces:
         """What holds the mechanism in a state against its stiffness, its weight, g (3,) in m/s^2, and its actuators,
         m, N and N m by name."""
-        total = zeros(self.dof.shape, frames.x, self.design.values)
         responses = [elements.response(frames) for elements in self.commanded(actuators)]
-        for elements, response in zip(self.elements, responses, strict=True):
-            at = (6 * elements.node.reshape(-1, 1) + np.arange(6)).ravel()
-            total += np.bincount(at, response.force.ravel(), total.size).reshape(total.shape)
+        total = self._summed(frames, [response.force for response in responses])
         local = turned(np.where(frames.placed[:, None], total, 0.0))
         inside_slope = self._no_sagging
         if gravity.any():
-            weight, slope = self._weights(frames, gravity)
-            inside, inside_slope = self.sagging.response(frames, gravity)
-            np.add.at(weight, self.sagging.node.ravel(), inside.reshape(-1, 6))
+            weight, slope, inside_slope = self._weights(frames, gravity)
             total, local = total - weight, local - slope
         energy = sum(response.energy.sum() for response in responses)
         blocks = (block for response in responses for block in (response.tangent, *response.coupled))
         return Forces(energy, total, [*blocks, -inside_slope, local], responses)
+
+    def held(
+        self, frames: Frames, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
+    ) -> tuple[Array, list[Array]]:
+        """The forces (n + 1, 6) of `forces` alone, and those of each of `elements`."""
+        own = [
+            elements.held(frames)
+            if isinstance(elements, PoseElements | Superelements)
+            else elements.response(frames).force
+            for elements in self.commanded(actuators)
+        ]
+        total = self._summed(frames, own)
+        return (total - self._weights(frames, gravity)[0] if gravity.any() else total), own
+
+    def _summed(self, frames: Frames, forces: Sequence[Array]) -> Array:
+        """Forces of elements on all frames (n + 1, 6)."""
+        total = zeros(self.dof.shape, frames.x, self.design.values)
+        for elements, force in zip(self.elements, forces, strict=True):
+            at = (6 * elements.node.reshape(-1, 1) + np.arange(6)).ravel()
+            total += np.bincount(at, force.ravel(), total.size).reshape(total.shape)
+        return total
 
     @property
     def _no_sagging(self) -> Array:
@@ -198,8 +220,9 @@ class MovingModel(Laid):
 
     def matrix(self, blocks: Sequence[Array]) -> Matrix:
         """The symmetric part (n, n) of a sum of blocks, full up to an order of DENSE_LIMIT, else sparse by columns."""
-        pattern = self.pattern
-        A = pattern.dense(blocks) if self.n_dof <= DENSE_LIMIT else pattern.sparse(blocks)
+        if self.n_dof > DENSE_LIMIT:
+            return self.pattern.sparse(blocks, symmetric=True)
+        A = self.pattern.dense(blocks)
         return (A + A.T) / 2
 
     def material(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Matrix:
@@ -212,8 +235,9 @@ class MovingModel(Laid):
         blocks = (block for e in self.commanded(actuators) for block in e.material(frames))
         return [*blocks, self._no_sagging, none]
 
-    def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array]:
-        """Weights (n + 1, 6) in a state, and their derivatives (n + 1, 6, 6) by the displacements of the frames."""
+    def _weights(self, frames: Frames, gravity: Array) -> tuple[Array, Array, Array]:
+        """Weights (n + 1, 6) in a state, and their derivatives by the displacements of the frames: (n + 1, 6, 6), and
+        (k, 12, 12) of what sags."""
         Rt = np.swapaxes(frames.R, -1, -2)
         local = (self.weight @ (Rt @ gravity)[..., None])[..., 0]
         force = (frames.R[:, None] @ local.reshape(-1, 2, 3, 1)).reshape(-1, 6)
@@ -222,7 +246,9 @@ class MovingModel(Laid):
         slope[:, :, 3:] += (frames.R[:, None] @ (self.weight @ (Rt @ skew(gravity))).reshape(-1, 2, 3, 3)).reshape(
             -1, 6, 3
         )
-        return force, slope
+        inside, inside_slope = self.sagging.response(frames, gravity)
+        np.add.at(force, self.sagging.node.ravel(), inside.reshape(-1, 6))
+        return force, slope, inside_slope
 
     def mass(self, frames: Frames) -> Matrix:
         """M (n, n) of the free displacements in a state, symmetric."""
@@ -243,9 +269,11 @@ class MovingModel(Laid):
 
     def carried_inertia(self, frames: Frames) -> Array:
         """The mass (n + 1, 6, 6) that frames carry, in global axes."""
-        R = np.zeros((len(frames.R), 6, 6), like=frames.R)
-        R[:, :3, :3] = R[:, 3:, 3:] = frames.R
-        return R @ self.inertia @ np.swapaxes(R, -1, -2)
+        heavy, inertia = self._heavy, zeros(self.inertia.shape, frames.R, self.inertia)
+        R = np.zeros((len(heavy), 6, 6), like=frames.R)
+        R[:, :3, :3] = R[:, 3:, 3:] = frames.R[heavy]
+        inertia[heavy] = R @ self.inertia[heavy] @ np.swapaxes(R, -1, -2)
+        return inertia
 
     def viscous(self, frames: Frames) -> Matrix:
         """C (n, n), N s/m, N s, N m s, of the dashpots in a state, full or sparse as `matrix`."""
@@ -276,26 +304,13 @@ class MovingModel(Laid):
         held[..., :-1] = step
         return held.take(self.dof, axis=-1)
 
-    def after(
-        self, start: Frames, moving: Array, damping: tuple[float, float], gravity: Array, actuators: Mapping[str, float]
-    ) -> tuple[Frames, Array]:
-        """The frames after free displacements from a state, and the force of `kinetics` there: `moving` (3, n) has
-        these, velocities and accelerations; of Rayleigh's damping alpha, 1/s, and beta, s."""
-        alpha, beta = damping
-        elements = self.commanded(actuators)
+    def moved(self, start: Frames, step: Array) -> Frames:
+        """The frames after free displacements (n,) from a state."""
         if not is_compiled():
-            step, velocity, acceleration = self.displacements(moving)
-            frames, rates = start.moved(step), Rates(velocity, acceleration + alpha * velocity, beta)
-            return frames, self.kinetics(frames, rates, gravity, actuators).force
-        own, others = self._taken_together(elements)
-        made = np.empty_like(start.x), np.empty_like(start.R), np.empty_like(start.z)
-        rates, total = np.empty((3, *self.dof.shape)), np.empty(self.dof.shape)
-        before = start.x, start.R, start.z
-        _step(own.struct.address, *before, moving, alpha, beta, np.empty(own.memory), *made, rates, total)
-        frames = Frames(*made, start.placed)
-        if others or self.dashpots or gravity.any():
-            self._add_others(total, others, frames, Rates(rates[1], rates[2], beta), gravity)
-        return frames, total
+            return start.moved(self.displacements(step))
+        made = start.copy()
+        _moved(self._together.struct.address, *start[:3], step, *made[:3])
+        return made
 
     def kinetics(
         self, frames: Frames, rates: Rates, gravity: Array, actuators: Mapping[str, float] = NO_COMMANDS
@@ -348,9 +363,12 @@ class MovingModel(Laid):
         self._add_dashpots(total, frames, rates)
         if gravity.any():
             total -= self._weights(frames, gravity)[0]
-            inside, _ = self.sagging.response(frames, gravity)
-            np.subtract.at(total, self.sagging.node.ravel(), inside.reshape(-1, 6))
         return strain, kinetic
+
+    @cached_property
+    def all_together(self) -> Together | None:
+        """What a kernel takes of all that moves, without commands; None where it does not take all."""
+        return self._together if len(self._together.numbers) == len(self.elements) and not self.dashpots else None
 
     def _taken_together(self, elements: Sequence[Group]) -> tuple[Together, Sequence[Group]]:
         """What a kernel takes together of the elements, and the others."""
@@ -372,7 +390,7 @@ class MovingModel(Laid):
     @cached_property
     def _heavy(self) -> Index:
         """Frames that carry mass."""
-        return np.flatnonzero(self.inertia.any(axis=(1, 2)))
+        return np.flatnonzero(plain(self.inertia).any(axis=(1, 2)))
 
     def positions(self, frames: Frames, actuators: Mapping[str, float] = NO_COMMANDS) -> Array:
         """Positions (n, 3), m, of all nodes."""
@@ -392,11 +410,6 @@ class MovingModel(Laid):
             by_name |= {name: eta for (name, _, element), eta in losses if element.has_stiffness}
             loss |= {".".join((*path, name)): eta for path in paths for name, eta in by_name.items()}
         return [np.array([loss.get(name, 0.0) for name in names]) for names in self.names]
-
-    @cached_property
-    def root(self) -> Index:
-        """The frame (n + 1,) that each node follows."""
-        return np.append(self.design.plan.topology.root, len(self.dof) - 1)
 
 
 def element_masses(elements: Sequence[Group], frames: Frames) -> Iterator[Array]:

@@ -21,8 +21,8 @@ from flexura.errors import OptionError
 from flexura.linalg import is_definite
 from flexura.motion.elements import Frames, Group, PoseElements, Rates, Response
 from flexura.motion.equilibrium import Equations, Equilibrium
-from flexura.motion.integration import Damping
 from flexura.motion.model import Loads, MovingModel
+from flexura.motion.newton import Damping
 from flexura.motion.posed import Lever
 from flexura.motion.superelements import Superelements
 
@@ -110,7 +110,6 @@ class _Instants:
             dof=np.tile(model.dof, (count, 1)),
             elements=tuple(map(repeated, model.elements)),
             inertia=side_by_side(model.inertia, count),
-            weight=side_by_side(model.weight, count),
             sagging=replace(sagging, node=node, weight=side_by_side(sagging.weight, count)),
             dashpots=tuple(map(repeated, model.dashpots)),
         )

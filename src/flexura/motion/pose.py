@@ -306,6 +306,18 @@ def end_force_changes(model: MovingModel, state: Equilibrium, moved: Array) -> d
     return _by_prototype(model, -changes[:, 0], changes[:, 1])
 
 
+def member_force_changes(pose: Pose, moved: Array) -> Array | None:
+    """What small displacements (n + 1, 6, k) of the frames from a pose change of the forces (e, 12, k) on the frames of
+    members, global axes; None without members."""
+    state, model = pose.state, pose.equations.model
+    if not with_members(model):
+        return None
+    elements = model.commanded(state.loads.actuators)[0]
+    assert isinstance(elements, PoseElements)
+    motions = moved[elements.node].reshape(len(elements.node), 12, -1)
+    return elements.held_changes(state.tangent.forces.responses[0], state.frames, motions)
+
+
 def part_motions(model: MovingModel, states: Sequence[Equilibrium], names: Collection[str]) -> dict[str, Array]:
     """By superelement of some names, displacements and rotations of its nodes as seen from the first, and amplitudes,
     (d, k) in k states, in right-handed axes."""
@@ -362,7 +374,7 @@ def _by_prototype(model: MovingModel, start: Array, end: Array) -> dict[str, End
 def _in_own_axes(elements: PoseElements, states: Sequence[Equilibrium]) -> tuple[Array, Array]:
     """Internal forces (e, 6, k) at both ends of elements, in the right-handed axes of these ends."""
     R = np.stack([state.frames.R[elements.node] for state in states])
-    held = np.stack([state.tangent.forces.responses[0].force for state in states]).reshape(len(states), -1, 2, 6)
+    held = np.stack([state.held for state in states]).reshape(len(states), -1, 2, 6)
     arm = (R @ elements.arm[..., None])[..., 0]
     back = np.swapaxes(R @ elements.axes, -1, -2)
     moment = held[..., 3:] - np.cross(arm, held[..., :3])

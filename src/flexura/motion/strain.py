@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
-from flexura.duals import plain, zeros
+from flexura.duals import plain, without_slopes, zeros
 from flexura.kernels import Struct
 from flexura.motion.bowing import POINTS, ROOTS, SHARES, Bowing
 from flexura.motion.lanes import LANES, abreast, are_plain, whole
@@ -200,6 +200,22 @@ class Strain:
         warping adds to the latter, by all d of the `members` (m, 6n, 6n)."""
         _, energy, gradient, _, inside = self._settled(d)
         return energy, gradient[:, :6], inside.hessian[:, :6, :6], self._coupling(inside.hessian)
+
+    def force(self, d: Array) -> Array:
+        """The gradient (e, 6) of the energy by d (e, 6) alone, motions inside at rest. They are brought there without
+        slopes; those that d and the strains have move them along, to first order."""
+        q, _, _, hessian, _ = self._still._settled(plain(d))
+        moving = zeros(q.shape, d)
+        moving[:, :6], moving[:, 6:] = d, q[:, 6:]
+        slope = self._slope(moving)
+        gradient = (np.swapaxes(slope, 1, 2) @ self._stress(moving, slope)[1][..., None])[..., 0]
+        step = self._inside(gradient, hessian).step
+        return gradient[:, :6] - (hessian[:, :6, 6:] @ step[..., None])[..., 0]
+
+    @cached_property
+    def _still(self) -> Strain:
+        """The same without slopes."""
+        return without_slopes(self)
 
     def _settled(self, d: Array) -> tuple[Array, Array, Array, Array, _Inside]:
         """Motions q (e, q) with those inside at rest, and energy, gradient and Hessian there."""

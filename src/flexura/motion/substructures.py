@@ -210,7 +210,6 @@ class _Tiled:
             actuators={},
             dashpots=(),
             inertia=none,
-            weight=none[..., :3],
             sagging=Sagging.of((), self.rest),
         )
 

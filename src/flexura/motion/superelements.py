@@ -274,6 +274,15 @@ class Superelements:
                 left[:, 6 * i + 6 : 6 * i + 12, 6 * i : 6 * i + 6] += block
         return Response(energy, (turned @ n[..., None])[..., 0], left @ B)
 
+    def held(self, frames: Frames) -> Array:
+        """The forces (e, 6k) of `response` alone."""
+        if self._by_kernel(frames):
+            return self.response(frames).force
+        ends = self.ends(frames)
+        log = _seen_from_first(ends)
+        n = self.energy.force(self._deformation(frames, log))[1]
+        return (np.swapaxes(self._rows(ends.twists(), log), 1, 2) @ n[..., None])[..., 0]
+
     def rows(self, frames: Frames) -> Array:
         """Derivatives (e, d, 6k) of the deformation by displacements of the frames."""
         ends = self.ends(frames)

@@ -35,8 +35,13 @@ class Together(NamedTuple):
         memory = max((own.memory for _, own in taken), default=0)
         forces = max((6 * own.node.size for _, own in taken), default=0)
         heavy = whole(np.flatnonzero(model.inertia.any(axis=(1, 2))))
-        bodies = heavy, abreast(upper(model.inertia[heavy]))
+        inertia = abreast(upper(model.inertia[heavy]))
         dof, placed = whole(model.dof), np.ascontiguousarray(model.rest.placed)
-        sizes = len(taken), len(heavy), memory, len(dof), int(dof.max(initial=-1)) + 1
-        struct = Struct(*sizes, Struct(*fields), *bodies, dof, placed)
+        free, hangs = whole(np.flatnonzero((dof >= 0).any(axis=1))), whole(model.sagging.node)
+        sizes = len(taken), len(heavy), memory, len(dof), int(dof.max(initial=-1)) + 1, len(free), len(hangs)
+        weight, inside, arm = (
+            np.ascontiguousarray(own, dtype=float) for own in (model.weight, model.sagging.weight, model.arm)
+        )
+        where = heavy, inertia, dof, free, placed, weight, hangs, inside, whole(model.root), arm
+        struct = Struct(*sizes, Struct(*fields), *where)
         return Together(tuple(k for k, _ in taken), struct, 2 + memory + forces)

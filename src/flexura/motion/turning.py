@@ -13,7 +13,7 @@ from flexura.arrays import Array
 from flexura.beam import skew
 from flexura.motion.elements import Group, PoseElements
 from flexura.motion.expansion import expanded
-from flexura.motion.layout import add_weight, joined, taken
+from flexura.motion.layout import joined, taken
 from flexura.motion.leaves import Leaf, Meshes, beams_of
 from flexura.motion.model import MovingModel
 from flexura.motion.substructures import Flags, Substructure, middle, partition, sixes
@@ -220,9 +220,6 @@ def _low(
         dof[own], x[own] = 0, leaf.inside
     rest = full.rest._replace(x=x, placed=placed)
     dof[dof >= 0] = np.arange((dof >= 0).sum())
-    weight = inertia[..., :3].copy()
-    for group in elements:
-        add_weight(weight, group, rest)
     sagging = Sagging.of([group for group in elements if isinstance(group, Superelements)], rest)
     return replace(
         full,
@@ -232,6 +229,5 @@ def _low(
         names=tuple(names),
         actuators={name: numbers[g] for name, g in full.actuators.items()},
         inertia=inertia,
-        weight=weight,
         sagging=sagging,
     )

@@ -33,8 +33,9 @@ class _View:
     def picture(self, scene: bytes) -> Iterator[Reply]:
         """The design that is asked for; before the first one the scene."""
         before = () if self._shown else (scene,)
-        messages, self._shown = self.designs.picture(self.asked)
-        yield from (*before, *messages)
+        numbers, self._shown = self.designs.numbers(self.asked)
+        yield from (*before, numbers)
+        yield from self.designs.picture(self._shown)
 
     def details(self, hold: Callable[[dict[str, float], dict[str, float]], None]) -> Iterator[Reply]:
         """What moves in the design that is shown, if it holds, of which `hold` is told, and how far the part may be

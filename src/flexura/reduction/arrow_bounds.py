@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +40,7 @@ which the series of responses ends below 1e-10."""
 
 _eliminate = Kernel("branches_eliminated", "aaaaaaxxaaaaa")
 
-_project = Kernel("branches_projected", "aaaaaaaaaaa")
+_project = Kernel("branches_projected", "aaaaaaaaaaxaaaa")
 
 _count = Kernel("core_has_fewer", "aaaaaaaaxaaa")
 
@@ -90,16 +91,16 @@ def _projected_by_kernel(arrow: Arrow, ritz: tuple[Array, Array]) -> Projection:
     core, (designs, c, p) = arrow.core, Z.shape
     matrices = len(core.A)
     small, off = np.zeros((designs, matrices, p, p)), np.zeros((designs, 2, p))
-    alone = Block(core.A[:, :, None], core.slack[:, :, None], 0, np.eye(c)[None, None])
-    for block in (alone, *arrow.blocks):
+    alone: tuple[Array, Array] | tuple[None, None] = core.A, core.slack
+    for block in arrow.blocks:
         (q, n), r = block.A.shape[2:4], block.T.shape[-3]
-        inverse, motion, lam = (
-            (block.inverse, block.motion, _reached(block, values)) if block.inside else (Z, Z, values)
-        )
         sizes = packed(designs, matrices, q, r, n, block.inside, c, p, block.step, RESPONSE_TERMS)
-        room = scratch((8 * n + r * c + 3) * n + (4 * max(n, p) + c + 3 * p + 3) * p + 2 * n * max(n, p))
-        arrays = (np.ascontiguousarray(A) for A in (block.A, block.slack, block.T, inverse, motion, Z, lam))
-        _project(*arrays, sizes, room, small, off)
+        wide = max(n, p)
+        room = scratch((8 * n + r * c + 3) * n + (4 * n + c + 3 * p + 3) * p + 2 * n * wide + (3 * c + p + 3) * c)
+        own = (block.A, block.slack, block.T, block.inverse, block.motion, block.slowness)
+        arrays = [one if one is None else np.ascontiguousarray(one) for one in (*own, *alone, Z, values)]
+        _project(*arrays, RESPONSE_CORRECTED, sizes, room, small, off)
+        alone = None, None
     return Projection(small[:, 0], small[:, 1], small[:, -1], off)
 
 
@@ -126,7 +127,7 @@ def arrow_values(arrow: Arrow, count: int) -> tuple[Array, NDArray[np.bool_]]:
         pieces = [[(X.mT @ (matrix @ X)).sum(axis=(1, 2)) for matrix in A[:2]] for A, _, X in _pieces(arrow, ritz)]
         K, M = (np.sum(matrices, axis=0) for matrices in zip(*pieces, strict=True))
     values = np.maximum(small_pencils(K, M)[0][:, :count], 0.0)
-    slowest = np.max([block.slowest for block in arrow.blocks], axis=0)
+    slowest = reduce(np.maximum, [block.slowest for block in arrow.blocks])
     known = np.isfinite(values[:, -1])
     return values, known & (np.where(known, values[:, -1], 0.0) * slowest < RESPONSE_SETTLED)
 

@@ -300,24 +300,19 @@ def independent_stacks(
 def refuse_impossible(elements: Elements, discrete_elements: Sequence[DiscreteElement], designs: int) -> None:
     """Raise ImpossibleDesignError for the first design with an element, of a beam or discrete, that is not positive
     and finite."""
+    rows = [
+        (A.diagonal(axis1=-2, axis2=-1)[..., None], 0.0) for d in discrete_elements for A in (d.K, d.M) if A is not None
+    ]
+    if not elements.can_be:
+        flexible, massive = elements.flexibility_coefficients, elements.mass_coefficients
+        rows.append((flexible[..., _on_diagonal(elements.flexibility_basis)], np.finfo(float).tiny))
+        rows.append((massive[..., _on_diagonal(elements.mass_basis)], 0.0))
+    if all(not sizes.size or (sizes.min() >= least and sizes.max() < np.inf) for sizes, least in rows):
+        return
     good = np.ones(designs, dtype=bool)
-    for coefficients, basis, least in (
-        (elements.flexibility_coefficients, elements.flexibility_basis, np.finfo(float).tiny),
-        (elements.mass_coefficients, elements.mass_basis, 0.0),
-    ):
-        _keep_good(coefficients[..., _on_diagonal(basis)], least, good)
-    for discrete in discrete_elements:
-        for A in (discrete.K, discrete.M):
-            if A is not None:
-                _keep_good(np.einsum("...ii->...i", A)[..., None], 0.0, good)
-    if not good.all():
-        raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
-
-
-def _keep_good(sizes: Array, least: float, good: NDArray[np.bool_]) -> None:
-    """Leave good (designs,) alone the designs whose sizes (..., n, k) are finite and at least so large."""
-    if not (sizes.min(initial=np.inf) >= least and sizes.max(initial=0.0) < np.inf):
+    for sizes, least in rows:
         good &= ((sizes >= least) & (sizes < np.inf)).all(axis=(-1, -2))
+    raise ImpossibleDesignError(int(np.flatnonzero(~good)[0]))
 
 
 def _on_diagonal(basis: Array) -> NDArray[np.bool_]:
@@ -329,7 +324,7 @@ def _on_diagonal(basis: Array) -> NDArray[np.bool_]:
 def refuse_turned(plan: Plan, values: NDArray[np.float64], parameters: Mapping[str, ArrayLike]) -> None:
     """Raise OptionError for the first design of values (..., s) that has a size on the other side of zero than the
     default one, which breaks the description: a section's formula does not always see its sign."""
-    for d in plan.turned(np.atleast_2d(values)):
+    for d in plan.turned(values if values.ndim > 1 else values[None]):
         single = one_of(parameters, int(d))
         try:
             plan.verify(single)

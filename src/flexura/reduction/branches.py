@@ -284,7 +284,12 @@ class Block:
     def slowest(self) -> Array:
         """At least 1/omega^2 (designs,) of the lowest frequency of any branch with its interface held: the sum over all
         of its frequencies."""
-        return np.asarray(self._following.slowness.max(axis=1))
+        return np.asarray(self.slowness.max(axis=1))
+
+    @property
+    def slowness(self) -> Array:
+        """Sum (designs, q) over the frequencies of each kind of branch, its interface held, of 1/omega^2."""
+        return self._following.slowness
 
     @property
     def motion(self) -> Array:
@@ -363,9 +368,12 @@ class Arrow:
     @cached_property
     def followed(self) -> tuple[Array, Array]:
         """K and M (designs, c, c) of the core with static motions of the branches."""
-        A, place = self.core.A[:2], _placed_by_kernel if is_compiled() else placed
+        A = self.core.A[:2].copy()
         for block in self.blocks:
-            A = A + place(block.followed[:2], block.T)
+            if is_compiled():
+                _add_placed_by_kernel(block.followed[:2], block.T, A)
+            else:
+                A += placed(block.followed[:2], block.T)
         K, M = (A + A.mT) / 2
         return K, M
 
@@ -410,12 +418,10 @@ def placed(A: Array, T: Array) -> Array:
     return np.asarray((T.mT @ A[..., None, :, :] @ T).sum(axis=(-4, -3)))
 
 
-def _placed_by_kernel(A: Array, T: Array) -> Array:
-    """The same of A (matrices, designs, q, i, i)."""
+def _add_placed_by_kernel(A: Array, T: Array, C: Array) -> None:
+    """Add the same of A (matrices, designs, q, i, i) to C (matrices, designs, c, c)."""
     matrices, designs, q, i, _ = A.shape
     r, c = T.shape[-3], T.shape[-1]
     step = T[0].size if T.ndim > FIXED_MAP_AXES and len(T) > 1 else 0
     sizes, room = packed(matrices, designs, q, r, i, c, step), scratch(i * i + (r + 1) * i * c + c * c)
-    C = np.zeros((matrices, designs, c, c))
     _place(np.ascontiguousarray(A), np.ascontiguousarray(T), sizes, room, C)
-    return C

@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.linalg import GUARD, Eigenpairs, lowest, scaled, unit_scale
-from flexura.records import Kept, Latest
+from flexura.records import Latest
 from flexura.reduction.assembly import low_order, refuse_impossible
 from flexura.reduction.branches import (
     Arrow,
@@ -30,7 +29,7 @@ from flexura.reduction.branches import (
 )
 from flexura.reduction.chain_moments import interior_modes, moments, stiffness_and_mass
 from flexura.reduction.parts import PartReducer
-from flexura.reduction.placing import Part, add_placed, bordered, copies_in_a_row, stacked
+from flexura.reduction.placing import Part, Places, Targets, bordered, copies_in_a_row, placed_sums, stacked
 from flexura.reduction.pole_frame import PoleFrame
 from flexura.structure import Design, DiscreteElement, Plan, block_diagonal, joined_along
 
@@ -56,21 +55,13 @@ class _Placed:
     meets: NDArray[np.bool_]
 
 
-class _ChainMap(NamedTuple):
-    """The frame of a set of chains, the maps L (..., p, n, n) to their coordinates from those where they are placed,
-    and the `size` |L| before digits cancel."""
-
-    frame: PoleFrame
-    L: Array
-    size: Array
-
-
 @dataclass(frozen=True)
 class _Maps:
-    """What depends on geometry alone: maps of sets of chains and of the discrete elements, and T of every block."""
+    """What depends on geometry alone: sets of chains and where they go, where the discrete elements go, and T of every
+    block."""
 
-    chains: list[_ChainMap]
-    discrete_elements: list[Array]
+    chains: list[tuple[PoleFrame, Places]]
+    discrete_elements: list[Places]
     T: list[Array]
 
 
@@ -106,7 +97,6 @@ class ChainAssembler:
         """Number the coordinates for the kept motions that there are: blocks of branches, then the core."""
         self._latest: Latest[_Maps] = Latest()
         self._frames: dict[tuple[ChainKind, ...], Latest[PoleFrame]] = {}
-        self._chains_at = Kept()
         self._starts: dict[int, Eigenpairs] = {}
         self._arrows: dict[int, bool] = {}
         topology, branches = self.plan.topology, self.branches
@@ -180,17 +170,15 @@ class ChainAssembler:
             for nodes, _, _ in reducer.part.discrete_nodes():
                 place = self._placed[name].place[:, self._rows(name, nodes)]
                 self._add(rows, entries, name, place.reshape(len(place), 1, -1))
-        self._row_target, self._entry_target = (
-            np.concatenate(targets) if targets else np.empty(0, int) for targets in (rows, entries)
-        )
+        self._targets = Targets(entries, rows, (self._size[1] + 1, self._size[0] + 1))
 
     def _add(self, rows: list[Index], entries: list[Index], name: str, place: Index) -> None:
         """Targets of matrices at coordinates (copies, c, n); those of held ones lie one past the end."""
         for k, at in zip(self._placed[name].copies, place, strict=True):
             vector, entry, n = self._zones[name, k]
-            rows.append(np.where(at < 0, self._size[0], vector + at).ravel())
+            rows.append(np.where(at < 0, self._size[0], vector + at))
             both = (at[:, :, None] >= 0) & (at[:, None, :] >= 0)
-            entries.append(np.where(both, entry + at[:, :, None] * n + at[:, None, :], self._size[1]).ravel())
+            entries.append(np.where(both, entry + at[:, :, None] * n + at[:, None, :], self._size[1]))
 
     def keep(self, counts: Mapping[ChainKind, int], design: Design) -> None:
         """Keep so many fixed-interface modes of each kind of chain, those of a stack of one design."""
@@ -219,18 +207,21 @@ class ChainAssembler:
             chains, discrete_elements = [], []
             for (_, kept), kinds in self._sets.items():
                 frame, ends = self._frame(kinds, design)
-                L, size = [], []
+                which, L, size, first = [], [], [], 0
                 for (name, g), B in zip(kinds, ends, strict=True):
                     nodes = self.reducers[name].chains[g].nodes[:, [0, -1]]
                     G = self._transforms(design, name, nodes)
                     T = block_diagonal(G.reshape(*G.shape[:-3], len(nodes), 2, 6, 6))
                     L.append(copies_in_a_row(B[..., None, :, :, :] @ T))
                     size.append(copies_in_a_row(abs(B)[..., None, :, :, :] @ abs(T)))
+                    which.append(np.tile(first + np.arange(len(nodes)), len(self._placed[name].copies)))
+                    first += len(nodes)
                 whole = [bordered(joined_along(maps, -3), kept) for maps in (L, size)]
-                chains.append(_ChainMap(frame, *whole))
+                chains.append((frame, Places(np.concatenate(which), *whole)))
             for name, reducer in self.reducers.items():
                 for nodes, _, _ in reducer.part.discrete_nodes():
-                    discrete_elements.append(block_diagonal(self._transforms(design, name, np.array(nodes))))
+                    T = block_diagonal(self._transforms(design, name, np.array(nodes)))
+                    discrete_elements.append(Places(np.zeros(T.shape[-3], dtype=np.intp), T, abs(T)))
             return _Maps(chains, discrete_elements, [self._interface(design, kinds) for _, _, kinds in self._blocks])
 
         return self._latest.get(design.geometry, found)
@@ -257,12 +248,10 @@ class ChainAssembler:
         """
         discrete, maps = self._checked(design)
         parts = []
-        for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
-            A = stiffness_and_mass(frame, design.elements)
-            parts.append(Part(A, self._chain_numbers(kinds), L, size))
-        for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            A = stacked(element, len(design.values))[:2]
-            parts.append(Part(A, np.zeros(T.shape[-3], dtype=np.intp), T, T))
+        for frame, places in maps.chains:
+            parts.append(Part(stiffness_and_mass(frame, design.elements), places))
+        for element, places in zip(discrete, maps.discrete_elements, strict=True):
+            parts.append(Part(stacked(element, len(design.values))[:2], places))
         none = np.zeros((0, len(design.values)))
         return self._arranged(parts, maps.T, none, none)
 
@@ -272,17 +261,17 @@ class ChainAssembler:
         discrete, maps = self._checked(design)
         parts = []
         slowness, loss, slow = np.zeros(designs), np.zeros(designs), {}
-        for kinds, (frame, L, size) in zip(self._sets.values(), maps.chains, strict=True):
+        for kinds, (frame, places) in zip(self._sets.values(), maps.chains, strict=True):
             chains = moments(frame, design.elements, np.concatenate([self.forces[kind] for kind in kinds]))
-            parts.append(Part(chains.A, self._chain_numbers(kinds), L, size))
+            parts.append(Part(chains.A, places))
             slowness = np.maximum(slowness, chains.slowness.max(axis=-1))
             loss = np.maximum(loss, chains.loss.max(axis=-1))
             first = np.cumsum([0, *(len(self.forces[kind]) for kind in kinds)])
             slow |= {
                 kind: float(chains.slowness[:, a:b].max()) for kind, (a, b) in zip(kinds, pairwise(first), strict=True)
             }
-        for element, T in zip(discrete, maps.discrete_elements, strict=True):
-            parts.append(Part(stacked(element, designs), np.zeros(T.shape[-3], dtype=np.intp), T, abs(T)))
+        for element, places in zip(discrete, maps.discrete_elements, strict=True):
+            parts.append(Part(stacked(element, designs), places))
         return self._arranged(parts, maps.T, slowness * (1 + 1e-6), loss, slow=slow)
 
     def _checked(self, design: Design) -> tuple[list[DiscreteElement], _Maps]:
@@ -290,19 +279,6 @@ class ChainAssembler:
         discrete = [element for name in self.reducers for element in elements[name]]
         refuse_impossible(design.elements, discrete, len(design.values))
         return discrete, self._maps(design)
-
-    def _chain_numbers(self, kinds: list[ChainKind]) -> Index:
-        """Which chain of a set stands at every place."""
-
-        def found() -> Index:
-            numbers, first = [], 0
-            for kind in kinds:
-                c = len(self.forces[kind])
-                numbers.append(np.tile(first + np.arange(c), len(self._placed[kind[0]].copies)))
-                first += c
-            return np.concatenate(numbers)
-
-        return self._chains_at.once(tuple(kinds), found)
 
     def _arranged(
         self,
@@ -315,7 +291,7 @@ class ChainAssembler:
     ) -> Arrow:
         """Blocks and core of parts at their places; of R and slack there are none where there is no `slow`."""
         r, designs = (len(parts[0].A) if parts else 3), slowness.shape[-1]
-        A, d = self._summed(parts, r, designs, with_spread=slow is not None)
+        A, d = placed_sums(parts, self._targets, (r, designs), with_spreads=slow is not None)
         blocks, row, entry = [], 0, 0
         for (inside, n, kinds), interface in zip(self._blocks, T, strict=True):
             q = len(kinds)
@@ -328,20 +304,6 @@ class ChainAssembler:
         core_A, slack = np.ascontiguousarray(A[..., entry:-1]), np.ascontiguousarray(d[..., row:-1])
         core = EndMatrices(core_A.reshape(r, designs, c, c), slack, slowness, loss)
         return Arrow(tuple(blocks), core, dict(slow or {}))
-
-    def _summed(self, parts: list[Part], r: int, designs: int, *, with_spread: bool) -> tuple[Array, Array]:
-        """Sums (r, designs, entries + 1) of all parts and bounds (r, designs, rows + 1) on what they may be off; the
-        last are of what is held."""
-        A = np.zeros((r, designs, self._size[1] + 1))
-        d = np.zeros((r if with_spread else 0, designs, self._size[0] + 1))
-        first_row = first_entry = 0
-        for part in parts:
-            p, n = part.L.shape[-3], part.L.shape[-1]
-            rows = self._row_target[first_row : first_row + p * n]
-            entries = self._entry_target[first_entry : first_entry + p * n * n]
-            add_placed(part, entries, rows, A, d)
-            first_row, first_entry = first_row + p * n, first_entry + p * n * n
-        return A, d
 
     def in_core(self, nodes: Index) -> bool:
         """Whether global nodes follow roots in the core."""

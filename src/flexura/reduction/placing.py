@@ -2,26 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from flexura.arrays import Array, Index
-from flexura.kernels import Kernel, is_compiled, packed, scratch
+from flexura.kernels import Kernel, Struct, address, is_compiled, packed, scratch
 from flexura.reduction.branches import PLACING_ROUNDING
 from flexura.structure import DiscreteElement
 
-_compiled = Kernel("placed_sums", "aaaaaaaxaaaa")
+_compiled = Kernel("placed_sums", "aaaaaaxaaaa")
+
+MAP_AXES = 3
+"""Axes of maps that are the same for all designs."""
 
 
-class Part(NamedTuple):
-    """Matrices A (r, designs, c, n, n), which (p,) of the c stands at each place, and the maps L (..., p, n, n) there,
-    with the size |L| of these before digits cancel."""
+@dataclass(frozen=True)
+class Places:
+    """Where some of c matrices (n, n) go: `which` (p,) stands at each place, and the maps L (..., p, n, n) there, with
+    the size |L| of these before digits cancel."""
 
-    A: Array
     which: Index
     L: Array
     size: Array
+
+    @cached_property
+    def at(self) -> Struct:
+        """The same for kernels."""
+        which, L, size = np.ascontiguousarray(self.which), *map(np.ascontiguousarray, (self.L, self.size))
+        p, n, _ = L.shape[-3:]
+        return Struct(which, L, size, p, n, L[0].size if L.ndim > MAP_AXES and len(L) > 1 else 0)
+
+
+class Part(NamedTuple):
+    """Matrices A (r, designs, c, n, n), and their places."""
+
+    A: Array
+    places: Places
 
 
 def copies_in_a_row(A: Array) -> Array:
@@ -56,16 +76,43 @@ def placing_error(A: Array, size: Array) -> Array:
     return np.asarray(PLACING_ROUNDING * A.shape[-1] * s[..., 0] ** 2)
 
 
-def add_placed(part: Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
-    """Add L' A L of a part to the `sums` (r, designs, entries) at its targets, and what it may be off to `spreads`
-    (r, designs, rows)."""
+class Targets:
+    """Where entries and rows of all parts, one behind the other, go in sums and spreads of so many `held`, the last of
+    which take what is held; given piece by piece, for entries (p, n, n) and rows (p, n) of p places each."""
+
+    def __init__(self, entries: Sequence[Index], rows: Sequence[Index], held: tuple[int, int]) -> None:
+        none = np.empty(0, dtype=np.intp)
+        self.entries, self.rows = (np.concatenate([none, *map(np.ravel, own)]) for own in (entries, rows))
+        self.held = held
+        shapes = [own.shape for own in rows]
+        self.largest: int = max((n for _, n in shapes), default=0)
+        """Largest n."""
+        self.maps: int = sum(2 * p * n * n for p, n in shapes)
+        """Entries of all L and |L|."""
+        self.columns: int = sum(2 * p * (n + 1) ** 2 for p, n in shapes)
+        """Numbers that say where entries of these are not zero."""
+
+
+def placed_sums(
+    parts: Sequence[Part], to: Targets, lead: tuple[int, int], *, with_spreads: bool
+) -> tuple[Array, Array]:
+    """Sums (r, designs, entries) of L' A L of all parts at their targets, and what these may be off (r, designs, rows);
+    nothing (0, designs, rows) without `with_spreads`. `lead` are r and designs."""
+    sums = np.zeros((*lead, to.held[0]))
+    spreads = np.zeros((lead[0] if with_spreads else 0, lead[1], to.held[1]))
     if is_compiled():
-        _by_kernel(part, entries, rows, sums, spreads)
-        return
-    A = part.A[:, :, part.which]
-    _add_at(sums, entries, part.L.mT @ A @ part.L)
-    if len(spreads):
-        _add_at(spreads, rows, placing_error(A, part.size))
+        _by_kernel(parts, to, sums, spreads)
+        return sums, spreads
+    entry = row = 0
+    for part in parts:
+        which, L, size = part.places.which, part.places.L, part.places.size
+        p, n, _ = L.shape[-3:]
+        A = part.A[:, :, which]
+        _add_at(sums, to.entries[entry : entry + p * n * n], L.mT @ A @ L)
+        if with_spreads:
+            _add_at(spreads, to.rows[row : row + p * n], placing_error(A, size))
+        entry, row = entry + p * n * n, row + p * n
+    return sums, spreads
 
 
 def _add_at(sums: Array, target: Index, data: Array) -> None:
@@ -75,23 +122,19 @@ def _add_at(sums: Array, target: Index, data: Array) -> None:
     sums += np.bincount(at, weights=data.ravel(), minlength=sums.size).reshape(sums.shape)
 
 
-def _by_kernel(part: Part, entries: Index, rows: Index, sums: Array, spreads: Array) -> None:
+def _by_kernel(parts: Sequence[Part], to: Targets, sums: Array, spreads: Array) -> None:
     """The same by the kernel."""
-    r, designs, c, n, _ = part.A.shape
-    p, step = len(part.which), part.L[0].size if part.L.ndim > 3 and len(part.L) > 1 else 0
-    entries_held = sums.shape[-1], spreads.shape[-1]
-    sizes = packed(r, designs, c, p, n, step, *entries_held)
+    A = [np.ascontiguousarray(part.A) for part in parts]
     _compiled(
-        np.ascontiguousarray(part.A),
-        np.ascontiguousarray(part.which),
-        np.ascontiguousarray(part.L),
-        np.ascontiguousarray(part.size),
-        entries,
-        rows,
-        sizes,
+        packed(*map(address, A)),
+        packed(*(len(own[0, 0]) for own in A)),
+        packed(*(part.places.at.address for part in parts)),
+        to.entries,
+        to.rows,
+        packed(len(parts), *sums.shape, spreads.shape[-1], to.largest),
         PLACING_ROUNDING if len(spreads) else 0.0,
-        scratch((2 * p + 2) * n * n + n + sum(entries_held)),
-        np.empty(2 * p * (n + 1) ** 2, dtype=np.int64),
+        scratch(to.largest * (2 * to.largest + 1) + sum(to.held) + to.maps),
+        np.empty(to.columns, dtype=np.int64),
         sums,
         spreads,
     )

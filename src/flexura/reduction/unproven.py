@@ -88,8 +88,8 @@ def _by_branches(chains: ChainAssembler, design: Design, count: int) -> Array:
     """The same from the core, and in one matrix for designs whose branches are not much stiffer by themselves."""
     arrow = chains.unproven(design)
     values, is_settled = arrow_values(arrow, count)
-    left = np.flatnonzero(~is_settled)
-    if len(left):
+    if not is_settled.all():
+        left = np.flatnonzero(~is_settled)
         dense = arrow.take(left).dense
         values[left] = lowest_values(dense.K, dense.M, count, chains.start(count))
     return values

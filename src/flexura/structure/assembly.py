@@ -52,18 +52,20 @@ class Scatter:
             raise OptionError(
                 f"{entries:.3g} entries of small matrices are more than the {MOST_ENTRIES:.3g} of a sparse sum"
             )
-        return (_Columns if is_compiled() else _Sorted)(self._dofs, self.n, self.symmetric)
+        return (_Columns if is_compiled() else _Sorted)(self._dofs, self.n)
 
     @cached_property
     def _is_identity(self) -> bool:
         n = self.n
         return len(self._key) == n * n and np.array_equal(self._key.reshape(n, n).T.ravel(), np.arange(n * n))
 
-    def sparse(self, matrices: Sequence[Array]) -> sp.csc_matrix:
-        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so."""
+    def sparse(self, matrices: Sequence[Array], *, symmetric: bool | None = None) -> sp.csc_matrix:
+        """Sum matrices, one array (..., m, m) per entry of `dofs`, into a sparse (n, n), symmetric ones exactly so; of
+        others the symmetric part where that is asked for."""
         sums = self._sums
         # arrays of its own: whoever holds the matrix may change its pattern
-        stored = sums.of(matrices), sums.rows.copy(), sums.start.copy()
+        numbers = sums.of(matrices, self.symmetric if symmetric is None else symmetric)
+        stored = numbers, sums.rows.copy(), sums.start.copy()
         A = sp.csc_matrix(stored, shape=(self.n, self.n))
         A.has_canonical_format = True
         return A
@@ -103,20 +105,20 @@ def _keys(dofs: Index, n: int) -> Index:
 class _Sorted:
     """Sparse sums of matrices at DOFs: their rows by column, the first of each in `start`, and their numbers."""
 
-    def __init__(self, dofs: Sequence[Index], n: int, symmetric: bool) -> None:
+    def __init__(self, dofs: Sequence[Index], n: int) -> None:
         key = np.concatenate([np.empty(0, dtype=np.intp), *(_keys(d, n) for d in dofs)])
         unique, self._target = np.unique(np.where(key < 0, n * n, key), return_inverse=True)
         unique = unique[unique < n * n]
         column, row = np.divmod(unique, max(n, 1))
         self.start, self.rows = (a.astype(np.int32) for a in (np.searchsorted(unique, np.arange(n + 1) * n), row))
-        self._across = np.lexsort((column, row)) if symmetric else None
+        self._across = np.lexsort((column, row))
 
-    def of(self, matrices: Sequence[Array]) -> Array:
-        """The numbers of a sum, one for each row that is stored."""
+    def of(self, matrices: Sequence[Array], symmetric: bool) -> Array:
+        """The numbers of a sum, or of its symmetric part, one for each row that is stored."""
         data = np.concatenate([np.zeros(0), *(m.ravel() for m in matrices)])
         summed: Array = np.bincount(self._target, weights=data, minlength=len(self.rows) + 1).astype(float, copy=False)
         summed = summed[: len(self.rows)]
-        return summed if self._across is None else (summed + summed[self._across]) / 2
+        return (summed + summed[self._across]) / 2 if symmetric else summed
 
 
 _columns = Kernel("columns", "nnaaaa")
@@ -127,8 +129,8 @@ _pattern_sum = Kernel("pattern_sum", "n" + 8 * "a" + "naaa")
 class _Columns:
     """The same column by column, by kernels."""
 
-    def __init__(self, dofs: Sequence[Index], n: int, symmetric: bool) -> None:
-        self._n, self._symmetric, self._shapes = n, symmetric, [d.shape for d in dofs]
+    def __init__(self, dofs: Sequence[Index], n: int) -> None:
+        self._n, self._shapes = n, [d.shape for d in dofs]
         shapes = np.array(self._shapes, dtype=np.int64).reshape(-1, 2)
         before = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(shapes.prod(axis=1))])
         flat = np.concatenate([np.empty(0, dtype=np.int64), *(d.ravel() for d in dofs)])
@@ -141,14 +143,14 @@ class _Columns:
         self.start, self.rows = start.view(np.int32)[: n + 1], rows.view(np.int32)[:stored]
         self._kept = *parts, start, rows
 
-    def of(self, matrices: Sequence[Array]) -> Array:
-        """The numbers of a sum, one for each row that is stored."""
+    def of(self, matrices: Sequence[Array], symmetric: bool) -> Array:
+        """The numbers of a sum, or of its symmetric part, one for each row that is stored."""
         A = [np.ascontiguousarray(m, dtype=float) for m in matrices]
         if [math.prod(m.shape) for m in A] != [count * width**2 for count, width in self._shapes]:
             raise ValueError(f"matrices {[m.shape for m in A]} at DOFs {self._shapes}")
         out, sums = np.empty(len(self.rows)), np.empty(self._n)
         at = np.array([address(m) for m in A], dtype=np.int64)
-        _pattern_sum(self._n, *self._kept, at, self._symmetric, out, sums, np.empty(self._n, dtype=np.int64))
+        _pattern_sum(self._n, *self._kept, at, symmetric, out, sums, np.empty(self._n, dtype=np.int64))
         return out
 
 
@@ -227,7 +229,7 @@ class FullOrderAssembler:
 
     def elastic(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K (N/m, N, N m) and M (kg, kg m, kg m^2), both (n, n), of one design without any load."""
-        transforms, matrices = self._transforms(design), design.matrices
+        transforms, matrices = self.transforms(design), design.matrices
         discrete_K, discrete_M = self._discrete(
             {name: part.discrete_elements for name, part in matrices.items()}, transforms
         )
@@ -247,13 +249,13 @@ class FullOrderAssembler:
 
     def discrete_matrices(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """K and M (n, n) of springs, superelements, bodies and point masses alone."""
-        discrete_K, discrete_M = self._discrete(design.discrete_elements, self._transforms(design))
+        discrete_K, discrete_M = self._discrete(design.discrete_elements, self.transforms(design))
         return self._discrete_stiffness.sparse(discrete_K), self._discrete_mass.sparse(discrete_M)
 
     def with_shared_warping(self, design: Design) -> tuple[sp.csc_matrix, sp.csc_matrix]:
         """The same, with what strips add to the stiffness of their elements; one design."""
         dofs, added = list[Index](), list[Array]()
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             for strips in design.matrices[name].strips:
                 dofs.append(_dofs(self._dofs[name], strips.nodes))
                 added.append(_placed(strips.K, G[:, strips.nodes]))
@@ -272,7 +274,7 @@ class FullOrderAssembler:
         discrete_elements: list[Array] = []
         strips: list[Array] = []
         places: list[Index] = []
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             part, part_matrices = self.plan.parts[name], matrices[name]
             eta = part.table.loss_factors(values, default)
             H += self._elements(name, G, part_matrices.T, eta[:, None, None] * part_matrices.elements.K)
@@ -299,7 +301,7 @@ class FullOrderAssembler:
         This is M times `rigid_body_motions` and, beside it, the inertia of members between free and held nodes.
         """
         topology, forces = self.plan.topology, zeros((self.plan.topology.n_dof + 1, 6), design.values)
-        for name, G in self._transforms(design).items():
+        for name, G in self.transforms(design).items():
             part, part_matrices = self.plan.parts[name], design.matrices[name]
             number = topology.copies[name].numbers()
             rigid = rigid_arm(design.geometry.positions[topology.root[number]])
@@ -316,8 +318,8 @@ class FullOrderAssembler:
                 np.add.at(forces, self._dofs[name][:, nodes].reshape(T.shape[:-1]), force)
         return forces[:-1]
 
-    def _transforms(self, design: Design) -> dict[str, Array]:
-        """Transforms of the nodes by prototype, kept while the geometry stays the same."""
+    def transforms(self, design: Design) -> dict[str, Array]:
+        """Transforms of all nodes by prototype (`Design.node_transforms`), kept while the geometry stays the same."""
 
         def found() -> dict[str, Array]:
             count = {name: self.plan.parts[name].n_nodes for name in self._names}

@@ -115,6 +115,30 @@ class Distortion(NamedTuple):
         return self._replace(B=whole.B, Z=whole.Z)
 
 
+class Strips:
+    """Strips for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m, of members, by their group and the
+    number of their elements; what several corrections ask of them is worked out once."""
+
+    def __init__(self, values: Array, nu: Array, length: Array) -> None:
+        self.values, self.nu, self.length = values, nu, length
+        self._warping: dict[tuple[int, float], tuple[Array, Array]] = {}
+
+    def sides(self, group: SectionGroup, n: int) -> tuple[Array, Array]:
+        """Width and thickness (..., m, n + 1) at the edges of elements, or (..., m, 1) of those that do not taper, m;
+        without the axis of designs where they do not vary."""
+        sizes = group.sizes(self.values, self.length[..., group.index], np.arange(n + 1) / n)
+        return common(sizes[0], 2), common(sizes[-1], 2)
+
+    def warping(self, group: SectionGroup, n: int, times: float) -> tuple[Array, Array]:
+        """As `warping_along`, of a span so many times as long as the member."""
+        key = int(group.index[0]), times
+        if key not in self._warping:
+            b, t = self.sides(group, n)
+            nu, L = (own[..., group.index, None] for own in (self.nu, self.length))
+            self._warping[key] = warping_along(b, t, nu, L, n, times)
+        return self._warping[key]
+
+
 class MemberCorrections:
     """Which corrections the members of a list have, and the factors that they come to.
 
@@ -168,26 +192,24 @@ class MemberCorrections:
                 held[group.index] = notch * place[2].plate[:, 0]
         return held
 
-    def torsion(self, values: Array, nu: Array, length: Array, first: Index) -> Distortion:
+    def torsion(self, strips: Strips, first: Index) -> Distortion:
         """`Distortion` of all elements, but for stiffness and what twist stretches; arguments as in `factors`."""
+        values, nu, length = strips.values, strips.nu, strips.length
         warping = self.active[:, CORRECTIONS.index("warping")]
-        strips = [(group, n) for group, n, _ in self._groups if group.kind[0] in STRIPS]
-        held = np.concatenate([np.empty(0, dtype=np.intp), *(group.index for group, _ in strips)])
+        groups = [(group, n) for group, n, _ in self._groups if group.kind[0] in STRIPS]
+        held = np.concatenate([np.empty(0, dtype=np.intp), *(group.index for group, _ in groups)])
         held = held[warping[held]]
         used = [case for case, (share, *_) in enumerate(_holds(self.clamped)) if share[held].any()]
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         torsion = Distortion.even(np.zeros(first[-1], dtype=np.intp), len(used), values, nu, length, lead=lead)
-        for group, n in strips:
+        for group, n in groups:
             own = np.flatnonzero(warping[group.index])
-            members, edges = group.index[own], np.arange(n + 1) / n
-            L, own_nu = length[..., members, None], nu[..., members, None]
-            sizes = group.sizes(values, length[..., group.index], edges)
-            b, t = sizes[0][..., own, :], sizes[-1][..., own, :]
+            members = group.index[own]
             at, cases = first[members][:, None] + np.arange(n), _holds(self.clamped[members])
             torsion.place[at] = np.where(np.arange(n), 2, 1)
             A = (1 - sum((share for share, *_ in cases), np.zeros((len(own), 1))))[..., None, None] * np.diag(EVEN)
             for k, (share, times, start) in enumerate(cases[case] for case in used):
-                kappa, x = warping_along(b, t, own_nu, L, n, times)
+                kappa, x = (along[..., own, :] for along in strips.warping(group, n, times))
                 matrices = warping_element(x[..., 1:] - x[..., :-1], kappa)
                 own_A, B, Z = (share[..., None, None] * matrix for matrix in matrices)
                 free = np.repeat((share > 0)[..., None], n, axis=1) & np.ones(2, dtype=bool)
@@ -205,11 +227,9 @@ class MemberCorrections:
         found = [(group, n, np.flatnonzero(warping[group.index])) for group, n, _ in self._groups]
         return [(g, n, own) for g, n, own in found if 1 < n <= MOST_SHARING and len(own) and g.kind[0] in STRIPS]
 
-    def factors(self, values: Array, nu: Array, length: Array, first: Index) -> Factors:
-        """Factors of all elements for values (..., s), Poisson's ratio (..., m) and lengths (..., m), m.
-
-        `first` (m + 1,) is the first element of every member.
-        """
+    def factors(self, strips: Strips, first: Index) -> Factors:
+        """Factors of all elements, for what `strips` are for; `first` (m + 1,) is the first element of every member."""
+        values, nu, length = strips.values, strips.nu, strips.length
         lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         factors = Factors(*np.ones((len(Factors._fields), *lead, first[-1]), like=values))
         for group, n, is_tapered in self._groups:
@@ -225,8 +245,7 @@ class MemberCorrections:
             if not active[:, :2].any():
                 pass
             elif group.kind[0] in STRIPS:
-                sizes = group.sizes(values, L, np.arange(n + 1) / n)
-                held = _strip(sizes[0], sizes[-1], own_nu[..., None], L[..., None], n, active, clamped)
+                held = _strip(strips, group, n, active, clamped)
             else:
                 held = _web(cut, own_nu[..., None], active, clamped)
             if active[:, 3].any() and (place := group.between_blocks(values, L)):
@@ -238,18 +257,18 @@ class MemberCorrections:
         return factors
 
 
-def _strip(b: Array, t: Array, nu: Array, L: Array, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
-    """Factors, (..., m, n) or 1, of strips; nu, L: (..., m, 1); b, t: the same, or (..., m, n + 1) at the edges of the
-    elements of those that taper, along which x/b is the integral of dx/b (theory eq. F5)."""
+def _strip(strips: Strips, group: SectionGroup, n: int, active: Bools, clamped: Array) -> tuple[Array | float, ...]:
+    """Factors, (..., m, n) or 1, of strips, along which x/b is the integral of dx/b (theory eq. F5)."""
     plate, warping = active[:, :1], active[:, 1:2]
-    over_b, over_t = (_over(side, L, n) for side in (b, t)) if plate.any() else (L, L)
+    nu, L = (own[..., group.index, None] for own in (strips.nu, strips.length))
+    over_b, over_t = (_over(side, L, n) for side in strips.sides(group, n)) if plate.any() else (L, L)
     every = []
     for share, times, start in held_cases(clamped):
         case: list[Array | float] = [1.0, 1.0, 1.0]
         if plate.any():
             case[:2] = [anticlastic_compliance(nu, 1.0, *_place(x, times, start)) for x in (over_b, over_t)]
         if warping.any():
-            kappa, x = warping_along(b, t, nu, L, n, times)
+            kappa, x = strips.warping(group, n, times)
             case[2] = warping_compliance(1.0, kappa, *_place(x, times, start))
         every.append([share * (1 - c) for c in case])
     bend_y, bend_z, twist = (1 / (1 - sum(terms)) for terms in zip(*every, strict=True))
@@ -274,7 +293,7 @@ def _place(x: Array, times: float, start: float) -> tuple[Array, Array, Array]:
 
 def warping_along(b: Array, t: Array, nu: Array, L: Array, n: int, times: float) -> tuple[Array, Array]:
     """Kappa (..., m, n) of theory eq. F8, or (..., m, 1), and the integral (..., m, n + 1) of lambda up to the edges of
-    the elements of strips; arguments as in `_strip`."""
+    the elements of strips with sides b and t as of `Strips`; nu, L: (..., m, 1)."""
     J = rectangle(b, t, nu).J
     decay, kappa = warping_decay(nu, J, warping_constant(b, t), secondary_constant(nu, J, b, t, times * L))
     return kappa if kappa.shape[-1] == 1 else (kappa[..., 1:] + kappa[..., :-1]) / 2, _over(1 / decay, L, n)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from flexura.arrays import Array, Index
 from flexura.beam import rigid_arm
-from flexura.duals import Dual, plain, zeros
+from flexura.duals import Dual, plain, without_slopes, zeros
 from flexura.records import Record
 from flexura.structure.elements import Elements, ElementSlice
 from flexura.structure.part import DiscreteElement, PartMatrices
@@ -125,9 +125,9 @@ class Design(Record):
 
         Raises OptionError as `of` does.
         """
-        values = plan.parameter_values(parameters)
+        values = parameters if set(names) <= parameters.keys() else plan.parameter_values(parameters)
         rows = dict(zip(names, np.eye(len(names)), strict=True))
-        moved = {name: Dual(np.array(values[name]), row) for name, row in rows.items()}
+        moved = {name: Dual(np.array(values[name], dtype=float), row) for name, row in rows.items()}
         if order == 2:
             still = np.zeros((len(names), len(names)))
             moved = {name: Dual(value, Dual(rows[name], still)) for name, value in moved.items()}
@@ -145,7 +145,9 @@ class Design(Record):
             return self
         parameters = {name: plain(value) for name, value in self.parameters.items()}
         geometry = self.geometry.still(self.plan.parts)
-        return replace(self, parameters=parameters, values=plain(self.values), geometry=geometry)
+        still = replace(self, parameters=parameters, values=plain(self.values), geometry=geometry)
+        vars(still)["_tables"] = _StillTables(self._tables)
+        return still
 
     def stacked(self) -> Design:
         """A stack of this one design."""
@@ -285,6 +287,23 @@ class _Tables:
     def discrete_of(self, name: str) -> list[DiscreteElement]:
         """Those of one prototype."""
         return self.discrete_elements[name]
+
+
+class _StillTables(_Tables):
+    """Those of a design without slopes, of which others have some."""
+
+    def __init__(self, moving: _Tables) -> None:
+        self._moving = moving
+
+    @cached_property
+    def elements(self) -> Elements:
+        """As of `_Tables`."""
+        return self._moving.elements.still
+
+    @cached_property
+    def discrete_elements(self) -> dict[str, list[DiscreteElement]]:
+        """As of `_Tables`."""
+        return {name: without_slopes(own) for name, own in self._moving.discrete_elements.items()}
 
 
 class OfDesign:

@@ -14,6 +14,7 @@ from flexura.beam import (
     SectionProperties,
     UniformBeam,
     block_rotation,
+    combine,
     element_mass,
     element_stiffness,
     geometric_basis,
@@ -47,6 +48,9 @@ from flexura.structure.composites import MeshedSolid
 from flexura.structure.sections import family_properties
 from flexura.structure.values import ValueTable
 
+_BOX = (np.eye(3) - np.eye(3)[:, None] * np.eye(3)).reshape(3, 9)
+"""The inertia of a box per twelfth of its mass times the square of each side (3, 9)."""
+
 
 @dataclass
 class _Frame:
@@ -66,6 +70,13 @@ class _Frame:
         if self.axis is None:
             return np.eye(3)
         return rotation_matrix(values[..., self.axis], values[..., self.angle])
+
+    def turned(self, tensor: Array, values: Array) -> Array:
+        """A tensor (..., 3, 3) of the discrete element's axes in the part's."""
+        if self.axis is None:
+            return tensor
+        Q = self.matrix(values)
+        return Q @ tensor @ np.swapaxes(Q, -1, -2)
 
 
 def inertia_tensor(entries: Array) -> Array:
@@ -176,7 +187,6 @@ class BodyElement(Inertia):
 
     def mass_and_inertia(self, values: Array) -> tuple[Array, Array]:
         """Mass (...), kg, and inertia tensor (..., 3, 3) about the centre of mass, kg m^2, in the part's axes."""
-        Q = self._frame.matrix(values)
         if self._solid is None:
             mass, tensor = values[..., self._mass], inertia_tensor(values[..., self._inertia])
         elif self.mesh is not None:
@@ -191,11 +201,10 @@ class BodyElement(Inertia):
             outer = axis[..., :, None] * axis[..., None, :]
             tensor = across[..., None, None] * (np.eye(3) - outer) + along[..., None, None] * outer
         else:
-            square = values[..., self._size] ** 2
-            mass = values[..., self._rho] * np.prod(values[..., self._size], axis=-1)
-            entries = mass[..., None] / 12 * (square.sum(-1, keepdims=True) - square)
-            tensor = inertia_tensor(entries)
-        return mass, Q @ tensor @ np.swapaxes(Q, -1, -2)
+            size = values[..., self._size]
+            mass = values[..., self._rho] * size[..., 0] * size[..., 1] * size[..., 2]
+            tensor = combine(mass[..., None] / 12 * size * size, _BOX, 3)
+        return mass, self._frame.turned(tensor, values)
 
     def matrix(self, values: Array) -> Array:
         """Mass matrix (..., 6, 6) about its node, which is the centre of mass but of composites; part's axes."""

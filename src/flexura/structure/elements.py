@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
-from typing import NamedTuple
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from flexura.beam import (
     tapered,
     tapered_geometric_basis,
 )
-from flexura.duals import zeros
+from flexura.duals import without_slopes, zeros
 from flexura.structure.corrections import Distortion, Factors
 from flexura.structure.warping import Coupling
 
@@ -70,8 +70,8 @@ class Elements:
 
     def __init__(
         self,
-        moduli: tuple[Array, Array, Array],
-        sections: SectionProperties,
+        moduli: Array,
+        sections: Array,
         finer: Callable[[Array], Stations],
         length: Array,
         *,
@@ -82,16 +82,25 @@ class Elements:
         factors: Factors | None = None,
         roots: tuple[Index, Index, Array] | None = None,
     ) -> None:
+        self._tables = moduli, sections
         self._E, self._G, self._rho = moduli
-        self._sections, self._finer, self._factors = sections, finer, factors
+        self._sections, self._finer, self._factors = SectionProperties(*sections), finer, factors
         self._torsion = torsion
         self.couplings: list[Coupling] = couplings
-        self._stiff = sections if factors is None else factors.applied(sections, slice(None))
+        self._stiff = self._sections if factors is None else factors.applied(self._sections, slice(None))
         self._stations = finer(STATIONS)
         self.length = length
         self._share = share
         self._shear, self._rotary = flags
         self._roots = roots
+
+    @property
+    def still(self) -> Elements:
+        """The same without slopes."""
+        twin = object.__new__(Elements)
+        vars(twin).update({name: without_slopes(own) for name, own in vars(self).items()})
+        twin._finer, twin._torsion = partial(_still, self._finer), partial(_still, self._torsion)
+        return twin
 
     @cached_property
     def _tapered(self) -> list[tuple[Index, Array, Array]]:
@@ -218,7 +227,7 @@ class Elements:
     @cached_property
     def flexibility_coefficients(self) -> Array:
         """Coefficients (..., e, k) of C in `flexibility_basis`."""
-        of_members = element.flexibility_coefficients(self._E, self._G, self._stiff, self.length, self._shear)
+        of_members = self._coefficients[0]
         for at, C, _ in self._tapered:
             of_members[..., at, :] = _picked(C, element.END_FLEXIBILITY_BASIS)
         if self._roots is None:
@@ -231,6 +240,11 @@ class Elements:
             here = np.flatnonzero(ends == end)
             whole[..., at[here], :] += root_coefficients(root[..., here, :], self.length[..., at[here]], end)
         return whole
+
+    @property
+    def can_be(self) -> bool:
+        """Whether flexibility and mass of all elements are known to be positive and finite; others may be, too."""
+        return self._coefficients[2] and self._roots is None and not self._stations
 
     @property
     def flexibility_basis(self) -> Array:
@@ -247,7 +261,15 @@ class Elements:
         """Coefficients (..., e, k) of M in `mass_basis`."""
         if self._stations:
             return _picked(self._own_mass, element.MASS_ENTRIES)
-        return element.mass_coefficients(self._rho, self._sections, self.length, *self._phi, self._rotary)
+        return self._coefficients[1]
+
+    @cached_property
+    def _coefficients(self) -> tuple[Array, Array, bool]:
+        """Coefficients of flexibility and mass of uniform elements, with the section at the middle of each, and whether
+        these are known to be those of elements that can be."""
+        moduli, actual = self._tables
+        stiff = actual if self._factors is None else np.stack(np.broadcast_arrays(*self._stiff))
+        return element.coefficients(moduli, stiff, actual, self.length, self._shear, self._rotary)
 
     @cached_property
     def uniform(self) -> UniformBeam:
@@ -337,6 +359,11 @@ class Elements:
         for at, tapered_C, _ in self._tapered:
             C[..., at, :, :] = tapered_C
         return C
+
+
+def _still(work: Callable[..., Any], *arguments: Any) -> Any:
+    """What a function gives, without slopes."""
+    return without_slopes(work(*arguments))
 
 
 def _in_planes(coefficients: Array, basis: Array) -> Array:

@@ -4,23 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from flexura.arrays import Array, Index
 from flexura.beam import SectionProperties, blocking, fillet_shares
-from flexura.duals import zeros
+from flexura.duals import with_slopes_of, zeros
+from flexura.kernels import Kernel, is_compiled, packed
 from flexura.mechanism import Flexure, Layered, Link, Mechanism
-from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections
+from flexura.structure.corrections import STRIPS, Distortion, Factors, MemberCorrections, Strips
 from flexura.structure.elements import STATIONS, Elements, Stations
 from flexura.structure.sections import FAMILY_SIZES, SectionGroup, family_properties, section_groups
 from flexura.structure.values import ValueTable
 from flexura.structure.warping import shared_warping
 
+_compiled = Kernel("section_sizes", "aaaaaaaaa")
+
 SQUARE = (3 * np.pi / 16) ** 0.25
 """Side of the square that bends like a rod, over the diameter."""
+
+
+class _Family(NamedTuple):
+    """The elements `at` which one section formula applies, and groups with their places (m, n) among these elements and
+    the fractions (n,) of the member where these are; `by_kernel` says how sizes follow from entries, as the kernel
+    takes it, for all groups but `others`, which are left to NumPy."""
+
+    formula: str
+    at: Index | slice
+    groups: list[tuple[SectionGroup, Index, Array]]
+    by_kernel: tuple[Index, Index, Array, Array, Index]
+    others: list[tuple[SectionGroup, Index, Array]]
 
 
 class Members:
@@ -41,6 +56,7 @@ class Members:
         ]
         self._loss = np.array([table.add(np.nan if eta is None else eta) for eta in loss], dtype=np.intp)
         self._has_nu = np.array([m.nu is not None for m in materials], dtype=bool)
+        self._have_nu = bool(self._has_nu.all())
         elastic = [m.nu if m.nu is not None else m.G for m in materials]
         self._nu_or_G = np.array([table.add(v) for v in elastic if v is not None], dtype=np.intp)
         strength = [
@@ -67,20 +83,34 @@ class Members:
         self._flags = (self.shear[self.element_member], self.rotary[self.element_member])
 
     def _collect_families(self) -> None:
-        """For every section formula: its groups with their run of elements in the formula's arguments and stations at
-        the elements' middles; the elements; and the member of each."""
-        self._families: dict[str, tuple[list[tuple[SectionGroup, slice, Array]], Index, Index]] = {}
-        for group, n, _ in self.groups:
-            runs, elements, owner = self._families.get(group.family, ([], np.empty(0, int), np.empty(0, int)))
-            at = (self.first[group.index][:, None] + np.arange(n)).ravel()
-            runs.append((group, slice(len(elements), len(elements) + len(at)), (np.arange(n) + 0.5) / n))
-            elements, owner = np.concatenate([elements, at]), np.concatenate([owner, np.repeat(group.index, n)])
-            self._families[group.family] = (runs, elements, owner)
+        self._families: list[_Family] = []
+        for family in dict.fromkeys(group.family for group, _, _ in self.groups):
+            own = [(group, n) for group, n, _ in self.groups if group.family == family]
+            places = [self.first[group.index][:, None] + np.arange(n) for group, n in own]
+            elements = np.sort(np.concatenate([place.ravel() for place in places]))
+            k, e = FAMILY_SIZES[family], len(elements)
+            shape, entries, side, fraction = (
+                np.zeros((k, e), dtype=np.int64),
+                np.zeros((k, e, 4), dtype=np.int64),
+                np.zeros((k, e)),
+                np.zeros(e),
+            )
+            groups, others = [], []
+            for (group, n), place in zip(own, places, strict=True):
+                groups.append((group, np.searchsorted(elements, place), (np.arange(n) + 0.5) / n))
+                _, run, fraction[run] = groups[-1]
+                for j, contour in enumerate(group.contours):
+                    shape[j, run], entries[j, run], side[j, run] = contour.shape, contour.entries[:, None], contour.side
+                if not group.contours:
+                    others.append(groups[-1])
+            at = elements if e < self.first[-1] else slice(None)
+            by_kernel = (shape, entries, side, fraction, self.element_member[elements])
+            self._families.append(_Family(family, at, groups, by_kernel, others))
 
     def moduli(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """E (Pa), rho (kg/m^3), nu, G (Pa) of the members, each (..., m)."""
         E, rho, other = values[..., self._E], values[..., self._rho], values[..., self._nu_or_G]
-        if self._has_nu.all():
+        if self._have_nu:
             nu, G = other, E / (2 * (1 + other))
         else:
             nu = np.where(self._has_nu, other, E / (2 * np.where(self._has_nu, 1.0, other)) - 1)
@@ -130,24 +160,33 @@ class Members:
 
     def section_properties(self, values: Array, nu: Array, length: Array) -> SectionProperties:
         """Sections (..., e) at the middle of every element."""
-        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
+        return SectionProperties(*self._section_table(values, nu[..., self.element_member], length))
+
+    def _section_table(self, values: Array, nu: Array, length: Array) -> Array:
+        """The same as a table (6, ..., e), for Poisson's ratios (..., e)."""
+        lead = values.shape[:-1]
         table = np.empty((6, *lead, self.first[-1]), like=values)
-        for family, (groups, elements, owner) in self._families.items():
-            sizes = np.empty((FAMILY_SIZES[family], *lead, len(elements)), like=values)
-            for group, own, middle in groups:
-                shape = (*lead, len(group.index), len(middle))
-                for row, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
-                    row[..., own].reshape(shape)[...] = value
-            for row, own in zip(table, family_properties(family, list(sizes), nu[..., owner]), strict=True):
-                row[..., elements] = own
-        return SectionProperties(*table)
+        is_left = not is_compiled() or with_slopes_of(values, length) is not None
+        for family, at, groups, by_kernel, others in self._families:
+            k, e = by_kernel[0].shape
+            sizes: Array = np.empty((k, *lead, e), like=values)
+            if not is_left:
+                step = length.shape[-1] if length.ndim > 1 else 0
+                numbers = packed(values.size // values.shape[-1], values.shape[-1], step, k, e)
+                _compiled(np.ascontiguousarray(values), np.ascontiguousarray(length), *by_kernel, numbers, sizes)
+            for group, run, middle in groups if is_left else others:
+                for size, value in zip(sizes, group.sizes(values, length[..., group.index], middle), strict=True):
+                    size[..., run] = value
+            for row, own in zip(table, family_properties(family, list(sizes), nu[..., at]), strict=True):
+                row[..., at] = own
+        return table
 
     def stations(self, values: Array, nu: Array, length: Array, points: Array = STATIONS) -> Stations:
         """Sections of tapered elements at `points` (stations,) of each element's length."""
-        lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
         stations: Stations = []
         for group, n, is_tapered in self.groups:
             if is_tapered:
+                lead = np.broadcast_shapes(values.shape[:-1], length.shape[:-1])
                 at = self.first[group.index][:, None] + np.arange(n)
                 fractions = ((np.arange(n)[:, None] + points) / n).ravel()
                 fields = group.properties(values, nu[..., group.index], length[..., group.index], fractions)
@@ -178,29 +217,32 @@ class Members:
         """Elements for values (..., s) and member lengths (..., m), m, with `roots` as `Elements` takes them, and with
         fillets: members and ends (k,), and radius over thickness on both sides (..., k, 2)."""
         E, rho, nu, G = self.moduli(values)
-        sections = self.section_properties(values, nu, length)
         m = self.element_member
-        moduli = (E[..., m], G[..., m], rho[..., m])
+        table = self._section_table(values, nu[..., m], length)
+        moduli, sections = np.empty((3, *table.shape[1:]), like=values), SectionProperties(*table)
+        for k, own in enumerate((E, G, rho)):
+            moduli[k] = own[..., m]
         finer = partial(self.stations, values, nu, length)
-        factors = self.corrections.factors(values, nu, length, self.first) if self.corrections.any else None
+        strips = Strips(values, nu, length)
+        factors = self.corrections.factors(strips, self.first) if self.corrections.any else None
         homogeneous = factors
         if self._layered:
             factors = self._of_layers(factors, values, length)
         if fillets is not None:
             factors = self._filleted(factors, values, length, fillets)
-        torsion = partial(self._torsion, values, length, moduli, sections, (homogeneous, factors))
+        torsion = partial(self._torsion, strips, moduli, sections, (homogeneous, factors))
         stiffer = None if factors is homogeneous or factors is None else factors.twist
         stiffer = stiffer if stiffer is None or homogeneous is None else stiffer / homogeneous.twist
-        shared = shared_warping(self.corrections, values, (G, nu, stiffer), length, roots, first=self.first)
+        shared = shared_warping(self.corrections, strips, (G, stiffer), roots, first=self.first)
         if shared.compliance is not None:
             twist = 1.0 if factors is None else factors.twist
             rigid = moduli[1] * sections.J * (self.counts / length)[..., m]
-            table = np.ones((len(Factors._fields), *np.shape(shared.compliance)), like=shared.compliance)
-            table[3] = 1 / (1 + shared.compliance * twist * rigid)
-            factors = _times(factors, table)
+            shares = np.ones((len(Factors._fields), *np.shape(shared.compliance)), like=shared.compliance)
+            shares[3] = 1 / (1 + shared.compliance * twist * rigid)
+            factors = _times(factors, shares)
         return Elements(
             moduli,
-            sections,
+            table,
             finer,
             (length / self.counts)[..., m],
             share=1 / self.counts[m],
@@ -237,9 +279,8 @@ class Members:
 
     def _torsion(
         self,
-        values: Array,
-        length: Array,
-        moduli: tuple[Array, Array, Array],
+        strips: Strips,
+        moduli: Array,
         sections: SectionProperties,
         factors: tuple[Factors | None, Factors | None],
     ) -> Distortion:
@@ -252,7 +293,7 @@ class Members:
         without, whole = (1.0 if each is None else each.twist for each in factors)
         wanted, bows = (own[self.element_member] for own in (self.corrections.warping, self.corrections.bows))
         A, Iy, Iz = sections.A, sections.Iy, sections.Iz
-        nu = self.moduli(values)[2]
+        nu = strips.nu
         of_element, plane = nu[..., self.element_member], np.where(Iy <= Iz, 0, 1)
         weak, strong = np.where(plane == 0, Iy, Iz), np.where(plane == 0, Iz, Iy)
         factor, layered = (1.0 if each is None else np.where(plane == 0, each.bend_y, each.bend_z) for each in factors)
@@ -263,8 +304,8 @@ class Members:
         bow = zeros((*np.broadcast_shapes(*map(np.shape, own)), len(own)), *own)
         for k, numbers in enumerate(own):
             bow[..., k] = numbers
-        return self.corrections.torsion(values, nu, length, self.first)._replace(
-            stiffness=G * sections.J * (whole / without) / (length / self.counts)[..., self.element_member],
+        return self.corrections.torsion(strips, self.first)._replace(
+            stiffness=G * sections.J * (whole / without) / (strips.length / self.counts)[..., self.element_member],
             mean=1 / without + np.zeros(len(wanted)),
             polar=wanted * (Iy + Iz) / A,
             wagner=wanted * E * 0.8 * (Iy * Iy + Iz * Iz) / A,

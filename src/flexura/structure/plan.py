@@ -120,6 +120,8 @@ class Plan(Record, Displayed):
         """The parts and members of all prototypes, of whose bodies those bend that are named."""
         seated: dict[str, set[str]] = {name: set() for name in bending}
         seats: dict[str, dict[str, str]] = {name: {} for name in bending}
+        children = self.layout.children.items()
+        within = {name: {child.name: child.prototype for child in own} for name, own in children}
         for name, prototype in self.layout.prototypes.items():
             exposed = self.layout.exposed(name)
             for node in (
@@ -128,7 +130,7 @@ class Plan(Record, Displayed):
                 *steps, own = node.split(".")
                 source = name
                 for step in steps:
-                    source = next(child.prototype for child in self.layout.children[source] if child.name == step)
+                    source = within[source][step]
                 if own in bending[source]:
                     seated[source].add(own)
                     seats[name][node] = seat(node)
@@ -334,10 +336,10 @@ class Plan(Record, Displayed):
         return np.intersect1d(self._geometry_entries, self.value_table.depending(self._parameters(parameters)[1]))
 
     @cached_property
-    def _sizes(self) -> tuple[Index, Array]:
-        """Entries that vary and place nothing, and their default values."""
+    def _sizes(self) -> Index:
+        """Entries that vary and place nothing, and are positive by default."""
         sizes = np.setdiff1d(self.value_table.varying(), self._geometry_entries)
-        return sizes, self.values()[sizes]
+        return sizes[self.values()[sizes] > 0]
 
     @cached_property
     def _fitting(self) -> tuple[Index, Array]:
@@ -350,11 +352,10 @@ class Plan(Record, Displayed):
     def turned(self, values: Array) -> Index:
         """Designs, of values (designs, s), with a size, no coordinate, that has gone through zero, or with a contour
         that does not fit its member."""
-        sizes, default = self._sizes
-        bad = ((values[:, sizes] <= 0) & (default > 0)).any(axis=1)
+        bad: Any = (values.take(self._sizes, axis=1) <= 0).any(axis=1)
         entries, fitting = self._fitting
-        if (values[:, entries] == fitting).all():
-            return np.flatnonzero(bad)
+        if (values.take(entries, axis=1) == fitting).all():
+            return bad.nonzero()[0]
         geometry = self.geometry(values)
         for name, part in self.parts.items():
             for group, _, _ in part.table.groups:
@@ -371,7 +372,7 @@ class Plan(Record, Displayed):
         varying: Any = values[..., self._geometry_entries]
         if isinstance(values, Dual):
             return self._compute_geometry(values) if moves(varying) else self.geometry(values.value)
-        if varying.ndim > 1 and (varying == varying[0]).all():
+        if varying.ndim > 1 and (len(varying) == 1 or (varying == varying[0]).all()):
             values, varying = values[0], varying[0]
         key = varying.tobytes() + str(varying.shape).encode()
         return self._latest.get(key, lambda: self._compute_geometry(values))

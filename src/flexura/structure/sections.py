@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,15 @@ _FAMILIES = {
     "two_axis": "rectangle",
     "round": "circle",
 }
+
+_EVEN: dict[str, tuple[str, ...]] = {
+    "rectangle": ("width", "thickness"),
+    "leaf": ("width", "thickness"),
+    "circle": ("diameter",),
+    "tube": ("outer_diameter", "inner_diameter"),
+    "constants": SectionProperties._fields,
+}
+"""Sizes that are the arguments of the section formula."""
 
 Sizes = dict[str, Array]
 """Sizes by field name, (..., members, 1); tables are (..., members, 1, points)."""
@@ -47,6 +56,28 @@ _ROOTS: dict[str, Callable[[Array, Sizes], Array]] = {
 """Radius of curvature at the root of contours that have one; a fillet without radius counts as none."""
 
 
+_KERNEL_SHAPES: dict[str, tuple[str, ...]] = {
+    "size": (),
+    "circular": ("radius",),
+    "elliptical": ("depth",),
+    "parabolic": ("depth",),
+    "hyperbolic": ("depth",),
+    "corner_filleted": ("fillet_radius",),
+    "v_shaped": ("angle", "root_radius"),
+    "straight": (),
+}
+"""Contours as kernels number them, and a size as it stands, with what they have beside a web."""
+
+
+class Contour(NamedTuple):
+    """An argument of a section formula as kernels work it out: the number of its shape, entries (members, 4) of two
+    sizes, the web, or the size as it stands, and the shift, -1 for none, and to which side it is shifted."""
+
+    shape: int
+    entries: Index
+    side: float
+
+
 @dataclass
 class SectionGroup:
     """Members whose sections follow one formula.
@@ -67,6 +98,35 @@ class SectionGroup:
     def family(self) -> str:
         """The section formula that applies: `rectangle`, `circle`, `tube`, `layered` or `constants`."""
         return _FAMILIES.get(self.kind[0], self.kind[0])
+
+    @property
+    def contours(self) -> list[Contour]:
+        """How the arguments of the section formula follow from entries; none where NumPy alone works them out."""
+        match self.kind:
+            case (shape,) if shape in _EVEN:
+                found = [self._contour("size", (name,)) for name in _EVEN[shape]]
+            case ("notch", shape):
+                found = [self._contour("size", ("width",)), self._contour(shape)]
+            case ("round", shape):
+                found = [self._contour(shape)]
+            case ("two_axis", y_shape, z_shape):
+                found = [self._contour(y_shape, prefix="y_", side=1.0), self._contour(z_shape, prefix="z_", side=-1.0)]
+            case _:
+                found = [None]
+        known = [contour for contour in found if contour is not None]
+        return known if len(known) == len(found) else []
+
+    def _contour(self, shape: str, names: Sequence[str] = (), *, prefix: str = "", side: float = 0.0) -> Contour | None:
+        """One of them; None of shapes that kernels do not know."""
+        if shape not in _KERNEL_SHAPES:
+            return None
+        number, sizes = list(_KERNEL_SHAPES).index(shape), _KERNEL_SHAPES[shape]
+        entries = np.full((len(self.index), 4), -1)
+        for column, name in [*enumerate(sizes), *((2, name) for name in names or ["web"])]:
+            entries[:, column] = self._entry_arrays[prefix + name][:, 0]
+        if side:
+            entries[:, 3] = self._entry_arrays["shift"][:, 0]
+        return Contour(number, entries, side)
 
     @property
     def has_stress(self) -> bool:
@@ -99,14 +159,8 @@ class SectionGroup:
         """
         sizes = self._filled(values)
         match self.kind:
-            case ("rectangle" | "leaf",):
-                return sizes["width"], sizes["thickness"]
-            case ("circle",):
-                return (sizes["diameter"],)
-            case ("tube",):
-                return sizes["outer_diameter"], sizes["inner_diameter"]
-            case ("constants",):
-                return tuple(sizes[name] for name in SectionProperties._fields)
+            case (shape,) if shape in _EVEN:
+                return tuple(sizes[name] for name in _EVEN[shape])
             case ("layered", _):
                 layers = self.laminate(values)
                 return sizes["width"], layers.kz[..., None], layers.thickness[..., None]

@@ -14,8 +14,8 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.beam import rectangle, warping_coupling, warping_shares
 from flexura.duals import plain, zeros
-from flexura.structure.corrections import MemberCorrections, held_cases, warping_along
-from flexura.structure.values import common
+from flexura.structure.corrections import MemberCorrections, Strips, held_cases
+from flexura.structure.sections import SectionGroup
 
 RX, W, COUPLED_TWIST = 1, 5, (10, 11)
 """Entries of a root's flexibility: twist, shift along the thickness, and what is coupled with twist."""
@@ -51,35 +51,32 @@ class SharedWarping(NamedTuple):
 
 def shared_warping(
     corrections: MemberCorrections,
-    values: Array,
-    moduli: tuple[Array, Array, Array | None],
-    length: Array,
+    strips: Strips,
+    moduli: tuple[Array, Array | None],
     roots: Roots | None,
     *,
     first: Index,
 ) -> SharedWarping:
-    """Of all strips whose warping is held, in the order of `corrections.coupled`, for lengths (..., m), m; `first` is
-    the first element of every member.
+    """Of all `strips` whose warping is held, in the order of `corrections.coupled`; `first` is the first element of
+    every member.
 
-    `moduli` are G, Pa, and nu (..., m), and factors on GJ of elements (..., e) beside those of `corrections`, of which
-    the larger counts of two elements. A root gives to the bimoment that a torque makes at it (theory eq. F29).
+    `moduli` are G, Pa, (..., m), and factors on GJ of elements (..., e) beside those of `corrections`, of which the
+    larger counts of two elements. A root gives to the bimoment that a torque makes at it (theory eq. F29).
     """
-    G, nu, stiffer = moduli
+    G, stiffer = moduli
     couplings: list[Coupling] = []
-    giving = None if roots is None or not corrections.coupled else _GivingRoots(roots, values, int(first[-1]))
+    giving = None if roots is None or not corrections.coupled else _GivingRoots(roots, strips.values, int(first[-1]))
     for group, n, own in corrections.coupled:
         members = group.index[own]
-        sizes = group.sizes(values, length[..., group.index], np.arange(n + 1) / n)
-        b, t = (common(size, 2)[..., own, :] for size in (sizes[0], sizes[-1]))
-        one_each = (G[..., members, None], nu[..., members, None], length[..., members, None])
-        soft, shares = _softened((b, t), one_each, n, corrections.clamped[members])
+        b, _ = strips.sides(group, n)
+        soft, shares = _softened(strips, group, n, own, G[..., members, None], corrections.clamped[members])
         elements = first[members][:, None] + np.arange(n)
         if stiffer is not None:
             one, other = stiffer[..., elements, None], stiffer[..., elements][..., None, :]
             soft = soft / np.where(plain(one) < plain(other), other, one)
         S = soft.sum(axis=-1)[..., None] * np.eye(n) - soft
         if giving is not None:
-            S = giving.taken(S, elements, b, shares)
+            S = giving.taken(S, elements, b[..., own, :], shares)
         couplings.append(Coupling(elements, S))
     if giving is None:
         return SharedWarping(couplings, roots, None)
@@ -87,16 +84,17 @@ def shared_warping(
 
 
 def _softened(
-    sizes: tuple[Array, Array], one_each: tuple[Array, Array, Array], n: int, clamped: Array
+    strips: Strips, group: SectionGroup, n: int, rows: Index, G: Array, clamped: Array
 ) -> tuple[Array, list[Array | None]]:
-    """Twist of each element per torque in others (..., m, n, n) of strips of n elements, and for each end the shares
-    (..., m, n) of the bimoment there, times how far it is held, None where it is of no strip; `sizes` b and t as of
-    `warping_along`, and G, nu and length (..., m, 1)."""
-    (b, t), (G, nu, L) = sizes, one_each
+    """Twist of each element per torque in others (..., m, n, n) of some strips of a group, of n elements, and for each
+    end the shares (..., m, n) of the bimoment there, times how far it is held, None where it is of no strip; G
+    (..., m, 1)."""
+    b, t = (side[..., rows, :] for side in strips.sides(group, n))
+    nu, L = (each[..., group.index[rows], None] for each in (strips.nu, strips.length))
     b_mid, t_mid = (size if size.shape[-1] == 1 else (size[..., 1:] + size[..., :-1]) / 2 for size in (b, t))
     GJ, soft, shares = G * rectangle(b_mid, t_mid, nu).J, np.zeros((len(clamped), n, n)), list[Array | None]([None] * 2)
     for share, times, start in held_cases(clamped):
-        kappa, x = warping_along(b, t, nu, L, n, times)
+        kappa, x = (along[..., rows, :] for along in strips.warping(group, n, times))
         held = start != 0.0, start != -1.0
         root = np.sqrt(L / (n * GJ * (x[..., 1:] - x[..., :-1])))
         soft = soft + share[..., None] * root[..., :, None] * warping_coupling(x, kappa, held) * root[..., None, :]

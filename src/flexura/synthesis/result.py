@@ -15,6 +15,9 @@ from flexura.screws import ScrewSpace
 from flexura.study.requirements import Requirement
 from flexura.tables import Facts, Item, counted, number, quantity
 
+LEAST_GAP = 10.0
+"""How many times as compliant the stiffest wished freedom is to be as the softest constraint."""
+
 
 @dataclass(frozen=True, repr=False)
 class Candidate(Record):
@@ -40,15 +43,19 @@ class Candidate(Record):
 
     @property
     def n_met(self) -> int:
-        """How many requirements are met."""
-        return sum(own.verdict == "met" for own in self.requirements)
+        """How many requirements are met; freedoms that are apart from constraints count as one."""
+        return sum(own.verdict == "met" for own in self.requirements) + (self.gap >= LEAST_GAP)
+
+    @property
+    def meets_all(self) -> bool:
+        """Whether all requirements are met, and freedoms are apart from constraints."""
+        return self.n_met == len(self.requirements) + 1
 
     @property
     def least_margin(self) -> float:
-        """The least of the margins of the requirements, over the size of their limits; of no requirements the
-        logarithm of the gap."""
-        margins = [margin_of(own) for own in self.requirements]
-        return min(margins) if margins else float(np.log(max(self.gap, 1e-300)))
+        """The least of the margins of the requirements, over the size of their limits, and of the logarithm of the gap
+        over ten."""
+        return min([*map(margin_of, self.requirements), float(np.log(max(self.gap, 1e-300) / LEAST_GAP))])
 
 
 def margin_of(own: Requirement) -> float:
@@ -83,13 +90,16 @@ class Candidates(Tabular):
     def warnings(self) -> tuple[Diagnostic, ...]:
         """A warning where no candidate meets all requirements, with the nearest miss."""
         best = self.candidates[0] if self.candidates else None
-        if best is None or best.n_met == len(best.requirements):
+        if best is None or best.meets_all:
             return ()
         most = max(self.ruled_out, key=lambda name: self.ruled_out[name])
         missed = [own for own in best.requirements if own.verdict != "met"]
-        near = ", ".join(f"{own.name}: {own.state} ({own.text})" for own in missed)
-        text = f"no design meets all requirements; the nearest, {best.file}, misses {near}; {most} rules out the most topologies at rest"
-        return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements)), "1", text),)
+        near = ", ".join(f"{own.name}: {own.state} ({own.text})" for own in missed) or f"a gap of {LEAST_GAP:g}"
+        text = (
+            f"no design meets all requirements; the nearest, {best.file}, misses {near}; {most} rules out the most"
+            " topologies at rest"
+        )
+        return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements) + 1), "1", text),)
 
     def _title(self) -> str:
         return f"{self.freedoms}: {counted(len(self.candidates), 'candidate')} of {self.n_topologies} topologies"
@@ -97,7 +107,7 @@ class Candidates(Tabular):
     def presentation(self) -> Iterator[Item]:
         yield Facts(
             {
-                "topologies": f"{self.n_topologies}, {self.n_at_rest} of them worked out at rest in {self.n_designs} designs",
+                "topologies": f"{self.n_topologies}, {self.n_at_rest} of them at rest in {self.n_designs} designs",
                 "ruled out at rest": ", ".join(f"{name} {count}" for name, count in self.ruled_out.items() if count),
             }
         )
@@ -110,19 +120,23 @@ class Candidates(Tabular):
             "file": [c.file for c in own],
             "held by": [c.topology for c in own],
             "freedoms": [c.freedoms for c in own],
-            "over": [c.over for c in own],
+            "over-constraints": [c.over for c in own],
             "gap": [number(c.gap, 3) for c in own],
             "f1": [quantity(c.first_hz, "Hz", 4) for c in own],
             "mass": [quantity(c.mass, "kg", 3) for c in own],
         }
         for k, name in enumerate(names):
-            columns[name] = [f"{c.requirements[k].verdict}: {c.requirements[k].state}" for c in own]
+            columns[name] = [_short(c.requirements[k]) for c in own]
         return columns
+
+
+def _short(own: Requirement) -> str:
+    return own.verdict if np.isnan(own.value) else f"{own.verdict}: {quantity(own.value, own.unit, 4)}"
 
 
 def freedoms_in_short(space: ScrewSpace) -> str:
     """Such as `2R1T`: rotations, screws (H) and translations that span a space."""
-    screws = space.principal()
+    screws = space.simplest()
     counts = [
         ("R", sum(own.pitch == 0 for own in screws)),
         ("H", sum(own.pitch != 0 and np.isfinite(own.pitch) for own in screws)),

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,32 +19,40 @@ from scipy.stats import qmc
 from flexura._version import __version__
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.deadline import Listener, Progress, no_listener
+from flexura.deadline import Listener, Progress, no_listener, time_limit
 from flexura.errors import FlexuraError, OptionError
 from flexura.files import write_file
 from flexura.full_order import plan_of
-from flexura.mechanism import Mechanism, Parameter, with_rigid_bodies
+from flexura.mechanism import CATALOGUE, Mechanism, Parameter, with_rigid_bodies
 from flexura.modelfile import read_as, save, text_of
-from flexura.study.optimum import optimize
-from flexura.study.questions import questions, relation
-from flexura.study.requirements import requirements
 from flexura.study.engine import blocks_of
+from flexura.study.optimum import Optimum, optimize
+from flexura.study.questions import questions, relation
+from flexura.study.requirements import described_relations, requirements
+from flexura.synthesis.bending import strain_over_stroke
 from flexura.synthesis.drafts import draft
-from flexura.synthesis.result import Candidate, Candidates, freedoms_in_short
+from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
 from flexura.synthesis.topologies import Topology, topologies
-from flexura.synthesis.wish import DOFS, Room, WishFile, room_of
+from flexura.synthesis.wish import DOFS, Room, Wish, WishFile, room_of, si
+from flexura.thresholds import ROUND_OFF, STILL
 
 SAMPLES = 64
 """Designs of each topology at rest."""
-
-LEAST_GAP = 10.0
-"""How many times as compliant the stiffest wished freedom is to be as the softest constraint."""
 
 FINALISTS = 24
 """Topologies that are led through their strokes."""
 
 OPTIMISED = 6
-"""Of these that are optimised."""
+"""Of these that are optimised, the best of each set of kinds and numbers of limbs."""
+
+SPARE = 2.2
+"""Yield strain over that of the limbs, roughly, where a margin of stress is required."""
+
+SLACK = 0.1
+"""What optima are to have to spare, over the limits."""
+
+OPTIMUM_SECONDS = 60.0
+"""Seconds for each of these."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +82,13 @@ class Screening:
         """Requirements that ask nothing at poses, of strokes or stresses."""
         return {name: text for name, text in self.file.requirements.items() if _is_at_rest(text)}
 
+    @cached_property
+    def allowed(self) -> float:
+        """The strain that limbs are to have at most at the end of the stroke, by the material and what is required."""
+        material = CATALOGUE[self.file.wish.make.material]
+        required = any("margin" in text or "stress" in text for text in self.file.requirements.values())
+        return si(material.yield_stress or np.inf) / si(material.E) / (SPARE if required else 1.0)
+
     def __call__(self, number: int) -> dict[str, Array]:
         """The best design of a topology."""
         own = self.listed[number]
@@ -83,10 +100,12 @@ class Screening:
         values = low + unit * (high - low)
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.at_rest.values()]
-        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), -1)
+        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
         asked = questions(plan, ", ".join(["f1", *_COMPLIANCES])).values(designs).value
         gaps = gap_of(asked[:, 1:], self.room)
-        score = np.minimum(np.log(gaps / LEAST_GAP) / 3, margins.min(axis=0, initial=1.0))
+        spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
+        apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
+        score = np.minimum(apart, margins.min(axis=0, initial=1.0))
         best = int(np.nanargmax(np.where(np.isfinite(score), score, -np.inf)))
         return {
             "value": values[best],
@@ -135,7 +154,7 @@ def _is_at_rest(text: str) -> bool:
 
 @verb
 def design(
-    path: str | Path,
+    wish: str | Path,
     *,
     folder: str | Path,
     most: int = 300,
@@ -143,23 +162,26 @@ def design(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Listener | None = None,
+    found: Callable[[Candidates], object] | None = None,
 ) -> Candidates:
     """Mechanisms that do what a wish file asks for, best first, written into a folder as mechanism files.
 
-    All topologies of the grammar are listed, of the plainest, `most` of them, `samples` designs each worked out at rest;
-    the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
-    folder, and the same call goes on there. Raises ModelError for what is wrong with the wish, and OptionError where
+    All topologies of the grammar are listed, and of the plainest, `most` of them, `samples` designs each worked out at
+    rest; the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
+    folder, and the same call goes on there; `found` is told of the candidates
+    as soon as there are some, and whenever one is better. Raises ModelError for what is wrong with the wish, and OptionError where
     nothing is found, with what rules out the most.
     """
-    text = text_of(Path(path))
-    file = read_as(WishFile, text, str(path))
+    text = text_of(Path(wish))
+    file = read_as(WishFile, text, str(wish))
     report = progress or no_listener
     room = room_of(file.wish)
     _sane(room)
     report(Progress("topologies"))
-    listed = topologies(room, file.wish.make.process, float(file.wish.make.thinnest))
+    listed = topologies(room, file.wish.make.process, si(file.wish.make.thinnest))
     if not listed:
         raise OptionError(_nothing(file, room))
+    described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
     work = Screening(file, room, tuple(listed[:most]), samples)
     store = Store(Path(folder), text, most, samples)
     left, remarks = (n for n in range(work.blocks) if n not in store.known), list[str]()
@@ -173,23 +195,31 @@ def design(
     for k, n in enumerate(finalists):
         report(Progress("strokes of the best", k, len(finalists)))
         judged.append(_judged(work, n, store.known[n]))
-    judged.sort(key=lambda own: own.rank)
-    for k, own in enumerate(judged[:OPTIMISED]):
-        report(Progress("optima of the best", k, min(OPTIMISED, len(judged))))
-        judged[k] = _bettered(own, work)
-    judged.sort(key=lambda own: own.rank)
-    candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
-    result = Candidates(
-        name=file.name,
-        freedoms=candidates[0].freedoms if candidates else "",
-        n_topologies=len(listed),
-        n_at_rest=work.blocks,
-        n_designs=work.blocks * (samples + 1),
-        candidates=candidates,
-        ruled_out=_ruled_out(work, store),
-        notes=(*_notes(len(listed), most), *remarks),
+
+    def written() -> Candidates:
+        judged.sort(key=lambda own: own.rank)
+        told = (*_notes(len(listed), most), *remarks)
+        candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
+        counts = {"n_topologies": len(listed), "n_at_rest": work.blocks, "n_designs": work.blocks * (samples + 1)}
+        short = freedoms_in_short(room.freedoms)
+        result = Candidates(file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=told)
+        text = json.dumps(result.to_dict(), indent=1) + "\n"
+        write_file(Path(folder) / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
+        if found is not None:
+            found(result)
+        return result
+
+    result = written()
+    best = list(
+        {tuple((p.kind.name, p.count) for p in own.topology.patterns): own for own in reversed(judged)}.values()
     )
-    write_file(Path(folder) / "design.json", lambda to: to.write_text(json.dumps(result.to_dict(), indent=1) + "\n"))
+    best = sorted(best, key=lambda own: own.rank)[:OPTIMISED]
+    for k, own in enumerate(best):
+        report(Progress("optima of the best", k, len(best)))
+        better = _bettered(own, work)
+        if better is not own:
+            judged[judged.index(own)] = better
+            result = written()
     return result
 
 
@@ -238,9 +268,10 @@ class Store:
 
 def _sane(room: Room) -> None:
     """Refuse what contradicts itself."""
-    corners = room.middle + np.array([[s * room.platform[0], t * room.platform[1], u * room.platform[2]] for s in (-1, 1) for t in (-1, 1) for u in (-1, 1)])
-    if (room.outside(corners) > 1e-9).any():
-        raise OptionError("wish.platform: it is not within the envelope, which stands on the base; make it smaller or move it")
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    if (room.outside(room.middle + signs * room.platform) > STILL * room.size).any():
+        rule = "wish.platform: it is not within the envelope, which stands on the base"
+        raise OptionError(f"{rule}; make it smaller or move it")
     if room.freedoms.dimension == 6:
         raise OptionError("wish.freedoms: all six are free, so that nothing is to be held")
 
@@ -251,17 +282,18 @@ def _nothing(file: WishFile, room: Room) -> str:
     text = f"no topology of the grammar holds this by {file.wish.make.process} limbs"
     if lines < room.wrenches.dimension:
         return (
-            f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone cannot, "
-            "and no guide that fits the envelope can; give it more room, or wish other freedoms"
+            f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone"
+            " cannot, and no guide that fits the envelope can; give it more room, or wish other freedoms"
         )
     return f"{text} in this envelope: give it more room around the platform, or move the platform"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Judged:
     """A mechanism with its requirements."""
 
     mechanism: Mechanism
+    topology: Topology
     candidate: Candidate
 
     @property
@@ -299,6 +331,7 @@ def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
     gap = float(gap_of(asked[None, 2:], work.room)[0])
     return _Judged(
         mechanism,
+        own,
         Candidate(
             file="",
             topology=own.name,
@@ -314,15 +347,41 @@ def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
 
 
 def _bettered(own: _Judged, work: Screening) -> _Judged:
-    """The same topology with sizes that meet the requirements with the highest first frequency, where that is better."""
-    topology = next(t for t in work.listed if t.name == own.candidate.topology and t.n_limbs == own.candidate.limbs)
+    """The same topology at its highest first frequency within what is required, where that is better."""
     try:
         stiff = with_rigid_bodies(own.mechanism)
-        best = optimize(stiff, vary=list(stiff.parameters), maximise="f1", starts=1)
-        bettered = _looked_at(_with_values(own.mechanism, {own.name: own.value for own in best.variables}), topology, work)
+        with time_limit(OPTIMUM_SECONDS):
+            best = optimize(
+                stiff,
+                vary=list(stiff.parameters),
+                maximise="f1",
+                subject_to=[*map(_with_slack, work.file.requirements.values()), *_apart(work.file.wish, work.room)],
+                requirements=False,
+                starts=1,
+            )
+        assert isinstance(best, Optimum)
+        values = {variable.name: variable.value for variable in best.variables}
+        bettered = _looked_at(_with_values(own.mechanism, values), own.topology, work)
     except FlexuraError:
         return own
     return min(own, bettered, key=lambda one: one.rank)
+
+
+def _with_slack(text: str) -> str:
+    """A requirement with something to spare."""
+    left, sign, right = text.partition(">=") if ">=" in text else text.partition("<=")
+    right, over, where = right.partition(" over ")
+    return f"{left.strip()} {sign} {1 + SLACK if sign == '>=' else 1 - SLACK}*({right.strip()}){over}{where}"
+
+
+def _apart(wish: Wish, room: Room) -> list[str]:
+    """That freedoms along and about global axes are so many times as compliant as all else."""
+    free = wish.freedoms.platform
+    if not free or len(free) == 6:
+        return []
+    length = f"({1e3 * room.freedoms.length / 2:.6g} mm)^2"
+    scaled = {name: f"compliance(about.{name})" + (f"*{length}" if name[0] == "r" else "") for name in DOFS}
+    return [f"{scaled[a]} >= {LEAST_GAP * (1 + SLACK):g}*{scaled[b]}" for a in free for b in DOFS if b not in free]
 
 
 def _ruled_out(work: Screening, store: Store) -> dict[str, int]:
@@ -340,4 +399,3 @@ def _written(own: _Judged, number: int, folder: Path) -> Candidate:
     name = f"candidate-{number + 1:02d}.yaml"
     save(own.mechanism, folder / name)
     return replace(own.candidate, file=name)
-

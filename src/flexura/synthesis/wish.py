@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.files import read_bytes
-from flexura.mechanism import CATALOGUE, Part
-from flexura.mechanism.base import Direction, Name, Vector, refuse
-from flexura.mechanism.quantity import Angle, Length, PositiveLength, PositiveMass
-from flexura.mechanism.studies import Label, Question
-from flexura.modelfile import read_as
+from flexura.mechanism import (
+    CATALOGUE,
+    Direction,
+    Label,
+    Length,
+    Name,
+    Part,
+    PositiveAngle,
+    PositiveLength,
+    PositiveMass,
+    Question,
+    Scalar,
+    Vector,
+    refuse,
+)
 from flexura.screws import ScrewSpace
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
@@ -29,6 +34,11 @@ Process = Literal["wire-cut", "milled", "printed", "assembled"]
 
 ROOM = 0.02
 """Clearance to the faces of the envelope, over its smallest side."""
+
+
+def si(value: Scalar) -> float:
+    """A number of a wish, which has no parameters."""
+    return float(value)  # type: ignore[arg-type]
 
 
 def _dof(raw: Any) -> Any:
@@ -59,6 +69,21 @@ class WishedFreedoms(Part):
         if self.platform is not None and len(set(self.platform)) < len(self.platform):
             raise refuse("a freedom is named twice")
         return self
+
+
+class Strokes(Part):
+    """How far to either side, by freedom, all at once."""
+
+    x: PositiveLength | None = None
+    y: PositiveLength | None = None
+    z: PositiveLength | None = None
+    rx: PositiveAngle | None = None
+    ry: PositiveAngle | None = None
+    rz: PositiveAngle | None = None
+
+
+def _by_dof(raw: Any) -> Any:
+    return {_dof(name): value for name, value in raw.items()} if isinstance(raw, dict) else raw
 
 
 class Base(Part):
@@ -128,8 +153,7 @@ class Wish(Part):
     freedoms: WishedFreedoms
     about: Vector = (0.0, 0.0, 0.0)
     """The point that rotations pass through."""
-    stroke: dict[Name, Length | Angle] = {}
-    """How far to either side, by freedom: lengths of translations, angles of rotations and screws."""
+    stroke: Annotated[Strokes, BeforeValidator(_by_dof)] = Strokes()
     envelope: tuple[PositiveLength, PositiveLength, PositiveLength]
     """Edges of the box along x, y and z that holds all of it. It stands on the base, with the origin in the middle."""
     base: Base = Base()
@@ -137,19 +161,14 @@ class Wish(Part):
     drives: Annotated[Drives | None, BeforeValidator(_drives)] = None
     make: Make = Make()
 
-    @model_validator(mode="before")
-    @classmethod
-    def _amounts(cls, raw: Any) -> Any:
-        return raw
-
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         names = self.freedoms.platform if self.freedoms.platform is not None else tuple(self.freedoms.screws)
-        for name in self.stroke:
-            if _dof(name) not in names:
+        for name in self.strokes:
+            if name not in names:
                 raise refuse(f"a stroke along {name}, which is no freedom", f"freedoms: {', '.join(names)}")
         size = np.array(self.envelope, dtype=float)
-        turning = [abs(float(own)) for name, own in self.strokes.items() if not name in "xyz"]
+        turning = [abs(own) for name, own in self.strokes.items() if name not in "xyz"]
         if any(angle > 0.5 for angle in turning):
             raise refuse("a rotation of more than 0.5 rad to either side is beyond what flexures are made for")
         for name, own in self.strokes.items():
@@ -163,7 +182,8 @@ class Wish(Part):
     @property
     def strokes(self) -> dict[str, float]:
         """How far to either side, m and rad, by the name of the freedom."""
-        return {_dof(name): float(own) for name, own in self.stroke.items()}
+        every = {name: getattr(self.stroke, name) for name in DOFS}
+        return {name: si(own) for name, own in every.items() if own is not None}
 
 
 class WishFile(Part):
@@ -255,5 +275,5 @@ def _freedoms(wish: Wish, turn: Array, about: Array, length: float) -> ScrewSpac
         d = turn.T @ np.array(own.axis, dtype=float)
         d /= np.linalg.norm(d)
         p = turn.T @ np.array(own.point, dtype=float)
-        twists.append([*(np.cross(p, d) + float(own.pitch) * d), *d])
+        twists.append([*(np.cross(p, d) + si(own.pitch) * d), *d])
     return ScrewSpace.of("twists", np.array(twists).reshape(-1, 6).T, length)

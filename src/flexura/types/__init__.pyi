@@ -1,4 +1,5 @@
 from flexura.analysis import ActuatorState as ActuatorState
+from flexura.analysis import BodySpaces as BodySpaces
 from flexura.analysis import Clash as Clash
 from flexura.analysis import Competitor as Competitor
 from flexura.analysis import ComplianceSpectrum as ComplianceSpectrum
@@ -15,6 +16,8 @@ from flexura.analysis import PoseCheck as PoseCheck
 from flexura.analysis import Release as Release
 from flexura.analysis import ScrewAxis as ScrewAxis
 from flexura.analysis import SignalFile as SignalFile
+from flexura.analysis import SpaceScrew as SpaceScrew
+from flexura.analysis import SpannedSpace as SpannedSpace
 from flexura.analysis import StrokePose as StrokePose
 from flexura.analysis import WarmState as WarmState
 from flexura.errors import Problem as Problem

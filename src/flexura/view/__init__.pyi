@@ -26,9 +26,11 @@ from flexura.view.mechanisms.pictures import draw_mode as draw_mode
 from flexura.view.mechanisms.pictures import draw_sheet as draw_sheet
 from flexura.view.mechanisms.pictures import draw_warnings as draw_warnings
 from flexura.view.mechanisms.statics import draw_buckling as draw_buckling
+from flexura.view.mechanisms.statics import draw_free as draw_free
 from flexura.view.mechanisms.statics import draw_freedoms as draw_freedoms
 from flexura.view.mechanisms.statics import draw_kinetostatics as draw_kinetostatics
 from flexura.view.mechanisms.statics import draw_statics as draw_statics
+from flexura.view.mechanisms.statics import save_free as save_free
 from flexura.view.mechanisms.statics import save_kinetostatics as save_kinetostatics
 from flexura.view.mechanisms.statics import save_preload as save_preload
 from flexura.view.mechanisms.statics import save_statics as save_statics

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from flexura.analysis.static.counting import Count, part_between
-from flexura.analysis.static.deformations import GROUND, LEAST_GAP, SUPPORT, Skeleton, skeleton
+from flexura.analysis.static.counting import Count, counted_between
+from flexura.analysis.static.deformations import LEAST_GAP, SUPPORT, Skeleton
 from flexura.arguments import verb
 from flexura.arrays import Array, Index
-from flexura.errors import Diagnostic, OptionError
+from flexura.errors import Diagnostic
 from flexura.full_order import unloaded
 from flexura.mechanism import DOF_NAMES, Mechanism
 from flexura.methods import motion_labels
@@ -230,11 +230,7 @@ def constraints(
     Raises ModelError; OptionError for unknown bodies, two that are one, a described pose, and where nothing is elastic.
     """
     own = unloaded(model, parameters)
-    found = skeleton(own)
-    if not found.elastic:
-        raise OptionError("nothing in this mechanism is elastic: there are no constraints to count")
-    pair = None if between is None else _pair(own, found, between)
-    count = Count.of(found, *part_between(found, pair))
+    found, count, pair = counted_between(own, between)
     freedoms = _freedoms(found, count, pair)
     competitors = tuple(_competitors(found, count))
     releases = tuple(_releases(found, count, {c.member for c in competitors}))
@@ -256,40 +252,17 @@ def constraints(
         competitors=competitors,
         releases=releases,
         exact=tuple(_exact(found, count, {c.member for c in competitors})),
-        notes=found.notes if found.ground is not None else (*found.notes, _UNHELD),
+        notes=found.notes,
         warnings=tuple(_unclear(members, fixed, free)),
     )
-
-
-def _pair(model: FullOrderModel, found: Skeleton, between: Sequence[str]) -> tuple[int, int]:
-    """Numbers of two bodies by the names of nodes."""
-    if len(between) != 2:
-        raise OptionError(f"constraints are between two bodies, not {len(between)}")
-    numbers = []
-    for name in between:
-        if name == GROUND:
-            body = -1 if found.ground is None else found.ground
-        else:
-            body = int(found.of_node[model.plan.topology.numbers([name])[0]])
-        if body < 0:
-            what = "nothing is held" if name == GROUND else "it is within a member, or nothing elastic is at its body"
-            raise OptionError(f"there are no constraints of {name}: {what}")
-        numbers.append(body)
-    if numbers[0] == numbers[1]:
-        raise OptionError(f"{between[0]} and {between[1]} are one body")
-    return numbers[0], numbers[1]
-
-
-_UNHELD = "nothing is held: motions are relative to one of the bodies"
 
 
 def _freedoms(found: Skeleton, count: Count, pair: tuple[int, int] | None) -> tuple[str, ...]:
     """Freedoms of the described bodies that move, or of the second of two, by the coordinates that determine them."""
     looked_at = [pair[1]] if pair else [b for b in found.described if b != count.held] or count.moving
-    at = [6 * count.moving.index(b) + k for b in looked_at for k in range(6)]
-    Q = la.orth(count.motions)
-    U, size, _ = la.svd(Q[at], full_matrices=False)
     names = [f"{found.names[b]}.{dof}" for b in looked_at for dof in DOF_NAMES]
+    motions = count.of_bodies(*looked_at).freedoms
+    U, size, _ = la.svd(motions / np.linalg.norm(motions, axis=0), full_matrices=False)
     r = int((size > STILL).sum())
     return motion_labels(U[:, :r], names) if r else ()
 

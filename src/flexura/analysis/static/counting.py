@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,17 +10,51 @@ import scipy.linalg as la
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from flexura.analysis.static.deformations import SUPPORT, Skeleton
+from flexura.analysis.static.deformations import GROUND, SUPPORT, Skeleton, skeleton
 from flexura.arrays import Array, Index
 from flexura.errors import OptionError
 from flexura.sizes import within
-from flexura.thresholds import ROUND_OFF
+from flexura.structure import FullOrderModel
+from flexura.thresholds import ROUND_OFF, STILL
 
 HALF = 0.5
 """A motion is constrained when at least this share of its strain energy is in stiff deformations."""
 
 NO_STRAIN = 1e-9
 """Singular value, beside the largest where columns have unit size, of a motion that strains nothing."""
+
+
+def counted_between(
+    model: FullOrderModel, between: Sequence[str] | None
+) -> tuple[Skeleton, Count, tuple[int, int] | None]:
+    """Bodies and what is elastic between them, the count, and the numbers of the two bodies that were asked for.
+
+    Raises OptionError where nothing is elastic, for unknown bodies, and for two that are one.
+    """
+    found = skeleton(model)
+    if not found.elastic:
+        raise OptionError("nothing in this mechanism is elastic: there are no constraints to count")
+    pair = None if between is None else _pair(model, found, between)
+    return found, Count.of(found, *part_between(found, pair)), pair
+
+
+def _pair(model: FullOrderModel, found: Skeleton, between: Sequence[str]) -> tuple[int, int]:
+    """Numbers of two bodies by the names of nodes."""
+    if len(between) != 2:
+        raise OptionError(f"constraints are between two bodies, not {len(between)}")
+    numbers = []
+    for name in between:
+        if name == GROUND:
+            body = -1 if found.ground is None else found.ground
+        else:
+            body = int(found.of_node[model.plan.topology.numbers([name])[0]])
+        if body < 0:
+            what = "nothing is held" if name == GROUND else "it is within a member, or nothing elastic is at its body"
+            raise OptionError(f"there are no constraints of {name}: {what}")
+        numbers.append(body)
+    if numbers[0] == numbers[1]:
+        raise OptionError(f"{between[0]} and {between[1]} are one body")
+    return numbers[0], numbers[1]
 
 
 def part_between(found: Skeleton, pair: tuple[int, int] | None) -> tuple[int, Index]:
@@ -52,22 +87,37 @@ def part_between(found: Skeleton, pair: tuple[int, int] | None) -> tuple[int, In
 class Count:
     """Freedoms and over-constraints of what is `chosen` of all that is elastic, with one body `held` (theory eq. Y7).
 
-    `owner` (s, 2) says which stiff deformation of which member each of the s constraints is. `odds` are the energy in
-    stiff deformations over that in soft ones of all motions that strain something, descending, of which the first
-    `rank` are constrained. `motions` (6 b, f) are the freedoms, displacements of the `moving` bodies with rotations
-    times the size; the `loose` last of them strain nothing. `stress` (s, o) is an orthonormal basis of self-stress:
-    forces over the square roots of stiffness.
+    `owner` (s, 2) says which stiff deformation of which member each of the s constraints is. `share` (r,) is how much
+    of their energy is in stiff deformations of all motions that strain something, descending, of which the first
+    `rank` are constrained. `strained` (6 b, r) are these motions, of one energy, displacements of the `moving` bodies
+    with rotations times the size, and `unstrained` (6 b, l) those that strain nothing. `stress` (s, o) is an
+    orthonormal basis of self-stress: forces over the square roots of stiffness.
     """
 
     held: int
     chosen: Index
     moving: list[int]
     owner: Index
-    odds: Array
+    share: Array
     rank: int
-    motions: Array
-    loose: int
+    strained: Array
+    unstrained: Array
     stress: Array
+
+    @property
+    def odds(self) -> Array:
+        """Energy in stiff deformations over that in soft ones (r,), descending."""
+        return _odds(self.share)
+
+    @property
+    def motions(self) -> Array:
+        """Freedoms (6 b, f), the last of which strain nothing."""
+        return np.concatenate([self.strained[:, self.rank :], self.unstrained], axis=1)
+
+    @property
+    def loose(self) -> int:
+        """Number of freedoms that strain nothing."""
+        return self.unstrained.shape[1]
 
     @property
     def freedoms(self) -> int:
@@ -99,21 +149,58 @@ class Count:
         unit = np.linalg.norm(A, axis=0)
         unit[unit == 0] = 1.0
         U, size, Vt = la.svd(A / unit, full_matrices=A.shape[0] < A.shape[1])
-        strained = np.zeros(A.shape[1], dtype=bool)
-        strained[: len(size)] = size > NO_STRAIN * size.max(initial=0.0)
-        r, s = int(strained.sum()), len(stiff)
+        r, s = int((size > NO_STRAIN * size.max(initial=0.0)).sum()), len(stiff)
         left, cosine, right = la.svd(U[:s, :r]) if s and r else (np.eye(s), np.zeros(0), np.eye(r))
         share = np.zeros(r)
         share[: len(cosine)] = np.minimum(cosine, 1.0) ** 2
         rank = int((share >= HALF).sum())
-        bent = (Vt[:r].T / size[:r]) @ right[rank:].T
-        motions = np.concatenate([bent, Vt[r:].T], axis=1) / unit[:, None]
-        odds = share / np.maximum(1 - share, np.finfo(float).eps)
-        return Count(held, chosen, moving, owner, odds, rank, motions, len(unit) - r, left[:, rank:])
+        strained = (Vt[:r].T / size[:r]) @ right.T / unit[:, None]
+        return Count(held, chosen, moving, owner, share, rank, strained, Vt[r:].T / unit[:, None], left[:, rank:])
+
+    def of_bodies(self, *bodies: int) -> BodyMotions:
+        """What some of the moving bodies do while all others are where the energy is least (theory eq. Y12)."""
+        at = [6 * self.moving.index(body) + k for body in bodies for k in range(6)]
+        loose = la.orth(self.unstrained[at], rcond=STILL) if self.loose else np.zeros((len(at), 0))
+        B = self.strained[at]
+        _, size, Wt = la.svd(B - loose @ (loose.T @ B), full_matrices=False)
+        W = Wt[size > STILL * size.max(initial=0.0)].T
+        share, Y = la.eigh(W.T @ (self.share[:, None] * W))
+        mixed = W @ Y[:, share < HALF]
+        free = B[:, self.rank :] @ mixed[self.rank :]  # without what else gives way a little
+        return BodyMotions(np.concatenate([loose, free], axis=1), loose, B @ W @ Y, np.clip(share, 0.0, 1.0))
 
     def turned(self, found: Skeleton, member: int) -> Count:
         """The count with a member turned by a right angle about its axis."""
         return Count.of(found, self.held, self.chosen, member)
+
+
+@dataclass(frozen=True)
+class BodyMotions:
+    """Motions of b bodies, rotations times the size: `loose` ones (6 b, l) that strain nothing, and `strained` ones
+    (6 b, k) of one energy, of which the `share` (k,) is in stiff deformations, ascending, without any between two of
+    them. `freedoms` (6 b, f) are the loose ones, and those that are mostly soft where all that is constrained is held.
+    """
+
+    freedoms: Array
+    loose: Array
+    strained: Array
+    share: Array
+
+    @property
+    def odds(self) -> Array:
+        """Energy in stiff deformations over that in soft ones (l + k,), ascending."""
+        return np.append(np.zeros(self.loose.shape[1]), _odds(self.share))
+
+    def odds_of(self, twist: Array) -> float:
+        """The same of any motion (6 b,)."""
+        a = la.lstsq(np.concatenate([self.loose, self.strained], axis=1), twist)[0][self.loose.shape[1] :]
+        energy = np.square(a)
+        return float(_odds(energy @ self.share / max(energy.sum(), np.finfo(float).tiny)))
+
+
+def _odds(share: Array) -> Array:
+    """Shares as odds."""
+    return share / np.maximum(1 - share, np.finfo(float).eps)
 
 
 def _rows(found: Skeleton, moving: list[int], chosen: Index, turned: int) -> tuple[Array, Array, Index]:

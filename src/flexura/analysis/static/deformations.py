@@ -231,6 +231,8 @@ class _Found:
         stacks = sum(own.kind == "stack" for own in elastic)
         springs = sum(own.kind == "spring" for own in elastic)
         parts = sum(own.kind == "part" for own in elastic)
+        if not self.is_held and not any(self.ground in own.bodies for own in elastic):
+            yield "nothing is held: motions are relative to one of the bodies"
         if rigid:
             yield f"{rigid} links are taken as rigid: none turns more easily under a moment than the stiffest flexure"
         if bent:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial.transform import Rotation
 
 from flexura.analysis.strain.internal_forces import finite_numbers
 from flexura.arguments import verb
@@ -18,6 +17,7 @@ from flexura.arrays import Array, Index
 from flexura.beam import arm_stiffness, geometric_stiffness, rigid_arm, skew
 from flexura.errors import OptionError, SolverError
 from flexura.linalg import factorise, is_definite
+from flexura.motion import rotation, rotation_vector
 from flexura.results import Result
 from flexura.structure import FullOrderModel, Scatter, Segments, block_diagonal, segments
 from flexura.tables import Facts, Item, Table, in_mm, quantity
@@ -100,7 +100,7 @@ def _turned_bodies(model: FullOrderModel, u: Array) -> Iterator[_TurnedBody]:
                 dof = topology.dof[topology.root[offset + nodes]]
                 T = block_diagonal(G[None])[0]
                 K = T.T @ own.K @ T
-                turn = Rotation.from_rotvec(moved[dof[0, 3:]]).as_matrix()
+                turn = rotation(moved[dof[0, 3:]])
                 X = np.eye(len(K))
                 for k in range(2 * count):
                     X[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = turn
@@ -139,7 +139,7 @@ def _dead_load_arms(
             root = topology.root[number]
             arm = model.geometry.positions[number] - model.geometry.positions[root]
             turn = np.append(u, 0.0)[topology.dof[root, 3:]]
-            yield topology.dof[root], force, Rotation.from_rotvec(turn).apply(arm)
+            yield topology.dof[root], force, rotation(turn) @ arm
 
 
 def _elements(model: FullOrderModel, cut: Segments) -> _Elements:
@@ -178,11 +178,10 @@ def _element_tangents(elements: _Elements, u: Array) -> tuple[Array, Array, Arra
     k *= flip[:, :, None] * flip[:, None, :]
     f, m = sign * load[:, :3], load[:, 3:]
 
-    turn = Rotation.from_rotvec(u[..., 3:].reshape(-1, 3))
-    arm = turn.apply(elements.arm.reshape(-1, 3)).reshape(-1, 2, 3)
-    first, second = (Rotation.from_rotvec(u[:, end, 3:]) for end in (0, 1))
-    half = Rotation.from_rotvec((first.inv() * second).as_rotvec() / 2)
-    E = elements.E @ np.swapaxes((first * half).as_matrix(), -1, -2)
+    turn = rotation(u[..., 3:])
+    arm = (turn @ elements.arm[..., None])[..., 0]
+    first, second = turn[:, 0], turn[:, 1]
+    E = elements.E @ (first @ rotation(rotation_vector(first.mT @ second) / 2)).mT
     axis = elements.length[:, None] * sign * elements.E[:, 0]
     ends = u[..., :3] + arm - elements.arm
     chord = (E @ (axis + ends[:, 1] - ends[:, 0])[..., None])[..., 0]
@@ -375,7 +374,7 @@ def drift(
     at = model.geometry.positions[number[0]]
     arm = at - model.geometry.positions[root] if topology.is_rigid[number[0]] else np.zeros(3)
     motion = np.append(state, 0.0)[topology.dof[root]]
-    turned = Rotation.from_rotvec(motion[3:]).apply(arm)
+    turned = rotation(motion[3:]) @ arm
     moved = at - arm + motion[:3] + turned
     wanted = at if near is None else finite_numbers("near", near, 3)
     K_t = tangent_stiffness(model, state, loads=loads)

@@ -1,28 +1,27 @@
 /* Frames that turn, as Frames of motion/elements.py and displacement of motion/path.py, and the bodies that they carry. */
 #include "elements.h"
 
-/* Frames after displacements (n, 6): those that are placed move and turn, the others have amplitudes. */
-KERNEL int64_t frames_moved(int64_t n, const uint8_t *placed, const double *step, const double *x, const double *R,
-                            const double *z, double *x_moved, double *R_moved, double *z_moved)
+/* Frames `at` (n), or the first n where that is none, after displacements `step` (n, 6), in place: those that are placed move
+and turn, the others have amplitudes. */
+KERNEL int64_t frames_moved(int64_t n, const int64_t *at, const uint8_t *placed, const double *step, double *x, double *R,
+                            double *z)
 {
-    int64_t turning[4], count = 0;
-    memcpy(x_moved, x, 3 * n * sizeof *x);
-    memcpy(R_moved, R, 9 * n * sizeof *R);
-    memcpy(z_moved, z, 6 * n * sizeof *z);
-    for (int64_t i = 0; i < n; i++) {
-        const double *own = step + 6 * i;
-        for (int j = 0; !placed[i] && j < 6; j++) z_moved[6 * i + j] += own[j];
-        for (int j = 0; placed[i] && j < 3; j++) x_moved[3 * i + j] += own[j];
-        if (placed[i] && (own[3] != 0 || own[4] != 0 || own[5] != 0)) turning[count++] = i;
-        if (!count || (count < 4 && i < n - 1)) continue;
+    int64_t turning[4], from[4], count = 0;
+    for (int64_t k = 0; k < n; k++) {
+        int64_t i = at ? at[k] : k;
+        const double *own = step + 6 * k;
+        for (int j = 0; !placed[i] && j < 6; j++) z[6 * i + j] += own[j];
+        for (int j = 0; placed[i] && j < 3; j++) x[3 * i + j] += own[j];
+        if (placed[i] && (own[3] != 0 || own[4] != 0 || own[5] != 0)) from[count] = k, turning[count++] = i;
+        if (!count || (count < 4 && k < n - 1)) continue;
         four w[3], turn[9], before[9], after[9];
-        for (int64_t l = count; l < 4; l++) turning[l] = turning[0];
-        for (int j = 0; j < 3; j++) w[j] = gathered(step, turning, 6, 3 + j);
+        for (int64_t l = count; l < 4; l++) turning[l] = turning[0], from[l] = from[0];
+        for (int j = 0; j < 3; j++) w[j] = gathered(step, from, 6, 3 + j);
         for (int j = 0; j < 9; j++) before[j] = gathered(R, turning, 9, j);
         rotation(turn, w);
         product(after, turn, before);
         for (int64_t l = 0; l < count; l++)
-            for (int j = 0; j < 9; j++) R_moved[9 * turning[l] + j] = after[j][l];
+            for (int j = 0; j < 9; j++) R[9 * turning[l] + j] = after[j][l];
         count = 0;
     }
     return 0;

@@ -35,6 +35,21 @@ static inline int64_t reach(int64_t n, int64_t k, const int64_t *start, const in
     return top;
 }
 
+/* The upper triangle of D A D, `upper`, in the order of the factors, of which entry t is the number take[t] of A and that
+of across[t] on the other side; d (n) is the diagonal of D. It returns whether these differ by so much nowhere. */
+KERNEL int64_t ldl_upper(int64_t n, const int64_t *order, const int64_t *start, const int64_t *rows, const int64_t *take,
+                         const int64_t *across, const double *A, const double *d, double most, double *upper)
+{
+    double apart = 0.0;
+    for (int64_t k = 0; k < n; k++)
+        for (int64_t at = start[k]; at < start[k + 1]; at++) {
+            double row = d[order[rows[at]]], column = d[order[k]];
+            upper[at] = A[take[at]] * row * column;
+            apart = fmax(apart, fabs(upper[at] - A[across[at]] * row * column));
+        }
+    return apart <= most;
+}
+
 /* L by columns, from first[j] to first[j + 1], and D (n). `filled`, `seen`, `stack` and `y` (n) are scratch. It returns n, or
 the row whose pivot is zero or no number. */
 KERNEL int64_t ldl_factor(int64_t n, const int64_t *start, const int64_t *rows, const double *values,

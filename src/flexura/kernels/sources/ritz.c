@@ -1,6 +1,9 @@
 /* Branches that follow the core, their Ritz vectors, theory eq. N14, and projections of K, M and R on these, eq. N15. */
 #include "branches.h"
 
+/* in place of a trace of none */
+#define LEAST (EPS * EPS * EPS * EPS)
+
 /* Of A (matrices, designs, q, n, n) with `inside` coordinates first, of four designs at a time: the flexibility G
 (designs, q, inside, inside) of these, the motion (designs, q, n, i) of all for unit displacements of the others, A of
 it (matrices, designs, q, i, i), and traces (designs, q) of G M. `sizes` are designs, matrices, q, n and inside; scratch
@@ -109,13 +112,16 @@ LANES void project(const branch *b, int64_t matrices, const lanes *X, const lane
         }
 }
 
-/* Add the projections of branches A (matrices, designs, q, n, n) on vectors that follow the core's Z (designs, c, p) to
-small (designs, matrices, p, p), and what they may be off to `off` (designs, 2, p) where there is R. G and motion are
-those of `branches_followed`, lam (designs, p) is that of the series. `sizes` are designs, matrices, q, r, n, inside, c,
-p, the step of T and terms; scratch is of ((8 n + r c + 3) n + (4 n + c + 3 p + 3) p) lanes. */
+/* Add the projections of branches A (matrices, designs, q, n, n) on vectors that follow the core's Z (designs, c, p),
+and those of what the core has by itself (matrices, designs, c, c), if that is given, on Z, to small (designs, matrices,
+p, p), and what they may be off to `off` (designs, 2, p) where there is R. G, motion and trace (designs, q) are those of
+`branches_followed`; lam is the lesser of `values` (designs, p) and of `reach` over the largest trace. `sizes` are
+designs, matrices, q, r, n, inside, c, p, the step of T and terms; scratch is of ((8 n + r c + 3) n + (4 n + c + 3 p + 3)
+p + 2 n max(n, p) + (3 c + p + 3) c) lanes. */
 KERNEL int64_t branches_projected(const double *A, const double *slack, const double *T, const double *G,
-                                  const double *motion, const double *Z, const double *lam, const int64_t *sizes,
-                                  double *scratch, double *small, double *off)
+                                  const double *motion, const double *trace, const double *alone,
+                                  const double *alone_slack, const double *Z, const double *values, double reach,
+                                  const int64_t *sizes, double *scratch, double *small, double *off)
 {
     const int64_t designs = sizes[0], matrices = sizes[1], q = sizes[2], n = sizes[4], m = sizes[5], i = n - m;
     const int64_t c = sizes[6], p = sizes[7], pp = p * p, wide = n > p ? n : p;
@@ -123,15 +129,25 @@ KERNEL int64_t branches_projected(const double *A, const double *slack, const do
     b.slack = b.A + 3 * n * n, b.T = b.slack + 3 * n;
     lanes *GM = b.T + b.r * i * c, *V = GM + m * m, *GMV = V + n * i, *core = GMV + m * i, *own = core + c * p;
     lanes *ends = own + p, *X = ends + i * p, *now = X + n * p, *half = now + n * wide, *sum = half + n * wide;
-    lanes *error = sum + 3 * pp;
+    lanes *error = sum + 3 * pp, *rest = error + 2 * p;
+    branch whole = {.r = 0, .n = c, .inside = c, .c = c, .A = rest + c * p, .slack = rest + c * (p + 3 * c)};
     const double part = (double)(n * (n + q * b.r + 2 * p + 16)) * EPS;
     int64_t at[4];
     for (int64_t first = 0; first < designs; first += 4) {
         offsets(first, designs, c * p, at);
         for (int64_t j = 0; j < c * p; j++) core[j] = gathered(Z + j, at);
         offsets(first, designs, p, at);
-        for (int64_t j = 0; j < p; j++) own[j] = gathered(lam + j, at);
+        for (int64_t j = 0; j < p; j++) own[j] = gathered(values + j, at);
         clear(sum, 3 * pp), clear(error, 2 * p);
+        lanes slowest = {LEAST, LEAST, LEAST, LEAST};
+        offsets(first, designs, q, at);
+        for (int64_t k = 0; k < q; k++) slowest = larger(gathered(trace + k, at), slowest);
+        for (int64_t j = 0; j < p; j++) own[j] = -larger(-own[j], -reach / slowest);
+        if (alone) {
+            read_branch(&whole, alone, matrices == 3 ? alone_slack : 0, 0, 0, matrices, first, designs, 1, 0);
+            project(&whole, matrices, core, core, 0, p, (double)(c * (c + 1 + 2 * p + 16)) * EPS, rest, sum,
+                    matrices == 3 ? error : 0);
+        }
         for (int64_t k = 0; k < q; k++) {
             read_branch(&b, A, matrices == 3 ? slack : 0, T, sizes[8], matrices, first, designs, q, k);
             offsets(first, designs, q * n * i, at);

@@ -58,11 +58,12 @@ LANES int turn(lanes *C, lanes *V, int64_t n, int64_t p, int64_t q, lanes tiny)
 
 /* values (k, n), ascending, and vectors (k, n, n), B-orthonormal, of A and B (k, n, n), of whose upper halves A is read;
 `sizes` are k and n, scratch is of (6 n n + 2 n) lanes. Which pencils have a definite B, and have come to rest, is
-told in `good` (k); others have nothing that can be used. */
+told in `good` (k); others have nothing that can be used. Returns how many these are. */
 KERNEL int64_t small_pencils(const double *A, const double *B, const int64_t *sizes, double *scratch, double *values,
                              double *vectors, int64_t *good)
 {
     const int64_t count = sizes[0], n = sizes[1], nn = n * n;
+    int64_t bad = 0;
     lanes *a = aligned(scratch), *b = a + nn, *L = b + nn, *C = L + nn, *V = C + nn, *half = V + nn, *d = half + nn;
     for (int64_t first = 0; first < count; first += 4) {
         int64_t at[4], turned = 1;
@@ -93,7 +94,8 @@ KERNEL int64_t small_pencils(const double *A, const double *B, const int64_t *si
                 for (int64_t j = 0; j < n; j++) Z[j * n + i] = half[order[i] * n + j][l] * d[j][l];
             }
             good[first + l] = is_finite && !turned;
+            bad += !good[first + l];
         }
     }
-    return 0;
+    return bad;
 }

@@ -50,13 +50,13 @@ def lowest_shapes(model: FullOrderModel, count: int, near: Array | None) -> Eige
 def _iterated(model: FullOrderModel, count: int, X: Array) -> Eigenpairs | None:
     try:
         factor = factorise(model.K)
-        before = np.zeros(count)
+        before, MX = np.zeros(count), model.M @ X
         for _ in range(ROUNDS):
-            MX = model.M @ X
             Y = factor.solve(MX)
-            m = Y.T @ (model.M @ Y)
+            MY = model.M @ Y
+            m = Y.T @ MY
             values, Z = la.eigh(Y.T @ MX, (m + m.T) / 2, check_finite=False)
-            X = Y @ Z
+            X, MX = Y @ Z, MY @ Z
             if (values <= 0).any() or not np.isfinite(values).all():
                 return None
             if (np.abs(values[:count] - before) <= SETTLED * values[:count]).all():
@@ -92,18 +92,16 @@ class FollowedModes:
         if x.shape[0] != own.shape[0]:
             x = np.zeros((own.shape[0], 0))
         if x.shape[1]:
-            tracked = track_modes(x, found.values, own, model.M, close=CLOSE)
-            own = tracked.shapes.copy()
+            tracked, sense = track_modes(x, found.values, own, model.M, close=CLOSE), np.ones(k)
             for known, j in enumerate(tracked.number):
                 if j >= 0 and (tracked.mac[known] >= LIKE or known + 1 in self._last):
-                    number[j], like[j] = known + 1, float(tracked.mac[known])
-                    if x[:, known] @ (model.M @ own[:, j]) < 0:
-                        own[:, j] *= -1
-        for j in range(k):
-            if not number[j]:
-                x = np.column_stack([x, own[:, j]])
-                number[j] = x.shape[1]
-            x[:, number[j] - 1] = own[:, j]
+                    number[j], like[j], sense[j] = known + 1, float(tracked.mac[known]), tracked.sense[known]
+            own = tracked.shapes * sense
+        new = [j for j in range(k) if not number[j]]
+        for known, j in enumerate(new, x.shape[1]):
+            number[j] = known + 1
+        x = np.column_stack([x, own[:, new]])
+        x[:, [known - 1 for known in number]] = own
         self._known = x if x.shape[1] <= MOST else own.copy()
         if self._known is not x:
             number = list(range(1, k + 1))

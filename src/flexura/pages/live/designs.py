@@ -1,4 +1,4 @@
-"""What a page asks of one design and is told: proven frequencies and a picture first, then all that takes longer."""
+"""What a page asks of one design and is told: proven frequencies first, then a picture, then all that takes longer."""
 
 from __future__ import annotations
 
@@ -137,12 +137,16 @@ Steps = list[tuple[str, Callable[[], str | bytes]]]
 
 @dataclass
 class Shown:
-    """A design that was worked out: what it was asked for with, its parameters in SI, and its model and modes."""
+    """A design that was worked out: what it was asked for with, its parameters in SI, its model and modes, which of
+    these is `at` the picture, from 0, with what is said of it, and milliseconds of each piece of work."""
 
     ask: Ask
     parameters: dict[str, float]
     model: FullOrderModel
     modes: Identified
+    at: int
+    row: dict[str, Any]
+    timing: dict[str, float]
 
 
 class Designs:
@@ -159,14 +163,12 @@ class Designs:
         self._drawing = described.drawn[1]
         self._file = {str(mode): float(f) for mode, f in zip(modes.number, hz, strict=True)}
 
-    def picture(self, ask: Ask) -> tuple[tuple[bytes, ...], Shown]:
-        """What follows the hand: frequencies with their intervals, and points and shape of the mode shown; before it
-        the whole scene where the page has none that these fit.
+    def numbers(self, ask: Ask) -> tuple[str, Shown]:
+        """What follows the hand first: frequencies with their intervals, and what moves with the sliders.
 
         Raises FlexuraError for a design that cannot be.
         """
         timing: dict[str, float] = {}
-        scenes: tuple[bytes, ...] = ()
         plan, parameters = self.described.plan, parameters_of(self.described.sliders, ask.values)
         with _timed(timing, "frequencies"):
             f, lower, upper, indexed, rigid = _proven(plan, parameters, self._count(ask))
@@ -183,8 +185,17 @@ class Designs:
         ]
         elastic = next((k for k, row in enumerate(rows) if not row["rigid"]), 0)
         at = number.index(ask.shown) if ask.shown in number else elastic
-        with _timed(timing, "points"):
-            u = model.node_displacements(modes.shapes[:, at : at + 1])[:, :, 0]
+        own = {"serial": ask.serial, "revision": self.described.revision, "shown": number[at], "rows": rows}
+        own |= {"file": self._file, "timing": timing, **moved_bounds(plan, self.described.sliders, parameters)}
+        return told("numbers", **own), Shown(ask, parameters, model, modes, at, rows[at], timing)
+
+    def picture(self, shown: Shown) -> tuple[bytes, ...]:
+        """What follows the hand next: points of a design, and the shape of its mode; before it the whole scene where
+        the page has none that these fit."""
+        scenes: tuple[bytes, ...] = ()
+        model, at = shown.model, shown.at
+        with _timed(shown.timing, "points"):
+            u = model.node_displacements(shown.modes.shapes[:, at : at + 1])[:, :, 0]
             drawn = quick(self._drawing, model, u)
             if drawn is None:  # other parts than those that the page has
                 scene, self._drawing = scene_and_drawing(model)
@@ -192,10 +203,8 @@ class Designs:
                 self._told = {}
             assert drawn is not None
             self._drawing, buffers = drawn
-        own = {"serial": ask.serial, "revision": self.described.revision, "shown": number[at], "rows": rows}
-        own |= {"file": self._file, "factor": _factor(self._drawing, buffers), "timing": timing, "buffers": buffers}
-        own |= moved_bounds(plan, self.described.sliders, parameters)
-        return (*scenes, to_message({"type": "picture", **own})), Shown(ask, parameters, model, modes)
+        own = {"serial": shown.ask.serial, "row": shown.row, "factor": _factor(self._drawing, buffers)}
+        return (*scenes, to_message({"type": "picture", **own, "timing": shown.timing, "buffers": buffers}))
 
     def details(self, shown: Shown) -> Steps:
         """Steps to what takes longer, each named and giving a message: whether the description holds, facts of the

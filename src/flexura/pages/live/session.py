@@ -71,6 +71,9 @@ class Worker:
             work()
 
 
+FRAME = 0.04
+"""Seconds after which a picture is drawn although the hand has moved on."""
+
 PATIENCE = 0.12
 """Seconds after which a step of what takes longer is worked on although the hand still moves."""
 
@@ -86,7 +89,7 @@ _NUMBER = count()
 class Outbox:
     """Messages to a page, from any thread; of each kind in `REPLACED` the latest alone."""
 
-    REPLACED = ("picture", "motions", "stress", "response", "model errors", "holds")
+    REPLACED = ("numbers", "picture", "motions", "stress", "response", "model errors", "holds")
 
     def __init__(self, loop: asyncio.AbstractEventLoop) -> None:
         self._loop = loop
@@ -155,7 +158,7 @@ class Session(PageSession):
         self._followed = FollowedModes()
         self._designs = Designs(opened(), self._followed)
         self._held: dict[str, float] = {}
-        self._step, self._rested = 0, 0.0
+        self._step, self._drawn, self._rested = 0, 0.0, 0.0
         self._took: dict[str, float] = {}
 
     def receive(self, message: Ask | Save) -> None:
@@ -172,13 +175,18 @@ class Session(PageSession):
         if opened is not self._designs.described:
             self._designs = Designs(opened, self._followed)
         try:
-            messages, shown = self._designs.picture(ask)
+            numbers, shown = self._designs.numbers(ask)
+            self.outbox.put("numbers", numbers)
+            if self._worker.is_waiting(self._key) and time.monotonic() - self._drawn < FRAME:
+                return
+            *scenes, picture = self._designs.picture(shown)
         except Exception as error:  # whatever it is, the page is told and the others go on
             self._refused(ask, error)
             return
-        for message in messages[:-1]:
-            self.outbox.put("scene", message)
-        self.outbox.put("picture", messages[-1])
+        for scene in scenes:
+            self.outbox.put("scene", scene)
+        self.outbox.put("picture", picture)
+        self._drawn = time.monotonic()
         self._details(shown, self._designs.details(shown))
 
     def _details(self, shown: Shown, left: Steps) -> None:

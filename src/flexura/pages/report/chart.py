@@ -120,6 +120,31 @@ def _above(value: float) -> float:
     return ten * next((factor for factor in (1, 2, 5) if value / ten <= factor), 10)
 
 
+@dataclass(frozen=True)
+class Point:
+    """A point of a scatter with the number that stands in it and where it leads to; it `meets` all, or not."""
+
+    x: float
+    y: float
+    number: int
+    link: str
+    title: str
+    meets: bool
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Points over two axes, with a line through those that are `best`, and what is said of them to those who do not
+    see them."""
+
+    title: str
+    description: str
+    x: Axis
+    y: Axis
+    points: Sequence[Point]
+    best: Sequence[Point]
+
+
 COLOURS = ("#1f5fa8", "#c8460f", "#217a3f", "#7a4aa0", "#8a6a00", "#0a7577", "#a23b57", "#5b6770")
 INK, SOFT, LINE = "#22262b", "#5a626c", "#d5d9de"
 WIDTH, RIGHT = 760, 14
@@ -282,3 +307,45 @@ def _legend(colours: dict[str, str], top: float) -> list[str]:
             _text(x + 28, y, shown, INK),
         ]
     return found
+
+
+SIDE, BASE, DOT = 400, 300, 8.5
+"""Width and height of a scatter without its labels, and radius of its points."""
+
+
+def scatter_svg(own: Scatter) -> str:
+    """A scatter as one SVG element in the colours of its page: points are links, filled where they meet all."""
+    shown = [each for each in own.points if math.isfinite(each.x) and math.isfinite(each.y)]
+    along, up = (
+        Scale(*ends(np.array(values), axis.log, axis.unit), axis.log, start, end)
+        for values, axis, start, end in (
+            ([each.x for each in shown], own.x, 52.0, SIDE - 12.0),
+            ([each.y for each in shown], own.y, BASE - 40.0, 24.0),
+        )
+    )
+    at = {each.number: (float(along(np.array(each.x))), float(up(np.array(each.y)))) for each in shown}
+    parts = [f'<text x="8" y="12">{escape(own.y.label)}</text>']
+    for value, text in ticks(up.low, up.high, up.log, 6, own.y.unit):
+        y = float(up(np.array(value)))
+        parts.append(f'<path d="M{along.start},{y:.1f}H{along.end}"/>{_tick(along.start - 5, y + 4, text, "end")}')
+    for value, text in ticks(along.low, along.high, along.log, 5, own.x.unit):
+        x = float(along(np.array(value)))
+        parts.append(f'<path d="M{x:.1f},{up.start}V{up.end}"/>{_tick(x, up.start + 16, text, "middle")}')
+    parts.append(_tick((along.start + along.end) / 2, BASE - 6, own.x.label, "middle"))
+    line = "L".join(f"{x:.1f},{y:.1f}" for x, y in (at[each.number] for each in own.best if each in shown))
+    parts.append(f'<path class="best" d="M{line}"/>' if line else "")
+    for each in reversed(shown):
+        x, y = at[each.number]
+        kind = " ".join(["dot", *["meets"] * each.meets, *["best"] * (each in own.best)])
+        parts.append(
+            f'<a href="#{escape(each.link)}" class="{kind}"><title>{escape(each.title)}</title>'
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT}"/>{_tick(x, y + 3.5, str(each.number), "middle")}</a>'
+        )
+    return (
+        f'<svg class="scatter" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {SIDE} {BASE}" role="group"'
+        f' aria-label="{escape(f"{own.title}. {own.description}")}">{"".join(parts)}</svg>'
+    )
+
+
+def _tick(x: float, y: float, text: str, anchor: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(text)}</text>'

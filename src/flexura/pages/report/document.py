@@ -12,7 +12,7 @@ import numpy as np
 
 from flexura.charts import Chart
 from flexura.errors import Diagnostic
-from flexura.pages.report.chart import chart_data, chart_svg
+from flexura.pages.report.chart import Scatter, chart_data, chart_svg, scatter_svg
 from flexura.pages.viewer import Shown
 from flexura.tables import text_columns
 
@@ -97,7 +97,7 @@ class ChartFigure:
 @dataclass(frozen=True)
 class ViewerFigure:
     """A scene in three dimensions as data, under an identifier of its own, and a picture, a data URI, that stands
-    where nothing moves."""
+    where nothing moves, if it is not empty."""
 
     id: str
     scene: Mapping[str, Any]
@@ -111,6 +111,20 @@ class Picture:
 
     source: str
     caption: str
+
+
+@dataclass(frozen=True)
+class Scatters:
+    """Scatters side by side."""
+
+    own: Sequence[Scatter]
+
+
+@dataclass(frozen=True)
+class Verbatim:
+    """Text of a file as it stands."""
+
+    text: str
 
 
 @dataclass(frozen=True)
@@ -136,7 +150,9 @@ class Facts:
     rows: Sequence[tuple[Fact, str, str]]
 
 
-Block: TypeAlias = Paragraph | Bullets | Evidence | Table | ChartFigure | ViewerFigure | Picture | Folded | Facts
+Block: TypeAlias = (
+    Paragraph | Bullets | Evidence | Table | ChartFigure | Scatters | ViewerFigure | Picture | Verbatim | Folded | Facts
+)
 
 
 @dataclass(frozen=True)
@@ -320,14 +336,22 @@ def _chart(block: ChartFigure) -> str:
 
 def _viewer(block: ViewerFigure) -> str:
     shown, said = escape(block.picture), escape(block.caption)
-    return (
-        f'<figure data-viewer="{escape(block.id)}"><img src="{shown}" alt="{said}"></figure><p class="soft">{said}</p>'
-    )
+    image = f'<img src="{shown}" alt="{said}">' if shown else ""
+    return f'<figure data-viewer="{escape(block.id)}">{image}</figure><p class="soft">{said}</p>'
 
 
 def _picture(block: Picture) -> str:
     source, said = escape(block.source), escape(block.caption)
     return f'<figure class="picture"><img src="{source}" alt="{said}"><figcaption>{said}</figcaption></figure>'
+
+
+def _scatters(block: Scatters) -> str:
+    figures = (f"<figure>{scatter_svg(own)}<figcaption>{escape(own.title)}</figcaption></figure>" for own in block.own)
+    return f'<div class="scatters">{"".join(figures)}</div>'
+
+
+def _verbatim(block: Verbatim) -> str:
+    return f'<pre tabindex="0">{escape(block.text)}</pre>'
 
 
 def _folded(block: Folded) -> str:
@@ -351,7 +375,9 @@ _WRITERS: dict[type, Callable[[Any], str]] = {
     Table: _table,
     ChartFigure: _chart,
     ViewerFigure: _viewer,
+    Scatters: _scatters,
     Picture: _picture,
+    Verbatim: _verbatim,
     Folded: _folded,
     Facts: _facts,
 }

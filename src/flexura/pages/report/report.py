@@ -172,7 +172,7 @@ def report(
     ]
     rest = [Section("warnings", "Warnings", Content(list(warnings_of(sections)))), *sections]
     body, data = body_of(title or name, under, first, rest), data_of([*first, *rest])
-    text = page(title or name, body, "report", data, style=_style())
+    text = page(title or name, body, "report", data, style=style())
     warnings = tuple(w for section in sections for w in section.content.warnings)
     states = {section.id: section.content.state for section in (first[1], *sections)}
     found = Report(name, text, states, seconds, warnings)
@@ -209,5 +209,6 @@ def _made(make: Callable[[Subject], Content], subject: Subject) -> Content:
 
 
 @cache
-def _style() -> str:
+def style() -> str:
+    """What pages of a report have beside the style of all pages."""
     return (Path(__file__).parent / "report.css").read_text(encoding="utf-8")

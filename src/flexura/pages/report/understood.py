@@ -60,7 +60,7 @@ def scene_content(subject: Subject, shown: Sequence[Shown]) -> Content:
     except FlexuraError as error:
         return Content([Paragraph(f"Nothing can be shown in three dimensions: {error}", "bad")], "failed")
     modes = [own for own in shown if isinstance(own, Modes)]
-    picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model))
+    picture = png_of(_sheet(modes[0]) if modes else draw_mechanism(subject.model, dpi=PICTURE_DPI))
     blocks: list[Block] = [
         ViewerFigure("scene", to_json(scene), picture, f"{scene.name}: {counted(len(scene.motions), 'motion')}")
     ]
@@ -73,7 +73,7 @@ def _sheet(found: Modes) -> Figure:
     titles = [f"mode {mode.number}: {mode.frequency_text}" for mode in modes]
     said = [mode.motion.summary for mode in modes]
     flags = [mode.flag for mode in modes]
-    return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags)
+    return draw_sheet(found.model, found.shapes[:, :, : len(modes)], titles, said, flags=flags, dpi=PICTURE_DPI)
 
 
 def png_of(figure: Figure) -> str:
@@ -104,7 +104,7 @@ def understood(subject: Subject) -> Content:
     blocks.append(replace(_overview(found), evidence=evidence))
     blocks.append(_parts(found, command))
     blocks += _bodies(found, command)
-    blocks += [_materials(subject), _parameters(subject)]
+    blocks += [_materials(subject), parameters_of(subject)]
     if found.warnings:
         count = len(found.warnings)
         blocks.append(
@@ -205,7 +205,7 @@ def _described(value: object, unit: str) -> str:
     return quantity(value, unit) if isinstance(value, float) else ""
 
 
-def _parameters(subject: Subject) -> Block:
+def parameters_of(subject: Subject) -> Block:
     """Parameters with bounds and sources; replaced ones say so."""
     own = subject.mechanism.parameters
     dimensions = parameter_dimensions(own)

@@ -1,4 +1,4 @@
-"""Motions of a scene: modes, statics, preload, freedoms of a platform, drifting axes, poses of a stroke."""
+"""Motions of a scene: modes, statics, preload, freedoms of a platform, spaces, drifting axes, poses of a stroke."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from flexura.analysis import (
     ActuatorState,
+    BodySpaces,
     Drift,
     Freedom,
+    FreedomSpaces,
     Kinetostatics,
     Mode,
     Modes,
@@ -18,11 +20,12 @@ from flexura.analysis import (
     Statics,
     Stroke,
     StrokePose,
+    compliance,
     response_to,
 )
 from flexura.arrays import Array
 from flexura.errors import foremost
-from flexura.mechanism import FORCE_UNITS, STIFFNESS_UNITS, is_rotation
+from flexura.mechanism import FORCE_UNITS, GROUND, STIFFNESS_UNITS, is_rotation
 from flexura.pages.viewer.geometry import (
     DISPLACEMENT,
     HEAVY,
@@ -31,6 +34,7 @@ from flexura.pages.viewer.geometry import (
     PAGE,
     Drawing,
     Energy,
+    Moving,
     by_part,
     displaced,
     still,
@@ -47,7 +51,7 @@ from flexura.pages.viewer.scene import (
     Triple,
 )
 from flexura.structure import Ports
-from flexura.tables import ends, in_hz, number, percent, quantity, scale_for
+from flexura.tables import counted, ends, in_hz, number, percent, quantity, scale_for
 from flexura.view import (
     Solids,
     mode_scale,
@@ -256,6 +260,52 @@ def freedom_motions(drawing: Drawing, result: Kinetostatics) -> Iterator[ShownMo
             by_part=(energy.by_part(0),),
             warnings=tuple(str(own) for own in result.warnings),
         )
+
+
+def space_motions(drawing: Drawing, result: FreedomSpaces) -> Iterator[ShownMotion]:
+    """Every freedom of every body, as a wrench at it makes it, with axes of what is free and arrows of what is borne;
+    nothing moves where there is none, or where the body is not relative to the ground."""
+    for body in result.bodies:
+        axes = tuple(shown_axis(own.axis, own.told) for own in body.freedom.screws)
+        arrows = tuple(
+            Arrow(triple(own.axis.point), triple(own.axis.direction), own.told) for own in body.constraint.screws
+        )
+        facts = (
+            ("free in", body.freedom.name),
+            ("held by", body.constraint.name),
+            ("lines make", f"{body.constraint.by_lines} of {body.constraint.dimension} constraints"),
+            ("gap in compliance", "" if body.gap is None else number(body.gap, 4)),
+        )
+        moving = [*_spaces_move(drawing, result, body)]
+        for k, (title, moved) in enumerate(moving or [("constraints", still(drawing))]):
+            yield ShownMotion(
+                id=f"space-{body.body}-{k + 1}",
+                group="freedom and constraint spaces",
+                title=f"{body.body}: {title}",
+                **moved,
+                subtitle=f"{counted(body.freedom.dimension, 'freedom')} relative to {result.held}: {body.freedom.name}",
+                colours=(DISPLACEMENT,),
+                axes=axes,
+                arrows=arrows,
+                facts=tuple(own for own in facts if own[1]),
+                warnings=tuple(str(own) for own in result.warnings if own.place == body.body),
+            )
+
+
+def _spaces_move(drawing: Drawing, result: FreedomSpaces, body: BodySpaces) -> Iterator[tuple[str, Moving]]:
+    """Each freedom of a body with how the mechanism moves in it, of any size."""
+    if result.held != GROUND or body.compliance is None:
+        return
+    C = compliance(result.model, nodes=[body.body])
+    at = result.model.positions[result.model.plan.topology.numbers([body.body])[0]]
+    for own in body.freedom.screws:
+        direction, arm = np.array(own.axis.direction), at - np.array(own.axis.point)
+        turning = np.concatenate([np.cross(direction, arm) + own.axis.pitch * direction, direction])
+        twist = np.append(direction, np.zeros(3)) if own.axis.is_translation else turning
+        wrench = np.linalg.lstsq(C, twist, rcond=1e-12)[0]
+        moved = response_to(result.model, loads={body.body: wrench}).displacement_vector
+        u = drawing.model.node_displacements(moved[:, None])
+        yield own.kind, vibrating(drawing.moved(u[:, :, 0]))
 
 
 def drift_motions(drawing: Drawing, result: Drift) -> Iterator[ShownMotion]:

@@ -133,9 +133,10 @@ def show(shown: Shown | Drawing | IdentifiedModes, results: Shown | Sequence[Sho
     shown: a mechanism, a plan or a full-order model, or a result that holds its model, as in
     `fx.show(fx.modes(mechanism))`, or what `fx.faces` has read, alone: a click on a face copies what chooses it in a
     file; or the modes of a test, alone, on its own points and lines; results: one or several of one design of it:
-    modes, statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors, a
-    verification. What it returns shows itself at the end of a cell in Jupyter, VS Code and marimo, without a network,
-    and is saved as one HTML file by `save`. Of mechanisms that are too large parts are left out, which the page says.
+    modes, statics, a stroke, preload, kinetostatics, freedom spaces, drift, a check, a correlation, a placement of
+    sensors, a verification. What it returns shows itself at the end of a cell in Jupyter, VS Code and marimo, without
+    a network, and is saved as one HTML file by `save`. Of mechanisms that are too large parts are left out, which the
+    page says.
 
     Raises OptionError for what cannot be shown, results without a mechanism, and results of several designs; ModelError
     as `assemble`.

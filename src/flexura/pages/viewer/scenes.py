@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from flexura.analysis import CheckReport, Drift, Kinetostatics, Modes, Preload, Statics, Stroke
+from flexura.analysis import CheckReport, Drift, FreedomSpaces, Kinetostatics, Modes, Preload, Statics, Stroke
 from flexura.errors import OptionError
 from flexura.full_order import assemble
 from flexura.mechanism import Mechanism
@@ -24,6 +24,7 @@ from flexura.pages.viewer.motions import (
     freedom_motions,
     mode_motions,
     preload_motions,
+    space_motions,
     static_motions,
     stroke_poses,
     triple,
@@ -98,14 +99,14 @@ def _label(text: str) -> str:
 
 Shown = (
     Mechanism | Plan | FullOrderModel | Modes | Statics | Stroke | Preload | Kinetostatics | Drift | CheckReport
-    | Correlation | SensorPlacement | Verification
+    | FreedomSpaces | Correlation | SensorPlacement | Verification
 )  # fmt: skip
 """What has a place in a scene."""
 
-WITH_MODEL = (Modes, Statics, Stroke, Preload, Correlation, SensorPlacement)
+WITH_MODEL = (Modes, Statics, Stroke, Preload, FreedomSpaces, Correlation, SensorPlacement)
 """Results that hold their model."""
 WITHOUT = (Kinetostatics, Drift, CheckReport)
-WITH_NOTES = (Statics, Stroke, Kinetostatics, Correlation, SensorPlacement, Verification)
+WITH_NOTES = (Statics, Stroke, Kinetostatics, FreedomSpaces, Correlation, SensorPlacement, Verification)
 
 GROUPS: dict[Kind, str] = {
     Kind.FLEXURE: "flexures",
@@ -214,6 +215,8 @@ class _Found:
                 self.motions += preload_motions(drawing, own)
             case Kinetostatics():
                 self.motions += freedom_motions(drawing, own)
+            case FreedomSpaces():
+                self.motions += space_motions(drawing, own)
             case Drift():
                 self.motions += drift_motions(drawing, own)
             case CheckReport():
@@ -243,8 +246,8 @@ def _model_of(shown: Sequence[Shown]) -> FullOrderModel:
         elif not isinstance(own, WITHOUT):
             raise OptionError(
                 f"{type(own).__name__} has no place in a scene; what has: a mechanism, its full-order model, modes,"
-                " statics, a stroke, preload, kinetostatics, drift, a check, a correlation, a placement of sensors, a"
-                " verification"
+                " statics, a stroke, preload, kinetostatics, freedom spaces, drift, a check, a correlation, a"
+                " placement of sensors, a verification"
             )
     if not models:
         told = " and ".join(type(own).__name__ for own in shown) or "nothing"

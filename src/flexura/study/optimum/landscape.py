@@ -99,6 +99,11 @@ DECIMALS = 10
 """Of a position in the box: designs nearer than that are one, for which methods at a bound ask again and again."""
 
 
+def settled(z: Array) -> Array:
+    """The position (P,) in the box of the design that is asked for at another one."""
+    return np.asarray(np.round(np.clip(np.asarray(z, dtype=float), 0.0, 1.0), DECIMALS), dtype=float)
+
+
 @dataclass
 class Landscape:
     """A goal and limits of designs in a box; counts the `evaluations` of a design with its slopes and the designs
@@ -115,7 +120,7 @@ class Landscape:
 
     def at(self, z: Array) -> Sample:
         """The design at a position. Raises FailedDesign."""
-        z = np.asarray(np.round(np.clip(np.asarray(z, dtype=float), 0.0, 1.0), DECIMALS), dtype=float)
+        z = settled(z)
         key = z.tobytes()
         if key not in self._latest:
             checkpoint()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import NamedTuple, Protocol, Self
 
@@ -12,6 +12,7 @@ import numpy as np
 from flexura.arrays import Array, Index
 from flexura.duals import Dual
 from flexura.errors import SolverError
+from flexura.records import Latest
 from flexura.structure import Plan
 from flexura.study.questions import Formula, Pose, Quantity, Questions, by_members
 
@@ -260,6 +261,7 @@ class AskedDesigns:
     wording: Wording
     names: tuple[str, ...]
     fixed: Mapping[str, float]
+    _latest: Latest[Point] = field(default_factory=Latest, compare=False)
 
     def values(self, x: Array) -> tuple[Array, Sequence[str]]:
         """Quantities (N, q) of designs (N, P), and why each has none, empty where it has."""
@@ -270,7 +272,10 @@ class AskedDesigns:
         return answers.value, list(np.where(failed, reasons, ""))
 
     def point(self, x: Array) -> Point:
-        """Quantities and slopes of one design (P,). Raises FlexuraError when it fails."""
+        """Quantities and slopes of one design (P,), the latest kept. Raises FlexuraError when it fails."""
+        return self._latest.get(x.tobytes(), lambda: self._point(x))
+
+    def _point(self, x: Array) -> Point:
         asked = self.wording.questions
         whole = Questions(asked.plan, (*asked.quantities, *self.wording.parts))
         slopes = whole.slopes({**self.fixed, **dict(zip(self.names, map(float, x), strict=True))}, self.names)

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.errors import OptionError
+from flexura.errors import FlexuraError, OptionError
 from flexura.mechanism import bounds
 from flexura.structure import Plan
 from flexura.study.optimum.discrete import Mixed
-from flexura.study.optimum.landscape import Box, Judged, Landscape
+from flexura.study.optimum.landscape import Box, Judged, Landscape, settled
 from flexura.study.optimum.rows import AskedDesigns, FormulaSum, Row, Wording, wording
 from flexura.study.questions import Formula, Relation, formula, relation
 from flexura.study.requirements import described_relations, others_of
@@ -100,10 +100,19 @@ class Task:
                 x[:, k] = variable.at(scattered[:, k])
         return np.concatenate([first, x])
 
-    def mixed(self, starts: Array) -> tuple[Mixed, tuple[Row, ...], Judged]:
+    def _first(self, starts: Array) -> tuple[Array, Sequence[str]]:
+        """As `AskedDesigns.values` of one design (1, P), as the search that starts there works it out."""
+        try:
+            point = self.designs.point(self.box.values(settled(self.box.positions(starts[0]))))
+        except FlexuraError as error:
+            return np.full((1, len(self.wording.questions.quantities)), np.nan), [str(error)]
+        return point.value[None, : len(self.wording.questions.quantities)], [""]
+
+    def mixed(self, starts: Array) -> tuple[Mixed, tuple[Row, ...], Judged | None]:
         """The landscape of the first goal, and rows of all goals, over scales that follow from designs, and how good
-        these are."""
-        quantities, reasons = self.designs.values(starts)
+        these are; not of one by itself, which the search works out anyway."""
+        is_alone = len(starts) == 1 and len(self.aims) == 1 and all(own.kind == "continuous" for own in self.variables)
+        quantities, reasons = (self._first if is_alone else self.designs.values)(starts)
         goals, limits = list[Row](), list[Row]()
         for aim in self.aims:
             goal = self.wording.function((aim.sign, aim.formula))
@@ -113,7 +122,7 @@ class Task:
             constant = [sides[1]] if limit.right.is_constant else [sides[0]] if limit.left.is_constant else sides
             limits.append(self.wording.row(self.margin(limit), _scale(constant, sides)))
         land = Landscape(self.designs, self.box, goals[0], limits)
-        judged = land.judged(quantities, reasons)
+        judged = None if is_alone else land.judged(quantities, reasons)
         discrete = [k for k, variable in enumerate(self.variables) if variable.kind != "continuous"]
         levels = tuple(
             np.unique(variable.values) if variable.kind == "choice" else np.arange(variable.low, variable.high + 1)

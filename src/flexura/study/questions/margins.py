@@ -17,7 +17,7 @@ from flexura.study.questions.formulas import Formula, Relation
 from flexura.study.questions.kinds import FREQUENCY, WORST, Pose, Quantity, Worst
 from flexura.study.questions.reading import Freedom, Port
 from flexura.study.questions.single import OneDesign
-from flexura.study.questions.states import PosedState
+from flexura.study.questions.states import PosedState, ReferenceState
 
 Interval = tuple[float, float]
 Worker = Callable[[OneDesign, Sequence[Quantity]], "dict[str, Moved]"]
@@ -247,8 +247,8 @@ def _shifts(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
 
 
 def _stresses(single: OneDesign, asked: Sequence[Quantity]) -> dict[str, Moved]:
-    state = single.state(asked[0])
-    ends = None if isinstance(state, PosedState) else state.stress_error
+    state = None if asked[0].pose else single.state(asked[0])
+    ends = state.stress_error if isinstance(state, ReferenceState) else None
     if ends is None:
         return {quantity.text: Moved(0.0, "no evidence for this stress") for quantity in asked}
     middle, half = sum(ends) / 2, (ends[1] - ends[0]) / 2

@@ -55,7 +55,8 @@ def draw_panel(axes: Axes, panel: Panel, *, width: float = 1.0, size: float = 8.
         axes.set_yscale("log")
     axes.set_xlabel(panel.x.label, fontsize=size, parse_math=False)
     axes.set_ylabel(panel.y.label, fontsize=size, parse_math=False)
-    axes.set_title(panel.title, fontsize=size, color=INK, parse_math=False)
+    # no power of ten stands above a logarithmic axis, which Matplotlib would look for before it places a title
+    axes.set_title(panel.title, fontsize=size, color=INK, parse_math=False, y=1.0 if panel.y.log else None)
     style(axes)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -19,10 +19,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.textpath import text_to_path
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 from numpy.typing import ArrayLike, NDArray
 
 from flexura.view.scene import Array, Kind, Solids
@@ -87,10 +89,40 @@ def new_figure(size: tuple[float, float], dpi: float = DPI) -> Figure:
     return figure
 
 
+class _MeasuredOnce(ConstrainedLayoutEngine):
+    """Matplotlib's constrained layout, which measures what stands around panels a second time once they have been
+    moved; here it is as wide the second time as it was the first, but for panels that keep an aspect."""
+
+    def execute(self, fig: Figure) -> Any:
+        """Lay out a figure."""
+        panels = [axes for axes in fig.axes if axes.get_aspect() == "auto"]
+        for axes in panels:
+            vars(axes)["get_tightbbox"] = _remembered(axes)
+        try:
+            return super().execute(fig)
+        finally:
+            for axes in panels:
+                del vars(axes)["get_tightbbox"]
+
+
+def _remembered(axes: Axes) -> Callable[..., Any]:
+    """The `get_tightbbox` of axes, as far beyond their place as it was at the first call."""
+    measure, beyond = axes.get_tightbbox, None
+
+    def box(renderer: Any, **how: Any) -> Any:
+        nonlocal beyond
+        place = np.array(axes.get_position(original=True).transformed(axes.figure.transSubfigure).extents)
+        if beyond is None and (first := measure(renderer, **how)) is not None:
+            beyond = first.extents - place
+        return None if beyond is None else Bbox.from_extents(*(place + beyond))
+
+    return box
+
+
 def new_chart(size: tuple[float, float], dpi: float = DPI) -> Figure:
     """The same for curves, which lay themselves out."""
     figure = new_figure(size, dpi)
-    figure.set_layout_engine("constrained")
+    figure.set_layout_engine(_MeasuredOnce())
     return figure
 
 

@@ -94,7 +94,9 @@ def render(
     pixel, rgb, z = _nearest(painting.glass, width, height)
     seen = z > surface[pixel] + _TIE
     pane = pixel[seen], rgb[seen], z[seen]
-    touched = np.unique(np.concatenate([strokes.pixel, pane[0]]))
+    is_touched = np.zeros(len(image), dtype=bool)
+    is_touched[strokes.pixel] = is_touched[pane[0]] = True
+    touched = np.flatnonzero(is_touched)
     image[touched] = _blended(_unpacked(image[touched]), touched, strokes, pane, opacity)
     return image.view(np.uint8).reshape(height, width, 4), surface.reshape(height, width)
 

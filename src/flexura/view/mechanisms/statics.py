@@ -1,4 +1,5 @@
-"""Static states and freedoms in pictures: deformed, with loads as arrows; screw axes, compliance, workspace."""
+"""Static states, freedoms and constraints in pictures: deformed, with loads as arrows; screw axes, compliance,
+workspace."""
 
 from __future__ import annotations
 
@@ -8,13 +9,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flexura.analysis import Freedom, Kinetostatics, Preload, Statics
+from flexura.analysis import Freedom, FreedomSpaces, Kinetostatics, Preload, ScrewAxis, Statics
 from flexura.arguments import verb
-from flexura.mechanism import DOF_NAMES
+from flexura.errors import OptionError
+from flexura.mechanism import DOF_NAMES, GROUND
 from flexura.structure import FullOrderModel, Ports
 from flexura.tables import quantity
 from flexura.thresholds import ROUND_OFF
@@ -292,17 +295,93 @@ def _freedom_text(k: int, freedom: Freedom) -> str:
 
 
 def _draw_freedom(axes: Axes, view: View, k: int, freedom: Freedom, *, platform: Array, size: float) -> None:
-    """A screw axis as a dash-dotted line with an arrow of two heads, or the arrow of a translation."""
-    direction, colour = np.array(freedom.axis.direction, dtype=float), SERIES[k % len(SERIES)]
-    name = f"{k + 1}  {freedom.kind}"
-    if freedom.kind != "R":
-        draw_arrows(axes, view, [Arrow(platform + 0.3 * size * direction, direction, name)], colour)
-        return
-    point = np.array(freedom.axis.point, dtype=float)
+    """The axis of a rotation or the arrow of a translation."""
+    axis = freedom.axis if freedom.kind == "R" else replace(freedom.axis, pitch=np.inf)
+    colour = SERIES[k % len(SERIES)]
+    draw_arrows(axes, view, [_draw_axis(axes, view, axis, f"{k + 1}  {freedom.kind}", colour, platform, size)], colour)
+
+
+HELIX = 0.04
+"""Radius of the helix of a screw, and its most rise per radian, of the size of a mechanism."""
+
+
+def _draw_axis(
+    axes: Axes, view: View, axis: ScrewAxis, name: str, colour: str, at: Array, size: float, side: float = 1.0
+) -> Arrow:
+    """A screw axis as a line with a dot at its point, dash-dotted where it is free, with a helix where it has a pitch,
+    and the arrow at its end; what has no axis as an arrow at a point (3,), m. What is borne is on the other `side`, -1,
+    where forces have the heads of translations."""
+    direction = side * np.array(axis.direction, dtype=float)
+    if axis.is_translation:
+        return Arrow(at + 0.3 * size * direction, direction, name, turns=side < 0)
+    point = np.array(axis.point, dtype=float)
     ends = point + np.outer([-0.6, 0.6], size * direction)
-    axes.plot(*view.pixels(ends)[:, :2].T, color=colour, linewidth=1.3, linestyle=(0, (9, 3, 2, 3)), zorder=9)
+    style = (0, (9, 3, 2, 3)) if side > 0 else "-"
+    axes.plot(*view.pixels(ends)[:, :2].T, color=colour, linewidth=1.3, linestyle=style, zorder=9)
     axes.plot(*view.pixels(point[None])[0, :2], marker="o", markersize=4, color=colour, zorder=10)
-    draw_arrows(axes, view, [Arrow(ends[1], direction, name, turns=True)], colour)
+    if abs(axis.pitch) > ROUND_OFF * size:
+        across = la.null_space(direction[None])
+        across[:, 1] *= np.sign(direction @ np.cross(across[:, 0], across[:, 1]))
+        angle = np.linspace(-2 * np.pi, 2 * np.pi, 121)[:, None]
+        turned = HELIX * size * (np.cos(angle) * across[:, 0] + np.sin(angle) * across[:, 1])
+        rise = np.clip(axis.pitch, -HELIX * size, HELIX * size)
+        helix = view.pixels(point + turned + rise * angle * direction)
+        axes.plot(*helix[:, :2].T, color=colour, linewidth=1.1, zorder=9)
+    return Arrow(ends[1], direction, name, turns=side > 0)
+
+
+FREE, BORNE = "#c8102e", "#1f5fa8"
+"""Colours of freedoms and of constraints."""
+
+
+@verb
+def save_free(result: FreedomSpaces, folder: Path | str, *, dpi: float = DPI) -> list[Path]:
+    """Write the picture of `draw_free` of each body, such as `free_table.png`, complete or not at all.
+
+    Raises OptionError when the folder cannot be written to.
+    """
+    return save_figures(
+        {f"free_{own.body}.png": draw_free(result, body=own.body, dpi=dpi) for own in result.bodies}, folder
+    )
+
+
+@verb
+def draw_free(
+    result: FreedomSpaces,
+    *,
+    body: str | None = None,
+    elev: float | None = None,
+    azim: float | None = None,
+    dpi: float = DPI,
+) -> Figure:
+    """Draw a mechanism with the screws of one of its bodies, the first unless another is named: what is free in red,
+    what is borne in blue, with the names of both spaces.
+
+    Rotations are dash-dotted lines, forces lines; screws and wrenches have a helix and their pitch; translations are
+    arrows and couples arrows with two heads, at the body. Rigid bodies are see-through. elev, azim, dpi and errors as
+    in `draw_mechanism`; OptionError for a body that the result does not have.
+    """
+    found = {own.body: own for own in result.bodies}
+    if body is not None and body not in found:
+        raise OptionError(f"there are no spaces of {body}; there are those of {', '.join([*found][:8])}")
+    own = result.bodies[0] if body is None else found[body]
+    model, parts = result.model, solids(result.model)
+    camera = camera_for(parts, elev, azim)
+    figure = new_figure(SIZE, dpi)
+    texts = [f"{own.body} relative to {result.held}: {own.freedom.name}", f"held by {own.constraint.name}"]
+    warnings = [warning for warning in result.warnings if warning.place == own.body]
+    top = heading(figure, model.plan.mechanism.name, "; ".join(texts), warnings)
+    view = frame(figure, camera, parts.bounds(), (0.09, 0.175, 0.76, min(0.70, top - 0.205)))
+    axes, _ = paint(figure, painting_of(parts, view, rest_colours(parts), clear_bodies=True))
+    named = result.held if own.body == GROUND else own.body
+    at = model.geometry.positions[int(model.plan.topology.numbers([named])[0])]
+    for space, colour, side in ((own.constraint, BORNE, -1.0), (own.freedom, FREE, 1.0)):
+        arrows = [
+            _draw_axis(axes, view, screw.axis, screw.told, colour, at, parts.size(), side) for screw in space.screws
+        ]
+        draw_arrows(axes, view, arrows, colour)
+    legend(figure, parts)
+    return figure
 
 
 @verb

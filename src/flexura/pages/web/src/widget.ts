@@ -2,7 +2,7 @@
 import { History, type Values } from "./live/history";
 import { ModeTable } from "./live/modes";
 import { Panel } from "./live/panel";
-import { type Picture, type Received, type Refused, type Slider, received } from "./live/protocol";
+import { type Numbers, type Received, type Refused, type Slider, received } from "./live/protocol";
 import { Stage } from "./live/stage";
 import type { SceneData } from "./scene";
 import { h } from "./viewer/dom";
@@ -103,8 +103,11 @@ class View {
       case "scene":
         void this.stage.show(message.scene as SceneData, own.bytes);
         return;
+      case "numbers":
+        return this.numbers(message);
       case "picture":
-        return this.picture(own, message);
+        void this.stage.move(own.bytes, message);
+        return;
       case "motions":
         return this.modes.tell(message.texts);
       case "model errors":
@@ -116,13 +119,11 @@ class View {
     }
   }
 
-  private picture(own: Received, message: Picture): void {
+  private numbers(message: Numbers): void {
     this.say("", []);
     this.panel.follow(message.derived, message.bounds);
     this.shown ??= message.shown;
     this.modes.update(message, []);
-    const row = message.rows.find((each) => each.mode === message.shown);
-    void this.stage.move(own, message, row ? `mode ${row.mode}: ${row.text} Hz` : "", row?.proof ?? "", row?.flag ?? "");
   }
 
   private refused(message: Refused): void {

@@ -5,7 +5,7 @@ import { History, type Values } from "./history";
 import { ModeTable, type Pin } from "./modes";
 import { Panel } from "./panel";
 import { Pins } from "./pins";
-import { type FileState, type Opened, type Picture, type Received, type Refused, type Row, numbers } from "./protocol";
+import { type FileState, type Numbers, type Opened, type Picture, type Received, type Refused, numbers } from "./protocol";
 import { RequirementsPanel } from "./requirements";
 import { ResponsePanel } from "./response";
 import { toldOfLink } from "./link";
@@ -14,11 +14,18 @@ import { Stage } from "./stage";
 import { StressPanel } from "./stress";
 import { element, watchTools } from "./tools";
 
-/** Measure of the browser's clock from a moved slider to the frame that shows it. */
+/** Measures of the browser's clock from a moved slider to the frame that shows it, and to its numbers. */
 const MEASURE = "flexura slider to picture";
+const TO_NUMBERS = "flexura slider to numbers";
 
 /** Milliseconds from the hand to the picture from which it is said that it is slow. */
 const SLOW = 300;
+
+/** A design: its numbers, and its picture once it is there. */
+interface Design {
+  numbers: Numbers;
+  picture?: { message: Picture; bytes?: ArrayBuffer };
+}
 
 /** The page: what the hand does goes out, what comes back is shown. */
 export class App {
@@ -38,10 +45,9 @@ export class App {
   private connected = "";
   private serial = 0;
   private shown: number | null = null;
-  private rows: Row[] = [];
-  private base: Record<string, number> = {};
-  private held: Received | null = null;
-  private recent: Received | null = null;
+  private held: Design | null = null;
+  private recent: Design | null = null;
+  private written: Numbers | null = null;
   private readonly begun = new Map<number, number>();
 
   constructor(private readonly send: (message: object) => void) {
@@ -74,7 +80,7 @@ export class App {
   }
 
   private scene(scene: SceneData, bytes?: ArrayBuffer): void {
-    void this.stage.show(scene, bytes).then(() => this.recent && this.draw(this.recent));
+    void this.stage.show(scene, bytes).then(() => this.draw(this.recent?.picture));
   }
 
   take(own: Received): void {
@@ -85,8 +91,10 @@ export class App {
         return this.scene(message.scene, bytes);
       case "opened":
         return this.open(message);
+      case "numbers":
+        return this.numbers(message);
       case "picture":
-        return this.picture(own, message);
+        return this.picture({ message, bytes });
       case "holds":
         return this.holds(message.serial);
       case "facts":
@@ -185,28 +193,36 @@ export class App {
     this.ask();
   }
 
-  private picture(own: Received, message: Picture): void {
-    if (this.refused !== null && message.serial > this.refused.serial) {
+  private numbers(own: Numbers): void {
+    const start = this.begun.get(own.serial);
+    if (start !== undefined) performance.measure(TO_NUMBERS, { start, detail: { serial: own.serial, server: own.timing } });
+    if (this.refused !== null && own.serial > this.refused.serial) {
       this.refused = null;
       this.told();
     }
-    this.recent = own;
-    this.shown ??= message.shown;
+    this.recent = { numbers: own };
+    this.shown ??= own.shown;
+    this.write(own);
+  }
+
+  private picture(own: NonNullable<Design["picture"]>): void {
+    if (this.recent?.numbers.serial === own.message.serial) this.recent.picture = own;
     this.draw(own);
   }
 
-  /** Show a picture: numbers at once, the mechanism in the next frame. */
-  private draw(own: Received): void {
-    const message = own.message as Picture;
+  /** Show the numbers of a design. */
+  private write(own: Numbers): void {
+    this.written = own;
+    this.panel.follow(own.derived, own.bounds);
+    this.response.mark(own.rows);
+    this.modes.update(own, this.compare(own));
+  }
+
+  /** Show a picture in the next frame. */
+  private draw(own: Design["picture"]): void {
+    if (own === undefined) return;
     const arrived = performance.now();
-    this.rows = message.rows;
-    this.base = message.file;
-    this.panel.follow(message.derived, message.bounds);
-    this.response.mark(message.rows);
-    this.modes.update(message, this.compare());
-    const row = message.rows.find((each) => each.mode === message.shown);
-    const title = row ? `mode ${row.mode}: ${row.rigid ? "rigid motion" : `${row.text} Hz`}` : "";
-    void this.stage.move(own, message, title, row?.rigid ? "" : (row?.proof ?? ""), row?.flag ?? "").then(() => this.measure(message, arrived));
+    void this.stage.move(own.bytes, own.message).then(() => this.measure(own.message, arrived));
   }
 
   /** Time from the hand to the end of the frame that shows the picture. */
@@ -235,33 +251,34 @@ export class App {
   }
 
   private holds(serial: number): void {
-    const own = this.recent?.message as Picture | undefined;
-    if (own?.serial === serial) this.held = this.recent;
+    if (this.recent?.numbers.serial === serial) this.held = this.recent;
   }
 
   private refuse(own: Refused): void {
     if (own.serial < this.serial && this.refused === null) return;
     this.refused = own;
     this.busy(own.serial < this.serial);
-    if (this.held !== null && this.held !== this.recent) this.draw(this.held);
+    if (this.held !== null && this.held !== this.recent) {
+      this.write(this.held.numbers);
+      this.draw(this.held.picture);
+    }
     this.told();
   }
 
   private pin(): void {
-    const hz = new Map(this.rows.map((row) => [row.mode, row.hz]));
+    const hz = new Map((this.written?.rows ?? []).map((row) => [row.mode, row.hz]));
     this.pins.add(this.history.values, hz, this.response.curves);
   }
 
   private compared(): void {
-    const own = this.recent?.message as Picture | undefined;
-    if (own) this.modes.update(own, this.compare());
+    if (this.written) this.modes.update(this.written, this.compare(this.written));
     this.response.compare(this.pins.list);
     this.refresh();
   }
 
   /** What frequencies are compared with: the file, once something differs from it, and the pins. */
-  private compare(): Pin[] {
-    const hz = new Map(Object.entries(this.base).map(([mode, value]) => [Number(mode), value]));
+  private compare(own: Numbers): Pin[] {
+    const hz = new Map(Object.entries(own.file).map(([mode, value]) => [Number(mode), value]));
     const file = Object.keys(this.history.values).length ? [{ label: "file", hz }] : [];
     return [...file, ...this.pins.list];
   }

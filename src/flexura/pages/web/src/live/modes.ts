@@ -1,5 +1,5 @@
 import { h } from "../viewer/dom";
-import type { ModelErrors, Picture, Row } from "./protocol";
+import type { ModelErrors, Numbers, Row } from "./protocol";
 import { difference } from "./scale";
 
 /** A design that others are compared with. */
@@ -94,7 +94,7 @@ export class ModeTable {
     host.append(h("h2", {}, "Natural frequencies"), h("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "natural frequencies" }, this.table), this.note);
   }
 
-  update({ rows, shown, serial }: Picture, pins: Pin[]): void {
+  update({ rows, shown, serial }: Numbers, pins: Pin[]): void {
     this.rows = rows;
     this.shown = shown;
     this.serial = serial;

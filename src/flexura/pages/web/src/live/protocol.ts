@@ -67,16 +67,25 @@ export interface Place {
   scale?: number;
 }
 
-export interface Picture {
-  type: "picture";
+/** What is told of a design first: its frequencies, and what follows the sliders. */
+export interface Numbers {
+  type: "numbers";
   serial: number;
   revision: number;
   shown: number;
   rows: Row[];
   derived: Record<string, number>;
   bounds: Record<string, [number, number]>;
-  factor: number; // on the displacements, for a picture
   file: Record<string, number>; // frequencies of the file by mode, Hz
+  timing: Record<string, number>;
+}
+
+/** Its picture, which is left out where the hand has moved on. */
+export interface Picture {
+  type: "picture";
+  serial: number;
+  row: Row; // of the mode that is shown
+  factor: number; // on the displacements, for a picture
   timing: Record<string, number>;
   buffers: Record<string, Place>;
 }
@@ -136,6 +145,7 @@ export type Facts = Record<string, Fact[]>;
 
 export type Message =
   | Opened
+  | Numbers
   | Picture
   | Response
   | Stress

@@ -1,6 +1,6 @@
 import type { Fact, SceneData } from "../scene";
 import { type Viewer, mountViewer } from "../viewer";
-import { type Facts, type Picture, type Received, numbers } from "./protocol";
+import { type Facts, type Picture, numbers } from "./protocol";
 
 /** The motion of the scene that follows the mode that is shown. */
 const MOTION = "mode";
@@ -39,15 +39,17 @@ export class Stage {
   }
 
   /** Move to a picture, of whose parts nothing is known before it is told; false where it does not fit the scene, of which another is on its way. */
-  move({ bytes }: Received, picture: Picture, title: string, subtitle: string, flag: string): Promise<boolean> {
+  move(bytes: ArrayBuffer | undefined, picture: Picture): Promise<boolean> {
     const done = this.busy.then(async () => {
       const { points, displacement } = picture.buffers;
+      const { mode, rigid, text, proof, flag } = picture.row;
+      const title = `mode ${mode}: ${rigid ? "rigid motion" : `${text} Hz`}`;
       if (!this.viewer || !bytes || points.shape[0] !== this.vertices) return false;
       this.viewer.tell([]);
       await this.viewer.move({
         points: numbers(bytes, points),
         displacements: { [MOTION]: numbers(bytes, displacement) },
-        motions: [{ id: MOTION, title, subtitle, flag, factor: picture.factor }],
+        motions: [{ id: MOTION, title, subtitle: rigid ? "" : proof, flag, factor: picture.factor }],
       });
       return true;
     });
