@@ -168,9 +168,8 @@ def design(
 
     All topologies of the grammar are listed, and of the plainest, `most` of them, `samples` designs each worked out at
     rest; the best are led through their strokes, and the best of these optimised. What is done of a wish is kept in the
-    folder, and the same call goes on there; `found` is told of the candidates
-    as soon as there are some, and whenever one is better. Raises ModelError for what is wrong with the wish, and OptionError where
-    nothing is found, with what rules out the most.
+    folder, and the same call goes on there; `found` is told of the candidates as soon as there are some, and whenever
+    one is better. Raises ModelError for what is wrong with the wish, and OptionError where nothing is found.
     """
     text = text_of(Path(wish))
     file = read_as(WishFile, text, str(wish))
@@ -202,6 +201,7 @@ def design(
         candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
         counts = {"n_topologies": len(listed), "n_at_rest": work.blocks, "n_designs": work.blocks * (samples + 1)}
         short = freedoms_in_short(room.freedoms)
+        ruled_out = _ruled_out(work, store)
         result = Candidates(file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=told)
         text = json.dumps(result.to_dict(), indent=1) + "\n"
         write_file(Path(folder) / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
