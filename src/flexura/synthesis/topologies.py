@@ -59,7 +59,7 @@ SHARES = (0.5, 0.2)
 """Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
 
 LEAST_AWAY = 0.025
-"""Distance of limbs from each other, over the smallest edge of the envelope; points of members are not farther apart."""
+"""Distance of limbs from each other, over the smallest edge of the envelope."""
 
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
@@ -173,8 +173,8 @@ class Pattern:
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
-        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d), which does not change
-        what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear does
+        not change by that. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
         and lugs of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
@@ -221,7 +221,7 @@ def _turns(count: int) -> Array:
 
 
 def _about_origin(borne: Array, frames: Array, places: Array) -> Array:
-    """Wrenches (copies, 6, n) about the origin, of wrenches (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
+    """Wrenches (copies, 6, n) about the origin, of some (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
     force, moment = frames @ borne[:3], frames @ borne[3:]
     x, y, z = places.T
     zero = np.zeros(len(x))
@@ -459,8 +459,8 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
 
 
 def _meet(tree: KDTree, swept: Array, alike: bool, far: float) -> bool:
-    """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for all
-    of as many."""
+    """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for
+    all of as many."""
     points = swept[0] if alike else swept.reshape(-1, 3)
     return bool(np.isfinite(tree.query(points, 1, 0.0, 2, far)[0]).any())
 
