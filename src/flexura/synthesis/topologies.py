@@ -173,9 +173,9 @@ class Pattern:
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
-        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear does
-        not change by that. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
-        and lugs of those with several heads are between them and the platform."""
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). It changes nothing
+        of what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge,
+        m, and lugs of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
             return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
