@@ -173,9 +173,9 @@ class Pattern:
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
-        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). It changes nothing
-        of what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge,
-        m, and lugs of those with several heads are between them and the platform."""
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear is
+        the same. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m; lugs
+        of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
             return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
@@ -471,7 +471,8 @@ def _room_of(own: Sequence[Pattern]) -> float:
 
 def _sorted(listed: Sequence[Topology]) -> list[Topology]:
     """The plainest first, of those that differ in heights and azimuths alone: then all others, again the plainest
-    first."""
+    first. Those that are the same in words, which do not tell the sides of arms and which way round limbs lead, are
+    numbered."""
     seen: set[tuple[object, ...]] = set()
     firsts, others = [], []
     for own in sorted(listed, key=_plainness):
@@ -480,7 +481,12 @@ def _sorted(listed: Sequence[Topology]) -> list[Topology]:
         )
         (others if alike in seen else firsts).append(own)
         seen.add(alike)
-    return firsts + others
+    counts: dict[str, int] = {}
+    listed = []
+    for own in firsts + others:
+        counts[own.name] = n = counts.get(own.name, 0) + 1
+        listed.append(own if n == 1 else replace(own, name=f"{own.name} ({n})"))
+    return listed
 
 
 def _plainness(own: Topology) -> tuple[object, ...]:
