@@ -23,7 +23,7 @@ def wish(freedoms, about=(0.0, 0.0, 0.0), shape="cylinder", plane="z-", process=
 
 def listed(*args, **more):
     own = wish(*args, **more)
-    return topologies(room_of(own), own.make.process, own.make.thinnest)
+    return topologies(room_of(own), own.make.process, 3e-4)
 
 
 def has(found, *patterns):

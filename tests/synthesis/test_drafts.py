@@ -1,6 +1,5 @@
 """Drafts are mechanism files whose freedoms are those that were wished, and whose parts do not clash."""
 
-import numpy as np
 import pytest
 
 import flexura as fx
@@ -34,6 +33,15 @@ def drafted(freedoms, about, process, most):
         yield topology, room, draft(topology, WishFile(wish=own), room, "draft")
 
 
+def slim(mechanism):
+    """The same with its thinnest flexures."""
+    sizes = mechanism.parameters
+    thin = {k: p.minimum for k, p in sizes.items() if k.endswith(("_thickness", "_diameter", "_web"))}
+    return mechanism.replaced(
+        {"parameters": {k: p.model_copy(update={"value": thin.get(k, p.value)}) for k, p in sizes.items()}}
+    )
+
+
 WISHES = [
     (["x"], (0.0, 0.0, 0.0)),
     (["z"], (0.0, 0.0, 0.0)),
@@ -49,31 +57,23 @@ WISHES = [
 @pytest.mark.parametrize("process", ["assembled", "milled"])
 @pytest.mark.parametrize(("freedoms", "about"), WISHES, ids=lambda own: "-".join(map(str, own)) or "none")
 def test_drafts_are_free_as_wished_and_clear_of_themselves(freedoms, about, process):
-    for topology, room, mechanism in drafted(freedoms, about, process, 5):
+    for topology, room, mechanism in drafted(freedoms, about, process, 4):
         again = loads(dumps(mechanism))
         assert dumps(again) == dumps(mechanism)
         assert not [own.text for own in fx.check(again).clashes], topology.name
         names = {p.kind.name for p in topology.patterns}
-        slim = with_rigid_bodies(again)
-        thin = {k: p.minimum for k, p in slim.parameters.items() if k.endswith(("_thickness", "_diameter", "_web"))}
-        slim = slim.replaced(
-            {
-                "parameters": {
-                    k: p.model_copy(update={"value": thin.get(k, p.value)}) for k, p in slim.parameters.items()
-                }
-            }
-        )
-        plan = plan_of(slim)
+        plan = plan_of(slim(with_rigid_bodies(again)))
         if freedoms:
             gap = gap_of(questions(plan, ", ".join(_COMPLIANCES)).values({}).value, room)
             assert gap > 10, topology.name
         if names <= {"wire", "leaf", "folded leaf", "folded guide"}:
             found = fx.constraints(plan)
             internal = sum(INTERNAL.get(p.kind.name, 0) * p.count for p in topology.patterns)
-            assert len(found.freedoms) - internal == len(freedoms), topology.name
+            assert len(found.freedoms) + found.internal - internal == len(freedoms), topology.name
 
 
 def test_first_sizes_are_within_their_limits():
     for _, _, mechanism in drafted(["x", "y"], (0.0, 0.0, 0.0), "wire-cut", 4):
-        own = np.array([[float(x) for x in (p.minimum, p.value, p.maximum)] for p in mechanism.parameters.values()])
-        assert (np.diff(own, axis=1) > 0).all()
+        for own in mechanism.parameters.values():
+            low, value, high = (float(str(x)) for x in (own.minimum, own.value, own.maximum))
+            assert low < value < high

@@ -1,4 +1,4 @@
-"""Topologies hold what they are to hold and nothing else, by Plücker coordinates worked out here from the words alone."""
+"""Topologies hold what they are to hold and nothing else, by Plücker coordinates that are worked out here."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def borne(kind, head, axes, sizes):
     )
 
 
-def limbs_of(topology, room, sizes):
+def limbs_of(topology, room):
     """Each limb as kind, head and axes, turned about the middle of the platform."""
     centre = np.array([*room.middle[:2], 0.0])
     for p in topology.patterns:
@@ -83,7 +83,7 @@ def test_limbs_bear_what_is_not_wished_and_nothing_else(freedoms, height, aside,
     room = room_of(wish(sorted(freedoms), about, shape, process=process))
     F = twists(sorted(freedoms), np.array(about))
     for own in topologies(room, process, 3e-4)[:200]:
-        W = np.concatenate([borne(*limb, SIZES) for limb in limbs_of(own, room, SIZES)])
+        W = np.concatenate([borne(*limb, SIZES) for limb in limbs_of(own, room)])
         assert np.abs(F @ np.concatenate([W[:, :3], W[:, 3:]], axis=1).T).max(initial=0.0) < 1e-9, own.name
         size = np.repeat([1.0, 0.06], 3)
         assert np.linalg.matrix_rank(W / size, 1e-5) == 6 - len(freedoms), own.name
@@ -110,6 +110,7 @@ def test_any_wish_is_answered_and_the_same_when_it_is_turned(freedoms, height, p
     again = again.model_copy(update={"envelope": edges})
     _sane(room)
     found = [own.name for own in topologies(room, process, 3e-4)]
+    assert len(found) == len(set(found))
     assert found == [own.name for own in topologies(room_of(again), process, 3e-4)]
 
 
@@ -130,9 +131,8 @@ def test_no_two_topologies_are_images_of_each_other(freedoms):
     seen = {}
     for own in topologies(room, "assembled", 3e-4):
         rows = []
-        for p, (kind, head, axes) in zip(
-            [p for p in own.patterns for _ in range(p.count)], limbs_of(own, room, SIZES), strict=True
-        ):
+        of = [each for each in own.patterns for _ in range(each.count)]
+        for p, (kind, head, axes) in zip(of, limbs_of(own, room), strict=True):
             sizes = {name: 1.0 + 0.1 * k for k, name in enumerate(KINDS[kind].sizes)}
             rows.append(
                 (kind, p.site.where, head, axes @ p.kind.points(sizes)[p.kind.feet[0]], axes[:, 1], p.kind.width)

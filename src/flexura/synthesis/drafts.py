@@ -39,7 +39,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
     }
     carried = ["about"]
     for letter, own in zip("abc", topology.patterns, strict=False):
-        data["parameters"] |= _parameters(letter, own, room, float(wish.make.thinnest))
+        data["parameters"] |= _parameters(letter, own, room, float(wish.make.thinnest))  # type: ignore[arg-type]
         data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
@@ -49,7 +49,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
     data["nodes"] |= drives
     data["bodies"] = _platform(wish, room, [*carried, *drives])
     if wish.platform.mass is not None:
-        data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}
+        data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}  # type: ignore[arg-type]
     if move := _move(wish):
         data["motion"] = {"move": {"about": move}, "steps": STEPS, "modes": 3}
     data["requirements"] = dict(file.requirements)

@@ -59,7 +59,7 @@ SHARES = (0.5, 0.2)
 """Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
 
 LEAST_AWAY = 0.025
-"""Distance of limbs from each other, over the smallest edge of the envelope; points of members are not farther apart."""
+"""Distance of limbs from each other, over the smallest edge of the envelope."""
 
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
@@ -173,9 +173,9 @@ class Pattern:
         return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
 
     def shift(self, lug: float) -> tuple[Array, Terms]:
-        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d), which does not change
-        what they bear. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m,
-        and lugs of those with several heads are between them and the platform."""
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear is
+        the same. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m; lugs
+        of those with several heads are between them and the platform."""
         radial = self.site.axes[:, 0]
         if self.aside:
             return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
@@ -221,7 +221,7 @@ def _turns(count: int) -> Array:
 
 
 def _about_origin(borne: Array, frames: Array, places: Array) -> Array:
-    """Wrenches (copies, 6, n) about the origin, of wrenches (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
+    """Wrenches (copies, 6, n) about the origin, of some (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
     force, moment = frames @ borne[:3], frames @ borne[3:]
     x, y, z = places.T
     zero = np.zeros(len(x))
@@ -459,8 +459,8 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
 
 
 def _meet(tree: KDTree, swept: Array, alike: bool, far: float) -> bool:
-    """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for all
-    of as many."""
+    """Whether copies (n, p, 3) of a pattern come nearer than so far, m, to the points of another: the first stands for
+    all of as many."""
     points = swept[0] if alike else swept.reshape(-1, 3)
     return bool(np.isfinite(tree.query(points, 1, 0.0, 2, far)[0]).any())
 
@@ -471,7 +471,8 @@ def _room_of(own: Sequence[Pattern]) -> float:
 
 def _sorted(listed: Sequence[Topology]) -> list[Topology]:
     """The plainest first, of those that differ in heights and azimuths alone: then all others, again the plainest
-    first."""
+    first. Those that are the same in words, which do not tell the sides of arms and which way round limbs lead, are
+    numbered."""
     seen: set[tuple[object, ...]] = set()
     firsts, others = [], []
     for own in sorted(listed, key=_plainness):
@@ -480,7 +481,12 @@ def _sorted(listed: Sequence[Topology]) -> list[Topology]:
         )
         (others if alike in seen else firsts).append(own)
         seen.add(alike)
-    return firsts + others
+    counts: dict[str, int] = {}
+    listed = []
+    for own in firsts + others:
+        counts[own.name] = n = counts.get(own.name, 0) + 1
+        listed.append(own if n == 1 else replace(own, name=f"{own.name} ({n})"))
+    return listed
 
 
 def _plainness(own: Topology) -> tuple[object, ...]:
