@@ -107,7 +107,16 @@ UNITLESS = {
         "group",
         "n constraints",
     ),
-    *("over-constraints", "over-constraints left", "in place", "5 %", "50 %", "95 %", "worst found", "stiff over soft energy"),
+    *(
+        "over-constraints",
+        "over-constraints left",
+        "in place",
+        "5 %",
+        "50 %",
+        "95 %",
+        "worst found",
+        "stiff over soft energy",
+    ),
 }
 """Headings of plain numbers in notebooks."""
 

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.synthesis.topologies import RADII, Pattern, Topology
+from flexura.synthesis.topologies import Pattern, Topology
 from flexura.synthesis.wish import DOFS, Room, Wish
 
 NOTCH = 2.5
@@ -34,7 +34,7 @@ def strain_over_stroke(topology: Topology, designs: Mapping[str, Array], wish: W
 def _strain(own: Pattern, sizes: Mapping[str, Array], turn: Array, room: Room, shift: Array, turned: Array) -> Array:
     """Of one copy."""
     axis = np.array([*room.middle[:2], 0.0])
-    head = turn @ (own.site.head(room, RADII[0]) - axis) + axis
+    head = turn @ (own.site.head(room) - axis) + axis
     axes = (turn @ own.axes).T
     moved, rotated = np.abs(axes @ (shift + np.cross(turned, head - room.about))), np.abs(axes @ turned)
     thin = sizes[next(name for name in ("thickness", "diameter", "web") if name in sizes)]

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from flexura.arrays import Array
 from flexura.mechanism import Mechanism
 from flexura.modelfile import described
-from flexura.synthesis.limbs import Terms, describe_member
+from flexura.synthesis.limbs import LEAF, Terms, describe_member
 from flexura.synthesis.topologies import ALONG, BESIDE, LUG, RADII, Pattern, Topology, limits_of, lug_of
-from flexura.synthesis.wish import Room, Wish, WishFile
+from flexura.synthesis.wish import Make, Room, Wish, WishFile, si
 
 RADIUS_LIMITS = (0.3, 0.95)
 STEPS = 5
@@ -40,7 +40,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
     carried = ["about"]
     for letter, own in zip("abc", topology.patterns, strict=False):
         data["parameters"] |= _parameters(letter, own, room, float(wish.make.thinnest))  # type: ignore[arg-type]
-        data["substructures"][letter] = _substructure(letter, own, room, wish.make.material)
+        data["substructures"][letter] = _substructure(letter, own, room, wish.make)
         data["instances"][letter] = _placed(letter, own, room)
         copies = f"{letter}*" if own.count > 1 else letter
         carried += [f"{copies}.lug"] if own.has_lug else [f"{copies}.{head}" for head in own.kind.heads]
@@ -60,8 +60,8 @@ def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[
     """Sizes of a pattern with their limits."""
     limits = limits_of(own, room, thinnest)
     values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
-    if (way := _way(letter, own)) is not None:
-        name = way.removeprefix(f"{letter}_")
+    if (radius := _radius_name(letter, own)) is not None:
+        name = radius.removeprefix(f"{letter}_")
         low, high = (own.site.reach * k for k in RADIUS_LIMITS)
         limits[name], values[name] = (low, high), own.site.reach * RADII[0]
     return {
@@ -70,21 +70,22 @@ def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[
     }
 
 
-def _way(letter: str, own: Pattern) -> str | None:
+def _radius_name(letter: str, own: Pattern) -> str | None:
     """The parameter that says how far from the axis a pattern is, if there is one."""
     if own.site.where != "below" or not own.site.reach or own.pinned:
         return None
     return f"{letter}_way" if "radius" in own.kind.sizes else f"{letter}_radius"
 
 
-def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[str, Any]:
+def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str, Any]:
     """One limb, in the global frame."""
+    material = make.material
     turn = room.turn
     axes, radial = turn @ own.axes, turn @ own.site.axes[:, 0]
     start = turn @ own.site.head(room)
     terms: list[tuple[str | None, Array]] = [(None, start)]
-    if way := _way(letter, own):
-        terms = [(None, start - radial * own.site.reach * RADII[0]), (way, radial)]
+    if radius := _radius_name(letter, own):
+        terms = [(None, start - radial * own.site.reach * RADII[0]), (radius, radial)]
     fixed, drawn = own.shift(LUG * room.size)
     terms += [(None, turn @ fixed), *((f"{letter}_{size}", axes @ np.array(c)) for size, c in drawn.items())]
     nodes = {
@@ -105,6 +106,8 @@ def _substructure(letter: str, own: Pattern, room: Room, material: str) -> dict[
         d = along[b] - along[a]
         m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
         member |= describe_member(profile, _vector(m), width, f"{letter}_{thin}", f"{letter}_radius")
+        if make.tool_radius is not None and profile == LEAF:
+            member["fillet"] = _mm(si(make.tool_radius))
         flexures[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = [*own.kind.heads, *own.kind.feet]

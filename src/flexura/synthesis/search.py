@@ -96,8 +96,8 @@ class Screening:
         parameters = plan.mechanism.parameters
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
         unit = qmc.Sobol(len(low), seed=number).random(self.samples)
-        unit = np.concatenate([np.full((1, len(low)), 0.5), unit])
-        values = low + unit * (high - low)
+        drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
+        values = np.concatenate([[drawn], low + unit * (high - low)])
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.at_rest.values()]
         margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
@@ -122,7 +122,8 @@ _AT = [(i, j) for i in range(6) for j in range(i, 6)]
 
 def gap_of(compliances: Array, room: Room) -> Array:
     """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
-    designs with compliances (n, 21) of the point of the wish, rotations counted at the length of the room."""
+    designs with compliances (n, 21) of the point of the wish, rotations counted at half the length of the room;
+    infinite where nothing is wished."""
     C = np.zeros((len(compliances), 6, 6))
     for (i, j), own in zip(_AT, compliances.T, strict=True):
         C[:, i, j] = C[:, j, i] = own
@@ -135,7 +136,7 @@ def gap_of(compliances: Array, room: Room) -> Array:
     bad = ~np.isfinite(C).all(axis=(1, 2))
     C[bad] = 0.0
     softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if k < 6 else np.zeros(len(C))
-    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.ones(len(C))
+    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.full(len(C), np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
 
