@@ -48,7 +48,7 @@ from scipy.sparse.linalg import splu
 from speed import RPR
 
 import flexura as fx
-from flexura.motion import NO_LOADS, Equations, Integrator, MovingModel, TurningModel, kept_frames
+from flexura.motion import NO_LOADS, Equations, MovingModel, TurningModel, kept_frames, newton
 from flexura.pages.live import Ask, Described, Designs, FollowedModes
 from flexura.reduction.chain_assembler import chain_assembler
 from flexura.structure import Design
@@ -322,7 +322,7 @@ def large(order: str) -> Limit:
     if order == "low":
         turning_model = TurningModel.of(model, kept_frames(model))
         model, inside = turning_model.low, sum(len(group.node) for group, _ in turning_model.groups)
-    with counted(Integrator, "_missing") as asked, counted(Integrator, "_renew") as made:
+    with counted(newton._ByKernel, "look") as asked, counted(newton.Newton, "renew") as made:
         turning.over_time(model)
     K = turned(Equations(model))
     each, new = len(asked) / turning.STEPS, len(made) / turning.STEPS

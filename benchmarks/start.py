@@ -43,6 +43,7 @@ def seconds(arguments: list[str]) -> float:
 
 def main() -> None:
     """Measure and print."""
+    (HOME / "out").mkdir(exist_ok=True)
     for name, arguments in COMMANDS.items():
         seconds(arguments)
         times = [seconds(arguments) for _ in range(RUNS)]
