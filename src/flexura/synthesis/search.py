@@ -95,7 +95,7 @@ class Screening:
         plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
         parameters = plan.mechanism.parameters
         low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
-        unit = qmc.Sobol(len(low), seed=number).random(self.samples)
+        unit = qmc.Halton(len(low), seed=np.random.default_rng(number)).random(self.samples)
         drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
         values = np.concatenate([[drawn], low + unit * (high - low)])
         designs = dict(zip(parameters, values.T, strict=True))
@@ -104,7 +104,8 @@ class Screening:
         asked = questions(plan, ", ".join(["f1", *_COMPLIANCES])).values(designs).value
         gaps = gap_of(asked[:, 1:], self.room)
         spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
-        apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
+        with np.errstate(divide="ignore"):
+            apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
         score = np.minimum(apart, margins.min(axis=0, initial=1.0))
         best = int(np.nanargmax(np.where(np.isfinite(score), score, -np.inf)))
         return {
@@ -250,7 +251,7 @@ class Store:
             lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
         except OSError as error:
             raise OptionError(f"{folder} cannot be written to: {error.strerror}") from None
-        if lines and json.loads(lines[0]).get("wish") != mark:
+        if lines and lines[0] != json.dumps({"wish": mark}):
             raise OptionError(f"{folder} has the designs of another wish; name another folder")
         for line in lines[1:]:
             with suppress(ValueError):  # of a line that was cut off
@@ -286,7 +287,10 @@ def _nothing(file: WishFile, room: Room) -> str:
             f"{text}: lines span {lines} of the {room.wrenches.dimension} constraints, so that wires and leaves alone"
             " cannot, and no guide that fits the envelope can; give it more room, or wish other freedoms"
         )
-    return f"{text} in this envelope: give it more room around the platform, or move the platform"
+    return (
+        f"{text} in this envelope: give it more room around the platform, or move the platform so that the lines that"
+        " are borne meet it; rotations pass through `about`"
+    )
 
 
 @dataclass(frozen=True, eq=False)
