@@ -135,7 +135,9 @@ class Attempt:
     and those (2, n) to which accelerations and the last step `led`."""
 
     def __init__(self, last: MotionState, loads: Loads, targets: Array) -> None:
-        self.last, self.loads, self.targets = last, loads, targets
+        self.last: MotionState = last
+        self.loads: Loads = loads
+        self.targets: Array = targets
         self.frames: Frames = last.frames.copy()
         self.motion: Array = np.empty(last.motion.shape)
         self.drive: Array = last.drive
@@ -165,7 +167,8 @@ class _ByNumpy:
     """A step looked at in NumPy."""
 
     def __init__(self, newton: Newton, at: Attempt) -> None:
-        self.newton, self.at = newton, at
+        self.newton: Newton = newton
+        self.at: Attempt = at
 
     def begin(self, is_smooth: bool) -> None:
         """Where accelerations lead that go on changing as they did, or the last step does if they are not smooth."""
@@ -199,7 +202,8 @@ class _Desk:
         numbers = np.concatenate([newton.damping, [scheme.off, scheme.h], scheme.by_step, scheme.led.ravel()])
         self._memory = np.zeros(6 + 3 * n + 18 * frames + together.memory)
         self._own: tuple[Any, ...] = together.struct, newton.equations.scale, numbers, self._memory
-        self.found, self.correction = self._memory[:6], self._memory[6 : 6 + n]
+        self.found: Array = self._memory[:6]
+        self.correction: Array = self._memory[6 : 6 + n]
         self.struct: Struct = Struct(*self._own)
 
     def take(self, factor: LDL | Dense | None) -> None:

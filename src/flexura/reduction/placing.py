@@ -82,8 +82,9 @@ class Targets:
 
     def __init__(self, entries: Sequence[Index], rows: Sequence[Index], held: tuple[int, int]) -> None:
         none = np.empty(0, dtype=np.intp)
-        self.entries, self.rows = (np.concatenate([none, *map(np.ravel, own)]) for own in (entries, rows))
-        self.held = held
+        self.entries: Index = np.concatenate([none, *map(np.ravel, entries)])
+        self.rows: Index = np.concatenate([none, *map(np.ravel, rows)])
+        self.held: tuple[int, int] = held
         shapes = [own.shape for own in rows]
         self.largest: int = max((n for _, n in shapes), default=0)
         """Largest n."""

@@ -120,7 +120,9 @@ class Strips:
     number of their elements; what several corrections ask of them is worked out once."""
 
     def __init__(self, values: Array, nu: Array, length: Array) -> None:
-        self.values, self.nu, self.length = values, nu, length
+        self.values: Array = values
+        self.nu: Array = nu
+        self.length: Array = length
         self._warping: dict[tuple[int, float], tuple[Array, Array]] = {}
 
     def sides(self, group: SectionGroup, n: int) -> tuple[Array, Array]:

@@ -244,7 +244,7 @@ class Store:
 
     def __init__(self, folder: Path, text: str, most: int, samples: int) -> None:
         mark = hashlib.sha256(f"{__version__}\n{samples}\n{text}".encode()).hexdigest()
-        self.path = folder / "at_rest.jsonl"
+        self.path: Path = folder / "at_rest.jsonl"
         self.known: dict[int, dict[str, Any]] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True)

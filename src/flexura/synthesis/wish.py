@@ -234,7 +234,7 @@ class Room:
         return tall & (np.hypot(x[:, 0], x[:, 1]) < self.platform[0] - by)
 
 
-TURNS = {
+TURNS: dict[str, Array] = {
     "z-": np.eye(3),
     "z+": np.diag([1.0, -1.0, -1.0]),
     "x-": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
