@@ -6,6 +6,7 @@ What a block is, by the words behind its fence:
     ```text              right behind a python block: what that block prints
     ```yaml              a whole mechanism file: loaded and solved
     ```yaml fragment     part of one: put into a small mechanism and loaded
+    ```yaml wish         a wish: read
     ```yaml broken       a file with mistakes in it, for the commands that follow
     ```console           lines that start with `$ flexura` are run and compared with the output below them
     ```sh                lines that start with `flexura` are run
@@ -271,8 +272,12 @@ class Page:
 def check_yaml(block: Block) -> None:
     """Load a mechanism file and solve its modes, or load a fragment inside a small mechanism."""
     import flexura
+    from flexura.modelfile import read_as
+    from flexura.synthesis import WishFile
 
-    if block.is_whole_file:
+    if "wish" in block.words:
+        read_as(WishFile, block.text, block.file or "snippet")
+    elif block.is_whole_file:
         flexura.modes(flexura.loads(block.text, block.file or "snippet"), n=1)
     else:
         flexura.assemble(flexura.with_solid_parts(flexura.loads(embedded(block.text), "fragment")))
