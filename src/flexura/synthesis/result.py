@@ -117,7 +117,7 @@ class Candidates(Tabular):
         own = self.candidates
         names = [each.name for each in own[0].requirements] if own else []
         columns: dict[str, Any] = {
-            "file": [c.file for c in own],
+            "design": [c.file.removeprefix("candidate-").removesuffix(".yaml") for c in own],
             "held by": [c.topology for c in own],
             "freedoms": [c.freedoms for c in own],
             "over-constraints": [c.over for c in own],
