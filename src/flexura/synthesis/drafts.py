@@ -206,7 +206,6 @@ def _move(wish: Wish) -> dict[str, Any]:
     return {
         name: [f"{-1e3 * amount:.9g} {units[name]}", f"{1e3 * amount:.9g} {units[name]}"]
         for name, amount in wish.strokes.items()
-        if name in ("x", "y", "z", "rx", "ry", "rz")
     }
 
 

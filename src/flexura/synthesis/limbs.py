@@ -71,10 +71,6 @@ class Kind:
     def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
         return kind_of, (self.name,)
 
-    def wrenches(self, sizes: Sizes, length: float) -> ScrewSpace:
-        """What it bears, about its head, in its axes (m, e, d), of some sizes, m."""
-        return ScrewSpace.of("wrenches", self.bears(sizes), length)
-
     def points(self, sizes: Sizes) -> dict[str, Array]:
         """Its nodes (3,), m, in axes (m, e, d)."""
         return {name: place(terms, sizes) for name, terms in self.nodes.items()}

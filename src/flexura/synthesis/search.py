@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
@@ -60,7 +61,7 @@ class Screening:
     """Designs of topologies at rest, one topology after another: what a worker is sent.
 
     A block has the values of the best design of a topology, `value`, in the order of its parameters, the margins of
-    the requirements that are asked at rest, nan where there is none, the `gap` and the first frequency, Hz.
+    the requirements that are asked at rest, nan where there is none, the `gap`, and the `score` by which it is best.
     """
 
     file: WishFile
@@ -101,8 +102,7 @@ class Screening:
         designs = dict(zip(parameters, values.T, strict=True))
         relations = [relation(plan, text) for text in self.at_rest.values()]
         margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
-        asked = questions(plan, ", ".join(["f1", *_COMPLIANCES])).values(designs).value
-        gaps = gap_of(asked[:, 1:], self.room)
+        gaps = gap_of(questions(plan, ", ".join(_COMPLIANCES)).values(designs).value, self.room)
         spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
         with np.errstate(divide="ignore"):
             apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
@@ -111,9 +111,8 @@ class Screening:
         return {
             "value": values[best],
             "margins": margins[:, best],
-            "gap": gaps[best : best + 1],
-            "f1": asked[best : best + 1, 0],
-            "score": score[best : best + 1],
+            "gap": np.asarray(gaps[best]),
+            "score": np.asarray(score[best]),
         }
 
 
@@ -190,8 +189,10 @@ def design(
         for number, columns in blocks:
             store.add(number, {name: value.tolist() for name, value in columns.items()})
             report(Progress("topologies at rest", len(store.known), work.blocks))
-    ranked = sorted(store.known, key=lambda n: -_number(store.known[n]["score"]))
-    finalists = [n for n in ranked if np.isfinite(_number(store.known[n]["score"]))][:FINALISTS]
+    scores = {n: known["score"] for n, known in store.known.items() if np.isfinite(known["score"])}
+    finalists = sorted(scores, key=lambda n: -scores[n])[:FINALISTS]
+    if not finalists:
+        raise OptionError(f"none of the {work.blocks} topologies has a design that can be worked out at rest")
     judged = []
     for k, n in enumerate(finalists):
         report(Progress("strokes of the best", k, len(finalists)))
@@ -232,11 +233,6 @@ def _notes(found: int, most: int) -> tuple[str, ...]:
     if found > most:
         told.append(f"{found - most} topologies, those with the most limbs, were listed and not worked out")
     return tuple(told)
-
-
-def _number(value: Any) -> float:
-    own = np.ravel(np.array(value, dtype=float))
-    return float(own[0]) if len(own) else np.nan
 
 
 class Store:
@@ -375,8 +371,8 @@ def _bettered(own: _Judged, work: Screening) -> _Judged:
 def _with_slack(text: str) -> str:
     """A requirement with something to spare."""
     left, sign, right = text.partition(">=") if ">=" in text else text.partition("<=")
-    right, over, where = right.partition(" over ")
-    return f"{left.strip()} {sign} {1 + SLACK if sign == '>=' else 1 - SLACK}*({right.strip()}){over}{where}"
+    limit, *where = re.split(r"(?= (?:over|at|under) )", right, maxsplit=1)
+    return f"{left.strip()} {sign} {1 + SLACK if sign == '>=' else 1 - SLACK}*({limit.strip()}){''.join(where)}"
 
 
 def _apart(wish: Wish, room: Room) -> list[str]:
@@ -393,7 +389,7 @@ def _ruled_out(work: Screening, store: Store) -> dict[str, int]:
     """How many topologies miss each requirement that is asked at rest, in the best design that was found."""
     counts = dict.fromkeys(["freedoms", *work.at_rest], 0)
     for known in store.known.values():
-        counts["freedoms"] += not _number(known["gap"]) >= LEAST_GAP
+        counts["freedoms"] += not known["gap"] >= LEAST_GAP
         for name, margin in zip(work.at_rest, known["margins"], strict=True):
             counts[name] += not margin >= 0
     return counts
