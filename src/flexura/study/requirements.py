@@ -41,9 +41,11 @@ class Requirement(Record):
 
     The `verdict` is `met` or `missed` where the number of the description and those of the part, as far as its model
     error is known, all say so, and `not known` where these lie on both sides of the limit, or there is no number, for
-    the `reason`. `interval` is proven to hold the value, None where nothing is proven; the part's value lies between
-    1 + low and 1 + high of `model_error` times it, None for the `model_error_reason`. Of what is asked over a stroke
-    `where` is the worst of so many `poses`, and `unsettled` by how much, SI, one between might be worse.
+    the `reason`. `least_margin` is how far it is met over the size of its limit, wherever in its model error the part
+    is, negative where it may be missed. `interval` is proven to hold the value, None where nothing is proven; the
+    part's value lies between 1 + low and 1 + high of `model_error` times it, None for the `model_error_reason`. Of what
+    is asked over a stroke `where` is the worst of so many `poses`, and `unsettled` by how much, SI, one between might
+    be worse.
     """
 
     _shown = ("name", "text", "verdict")
@@ -54,6 +56,7 @@ class Requirement(Record):
     value: float
     limit: float
     unit: str
+    least_margin: float
     interval: tuple[float, float] | None
     model_error: tuple[float, float] | None
     model_error_reason: str
@@ -274,6 +277,7 @@ def _judged(
         value=value,
         limit=limit,
         unit=formula.unit,
+        least_margin=low,
         interval=interval,
         model_error=margins.intervals[formula.text],
         model_error_reason=margins.reasons.get(formula.text, ""),

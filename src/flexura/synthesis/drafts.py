@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from flexura.arrays import Array
-from flexura.mechanism import Mechanism
+from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
 from flexura.synthesis.limbs import LEAF, Terms, describe_member
 from flexura.synthesis.topologies import ALONG, BESIDE, LUG, RADII, Pattern, Topology, limits_of, lug_of
@@ -24,6 +24,20 @@ DRIVE_RADIUS = 0.7
 def draft(topology: Topology, file: WishFile, room: Room, name: str) -> Mechanism:
     """The mechanism of a topology, with its sizes as drawn first and their limits as parameters."""
     return described(_data(topology, file, room, name), name)
+
+
+def with_values(mechanism: Mechanism, values: Mapping[str, float]) -> Mechanism:
+    """A mechanism with other sizes, in four digits, within their limits."""
+    parameters = {
+        name: own.model_copy(update={"value": _rounded(values[name], own)}) if name in values else own
+        for name, own in mechanism.parameters.items()
+    }
+    return mechanism.replaced({"parameters": parameters})
+
+
+def _rounded(value: float, own: Parameter) -> float:
+    low, high = float(own.minimum or -np.inf), float(own.maximum or np.inf)  # type: ignore[arg-type]
+    return float(np.clip(float(f"{value:.4g}"), low, high))
 
 
 def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str, Any]:
@@ -52,7 +66,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
         data["masses"] = {"payload": {"node": "platform", "mass": f"{float(wish.platform.mass):.9g} kg"}}  # type: ignore[arg-type]
     if move := _move(wish):
         data["motion"] = {"move": {"about": move}, "steps": STEPS, "modes": 3}
-    data["requirements"] = dict(file.requirements)
+    data["requirements"] = dict(file.required)
     return {key: value for key, value in data.items() if value}
 
 

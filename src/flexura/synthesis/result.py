@@ -27,6 +27,7 @@ class Candidate(Record):
     `limbs` hold it, with `over` constraints more than are needed. `gap` is how many times as compliant its stiffest
     freedom is as its softest constraint, rotations counted at half the larger edge of the envelope; `first_hz` and
     `mass` (kg) are those of the mechanism, and `requirements` have their verdicts, those over strokes among them.
+    `clashes` are solids that meet, at rest or over the stroke, in words.
     """
 
     _shown = ("file", "topology", "freedoms")
@@ -40,16 +41,18 @@ class Candidate(Record):
     first_hz: float
     mass: float
     requirements: tuple[Requirement, ...]
+    clashes: tuple[str, ...] = ()
 
     @property
     def n_met(self) -> int:
-        """How many requirements are met; freedoms that are apart from constraints count as one."""
-        return sum(own.verdict == "met" for own in self.requirements) + (self.gap >= LEAST_GAP)
+        """How many requirements are met; freedoms that are apart from constraints and solids that are apart from each
+        other count as one each."""
+        return sum(own.verdict == "met" for own in self.requirements) + (self.gap >= LEAST_GAP) + (not self.clashes)
 
     @property
     def meets_all(self) -> bool:
-        """Whether all requirements are met, and freedoms are apart from constraints."""
-        return self.n_met == len(self.requirements) + 1
+        """Whether all requirements are met, freedoms are apart from constraints, and solids from each other."""
+        return self.n_met == len(self.requirements) + 2
 
     @property
     def least_margin(self) -> float:
@@ -59,11 +62,9 @@ class Candidate(Record):
 
 
 def margin_of(own: Requirement) -> float:
-    """How far a requirement is met, over the size of its limit; negative where it is missed or not known."""
-    if not np.isfinite(own.value):
-        return -np.inf if np.isnan(own.value) else 1.0
-    sign = 1.0 if ">=" in own.text else -1.0
-    return float(sign * (own.value - own.limit) / (abs(own.limit) or 1.0))
+    """How far a requirement is met over the size of its limit, wherever the part is; minus infinity where nothing is
+    known."""
+    return -np.inf if np.isnan(own.least_margin) else own.least_margin
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,12 +95,17 @@ class Candidates(Tabular):
             return ()
         most = max(self.ruled_out, key=lambda name: self.ruled_out[name])
         missed = [own for own in best.requirements if own.verdict != "met"]
-        near = ", ".join(f"{own.name}: {own.state} ({own.text})" for own in missed) or f"a gap of {LEAST_GAP:g}"
+        nears = [f"{own.name}: {own.state} ({own.text})" for own in missed]
+        if not best.gap >= LEAST_GAP:
+            nears.append(f"a gap of {LEAST_GAP:g}")
+        if best.clashes:
+            nears.append(best.clashes[0])
+        near = ", ".join(nears)
         text = (
             f"no design meets all requirements; the nearest, {best.file}, misses {near}; {most} rules out the most"
             " topologies at rest"
         )
-        return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements) + 1), "1", text),)
+        return (Diagnostic("limit", best.file, float(best.n_met), float(len(best.requirements) + 2), "1", text),)
 
     def _title(self) -> str:
         return f"{self.freedoms}: {counted(len(self.candidates), 'candidate')} of {self.n_topologies} topologies"

@@ -5,152 +5,47 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
-from itertools import product
+from itertools import product, zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from flexura._version import __version__
 from flexura.arguments import verb
 from flexura.arrays import Array
-from flexura.deadline import Listener, Progress, no_listener, time_limit
-from flexura.errors import FlexuraError, OptionError
+from flexura.deadline import Listener, Progress, no_listener
+from flexura.errors import OptionError
 from flexura.files import write_file
 from flexura.full_order import plan_of
-from flexura.mechanism import CATALOGUE, Mechanism, Parameter, with_rigid_bodies
 from flexura.modelfile import read_as, save, text_of
-from flexura.study.engine import blocks_of
-from flexura.study.optimum import Optimum, optimize
-from flexura.study.questions import questions, relation
-from flexura.study.requirements import described_relations, requirements
-from flexura.synthesis.bending import strain_over_stroke
+from flexura.study.engine import Blocks, blocks_of
+from flexura.study.requirements import described_relations
 from flexura.synthesis.drafts import draft
+from flexura.synthesis.optima import SECONDS, Judged, Optima, judged
 from flexura.synthesis.result import LEAST_GAP, Candidate, Candidates, freedoms_in_short
-from flexura.synthesis.topologies import Topology, topologies
-from flexura.synthesis.wish import DOFS, Room, Wish, WishFile, room_of, si
-from flexura.thresholds import ROUND_OFF, STILL
+from flexura.synthesis.screening import AtRest, OverStroke
+from flexura.synthesis.topologies import topologies
+from flexura.synthesis.wish import Room, WishFile, room_of, si
+from flexura.thresholds import STILL
 
 SAMPLES = 64
 """Designs of each topology at rest."""
 
+LED = 100
+"""Designs that are led through their strokes, the best of each topology first."""
+
 FINALISTS = 24
-"""Topologies that are led through their strokes."""
+"""Topologies of which the best design is judged, with bodies that bend and model errors."""
 
-OPTIMISED = 6
-"""Of these that are optimised, the best of each set of kinds and numbers of limbs."""
+FIRST = 3
+"""Of these that are shown before the others are known."""
 
-SPARE = 2.2
-"""Yield strain over that of the limbs, roughly, where a margin of stress is required."""
-
-SLACK = 0.1
-"""What optima are to have to spare, over the limits."""
-
-OPTIMUM_SECONDS = 60.0
-"""Seconds for each of these."""
-
-
-@dataclass(frozen=True)
-class Screening:
-    """Designs of topologies at rest, one topology after another: what a worker is sent.
-
-    A block has the values of the best design of a topology, `value`, in the order of its parameters, the margins of
-    the requirements that are asked at rest, nan where there is none, the `gap`, and the `score` by which it is best.
-    """
-
-    file: WishFile
-    room: Room
-    listed: tuple[Topology, ...]
-    samples: int
-
-    @property
-    def blocks(self) -> int:
-        """How many topologies there are."""
-        return len(self.listed)
-
-    def designs(self, *numbers: int) -> str:
-        """Topologies in words."""
-        return f"topology {', '.join(str(n + 1) for n in numbers)}"
-
-    @cached_property
-    def at_rest(self) -> dict[str, str]:
-        """Requirements that ask nothing at poses, of strokes or stresses."""
-        return {name: text for name, text in self.file.requirements.items() if _is_at_rest(text)}
-
-    @cached_property
-    def allowed(self) -> float:
-        """The strain that limbs are to have at most at the end of the stroke, by the material and what is required."""
-        material = CATALOGUE[self.file.wish.make.material]
-        required = any("margin" in text or "stress" in text for text in self.file.requirements.values())
-        return si(material.yield_stress or np.inf) / si(material.E) / (SPARE if required else 1.0)
-
-    def __call__(self, number: int) -> dict[str, Array]:
-        """The best design of a topology."""
-        own = self.listed[number]
-        plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
-        parameters = plan.mechanism.parameters
-        low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
-        unit = qmc.Halton(len(low), seed=np.random.default_rng(number)).random(self.samples)
-        drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
-        values = np.concatenate([[drawn], low + unit * (high - low)])
-        designs = dict(zip(parameters, values.T, strict=True))
-        relations = [relation(plan, text) for text in self.at_rest.values()]
-        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
-        gaps = gap_of(questions(plan, ", ".join(_COMPLIANCES)).values(designs).value, self.room)
-        spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
-        with np.errstate(divide="ignore"):
-            apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
-        score = np.minimum(apart, margins.min(axis=0, initial=1.0))
-        best = int(np.nanargmax(np.where(np.isfinite(score), score, -np.inf)))
-        return {
-            "value": values[best],
-            "margins": margins[:, best],
-            "gap": np.asarray(gaps[best]),
-            "score": np.asarray(score[best]),
-        }
-
-
-_COMPLIANCES = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
-_AT = [(i, j) for i in range(6) for j in range(i, 6)]
-
-
-def gap_of(compliances: Array, room: Room) -> Array:
-    """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
-    designs with compliances (n, 21) of the point of the wish, rotations counted at half the length of the room;
-    infinite where nothing is wished."""
-    C = np.zeros((len(compliances), 6, 6))
-    for (i, j), own in zip(_AT, compliances.T, strict=True):
-        C[:, i, j] = C[:, j, i] = own
-    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
-    C = C * scale[:, None] * scale
-    F = _twists_about(room) / scale[:, None]
-    U, s, _ = np.linalg.svd(F)
-    k = int((s > 1e-9).sum())
-    free, rest = U[:, :k], U[:, k:]
-    bad = ~np.isfinite(C).all(axis=(1, 2))
-    C[bad] = 0.0
-    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if k < 6 else np.zeros(len(C))
-    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.full(len(C), np.inf)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
-
-
-def _twists_about(room: Room) -> Array:
-    """The wished freedoms (6, f) as twists of the point of the wish, global frame."""
-    units = np.repeat([room.freedoms.length, 1.0], 3)[:, None]
-    F = room.freedoms.basis * units
-    v = F[:3] + np.cross(F[3:], room.about, axisa=0, axisc=0)
-    return np.concatenate([room.turn @ v, room.turn @ F[3:]])
-
-
-def _is_at_rest(text: str) -> bool:
-    return not any(word in text for word in (" at ", " over ", "margin", "stress", "reach", "buckling", " under "))
+OPTIMISED = 10
+"""Of these that are optimised, the best of each set of kinds and numbers of limbs first."""
 
 
 @verb
@@ -182,66 +77,159 @@ def design(
     if not listed:
         raise OptionError(_nothing(file, room))
     described_relations(plan_of(draft(listed[0], file, room, file.name)))  # what cannot be asked is told before
-    work = Screening(file, room, tuple(listed[:most]), samples)
-    store = Store(Path(folder), text, most, samples)
-    left, remarks = (n for n in range(work.blocks) if n not in store.known), list[str]()
-    with closing(blocks_of(work, left, workers, scheduler, remarks.append)) as blocks:
-        for number, columns in blocks:
-            store.add(number, {name: value.tolist() for name, value in columns.items()})
-            report(Progress("topologies at rest", len(store.known), work.blocks))
-    scores = {n: known["score"] for n, known in store.known.items() if np.isfinite(known["score"])}
-    finalists = sorted(scores, key=lambda n: -scores[n])[:FINALISTS]
-    if not finalists:
+    work = AtRest(file, room, tuple(listed[:most]), samples)
+    store = Store(Path(folder), text, samples)
+    remarks = list(_notes(len(listed), most))
+    run = _Run(store, workers, scheduler, report, remarks)
+    at_rest = dict(run.blocks("topologies at rest", work, [f"rest {n}" for n in range(work.blocks)]))
+    order = _best_first(at_rest)
+    if not order:
         raise OptionError(f"none of the {work.blocks} topologies has a design that can be worked out at rest")
-    judged = []
-    for k, n in enumerate(finalists):
-        report(Progress("strokes of the best", k, len(finalists)))
-        judged.append(_judged(work, n, store.known[n]))
+    written = _Written(work, at_rest, len(listed), Path(folder), remarks, found)
+    for n in order[:FIRST]:
+        written.add(judged(work, n, at_rest[n]["values"][0]))
+    result = written.write()
+    led = OverStroke(work, tuple(_led(at_rest, order)))
+    keys = [f"strokes {n} {_mark(values)}" for n, values in led.chosen]
+    strokes = dict(run.blocks("strokes of the best", led, keys))
+    best = _best_led(led, strokes)[:FINALISTS]
+    for k, (n, values) in enumerate(best):
+        report(Progress("the best as a whole", k, len(best)))
+        written.add(judged(work, n, values))
+    result = written.write()
+    optima = Optima(work, tuple(written.various()[:OPTIMISED]))
+    for k, columns in run.blocks("optima of the best", optima, [f"optimum {own.key}" for own in optima.begun]):
+        own = optima.begun[k]
+        if not len(columns["values"]):
+            late = f"was given up after {SECONDS:g} s" if columns["seconds"] else "was not found"
+            remarks.append(f"an optimum of {own.candidate.topology} {late}; its design is the best that was sampled")
+        elif written.add(judged(work, own.number, columns["values"])):
+            result = written.write()
+    return written.write() if tuple(remarks) != result.notes else result
 
-    def written() -> Candidates:
-        judged.sort(key=lambda own: own.rank)
-        told = (*_notes(len(listed), most), *remarks)
-        candidates = tuple(_written(own, k, Path(folder)) for k, own in enumerate(judged))
-        counts = {"n_topologies": len(listed), "n_at_rest": work.blocks, "n_designs": work.blocks * (samples + 1)}
-        short = freedoms_in_short(room.freedoms)
-        ruled_out = _ruled_out(work, store)
-        result = Candidates(file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=told)
+
+class _Run(NamedTuple):
+    """How blocks are worked out: what is known is taken from the store, and all else by workers."""
+
+    store: Store
+    workers: int | None
+    scheduler: str | None
+    report: Listener
+    remarks: list[str]
+
+    def blocks(self, words: str, work: Blocks, keys: Sequence[str]) -> Iterator[tuple[int, dict[str, Array]]]:
+        """What all blocks come to, by number, as soon as they are done; `keys` are their names in the store."""
+        known = self.store.known
+        left = [n for n, key in enumerate(keys) if key not in known]
+        yield from ((n, known[key]) for n, key in enumerate(keys) if key in known)
+        self.report(Progress(words, work.blocks - len(left), work.blocks))
+        if not left:
+            return
+        with closing(blocks_of(work, iter(left), self.workers, self.scheduler, self.remarks.append)) as blocks:
+            for done, (number, columns) in enumerate(blocks, work.blocks - len(left) + 1):
+                self.store.add(keys[number], columns)
+                self.report(Progress(words, done, work.blocks))
+                yield number, columns
+
+
+def _best_first(at_rest: dict[int, dict[str, Array]]) -> list[int]:
+    """Topologies by the scores of their best designs."""
+    scores = {n: float(own["score"][0]) for n, own in at_rest.items() if np.isfinite(own["score"][0])}
+    return sorted(scores, key=lambda n: (-scores[n], n))
+
+
+def _led(at_rest: dict[int, dict[str, Array]], order: Sequence[int]) -> Iterator[tuple[int, Array]]:
+    """The designs that are led through their strokes: the best of each topology, then the second ones, and so on."""
+    designs = ([(n, k) for k in np.flatnonzero(np.isfinite(at_rest[n]["score"]))] for n in order)
+    chosen = [own for turn in zip_longest(*designs) for own in turn if own is not None][:LED]
+    for n in order:
+        places = [k for number, k in chosen if number == n]
+        if places:
+            yield n, at_rest[n]["values"][places]
+
+
+def _best_led(led: OverStroke, strokes: dict[int, dict[str, Array]]) -> list[tuple[int, Array]]:
+    """Topologies with their best designs: first those of which solids are clear of each other, by least margins."""
+    found = []
+    for k, own in strokes.items():
+        score = 1e3 * own["clear"] + np.clip(np.nan_to_num(own["margin"], nan=-10.0), -10.0, 10.0)
+        best = int(np.argmax(score))
+        found.append((-score[best], *led.chosen[k][:1], led.chosen[k][1][best]))
+    return [(n, values) for _, n, values in sorted(found, key=lambda own: own[:2])]
+
+
+def _mark(values: Array) -> str:
+    return hashlib.sha256(values.tobytes()).hexdigest()[:16]
+
+
+@dataclass
+class _Written:
+    """What is found so far, and how it is written: the best design of each topology."""
+
+    work: AtRest
+    at_rest: dict[int, dict[str, Array]]
+    n_topologies: int
+    folder: Path
+    remarks: list[str]
+    found: Callable[[Candidates], object] | None
+
+    def __post_init__(self) -> None:
+        self.best: dict[int, Judged] = {}
+
+    def add(self, own: Judged) -> bool:
+        """A design; whether it is better than that of the same topology."""
+        known = self.best.get(own.number)
+        if known is not None and known.rank <= own.rank:
+            return False
+        self.best[own.number] = own
+        return True
+
+    @property
+    def ranked(self) -> list[Judged]:
+        """Best first."""
+        return sorted(self.best.values(), key=lambda own: own.rank)
+
+    def various(self) -> list[Judged]:
+        """The best of each set of kinds and numbers of limbs, best first, then the second ones, and so on."""
+        places: dict[tuple[tuple[str, int], ...], int] = {}
+        turns = list[tuple[int, Judged]]()
+        for own in self.ranked:
+            limbs = tuple((p.kind.name, p.count) for p in self.work.listed[own.number].patterns)
+            places[limbs] = place = places.get(limbs, 0) + 1
+            turns.append((place, own))
+        return [own for _, own in sorted(turns, key=lambda turn: turn[0])]
+
+    def write(self) -> Candidates:
+        """The candidates, with their files written."""
+        work = self.work
+        candidates = tuple(_written(own, k, self.folder) for k, own in enumerate(self.ranked))
+        n_designs = work.blocks * (work.samples + 1)
+        ruled_out = _ruled_out(work, self.at_rest)
+        short = freedoms_in_short(work.room.freedoms)
+        counts = {"n_topologies": self.n_topologies, "n_at_rest": work.blocks, "n_designs": n_designs}
+        notes = tuple(self.remarks)
+        result = Candidates(work.file.name, short, **counts, candidates=candidates, ruled_out=ruled_out, notes=notes)
         text = json.dumps(result.to_dict(), indent=1) + "\n"
-        write_file(Path(folder) / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
-        if found is not None:
-            found(result)
+        write_file(self.folder / "design.json", lambda to: to.write_text(text, encoding="utf-8"))
+        if self.found is not None:
+            self.found(result)
         return result
-
-    result = written()
-    best = list(
-        {tuple((p.kind.name, p.count) for p in own.topology.patterns): own for own in reversed(judged)}.values()
-    )
-    best = sorted(best, key=lambda own: own.rank)[:OPTIMISED]
-    for k, own in enumerate(best):
-        report(Progress("optima of the best", k, len(best)))
-        better = _bettered(own, work)
-        if better is not own:
-            judged[judged.index(own)] = better
-            result = written()
-    return result
 
 
 def _notes(found: int, most: int) -> tuple[str, ...]:
-    told = [
-        "posts and ground are not drawn and rigid here; limbs are clear of each other as first drawn, check each file"
-    ]
+    told = ["posts and ground are not drawn and rigid here"]
     if found > most:
         told.append(f"{found - most} topologies, those with the most limbs, were listed and not worked out")
     return tuple(told)
 
 
 class Store:
-    """What is known of the topologies of a wish, by number, in a file that grows line by line."""
+    """What blocks come to, by their names, in a file that grows line by line."""
 
-    def __init__(self, folder: Path, text: str, most: int, samples: int) -> None:
+    def __init__(self, folder: Path, text: str, samples: int) -> None:
         mark = hashlib.sha256(f"{__version__}\n{samples}\n{text}".encode()).hexdigest()
-        self.path: Path = folder / "at_rest.jsonl"
-        self.known: dict[int, dict[str, Any]] = {}
+        self.path: Path = folder / "known.jsonl"
+        self.known: dict[str, dict[str, Array]] = {}
         try:
             folder.mkdir(parents=True, exist_ok=True)
             lines = self.path.read_text(encoding="utf-8").splitlines() if self.path.exists() else []
@@ -252,16 +240,16 @@ class Store:
         for line in lines[1:]:
             with suppress(ValueError):  # of a line that was cut off
                 own = json.loads(line)
-                if own["number"] < most:
-                    self.known[own.pop("number")] = own
+                self.known[own.pop("name")] = {name: np.array(column, dtype=float) for name, column in own.items()}
         if not lines:
             self.path.write_text(json.dumps({"wish": mark}) + "\n", encoding="utf-8")
 
-    def add(self, number: int, columns: dict[str, Any]) -> None:
-        """Keep what a topology came to."""
-        self.known[number] = columns
+    def add(self, name: str, columns: dict[str, Any]) -> None:
+        """Keep what a block came to."""
+        self.known[name] = columns
         with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"number": number, **columns}) + "\n")
+            row = {column: values.tolist() for column, values in columns.items()}
+            file.write(json.dumps({"name": name, **row}) + "\n")
 
 
 def _sane(room: Room) -> None:
@@ -289,113 +277,17 @@ def _nothing(file: WishFile, room: Room) -> str:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """A mechanism with its requirements."""
-
-    mechanism: Mechanism
-    topology: Topology
-    candidate: Candidate
-
-    @property
-    def rank(self) -> tuple[float, float]:
-        """First those that meet the most, of these those that meet them by the most."""
-        return -self.candidate.n_met, -self.candidate.least_margin
-
-
-def _judged(work: Screening, number: int, known: dict[str, Any]) -> _Judged:
-    own = work.listed[number]
-    mechanism = draft(own, work.file, work.room, f"{work.file.name}, {own.name}")
-    values = dict(zip(mechanism.parameters, known["value"], strict=True))
-    return _looked_at(_with_values(mechanism, values), own, work)
-
-
-def _with_values(mechanism: Mechanism, values: dict[str, float]) -> Mechanism:
-    parameters = {
-        name: own.model_copy(update={"value": _rounded(values[name], own)}) if name in values else own
-        for name, own in mechanism.parameters.items()
-    }
-    return mechanism.replaced({"parameters": parameters})
-
-
-def _rounded(value: float, own: Parameter) -> float:
-    """A size to be read, within its limits."""
-    low, high = float(own.minimum or -np.inf), float(own.maximum or np.inf)  # type: ignore[arg-type]
-    return float(np.clip(float(f"{value:.4g}"), low, high))
-
-
-def _looked_at(mechanism: Mechanism, own: Topology, work: Screening) -> _Judged:
-    """A mechanism with its requirements worked out, strokes included."""
-    plan = plan_of(mechanism)
-    found = requirements(plan).requirements if mechanism.requirements else ()
-    asked = questions(plan, ", ".join(["f1", "mass", *_COMPLIANCES])).values({}).value[0]
-    gap = float(gap_of(asked[None, 2:], work.room)[0])
-    return _Judged(
-        mechanism,
-        own,
-        Candidate(
-            file="",
-            topology=own.name,
-            freedoms=freedoms_in_short(work.room.freedoms),
-            limbs=own.n_limbs,
-            over=own.over,
-            gap=gap,
-            first_hz=float(asked[0]),
-            mass=float(asked[1]),
-            requirements=found,
-        ),
-    )
-
-
-def _bettered(own: _Judged, work: Screening) -> _Judged:
-    """The same topology at its highest first frequency within what is required, where that is better."""
-    try:
-        stiff = with_rigid_bodies(own.mechanism)
-        with time_limit(OPTIMUM_SECONDS):
-            best = optimize(
-                stiff,
-                vary=list(stiff.parameters),
-                maximise="f1",
-                subject_to=[*map(_with_slack, work.file.requirements.values()), *_apart(work.file.wish, work.room)],
-                requirements=False,
-                starts=1,
-            )
-        assert isinstance(best, Optimum)
-        values = {variable.name: variable.value for variable in best.variables}
-        bettered = _looked_at(_with_values(own.mechanism, values), own.topology, work)
-    except FlexuraError:
-        return own
-    return min(own, bettered, key=lambda one: one.rank)
-
-
-def _with_slack(text: str) -> str:
-    """A requirement with something to spare."""
-    left, sign, right = text.partition(">=") if ">=" in text else text.partition("<=")
-    limit, *where = re.split(r"(?= (?:over|at|under) )", right, maxsplit=1)
-    return f"{left.strip()} {sign} {1 + SLACK if sign == '>=' else 1 - SLACK}*({limit.strip()}){''.join(where)}"
-
-
-def _apart(wish: Wish, room: Room) -> list[str]:
-    """That freedoms along and about global axes are so many times as compliant as all else."""
-    free = wish.freedoms.platform
-    if not free or len(free) == 6:
-        return []
-    length = f"({1e3 * room.freedoms.length / 2:.6g} mm)^2"
-    scaled = {name: f"compliance(about.{name})" + (f"*{length}" if name[0] == "r" else "") for name in DOFS}
-    return [f"{scaled[a]} >= {LEAST_GAP * (1 + SLACK):g}*{scaled[b]}" for a in free for b in DOFS if b not in free]
-
-
-def _ruled_out(work: Screening, store: Store) -> dict[str, int]:
+def _ruled_out(work: AtRest, at_rest: dict[int, dict[str, Array]]) -> dict[str, int]:
     """How many topologies miss each requirement that is asked at rest, in the best design that was found."""
-    counts = dict.fromkeys(["freedoms", *work.at_rest], 0)
-    for known in store.known.values():
-        counts["freedoms"] += not known["gap"] >= LEAST_GAP
-        for name, margin in zip(work.at_rest, known["margins"], strict=True):
+    counts = dict.fromkeys(["freedoms", *work.required], 0)
+    for known in at_rest.values():
+        counts["freedoms"] += not known["gap"][0] >= LEAST_GAP
+        for name, margin in zip(work.required, known["margins"][0], strict=True):
             counts[name] += not margin >= 0
     return counts
 
 
-def _written(own: _Judged, number: int, folder: Path) -> Candidate:
+def _written(own: Judged, number: int, folder: Path) -> Candidate:
     """The candidate with its file written."""
     name = f"candidate-{number + 1:02d}.yaml"
     save(own.mechanism, folder / name)

@@ -30,6 +30,9 @@ from flexura.screws import ScrewSpace
 
 DOFS = ("x", "y", "z", "rx", "ry", "rz")
 
+WITHIN_YIELD = "within yield"
+"""What is required of a stroke where nothing else is."""
+
 Process = Literal["wire-cut", "milled", "printed", "assembled"]
 
 ROOM = 0.02
@@ -192,6 +195,15 @@ class WishFile(Part):
     name: Label = "wish"
     wish: Wish
     requirements: dict[Label, Question] = {}
+
+    @property
+    def required(self) -> dict[str, str]:
+        """What is required of each design: what the file says and, of a stroke of which it says nothing, that the
+        yield stress is not reached."""
+        said = any("over stroke" in text for text in self.requirements.values())
+        known = CATALOGUE[self.wish.make.material].yield_stress is not None
+        implied = {WITHIN_YIELD: "margin >= 1 over stroke"} if self.wish.strokes and known and not said else {}
+        return {**self.requirements, **implied}
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,154 @@
+"""Candidates with all that is asked of them worked out, and the best of their topology within what is required."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexura.arrays import Array
+from flexura.deadline import OutOfTime, time_limit
+from flexura.errors import FlexuraError
+from flexura.full_order import plan_of
+from flexura.mechanism import Mechanism, with_rigid_bodies
+from flexura.study.optimum import Optimum, optimize
+from flexura.study.questions import questions, relation
+from flexura.study.requirements import Requirement, requirements
+from flexura.synthesis.drafts import draft, with_values
+from flexura.synthesis.result import LEAST_GAP, Candidate, freedoms_in_short
+from flexura.synthesis.screening import COMPLIANCES, AtRest, clashes_of, gap_of
+from flexura.synthesis.wish import DOFS, Room, Wish
+
+SPARE = 0.05
+"""What optima are to have to spare, over the limits, beyond what bodies that bend and model errors take."""
+
+MOST_TAKEN = 0.5
+"""Of a number, at most, that is put down to these: with more an optimum of rigid bodies says little."""
+
+SECONDS = 60.0
+"""Seconds for an optimum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A design of a topology, by its number, with its requirements worked out over strokes, with bodies that bend."""
+
+    number: int
+    mechanism: Mechanism
+    candidate: Candidate
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """First those that meet the most, of these those that meet them by the most."""
+        return -self.candidate.n_met, -self.candidate.least_margin
+
+    @property
+    def key(self) -> str:
+        """A name for its topology and sizes."""
+        sizes = [float(own.value) for own in self.mechanism.parameters.values()]  # type: ignore[arg-type]
+        return hashlib.sha256(f"{self.number} {sizes}".encode()).hexdigest()[:16]
+
+
+def judged(of: AtRest, number: int, values: Array) -> Judged:
+    """A design of a topology, by the values of its parameters in their order."""
+    own = of.listed[number]
+    mechanism = draft(own, of.file, of.room, f"{of.file.name}, {own.name}")
+    mechanism = with_values(mechanism, dict(zip(mechanism.parameters, values, strict=True)))
+    plan = plan_of(mechanism)
+    found = requirements(plan) if mechanism.requirements else None
+    asked = questions(plan, ", ".join(["f1", "mass", *COMPLIANCES])).values({}).value[0]
+    meeting = () if found is None else tuple(own.text for own in found.limits if own.kind == "contact")
+    return Judged(
+        number,
+        mechanism,
+        Candidate(
+            file="",
+            topology=own.name,
+            freedoms=freedoms_in_short(of.room.freedoms),
+            limbs=own.n_limbs,
+            over=own.over,
+            gap=float(gap_of(asked[None, 2:], of.room)[0]),
+            first_hz=float(asked[0]),
+            mass=float(asked[1]),
+            requirements=() if found is None else found.requirements,
+            clashes=(*clashes_of(mechanism), *meeting),
+        ),
+    )
+
+
+@dataclass(frozen=True)
+class Optima:
+    """The highest first frequency of topologies within what is required, each from a design: what a worker is sent.
+
+    A block has the `values` of an optimum; none, empty, where none was found, or not in time: `seconds` are then what
+    it was given.
+    """
+
+    at_rest: AtRest
+    begun: tuple[Judged, ...]
+
+    @property
+    def blocks(self) -> int:
+        """How many there are."""
+        return len(self.begun)
+
+    def designs(self, *numbers: int) -> str:
+        """Topologies in words."""
+        return self.at_rest.designs(*(self.begun[n].number for n in numbers))
+
+    def __call__(self, number: int) -> dict[str, Array]:
+        """The optimum from a design."""
+        own = self.begun[number]
+        stiff = with_rigid_bodies(own.mechanism)
+        try:
+            rigid = requirements(stiff).requirements if stiff.requirements else ()
+            pairs = zip(own.candidate.requirements, rigid, strict=True)
+            limits = [with_spare(stiff, bending, promised.value) for bending, promised in pairs]
+            with time_limit(SECONDS):
+                best = optimize(
+                    stiff,
+                    vary=list(stiff.parameters),
+                    maximise="f1",
+                    subject_to=[*limits, *_apart(self.at_rest.file.wish, self.at_rest.room)],
+                    requirements=False,
+                    starts=1,
+                )
+        except OutOfTime as error:
+            return {"values": np.array([]), "seconds": np.array(error.seconds)}
+        except FlexuraError:
+            return {"values": np.array([]), "seconds": np.array(0.0)}
+        assert isinstance(best, Optimum)
+        found = {variable.name: variable.value for variable in best.variables}
+        return {"values": np.array([found[name] for name in stiff.parameters]), "seconds": np.array(0.0)}
+
+
+def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:
+    """A requirement as one of a mechanism with rigid bodies, which promises some value of what is worked out of a
+    design: with its limit moved by what bodies that bend and model errors take of that, and something to spare."""
+    asked = relation(rigid, own.text)
+    _, _, is_below = asked.sides
+    low, high = own.model_error or (0.0, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = float(np.divide(own.value, promised)) * (1 + (high if is_below else low))
+    factor = 1.0
+    if own.limit > 0 and np.isfinite(share) and share > 0:
+        factor = (1 - SPARE if is_below else 1 + SPARE) / float(np.clip(share, MOST_TAKEN, 1 / MOST_TAKEN))
+    sign = ">=" if ">=" in own.text else "<="
+    left, right = own.text.split(sign)
+    right, *where = re.split(r"(?= (?:over|at|under) )", right, maxsplit=1)
+    left, right = left.strip(), right.strip()
+    sides = [left, f"{factor:.6g}*({right})"] if asked.right.is_constant else [f"{factor:.6g}*({left})", right]
+    return f"{sides[0]} {sign} {sides[1]}{''.join(where)}"
+
+
+def _apart(wish: Wish, room: Room) -> list[str]:
+    """That freedoms along and about global axes are so many times as compliant as all else."""
+    free = wish.freedoms.platform
+    if not free or len(free) == 6:
+        return []
+    length = f"({1e3 * room.freedoms.length / 2:.6g} mm)^2"
+    scaled = {name: f"compliance(about.{name})" + (f"*{length}" if name[0] == "r" else "") for name in DOFS}
+    least = f"{LEAST_GAP * (1 + 2 * SPARE):g}"
+    return [f"{scaled[a]} >= {least}*{scaled[b]}" for a in free for b in DOFS if b not in free]

@@ -1,0 +1,165 @@
+"""Which designs of topologies are worth a closer look: many at rest, the best of these over their strokes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import qmc
+
+from flexura.analysis import check
+from flexura.arrays import Array
+from flexura.errors import FlexuraError
+from flexura.full_order import plan_of
+from flexura.mechanism import CATALOGUE, Mechanism, with_rigid_bodies
+from flexura.study.questions import questions, relation
+from flexura.synthesis.bending import strain_over_stroke
+from flexura.synthesis.drafts import draft, with_values
+from flexura.synthesis.result import LEAST_GAP
+from flexura.synthesis.topologies import Topology
+from flexura.synthesis.wish import DOFS, Room, WishFile, si
+from flexura.thresholds import ROUND_OFF
+
+BEST_OF_EACH = 8
+"""Designs of each topology at rest that may be led through their strokes."""
+
+SPARE = 2.2
+"""Yield strain over that of the limbs, roughly, where a margin of stress is required."""
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """Designs of topologies at rest, one topology after another: what a worker is sent.
+
+    A block has the `values` (k, p) of the best designs of a topology, best first, in the order of its parameters, the
+    `margins` (k, r) of the requirements that are asked at rest, nan where there is none, the `gap` (k,), and the
+    `score` (k,) by which they are best.
+    """
+
+    file: WishFile
+    room: Room
+    listed: tuple[Topology, ...]
+    samples: int
+
+    @property
+    def blocks(self) -> int:
+        """How many topologies there are."""
+        return len(self.listed)
+
+    def designs(self, *numbers: int) -> str:
+        """Topologies in words."""
+        return f"topology {', '.join(str(n + 1) for n in numbers)}"
+
+    @cached_property
+    def required(self) -> dict[str, str]:
+        """Requirements that ask nothing at poses, of strokes or stresses."""
+        return {name: text for name, text in self.file.required.items() if is_at_rest(text)}
+
+    @cached_property
+    def allowed(self) -> float:
+        """The strain that limbs are to have at most at the end of the stroke, by the material and what is required."""
+        material = CATALOGUE[self.file.wish.make.material]
+        required = any("margin" in text or "stress" in text for text in self.file.requirements.values())
+        return si(material.yield_stress or np.inf) / si(material.E) / (SPARE if required else 1.0)
+
+    def __call__(self, number: int) -> dict[str, Array]:
+        """The best designs of a topology."""
+        own = self.listed[number]
+        plan = plan_of(with_rigid_bodies(draft(own, self.file, self.room, "draft")))
+        parameters = plan.mechanism.parameters
+        low, high = (np.array([float(getattr(p, end)) for p in parameters.values()]) for end in ("minimum", "maximum"))
+        unit = qmc.Halton(len(low), seed=np.random.default_rng(number)).random(self.samples)
+        drawn = [float(p.value) for p in parameters.values()]  # type: ignore[arg-type]
+        values = np.concatenate([[drawn], low + unit * (high - low)])
+        designs = dict(zip(parameters, values.T, strict=True))
+        relations = [relation(plan, text) for text in self.required.values()]
+        margins = np.array([own.margin(designs) for own in relations]).reshape(len(relations), len(values))
+        gaps = gap_of(questions(plan, ", ".join(COMPLIANCES)).values(designs).value, self.room)
+        spare = self.allowed / np.maximum(strain_over_stroke(own, designs, self.file.wish, self.room), ROUND_OFF)
+        with np.errstate(divide="ignore"):
+            apart = np.minimum(np.log(gaps / LEAST_GAP), np.log(spare)) / 3
+        score = np.minimum(apart, margins.min(axis=0, initial=1.0))
+        best = np.argsort(-np.where(np.isfinite(score), score, -np.inf), kind="stable")[:BEST_OF_EACH]
+        return {"values": values[best], "margins": margins[:, best].T, "gap": gaps[best], "score": score[best]}
+
+
+@dataclass(frozen=True)
+class OverStroke:
+    """Some designs of topologies over their strokes, with rigid bodies: what a worker is sent.
+
+    `chosen` are numbers of topologies with designs (k, p) of each. A block has the least margin (k,) of all that is
+    required, nan where there is none, and whether solids of a design are `clear` of each other.
+    """
+
+    at_rest: AtRest
+    chosen: tuple[tuple[int, Array], ...]
+
+    @property
+    def blocks(self) -> int:
+        """How many topologies there are."""
+        return len(self.chosen)
+
+    def designs(self, *numbers: int) -> str:
+        """Topologies in words."""
+        return self.at_rest.designs(*(self.chosen[n][0] for n in numbers))
+
+    def __call__(self, number: int) -> dict[str, Array]:
+        """What the designs of a topology come to."""
+        topology, values = self.chosen[number]
+        of = self.at_rest
+        mechanism = draft(of.listed[topology], of.file, of.room, "draft")
+        plan = plan_of(with_rigid_bodies(mechanism))
+        designs = dict(zip(mechanism.parameters, values.T, strict=True))
+        margins = np.ones((1, len(values)))
+        for text in of.file.required.values():
+            try:
+                margins = np.vstack([margins, relation(plan, text).margin(designs)])
+            except FlexuraError:  # where no pose is found
+                margins = np.vstack([margins, np.full(len(values), np.nan)])
+        each = [dict(zip(mechanism.parameters, own, strict=True)) for own in values]
+        clear = [not clashes_of(with_values(mechanism, own)) for own in each]
+        return {"margin": margins.min(axis=0), "clear": np.array(clear, dtype=float)}
+
+
+COMPLIANCES = [f"compliance(about.{a}, about.{b})" for i, a in enumerate(DOFS) for b in DOFS[i:]]
+_AT = [(i, j) for i in range(6) for j in range(i, 6)]
+
+
+def gap_of(compliances: Array, room: Room) -> Array:
+    """How many times as compliant the stiffest wished freedom is as the softest of what is not wished (n,), of
+    designs with compliances (n, 21) of the point of the wish, rotations counted at half the length of the room;
+    infinite where nothing is wished."""
+    C = np.zeros((len(compliances), 6, 6))
+    for (i, j), own in zip(_AT, compliances.T, strict=True):
+        C[:, i, j] = C[:, j, i] = own
+    scale = np.repeat([1.0, room.freedoms.length / 2], 3)
+    C = C * scale[:, None] * scale
+    F = _twists_about(room) / scale[:, None]
+    U, s, _ = np.linalg.svd(F)
+    k = int((s > 1e-9).sum())
+    free, rest = U[:, :k], U[:, k:]
+    bad = ~np.isfinite(C).all(axis=(1, 2))
+    C[bad] = 0.0
+    softest = np.linalg.eigvalsh(rest.T @ C @ rest)[:, -1] if k < 6 else np.zeros(len(C))
+    stiffest = np.linalg.eigvalsh(free.T @ C @ free)[:, 0] if k else np.full(len(C), np.inf)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(bad, np.nan, stiffest / np.maximum(softest, 1e-300))
+
+
+def _twists_about(room: Room) -> Array:
+    """The wished freedoms (6, f) as twists of the point of the wish, global frame."""
+    units = np.repeat([room.freedoms.length, 1.0], 3)[:, None]
+    F = room.freedoms.basis * units
+    v = F[:3] + np.cross(F[3:], room.about, axisa=0, axisc=0)
+    return np.concatenate([room.turn @ v, room.turn @ F[3:]])
+
+
+def is_at_rest(text: str) -> bool:
+    """Whether a requirement asks nothing at poses, of strokes or stresses."""
+    return not any(word in text for word in (" at ", " over ", "margin", "stress", "reach", "buckling", " under "))
+
+
+def clashes_of(mechanism: Mechanism) -> tuple[str, ...]:
+    """Solids that share space, in words."""
+    return tuple(own.text for own in check(mechanism).clashes if own.kind == "clash")
