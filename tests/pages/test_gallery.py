@@ -24,7 +24,9 @@ HOSTILE = "a <script>alert(1)</script> & \"b\" 'c' </style>"
 
 def required(name: str, text: str, value: float, limit: float, unit: str) -> Requirement:
     verdict = "met" if value >= limit else "not known" if np.isnan(value) else "missed"
-    return Requirement(name, text, verdict, value, limit, unit, None, None, "not asked", "", 0, 0.0, "")
+    return Requirement(
+        name, text, verdict, value, limit, unit, (value - limit) / limit, None, None, "not asked", "", 0, 0.0, ""
+    )
 
 
 def candidate(number: int, first_hz: float, mass: float, stiff: float = 6e6, **more) -> Candidate:

@@ -9,7 +9,7 @@ from flexura.modelfile import dumps, loads
 from flexura.study.questions import questions
 from flexura.synthesis import WishFile, room_of, topologies
 from flexura.synthesis.drafts import draft
-from flexura.synthesis.search import _COMPLIANCES, gap_of
+from flexura.synthesis.screening import COMPLIANCES, gap_of
 from synthesis.test_classics import wish
 
 THINNEST = 1e-4
@@ -64,7 +64,7 @@ def test_drafts_are_free_as_wished_and_clear_of_themselves(freedoms, about, proc
         names = {p.kind.name for p in topology.patterns}
         plan = plan_of(slim(with_rigid_bodies(again)))
         if freedoms:
-            gap = gap_of(questions(plan, ", ".join(_COMPLIANCES)).values({}).value, room)
+            gap = gap_of(questions(plan, ", ".join(COMPLIANCES)).values({}).value, room)
             assert gap > 10, topology.name
         if names <= {"wire", "leaf", "folded leaf", "folded guide"}:
             found = fx.constraints(plan)

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.deadline import OutOfTime, time_limit
 from flexura.errors import FlexuraError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, with_rigid_bodies
-from flexura.study.optimum import Optimum, optimize
+from flexura.study.optimum import climbed
 from flexura.study.questions import questions, relation
 from flexura.study.requirements import Requirement, requirements
 from flexura.synthesis.drafts import draft, with_values
@@ -26,6 +25,9 @@ SPARE = 0.05
 
 MOST_TAKEN = 0.5
 """Of a number, at most, that is put down to these: with more an optimum of rigid bodies says little."""
+
+ACCURACY = 1e-5
+"""Change of the first frequency, over itself, at which an optimum is one."""
 
 SECONDS = 60.0
 """Seconds for an optimum."""
@@ -82,8 +84,8 @@ def judged(of: AtRest, number: int, values: Array) -> Judged:
 class Optima:
     """The highest first frequency of topologies within what is required, each from a design: what a worker is sent.
 
-    A block has the `values` of an optimum; none, empty, where none was found, or not in time: `seconds` are then what
-    it was given.
+    A block has the `values` of an optimum, none, empty, where nothing was found, and whether the search `ended` in its
+    time, or has the best so far.
     """
 
     at_rest: AtRest
@@ -106,22 +108,11 @@ class Optima:
             rigid = requirements(stiff).requirements if stiff.requirements else ()
             pairs = zip(own.candidate.requirements, rigid, strict=True)
             limits = [with_spare(stiff, bending, promised.value) for bending, promised in pairs]
-            with time_limit(SECONDS):
-                best = optimize(
-                    stiff,
-                    vary=list(stiff.parameters),
-                    maximise="f1",
-                    subject_to=[*limits, *_apart(self.at_rest.file.wish, self.at_rest.room)],
-                    requirements=False,
-                    starts=1,
-                )
-        except OutOfTime as error:
-            return {"values": np.array([]), "seconds": np.array(error.seconds)}
+            limits += _apart(self.at_rest.file.wish, self.at_rest.room)
+            found, ended = climbed(stiff, maximise="f1", subject_to=limits, accuracy=ACCURACY, seconds=SECONDS)
         except FlexuraError:
-            return {"values": np.array([]), "seconds": np.array(0.0)}
-        assert isinstance(best, Optimum)
-        found = {variable.name: variable.value for variable in best.variables}
-        return {"values": np.array([found[name] for name in stiff.parameters]), "seconds": np.array(0.0)}
+            return {"values": np.array([]), "ended": np.array(True)}
+        return {"values": np.array([found[name] for name in stiff.parameters]), "ended": np.array(ended)}
 
 
 def with_spare(rigid: Mechanism, own: Requirement, promised: float) -> str:

@@ -101,9 +101,11 @@ def design(
     for k, columns in run.blocks("optima of the best", optima, [f"optimum {own.key}" for own in optima.begun]):
         own = optima.begun[k]
         if not len(columns["values"]):
-            late = f"was given up after {SECONDS:g} s" if columns["seconds"] else "was not found"
-            remarks.append(f"an optimum of {own.candidate.topology} {late}; its design is the best that was sampled")
-        elif written.add(judged(work, own.number, columns["values"])):
+            remarks.append(f"{own.candidate.topology}: no optimum was found; the design is the best that was sampled")
+            continue
+        if not columns["ended"]:
+            remarks.append(f"{own.candidate.topology}: the search for an optimum ended after {SECONDS:g} s, unfinished")
+        if written.add(judged(work, own.number, columns["values"])):
             result = written.write()
     return written.write() if tuple(remarks) != result.notes else result
 
@@ -240,7 +242,8 @@ class Store:
         for line in lines[1:]:
             with suppress(ValueError):  # of a line that was cut off
                 own = json.loads(line)
-                self.known[own.pop("name")] = {name: np.array(column, dtype=float) for name, column in own.items()}
+                name = own.pop("name")
+                self.known[name] = {column: np.array(values, dtype=float) for column, values in own.items()}
         if not lines:
             self.path.write_text(json.dumps({"wish": mark}) + "\n", encoding="utf-8")
 

@@ -1,3 +1,4 @@
+from flexura.study.optimum.optimize import climbed as climbed
 from flexura.study.optimum.optimize import optimize as optimize
 from flexura.study.optimum.results import ActiveLimit as ActiveLimit
 from flexura.study.optimum.results import Optimum as Optimum

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.deadline import Listener, Progress, no_listener
+from flexura.deadline import Listener, OutOfTime, Progress, no_listener
 from flexura.study.optimum.landscape import (
     FailedDesign,
     Judged,
@@ -207,13 +207,17 @@ def climb(land: Landscape, start: Array, method: Method = "slsqp", accuracy: flo
 
     Where it ends without meeting the limits their largest violation is made as small as it goes, and the search goes on
     from there. A design that fails ends the search, which goes on from the best one in a smaller box around it. What
-    trust-constr leaves of its barrier is taken away by SLSQP.
+    trust-constr leaves of its barrier is taken away by SLSQP. Where its time is over it ends with the best so far.
     """
     before, search = land.evaluations, _Search(land, accuracy)
     try:
         converged, message = search.run(start, method)
     except _Settled:
         converged, message = True, CONDITIONS_HOLD
+    except OutOfTime as error:
+        if search.best is None:
+            raise
+        converged, message = False, str(error)
     return Climb(start, search.best, land.evaluations - before, converged, message)
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from flexura.arguments import verb
-from flexura.deadline import Listener, Progress, no_listener
+from flexura.deadline import Listener, OutOfTime, Progress, no_listener, time_limit
 from flexura.errors import OptionError, SolverError
 from flexura.full_order import plan_of
 from flexura.mechanism import Mechanism, OptimumStudy
 from flexura.structure import Plan, one_design
-from flexura.study.optimum.climb import Method, best_of
+from flexura.study.optimum.climb import Method, best_of, climb
 from flexura.study.optimum.discrete import Chosen, chosen_alone, chosen_with_others
 from flexura.study.optimum.front import front
 from flexura.study.optimum.outcome import optimum_of, pareto_of
@@ -97,6 +97,29 @@ def optimize(
         raise SolverError(f"no design could be worked out: {why}")
     report(Progress("proof"))
     return optimum_of(task, mixed, chosen, method, seed)
+
+
+def climbed(
+    model: Mechanism | Plan, *, maximise: str, subject_to: Sequence[str], accuracy: float, seconds: float
+) -> tuple[dict[str, float], bool]:
+    """The design that one search leads to from a design, over all its parameters within their limits, by name, SI, and
+    whether the search came to its end in time.
+
+    The search ends when the goal changes by less than `accuracy`, over its size, or with the best design after so many
+    `seconds`; nothing of it is proven. The requirements of the description are left out. Raises as `optimize`.
+    """
+    plan = plan_of(model)
+    asked = {"vary": list(plan.mechanism.parameters), "maximise": maximise, "minimise": None, "subject_to": subject_to}
+    task = task_of(plan, {}, {**asked, "requirements": False})
+    first = task.starts(1, 0)
+    with time_limit(seconds):
+        mixed, _, _ = task.mixed(first)
+        found = climb(mixed.land, task.box.positions(first)[0], accuracy=accuracy)
+    if found.best is None:
+        raise SolverError(f"no design could be worked out: {found.message}")
+    return dict(zip(task.names, task.box.values(found.best.z).tolist(), strict=True)), found.message != str(
+        OutOfTime(seconds)
+    )
 
 
 def described(plan: Plan, name: str | None, fixed: Mapping[str, float]) -> dict[str, Any]:
