@@ -12,7 +12,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from flexura.arrays import Array
-from flexura.synthesis.topologies import Pattern, Topology
+from flexura.synthesis.patterns import Pattern
+from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import DOFS, Room, Wish
 
 NOTCH = 2.5

@@ -12,7 +12,8 @@ from flexura.arrays import Array
 from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
 from flexura.synthesis.limbs import LEAF, Terms, describe_member
-from flexura.synthesis.topologies import ALONG, BESIDE, LUG, RADII, Pattern, Topology, limits_of, lug_of
+from flexura.synthesis.patterns import ALONG, BESIDE, LUG, RADII, Pattern, limits_of, lug_of
+from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import Make, Room, Wish, WishFile, si
 
 RADIUS_LIMITS = (0.3, 0.95)

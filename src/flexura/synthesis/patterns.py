@@ -1,0 +1,399 @@
+"""Patterns of limbs: where limbs may be in the room of a wish, how long and how wide, and which fit.
+
+A pattern is one limb, or two, three or four evenly around the normal of the base through the middle of the platform; of
+one, two and four the first is on an axis of the base, of four on a diagonal as well, of two at a corner of a box, and
+of three at every thirty degrees.
+
+A limb is of one kind and begins below the platform, in the middle or near its edge, or at its side: at its edges,
+halfway between, and where the point of the wish is if that is at the side. It leads away from the platform along a
+direction of the grammar: radial, tangential, along the normal, halfway between the normal and one of the others, or
+where the lines that are borne at its beginning are one line or meet one of the planes between these three; in the
+middle along the normal. It is wide along one of the three, or across one of them.
+
+Patterns of which any limb bears a wrench that does work on a wished freedom are left out (Blanding 1999; Hopkins and
+Culpepper 2010), whatever their sizes are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial.distance import cdist
+
+from flexura.arrays import Array
+from flexura.synthesis.limbs import KINDS, Kind, Sizes, Terms, place, unit_sizes
+from flexura.synthesis.wish import ROOM, Room
+
+COUNTS = (1, 2, 3, 4)
+"""Limbs of a pattern."""
+
+RADII = (0.8, 0.55)
+"""Distance from the axis of sites below the platform, over the way to its edge: as drawn first, and another one."""
+
+LUG = 0.06
+"""Edge of a lug at the side of the platform, on which limbs begin that lead on beside it, over the smallest edge of the
+envelope."""
+
+BESIDE = 0.25
+"""Clearance of limbs that are wide radially from the side of the platform, over the edge of a lug."""
+
+SHORTEST = 0.1
+"""Least length of a limb, over the smallest edge of the envelope."""
+
+ALONG = 1e-6
+
+SHARES = (0.5, 0.2)
+"""Where between their limits sizes are drawn first: the first of these at which a pattern fits."""
+
+LEAST_AWAY = 0.025
+"""Distance of limbs from each other, over the smallest edge of the envelope."""
+
+SAMPLES = 24
+"""Points along a member at which it is held against what is in its way."""
+
+LEAST_SLENDER = 8.0
+"""Room along a limb over the greatest thickness of its flexures, where the thinnest web allows that."""
+
+WIDEST = 1.5
+"""Room along a limb over the greatest width of its flexures."""
+
+
+class Site(NamedTuple):
+    """Where a limb begins: below the platform, at its side, or on a lug beside it, at an azimuth, rad, and a height, m.
+    `reach` is how far from the axis the edge of the platform is there, or the middle of the lug. The one in the middle
+    below it has a reach of zero."""
+
+    where: Literal["below", "side", "beside"]
+    azimuth: float
+    height: float
+    reach: float
+
+    def head(self, room: Room, radius: float = RADII[0]) -> Array:
+        """Its point (3,); below the platform so far from the axis over the reach."""
+        c, s = np.cos(self.azimuth), np.sin(self.azimuth)
+        r = self.reach * (radius if self.where == "below" else 1.0)
+        return np.array([room.middle[0] + r * c, room.middle[1] + r * s, self.height])
+
+    @property
+    def axes(self) -> Array:
+        """Radial, tangential and normal directions there, columns (3, 3)."""
+        return about_z(self.azimuth)
+
+
+def sites(room: Room, count: int) -> list[Site]:
+    """All sites of the first of so many limbs."""
+    h = float(room.platform[2])
+    low, z, high = room.middle[2] + np.array([-h, 0.0, h])
+    inset, lug = min(LUG * room.size, h) / 2, LUG * room.size / 2
+    heights = {round(float(own), 9) for own in (low + inset, z, high - inset, room.about[2])}
+    heights = {own for own in heights if low - ALONG * room.size <= own <= high + ALONG * room.size}
+    found = [Site("below", 0.0, float(low), 0.0)] if count == 1 else []
+    for angle, reach in _edges(room, count):
+        found.append(Site("below", angle, float(low), reach))
+        if count == 3 and room.shape == "box":
+            continue
+        for height in sorted(heights, key=lambda own: abs(own - z)):
+            found.append(Site("side", angle, height, reach))
+            if room.shape == "cylinder" or min(np.abs(np.sin(angle)), np.abs(np.cos(angle))) < ALONG:
+                found.append(Site("beside", angle, height, reach + lug))
+    return found
+
+
+def _edges(room: Room, count: int) -> Iterator[tuple[float, float]]:
+    """Azimuths of the first of so many limbs, and how far the edge of the platform is there."""
+    a, b = (float(own) for own in room.platform[:2])
+    box = room.shape == "box"
+    if count == 3:
+        yield from ((np.pi * k / 6, min(a, b)) for k in range(4))
+        return
+    square = abs(a - b) < ALONG * room.size
+    if count < 4 or square:
+        quarters = {1: 4, 2: 2, 4: 1}[count]
+        yield from ((np.pi / 2 * k, (a, b)[k % 2]) for k in range(quarters))
+    elif box:
+        yield 0.0, min(a, b)
+    if box and (count == 2 or (count == 4 and square)):
+        corner = float(np.arctan2(b, a))
+        yield from ((own, float(np.hypot(a, b))) for own in ((corner, np.pi - corner) if count == 2 else (corner,)))
+    elif count == 4 and not box:
+        yield np.pi / 4, a
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Equal limbs around the axis: their kind, the site of the first, its axes (m, e, d) as columns (3, 3), and how
+    many there are.
+
+    `run` is how long a limb can be before it leaves the envelope, m. Sites below the platform may be at any distance
+    from the axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first.
+    `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
+    width that they pass each other, which changes nothing of what they bear.
+    """
+
+    kind: Kind
+    site: Site
+    axes: Array
+    count: int
+    run: float
+    pinned: bool = False
+    share: float = SHARES[0]
+    aside: bool = False
+
+    def turns(self) -> Array:
+        """Rotations (n, 3, 3) of the copies about the axis."""
+        return _turns(self.count)
+
+    def wrenches(self, room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
+        """What each copy bears, about the origin of the room (copies, 6, n), moments in m."""
+        axis, turns = np.array([*room.middle[:2], 0.0]), self.turns()
+        places = turns @ (self.site.head(room, radius) - axis) + axis
+        return _about_origin(self.kind.bears(sizes), turns @ self.axes, places)
+
+    @cached_property
+    def n_constraints(self) -> int:
+        """How many wrenches its limbs bear, each counted by itself."""
+        return self.count * self.kind.bears(unit_sizes(self.kind, 1.0)).shape[1]
+
+    @property
+    def has_lug(self) -> bool:
+        """Whether limbs begin on a lug of the platform: those that lead on beside it, and those of several heads."""
+        return self.site.where == "beside" or (self.site.where == "side" and len(self.kind.heads) > 1)
+
+    def shift(self, lug: float) -> tuple[Array, Terms]:
+        """How limbs are drawn beside their site: so far, (3,), m, and by their sizes along (m, e, d). What they bear is
+        the same. Those that are wide radially begin clear of the side of the platform, on a lug of some edge, m; lugs
+        of those with several heads are between them and the platform."""
+        radial = self.site.axes[:, 0]
+        if self.aside:
+            return self.axes[:, 1] * lug / 3, {"width": (0.0, 0.5, 0.0)}
+        if self.site.where == "side" and self.has_lug:
+            return radial * lug, {}
+        along = float(radial @ self.axes[:, 1])
+        if self.site.where == "beside" and self.kind.width and abs(along) > 1 - ALONG:
+            return radial * lug * (BESIDE - 0.5), {"width": (0.0, 0.5 * float(np.sign(along)), 0.0)}
+        return np.zeros(3), {}
+
+    @property
+    def is_asymmetric(self) -> bool:
+        """Whether it is one limb that is not in the middle."""
+        return self.count == 1 and self.site.reach > 0
+
+
+def about_z(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _turns(count: int) -> Array:
+    return np.array([about_z(2 * np.pi * k / count) for k in range(count)])
+
+
+def _about_origin(borne: Array, frames: Array, places: Array) -> Array:
+    """Wrenches (copies, 6, n) about the origin, of some (6, n) in frames (copies, 3, 3) about places (copies, 3)."""
+    force, moment = frames @ borne[:3], frames @ borne[3:]
+    x, y, z = places.T
+    zero = np.zeros(len(x))
+    arm = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    return np.concatenate([force, moment + arm @ force], axis=1)
+
+
+_PLAIN = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if 0 < np.abs(c).sum() < 3 and not (c[0] and c[1])])
+"""Directions of the grammar at every site (n, 3), radial, tangential and along the normal."""
+
+
+def _directions(site: Site, borne: Array) -> list[Array]:
+    """Directions of the grammar at a site, of which lines are borne there (3, k) at all: unit vectors (3,). From
+    below the platform they lead down, in the middle straight; from its side outward, and from a lug beside it."""
+    if not site.reach:
+        return [-site.axes[:, 2]]
+    found = [site.axes @ c for c in _PLAIN]
+    if borne.shape[1] == 1:
+        found += [borne[:, 0], -borne[:, 0]]
+    if borne.shape[1] == 2:
+        normal = _cross(borne[:, 0], borne[:, 1])
+        lines = [_cross(normal, own) for own in site.axes.T]
+        found += [s * line for line in lines if np.linalg.norm(line) > ALONG for s in (1.0, -1.0)]
+    units = [own / np.linalg.norm(own) for own in found]
+    radial = site.axes[:, 0]
+    if site.where == "below":
+        units = [d for d in units if d[2] < -ALONG]
+    else:
+        units = [d for d in units if (d @ radial > ALONG if site.where == "side" else abs(d @ radial) < ALONG)]
+    return list({tuple(np.round(d, 6) + 0.0): d for d in units}.values())
+
+
+def _widths(site: Site, d: Array, kind: Kind) -> Iterator[Array]:
+    """Directions across d along which a limb may be wide."""
+    across = [own for own in site.axes.T if abs(own @ d) < ALONG]
+    slanting = [_cross(d, own) for own in site.axes.T if ALONG < abs(own @ d) < 1 - ALONG]
+    chosen: list[Array] = []
+    for own in (*across, *slanting):
+        e = own / np.linalg.norm(own)
+        if not any(abs(e @ other) > 1 - ALONG for other in chosen):
+            chosen.append(e)
+    if kind.is_round:
+        yield chosen[0]
+        return
+    for e in chosen:
+        yield e
+        if kind.is_one_sided:
+            yield -e
+
+
+def patterns(room: Room, process: str) -> list[Pattern]:
+    """All patterns of the grammar of which no limb works against a wished freedom."""
+    kinds = [kind for kind in KINDS.values() if process in kind.processes]
+    kinds = [kind for kind in kinds if process != "wire-cut" or kind.is_planar]
+    wrenches = [[kind.bears(unit_sizes(kind, scale * room.freedoms.length)) for scale in (1.0, 0.7)] for kind in kinds]
+    F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
+    axis = np.array([*room.middle[:2], 0.0])
+
+    def works(own: Sequence[Array], axes: Array, head: Array, turns: Array) -> bool:
+        """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
+        places, frames = turns @ (head - axis) + axis, turns @ axes
+        return any(np.abs(F.T @ _about_origin(borne, frames, places)).max(initial=0.0) > ALONG for borne in own)
+
+    found = []
+    for count in COUNTS:
+        turns = _turns(count)
+        for site in sites(room, count):
+            head = site.head(room)
+            for d in _directions(site, room.wrenches.directions_at(head)):
+                run = _run(room, site, d, turns)
+                if run < SHORTEST * room.size:
+                    continue
+                for kind, own in zip(kinds, wrenches, strict=True):
+                    for e in _widths(site, d, kind):
+                        axes = np.array([_cross(e, d), e, d]).T
+                        if not works(own, axes, head, turns[:1]) and not works(own, axes, head, turns):
+                            pinned = site.where == "below" and works(own, axes, site.head(room, RADII[1]), turns)
+                            found.append(Pattern(kind, site, axes, count, run, pinned))
+    return found
+
+
+def _run(room: Room, site: Site, d: Array, turns: Array) -> float:
+    """How long limbs may be along d before the first of them leaves the envelope, m."""
+    axis = np.array([*room.middle[:2], 0.0])
+    p, v = turns @ (site.head(room) - axis) + axis - [0.0, 0.0, room.half[2]], turns @ d
+    with np.errstate(divide="ignore", invalid="ignore"):
+        way = np.where(np.abs(v) > ALONG, (np.sign(v) * room.half - p) / v, np.inf)
+    return float(way.min()) - ROOM * room.size
+
+
+def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[float, float]]:
+    """Least and most of each size of a limb, m."""
+    scales = {"thinnest": thinnest, "room": pattern.run, "size": room.size, "width": _width_room(pattern, room)}
+    found = {}
+    for name, limit in pattern.kind.sizes.items():
+        low, high = limit.least * scales[limit.of], limit.most * scales[limit.of]
+        if limit.of == "thinnest" and name in ("thickness", "diameter"):
+            high = max(1.5 * low, min(high, pattern.run / LEAST_SLENDER))
+        found[name] = (low, high)
+    return found
+
+
+def drawn_first(pattern: Pattern, room: Room, thinnest: float) -> Sizes:
+    """Sizes, m, as they are drawn first."""
+    limits = limits_of(pattern, room, thinnest)
+    return {name: low + pattern.share * (high - low) for name, (low, high) in limits.items()}
+
+
+def _width_room(pattern: Pattern, room: Room) -> float:
+    """How wide a limb may be where it begins, m."""
+    e, site = np.abs(pattern.site.axes.T @ pattern.axes[:, 1]), pattern.site
+    edge = float(room.platform[:2].min())
+    if site.where == "below":
+        wide = 2 * edge if pattern.count <= 2 and e[1] > 1 - ALONG and site.reach else edge
+    elif e[2] > ALONG:
+        wide = 2 * float(room.platform[2] - abs(site.height - room.middle[2]))
+    else:
+        wide = edge
+    return min(wide, pattern.run / WIDEST)
+
+
+def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
+    """Points (n, 3) of a limb, along its axes from its head, in all copies (copies, n, 3), m."""
+    axis = np.array([*room.middle[:2], 0.0])
+    fixed, drawn = pattern.shift(LUG * room.size)
+    start = pattern.site.head(room) + fixed - axis
+    return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
+
+
+def lug_of(pattern: Pattern, room: Room) -> tuple[float, tuple[str, ...]]:
+    """Edge of a lug, m, and the sizes by which it is longer along m."""
+    heads = (pattern.kind.nodes[head] for head in pattern.kind.heads)
+    return LUG * room.size, tuple(sorted({size for head in heads for size in head}))
+
+
+class Drawn(NamedTuple):
+    """A pattern as drawn first: points (copies, n, 3) along the middle and both edges of members, the same and those of
+    blocks, and all of it and of lugs."""
+
+    members: Array
+    moving: Array
+    all: Array
+
+
+_GRID, _FINE = (np.array(list(product(np.linspace(0.0, 1.0, n), repeat=3))) for n in (3, 5))
+
+
+def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
+    """A pattern as it is drawn first."""
+    sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
+    nodes = kind.points(sizes)
+    at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
+    line = np.concatenate([nodes[a] + at * (nodes[b] - nodes[a]) for a, b, _ in kind.members.values()])
+    wide = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
+    members = np.concatenate([line, line + wide, line - wide]) if wide.any() else line
+    corners = [(place(low, sizes), place(high, sizes)) for _, low, high in (kind.blocks or {}).values()]
+    moving = np.concatenate([members, *(low + _FINE * (high - low) for low, high in corners)])
+    every = moving
+    if pattern.has_lug:
+        edge, longer = lug_of(pattern, room)
+        width = sizes["width"] + 2 * BESIDE * edge if "width" in sizes else edge
+        half = np.array([edge + sum(sizes[size] for size in longer), width, edge]) / 2
+        every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, edge / 2]])
+    own = _copies(pattern, room, sizes, every)
+    return Drawn(own[:, : len(members)], own[:, : len(moving)], own)
+
+
+def fitted(pattern: Pattern, room: Room, thinnest: float) -> Pattern | None:
+    """The pattern with the first sizes at which all copies are within the envelope, outside of the platform, begin at
+    it and are clear of each other; None where there are none."""
+    if (
+        pattern.site.where == "beside"
+        and len(pattern.kind.heads) > 1
+        and abs(pattern.site.axes[:, 0] @ pattern.axes[:, 0]) > ALONG
+    ):
+        return None
+    crossing = pattern.count == 2 and pattern.site.where == "below" and "thickness" in pattern.kind.sizes
+    for share, aside in product(SHARES, (False, True) if crossing else (False,)):
+        own = replace(pattern, share=share, aside=aside)
+        drawn = as_drawn(own, room, thinnest)
+        if not _begins(own, room, thinnest):
+            continue
+        flat = drawn.moving.reshape(-1, 3)
+        if (room.outside(flat) > ALONG * room.size).any() or room.in_platform(flat, 0.02 * room.size).any():
+            continue
+        others = drawn.all[1 : 1 + own.count // 2].reshape(-1, 3)
+        if not len(others) or float(cdist(drawn.all[0], others, "sqeuclidean").min()) > (LEAST_AWAY * room.size) ** 2:
+            return own
+    return None
+
+
+def _begins(pattern: Pattern, room: Room, thinnest: float) -> bool:
+    """Whether all heads of all copies are at the platform, or on a lug."""
+    if pattern.has_lug:
+        return True
+    nodes = pattern.kind.points(sizes := drawn_first(pattern, room, thinnest))
+    heads = _copies(pattern, room, sizes, np.array([nodes[head] for head in pattern.kind.heads]))
+    return bool(room.in_platform(heads.reshape(-1, 3), -1e-3 * room.size).all())
