@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from flexura.arrays import Array
 from flexura.mechanism import Mechanism, Parameter
 from flexura.modelfile import described
-from flexura.synthesis.limbs import LEAF, Terms, describe_member
-from flexura.synthesis.patterns import ALONG, BESIDE, LUG, RADII, Pattern, limits_of, lug_of
+from flexura.synthesis.limbs import LEAF, PROFILES, Terms, describe_member
+from flexura.synthesis.patterns import ALONG, LUG, RADII, Pattern, limits_of, lug_of
 from flexura.synthesis.topologies import Topology
 from flexura.synthesis.wish import Make, Room, Wish, WishFile, si
 
@@ -73,7 +73,7 @@ def _data(topology: Topology, file: WishFile, room: Room, name: str) -> dict[str
 
 def _parameters(letter: str, own: Pattern, room: Room, thinnest: float) -> dict[str, Any]:
     """Sizes of a pattern with their limits."""
-    limits = limits_of(own, room, thinnest)
+    limits = {name: ends for name, ends in limits_of(own, room, thinnest).items() if name != own.kind.pinned}
     values = {name: low + own.share * (high - low) for name, (low, high) in limits.items()}
     if (radius := _radius_name(letter, own)) is not None:
         name = radius.removeprefix(f"{letter}_")
@@ -102,32 +102,30 @@ def _substructure(letter: str, own: Pattern, room: Room, make: Make) -> dict[str
     if radius := _radius_name(letter, own):
         terms = [(None, start - radial * own.site.reach * RADII[0]), (radius, radial)]
     fixed, drawn = own.shift(LUG * room.size)
-    terms += [(None, turn @ fixed), *((f"{letter}_{size}", axes @ np.array(c)) for size, c in drawn.items())]
-    nodes = {
-        name: _point([*terms, *((f"{letter}_{size}", axes @ np.array(c)) for size, c in node.items())])
-        for name, node in own.kind.nodes.items()
-    }
+
+    def along(way: Terms) -> list[tuple[str | None, Array]]:
+        """A way by its sizes, in the global frame."""
+        named = ((f"{letter}_{size}", axes @ np.array(c)) for size, c in way.items() if size != own.kind.pinned)
+        held = axes @ np.array(way.get(own.kind.pinned, (0.0, 0.0, 0.0))) * own.held
+        return [(None, held), *named]
+
+    terms += [(None, turn @ fixed), *along(drawn)]
+    nodes = {name: _point([*terms, *along(node)]) for name, node in own.kind.nodes.items()}
+    names = {size: f"{letter}_{size}" for size in own.kind.sizes}
+    at = own.kind.points(dict.fromkeys(own.kind.sizes, 1.0) | ({own.kind.pinned: 2.0} if own.kind.pinned else {}))
     flexures, links = dict[str, Any](), dict[str, Any]()
     for name, (a, b, profile) in own.kind.members.items():
-        member: dict[str, Any] = {"nodes": [a, b], "material": material}
-        sizes = own.kind.sizes
-        width = f"{letter}_{'radius' if profile in ('two_axis', 'round') else 'width'}"
-        thin = next(size for size in ("thickness", "diameter", "web") if size in sizes)
-        if profile == "rod":
-            member["section"] = {"shape": "circle", "diameter": f"3*{letter}_{thin}"}
-            links[name] = member
-            continue
-        along = own.kind.points(dict.fromkeys(sizes, 1.0))
-        d = along[b] - along[a]
+        d = at[b] - at[a]
         m = axes @ np.cross([0.0, 1.0, 0.0], d / np.linalg.norm(d))
-        member |= describe_member(profile, _vector(m), width, f"{letter}_{thin}", f"{letter}_radius")
+        member = {"nodes": [a, b], "material": material} | describe_member(profile, _vector(m), names)
         if make.tool_radius is not None and profile == LEAF:
             member["fillet"] = _mm(si(make.tool_radius))
-        flexures[name] = member
+        (flexures if PROFILES[profile].free else links)[name] = member
     found: dict[str, Any] = {"nodes": nodes, "flexures": flexures, "links": links, "bodies": {}}
     interface = [*own.kind.heads, *own.kind.feet]
-    for name, (carried, low, high) in (own.kind.blocks or {}).items():
-        found["bodies"][name] = _block(letter, terms, axes, low, high, material) | {"carries": list(carried)}
+    for name, (low, high) in own.kind.blocks.items():
+        block = _block(letter, terms, axes, low, high, material)
+        found["bodies"][name] = block | {"carries": list(own.kind.at(name))}
     if own.has_lug:
         found["bodies"]["lug"] = _lug(letter, own, room, terms, axes, material)
         interface = ["lug", *own.kind.feet]
@@ -157,16 +155,13 @@ def _lug(
     letter: str, own: Pattern, room: Room, terms: list[tuple[str | None, Array]], axes: Array, material: str
 ) -> dict[str, Any]:
     """What a limb beside the platform begins at: a block behind its heads along d, as wide as its flexures."""
-    edge, longer = lug_of(own, room)
+    longer, edges = lug_of(own, room)
+    sums = [_sum((f"{letter}_{size}", c[k]) for size, c in longer.items() if c[k]) for k in range(3)]
     return {
-        "centre": _point([*terms, (None, -axes[:, 2] * edge / 2)]),
+        "centre": _point([*terms, (None, -axes[:, 2] * edges[2] / 2)]),
         "solid": {
             "shape": "box",
-            "size": [
-                " + ".join([_mm(edge), *(f"{letter}_{size}" for size in longer)]),
-                f"{_mm(2 * BESIDE * edge)} + {letter}_width" if own.kind.width else _mm(edge),
-                _mm(edge),
-            ],
+            "size": [" + ".join(filter(None, (_mm(edge), own))) for edge, own in zip(edges, sums, strict=True)],
             "material": material,
         },
         "rotate": _rotation(axes),

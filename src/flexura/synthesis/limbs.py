@@ -1,79 +1,246 @@
-"""Kinds of limbs: what each bears between platform and base, and how it is drawn.
+"""Kinds of limbs: how each is drawn between platform and base, and what it therefore bears.
 
 A limb begins at its head, a point of the platform, and leads along d. Its flexures are as wide as they are along e, and
-the thickness of leaves is along m = e x d. Points of a limb are sums of its sizes times these axes.
+the thickness of leaves is along m = e x d. Points of a limb are sums of its sizes times these axes. It is made of rows
+of members, flexures and links, which lead from the platform, or from a block, to another block or to the base.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.linalg as la
 
 from flexura.arrays import Array
-from flexura.screws import ScrewSpace, sum_of
 
 Terms = dict[str, tuple[float, float, float]]
-"""A point of a limb: by size, so many times along (m, e, d) from the head."""
+"""A point of a limb, or a way: by size, so many times along (m, e, d)."""
 
 Sizes = dict[str, float]
 
-LEAF, WIRE = "leaf", "wire"
+M, E, D = np.eye(3)
 
-FORCE, COUPLE = np.eye(6)[:, :3], np.eye(6)[:, 3:]
+SAME = 1e-9
+"""Singular value of twists of unit size, lengths in m, up to which there is none."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """From where to where a size may go: over the room that the limb has along its axis, or over the thinnest web."""
+    """From where to where a size may go: over the room that the limb has along its axis, the smallest edge of the
+    envelope, how wide it may be, or the thinnest web; and at most so much of the room along its axis, where the
+    thinnest web allows that."""
 
     least: float
     most: float
     of: str
+    share: float = np.inf
 
 
-LENGTH = Limit(0.15, 0.95, "room")
-THICKNESS = Limit(1.0, 4.0, "thinnest")
-DIAMETER = Limit(1.0, 6.0, "thinnest")
+class Profile(NamedTuple):
+    """What a member is: which displacements and rotations along (m, e, d) of one end against the other it leaves free
+    in its middle, by number, the size that it is thin by, and how it can be made. Links leave none free."""
+
+    free: tuple[int, ...]
+    thin: str
+    processes: tuple[str, ...]
+
+    @property
+    def borne(self) -> list[int]:
+        """What it bears, by number."""
+        return [k for k in range(6) if k not in self.free]
+
+
+LEAF, WIRE, NECK, NOTCH, TWO_AXIS, ROUND = "leaf", "wire", "neck", "notch", "two_axis", "round"
+ROD, BAR, POST = "rod", "bar", "post"
+
+_EVERY = ("wire-cut", "milled", "printed", "assembled")
+
+PROFILES: dict[str, Profile] = {
+    LEAF: Profile((0, 4, 5), "thickness", _EVERY),
+    WIRE: Profile((0, 1, 3, 4, 5), "diameter", ("printed", "assembled")),
+    NECK: Profile((3, 4, 5), "diameter", ("milled", "printed")),
+    NOTCH: Profile((4,), "web", ("wire-cut", "milled", "printed")),
+    TWO_AXIS: Profile((3, 4), "web", ("milled", "printed")),
+    ROUND: Profile((3, 4, 5), "web", ("milled", "printed")),
+    ROD: Profile((), "diameter", _EVERY),
+    BAR: Profile((), "web", _EVERY),
+    POST: Profile((), "web", _EVERY),
+}
+WIDE = (LEAF, NOTCH, BAR)
+"""Profiles that are as wide as the limb."""
+
+
+class Row(NamedTuple):
+    """Members one after another, each a profile and its way, from a point of one rigid part to another part."""
+
+    start: Terms
+    steps: tuple[tuple[str, Terms], ...]
+    begins: str = "platform"
+    ends: str = "base"
+
+
+class Member(NamedTuple):
+    """A member between two nodes."""
+
+    a: str
+    b: str
+    profile: str
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of limb.
-
-    `bears(sizes)` are its wrenches about the head, in axes (m, e, d), of unit sizes; `sizes` are what may vary. `nodes`
-    are its points, `members` by name the two nodes of each with its profile, and `blocks` bodies by the nodes that they
-    carry, with two opposite corners of each. `heads` and `feet` are nodes at the platform and at the base. `is_planar`
-    says that it can be cut along e; `is_round` that no direction across d is its own, and `width` whether it has one
-    along e.
-    """
+    """A kind of limb: its `sizes`, which vary within limits, its `rows` of members, and `blocks` by two opposite
+    corners of each. Where a size is `pinned`, it is what it must be for the limb to turn about an axis that is wished:
+    its `centre` is then on that."""
 
     name: str
     sizes: dict[str, Limit]
-    bears: Callable[[Sizes], Array]
-    nodes: dict[str, Terms]
-    members: dict[str, tuple[str, str, str]]
-    heads: tuple[str, ...] = ("head",)
-    feet: tuple[str, ...] = ("foot",)
-    blocks: dict[str, tuple[tuple[str, ...], Terms, Terms]] | None = None
-    is_planar: bool = False
-    is_round: bool = False
-    width: bool = False
-    processes: tuple[str, ...] = ("milled", "printed", "assembled")
+    rows: tuple[Row, ...]
+    blocks: dict[str, tuple[Terms, Terms]] = field(default_factory=dict)
+    pinned: str = ""
+    centre: Terms = field(default_factory=dict)
+
+    def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
+        return kind_of, (self.name,)
+
+    @cached_property
+    def _named(self) -> list[list[str]]:
+        """Nodes of each row by name."""
+        found = []
+        for k, row in enumerate(self.rows):
+            n = f"_{k + 1}" if len(self.rows) > 1 else ""
+            first = f"head{n}" if row.begins == "platform" else f"root{n}"
+            last = f"foot{n}" if row.ends == "base" else f"end{n}"
+            found.append([first, *(f"joint{n}_{i}" for i in range(1, len(row.steps))), last])
+        return found
+
+    @cached_property
+    def nodes(self) -> dict[str, Terms]:
+        """Its points."""
+        found: dict[str, Terms] = {}
+        for names, row in zip(self._named, self.rows, strict=True):
+            at = row.start
+            found[names[0]] = at
+            for name, (_, way) in zip(names[1:], row.steps, strict=True):
+                found[name] = at = plus(at, way)
+        return found
+
+    @cached_property
+    def members(self) -> dict[str, Member]:
+        """Its flexures and links by name."""
+        every = [
+            Member(a, b, profile)
+            for names, row in zip(self._named, self.rows, strict=True)
+            for a, b, (profile, _) in zip(names, names[1:], row.steps, strict=False)
+        ]
+        profiles = [own.profile for own in every]
+        numbers = [profiles[: k + 1].count(name) for k, name in enumerate(profiles)]
+        return {
+            own.profile if profiles.count(own.profile) == 1 else f"{own.profile}_{n}": own
+            for n, own in zip(numbers, every, strict=True)
+        }
+
+    @cached_property
+    def parts(self) -> dict[str, str]:
+        """The rigid part of each node: platform, base, a block, or the node alone."""
+        found = {name: name for name in self.nodes}
+        for names, row in zip(self._named, self.rows, strict=True):
+            found |= {names[0]: row.begins, names[-1]: row.ends}
+        return found
+
+    def at(self, part: str) -> tuple[str, ...]:
+        """Nodes of a rigid part."""
+        return tuple(name for name, own in self.parts.items() if own == part)
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """Nodes at the platform."""
+        return self.at("platform")
+
+    @property
+    def feet(self) -> tuple[str, ...]:
+        """Nodes at the base."""
+        return self.at("base")
+
+    @cached_property
+    def spread(self) -> Terms:
+        """How far its heads are apart along (m, e, d), by size."""
+        ends = [self.nodes[name] for name in self.heads]
+        names = {size for own in ends for size in own}
+        return {
+            size: tuple(np.ptp([own.get(size, (0.0, 0.0, 0.0)) for own in ends], axis=0).tolist())
+            for size in sorted(names)
+        }
+
+    @property
+    def width(self) -> bool:
+        """Whether it has a width along e."""
+        return "width" in self.sizes
 
     @property
     def is_one_sided(self) -> bool:
         """Whether its foot is to one side of its head along m."""
         return "arm" in self.sizes
 
-    def __reduce__(self) -> tuple[Callable[[str], Kind], tuple[str]]:
-        return kind_of, (self.name,)
+    @cached_property
+    def is_round(self) -> bool:
+        """Whether no direction across d is its own."""
+        straight = all(own[0] == own[1] == 0 for terms in self.nodes.values() for own in terms.values())
+        return straight and not {own.profile for own in self.members.values()} & {*WIDE, TWO_AXIS}
+
+    @cached_property
+    def processes(self) -> tuple[str, ...]:
+        """How it can be made; along e it can be cut where all of it is in one plane."""
+        planar = all(own[1] == 0 for terms in self.nodes.values() for own in terms.values())
+        return tuple(
+            name
+            for name in _EVERY
+            if all(name in PROFILES[own.profile].processes for own in self.members.values())
+            and (name != "wire-cut" or (planar and all(own.profile in WIDE for own in self.members.values())))
+        )
+
+    @property
+    def n_flexures(self) -> int:
+        """How many of its members bend."""
+        return sum(bool(PROFILES[own.profile].free) for own in self.members.values())
 
     def points(self, sizes: Sizes) -> dict[str, Array]:
         """Its nodes (3,), m, in axes (m, e, d)."""
         return {name: place(terms, sizes) for name, terms in self.nodes.items()}
+
+    def bears(self, sizes: Sizes) -> Array:
+        """Wrenches (6, n) that it bears, orthonormal, about its head, in axes (m, e, d), lengths in m.
+
+        What each member bears does no work on the twist of its ends against each other (Waldron 1966); those twists of
+        the platform are free for which there are twists of the blocks, and of the nodes between members, that keep to
+        this, and all that does no work on them is borne.
+        """
+        free, _ = self._free(sizes)
+        U, s, _ = np.linalg.svd(free)
+        return U[:, int((s > SAME).sum()) :]
+
+    def n_idle(self, sizes: Sizes) -> int:
+        """How many motions of its blocks and nodes it leaves free while the platform is at rest."""
+        free, n = self._free(sizes)
+        return n - int((np.linalg.svd(free, compute_uv=False) > SAME).sum())
+
+    def _free(self, sizes: Sizes) -> tuple[Array, int]:
+        """Twists of the platform (6, n) in n motions that no member resists, which span them all."""
+        parts = ["platform", *sorted(set(self.parts.values()) - {"platform", "base"})]
+        rows = []
+        points = self.points(sizes)
+        for a, b, profile in self.members.values():
+            twist = np.zeros((6, 6 * (len(parts) + 1)))
+            for node, sign in ((a, 1.0), (b, -1.0)):
+                k = parts.index(self.parts[node]) if self.parts[node] != "base" else len(parts)
+                twist[:, 6 * k : 6 * k + 6] += sign * np.eye(6)
+            rows.append((seen_from(points[a], points[b]) @ twist)[PROFILES[profile].borne, :-6])
+        N = la.null_space(np.concatenate(rows), SAME)
+        return N[:6], N.shape[1]
 
 
 def place(terms: Terms, sizes: Sizes) -> Array:
@@ -81,194 +248,187 @@ def place(terms: Terms, sizes: Sizes) -> Array:
     return sum((sizes[own] * np.array(axes) for own, axes in terms.items()), np.zeros(3))
 
 
-M, E, D = np.eye(3)
+def plus(at: Terms, way: Terms, times: float = 1.0) -> Terms:
+    """A point so many times a way away."""
+    zero = (0.0, 0.0, 0.0)
+    ends = {size: np.add(at.get(size, zero), times * np.array(way.get(size, zero))) for size in {**at, **way}}
+    return {size: (float(m), float(e), float(d)) for size, (m, e, d) in ends.items()}
 
 
-def _at(point: Array, wrenches: Array) -> Array:
-    """Wrenches (6, n) about a point, about the head instead."""
-    moved = wrenches.copy()
-    moved[3:] += np.cross(point, wrenches[:3], axis=0)
-    return moved
+def seen_from(a: Array, b: Array) -> Array:
+    """The displacement and rotation (..., 6, 6) along a member's own (m, e, d) of the point halfway between its ends
+    (..., 3), of a twist about the head: it is along d there, in the plane of m and d."""
+    way = b - a
+    d = way / np.linalg.norm(way, axis=-1, keepdims=True)
+    e = np.broadcast_to(E, d.shape)
+    Q = np.stack([np.cross(e, d), e, d], axis=-2)
+    zero = np.zeros_like(Q)
+    arm = np.cross(((a + b) / 2)[..., None, :], np.eye(3))  # rows: c x i; rotation by i displaces by i x c
+    return np.block([[Q, -Q @ arm.swapaxes(-1, -2)], [zero, Q]])
 
 
-def _joint(point: Array, rotations: tuple[Array, ...] = (), translations: tuple[Array, ...] = ()) -> ScrewSpace:
-    """The freedoms of a joint at a point."""
-    twists = [[*np.cross(point, d), *d] for d in rotations] + [[*d, 0.0, 0.0, 0.0] for d in translations]
-    return ScrewSpace.of("twists", np.array(twists).T)
+LENGTH = Limit(0.15, 0.95, "room")
+LINK = Limit(0.15, 0.6, "room")
+ARM = Limit(0.1, 0.4, "size")
+WIDTH = Limit(0.1, 1.0, "width")
+THICKNESS = Limit(1.0, 4.0, "thinnest", 1 / 8)
+DIAMETER = Limit(1.0, 6.0, "thinnest", 1 / 8)
+WEB = Limit(1.0, 4.0, "thinnest")
+RADIUS = Limit(2.0, 12.0, "thinnest")
+SMALL = Limit(2.0, 12.0, "thinnest", 0.08)
+"""Radius of one of several notches."""
 
-
-def _chain(*joints: ScrewSpace) -> Array:
-    """What joints in a row bear: what does no work on any of their freedoms (Waldron 1966)."""
-    return sum_of(joints).reciprocal().basis
-
-
-def _leaf(_: Sizes) -> Array:
-    return np.stack([FORCE[:, 2], FORCE[:, 1], COUPLE[:, 0]], axis=1)
-
-
-_HEAD: dict[str, Terms] = {"head": {}, "foot": {"length": (0, 0, 1)}}
-_NECK = 0.12
+_ALONG: Terms = {"length": (0, 0, 1)}
+_ASIDE: Terms = {"arm": (1, 0, 0)}
+_HINGE: Terms = {"radius": (0, 0, 2)}
 _CLEAR = 0.1
 """How far feet of a folded guide are clear of what its heads are at, over the length of its leaves."""
+_ROD = tuple((profile, {"length": (0.0, 0.0, share)}) for profile, share in ((NECK, 0.12), (ROD, 0.76), (NECK, 0.12)))
+_CORNER: Terms = {"radius": (0, 0, 1.1), "web": (0, 0, 0.5)}
+"""How far the middle of a link that leads away along m is beyond a notch."""
 
-KINDS: dict[str, Kind] = {
-    kind.name: kind
-    for kind in (
-        Kind(
-            "wire",
-            {"length": LENGTH, "diameter": DIAMETER},
-            lambda _: FORCE[:, 2:],
-            _HEAD,
-            {"wire": ("head", "foot", WIRE)},
-            is_round=True,
-            processes=("printed", "assembled"),
-        ),
-        Kind(
-            "necked rod",
-            {"length": LENGTH, "diameter": DIAMETER},
-            lambda _: FORCE[:, 2:],
-            {
-                "head": {},
-                "upper": {"length": (0, 0, _NECK)},
-                "lower": {"length": (0, 0, 1 - _NECK)},
-                "foot": {"length": (0, 0, 1)},
-            },
-            {"neck": ("head", "upper", "neck"), "rod": ("upper", "lower", "rod"), "root": ("lower", "foot", "neck")},
-            is_round=True,
-            processes=("milled", "printed"),
-        ),
-        Kind(
-            "leaf",
-            {"length": LENGTH, "width": Limit(0.1, 1.0, "width"), "thickness": THICKNESS},
-            _leaf,
-            _HEAD,
-            {"blade": ("head", "foot", LEAF)},
-            is_planar=True,
-            width=True,
-            processes=("wire-cut", "milled", "printed", "assembled"),
-        ),
-        Kind(
-            "folded leaf",
-            {
-                "length": LENGTH,
-                "arm": Limit(0.1, 0.4, "size"),
-                "width": Limit(0.1, 1.0, "width"),
-                "thickness": THICKNESS,
-            },
-            lambda s: _at(s["length"] * D, FORCE[:, 1:2]),
-            {"head": {}, "corner": {"length": (0, 0, 1)}, "foot": {"length": (0, 0, 1), "arm": (1, 0, 0)}},
-            {"first": ("head", "corner", LEAF), "second": ("corner", "foot", LEAF)},
-            is_planar=True,
-            width=True,
-            processes=("wire-cut", "milled", "printed", "assembled"),
-        ),
-        Kind(
-            "notch",
-            {"radius": Limit(2.0, 12.0, "thinnest"), "width": Limit(0.1, 1.0, "width"), "web": THICKNESS},
-            lambda s: _chain(_joint(s["radius"] * D, (E,))),
-            {"head": {}, "foot": {"radius": (0, 0, 2)}},
-            {"hinge": ("head", "foot", "notch")},
-            is_planar=True,
-            width=True,
-            processes=("wire-cut", "milled", "printed"),
-        ),
-        Kind(
-            "two-axis neck",
-            {"radius": Limit(2.0, 12.0, "thinnest"), "web": THICKNESS},
-            lambda s: _chain(_joint(s["radius"] * D, (M, E))),
-            {"head": {}, "foot": {"radius": (0, 0, 2)}},
-            {"neck": ("head", "foot", "two_axis")},
-            processes=("milled", "printed"),
-        ),
-        Kind(
-            "round neck",
-            {"radius": Limit(2.0, 12.0, "thinnest"), "web": THICKNESS},
-            lambda s: _chain(_joint(s["radius"] * D, (M, E, D))),
-            {"head": {}, "foot": {"radius": (0, 0, 2)}},
-            {"neck": ("head", "foot", "round")},
-            is_round=True,
-            processes=("milled", "printed"),
-        ),
-        Kind(
-            "folded guide",
-            {
-                "length": LENGTH,
-                "inner": Limit(0.1, 0.4, "size"),
-                "outer": Limit(0.5, 0.9, "size"),
-                "width": Limit(0.1, 1.0, "width"),
-                "thickness": THICKNESS,
-            },
-            lambda _: _chain(_joint(np.zeros(3), (), (M,))),
-            {
-                "head_low": {"inner": (-0.5, 0, 0)},
-                "head_high": {"inner": (0.5, 0, 0)},
-                "inner_low": {"inner": (-0.5, 0, 0), "length": (0, 0, 1)},
-                "inner_high": {"inner": (0.5, 0, 0), "length": (0, 0, 1)},
-                "outer_low": {"outer": (-0.5, 0, 0), "length": (0, 0, 1)},
-                "outer_high": {"outer": (0.5, 0, 0), "length": (0, 0, 1)},
-                "foot_low": {"outer": (-0.5, 0, 0), "length": (0, 0, _CLEAR)},
-                "foot_high": {"outer": (0.5, 0, 0), "length": (0, 0, _CLEAR)},
-            },
-            {
-                "inner_1": ("head_low", "inner_low", LEAF),
-                "inner_2": ("head_high", "inner_high", LEAF),
-                "outer_1": ("outer_low", "foot_low", LEAF),
-                "outer_2": ("outer_high", "foot_high", LEAF),
-            },
-            heads=("head_low", "head_high"),
-            feet=("foot_low", "foot_high"),
-            blocks={
-                "block": (
-                    ("inner_low", "inner_high", "outer_low", "outer_high"),
-                    {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
-                    {"outer": (0.5, 0, 0), "thickness": (2, 0, 6), "width": (0, 0.5, 0), "length": (0, 0, 1)},
-                )
-            },
-            is_planar=True,
-            width=True,
-            processes=("wire-cut", "milled", "printed", "assembled"),
-        ),
-        Kind(
-            "crossed guides",
-            {
-                "length": Limit(0.15, 0.6, "room"),
-                "spacing": Limit(0.1, 0.4, "room"),
-                "arm": Limit(0.1, 0.4, "size"),
-                "width": Limit(0.1, 1.0, "width"),
-                "thickness": THICKNESS,
-            },
-            lambda _: _chain(_joint(np.zeros(3), (), (M, D))),
-            {
-                "head_low": {"spacing": (-0.5, 0, 0)},
-                "head_high": {"spacing": (0.5, 0, 0)},
-                "end_low": {"spacing": (-0.5, 0, 0), "length": (0, 0, 1)},
-                "end_high": {"spacing": (0.5, 0, 0), "length": (0, 0, 1)},
-                "root_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1), "thickness": (2, 0, 0)},
-                "root_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1), "thickness": (2, 0, 0)},
-                "foot_near": {"spacing": (0.5, 0, 0.1), "length": (0, 0, 1), "arm": (1, 0, 0), "thickness": (2, 0, 0)},
-                "foot_far": {"spacing": (0.5, 0, 0.9), "length": (0, 0, 1), "arm": (1, 0, 0), "thickness": (2, 0, 0)},
-            },
-            {
-                "inner_1": ("head_low", "end_low", LEAF),
-                "inner_2": ("head_high", "end_high", LEAF),
-                "outer_1": ("root_near", "foot_near", LEAF),
-                "outer_2": ("root_far", "foot_far", LEAF),
-            },
-            heads=("head_low", "head_high"),
-            feet=("foot_near", "foot_far"),
-            blocks={
-                "block": (
-                    ("end_low", "end_high", "root_near", "root_far"),
-                    {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
-                    {"spacing": (0.5, 0, 0.9), "thickness": (2, 0, 2), "width": (0, 0.5, 0), "length": (0, 0, 1)},
-                )
-            },
-            is_planar=True,
-            width=True,
-            processes=("wire-cut", "milled", "printed", "assembled"),
-        ),
+
+def _row(*steps: tuple[str, Terms]) -> tuple[Row, ...]:
+    return (Row({}, steps),)
+
+
+def _pair(apart: Terms, row: Row) -> tuple[Row, ...]:
+    """Two rows side by side."""
+    return tuple(row._replace(start=plus(row.start, apart, s)) for s in (-0.5, 0.5))
+
+
+def _on_post(joint: str, profile: str, link: str, **sizes: Limit) -> Kind:
+    """A stiff post on a joint, which is where the wished axes meet."""
+    up: Terms = {"post": (0, 0, 1), "radius": (0, 0, -1)}
+    sizes = {"post": Limit(0.1, 0.9, "room"), "radius": SMALL, **sizes, "web": WEB}
+    return Kind(f"post on a {joint}", sizes, _row((link, up), (profile, _HINGE)), {}, "post", {"post": (0, 0, 1)})
+
+
+def _kinds() -> Iterator[Kind]:
+    blade = {"length": LENGTH, "width": WIDTH, "thickness": THICKNESS}
+    yield Kind("wire", {"length": LENGTH, "diameter": DIAMETER}, _row((WIRE, _ALONG)))
+    yield Kind("necked rod", {"length": LENGTH, "diameter": DIAMETER}, _row(*_ROD))
+    yield Kind("leaf", blade, _row((LEAF, _ALONG)))
+    folded = {"length": LENGTH, "arm": ARM, "width": WIDTH, "thickness": THICKNESS}
+    yield Kind("folded leaf", folded, _row((LEAF, _ALONG), (LEAF, _ASIDE)))
+    yield Kind("notch", {"radius": RADIUS, "width": WIDTH, "web": WEB}, _row((NOTCH, _HINGE)))
+    yield Kind("two-axis neck", {"radius": RADIUS, "web": WEB}, _row((TWO_AXIS, _HINGE)))
+    yield Kind("round neck", {"radius": RADIUS, "web": WEB}, _row((ROUND, _HINGE)))
+    yield _on_post("notch", NOTCH, BAR, width=WIDTH)
+    yield _on_post("two-axis neck", TWO_AXIS, POST)
+    yield _on_post("round neck", ROUND, POST)
+    link = {"length": LINK, "radius": SMALL, "width": WIDTH, "web": WEB}
+    yield Kind("notched link", link, _row((NOTCH, _HINGE), (BAR, _ALONG), (NOTCH, _HINGE)))
+    aside: Terms = {"radius": (2, 0, 0)}
+    knee = ((NOTCH, _HINGE), (BAR, _ALONG), (NOTCH, _HINGE), (BAR, _CORNER), (BAR, _ASIDE), (NOTCH, aside))
+    yield Kind(
+        "three-notch chain", {"length": LINK, "arm": ARM, "radius": SMALL, "width": WIDTH, "web": WEB}, _row(*knee)
     )
-}
+    across: Terms = {"spacing": (1, 0, 0)}
+    beside: Terms = {"width": (0, 1.2, 0)}
+    yield Kind(
+        "crossed pivot",
+        {
+            "length": Limit(0.15, 0.9, "room"),
+            "spacing": ARM,
+            "width": Limit(0.05, 0.4, "width"),
+            "thickness": THICKNESS,
+        },
+        tuple(
+            Row(plus(plus({}, across, -s / 2), beside, s / 2), ((LEAF, plus(_ALONG, across, s)),)) for s in (1.0, -1.0)
+        ),
+        {},
+        "length",
+        {"length": (0, 0, 0.5)},
+    )
+    inner: Terms = {"inner": (1, 0, 0)}
+    outer: Terms = {"outer": (1, 0, 0)}
+    back: Terms = {"length": (0, 0, _CLEAR - 1)}
+    yield Kind(
+        "folded guide",
+        {
+            "length": LENGTH,
+            "inner": ARM,
+            "outer": Limit(0.5, 0.9, "size"),
+            "width": WIDTH,
+            "thickness": THICKNESS,
+        },
+        _pair(inner, Row({}, ((LEAF, _ALONG),), ends="block"))
+        + _pair(outer, Row(_ALONG, ((LEAF, back),), begins="block")),
+        {
+            "block": (
+                {"outer": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
+                {"outer": (0.5, 0, 0), "thickness": (2, 0, 6), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+            )
+        },
+    )
+    root: Terms = {"spacing": (0.5, 0, 0.5), "length": (0, 0, 1), "thickness": (2, 0, 0)}
+    yield Kind(
+        "crossed guides",
+        {
+            "length": LINK,
+            "spacing": Limit(0.1, 0.4, "room"),
+            "arm": ARM,
+            "width": WIDTH,
+            "thickness": THICKNESS,
+        },
+        _pair(across, Row({}, ((LEAF, _ALONG),), ends="block"))
+        + _pair({"spacing": (0, 0, 0.8)}, Row(root, ((LEAF, _ASIDE),), begins="block")),
+        {
+            "block": (
+                {"spacing": (-0.5, 0, 0), "thickness": (-2, 0, 0), "width": (0, -0.5, 0), "length": (0, 0, 1)},
+                {"spacing": (0.5, 0, 0.9), "thickness": (2, 0, 2), "width": (0, 0.5, 0), "length": (0, 0, 1)},
+            )
+        },
+    )
+    wide: Terms = {"spacing": (0, 1, 0)}
+    end: Terms = {"length": (0, 0, 1), "diameter": (2, 0, 3)}
+    yield Kind(
+        "delta arm",
+        {
+            "length": LINK,
+            "diameter": DIAMETER,
+            "spacing": ARM,
+            "arm": ARM,
+            "radius": SMALL,
+            "width": WIDTH,
+            "web": WEB,
+        },
+        (
+            *_pair(wide, Row({}, _ROD, ends="block")),
+            Row(end, ((BAR, _ASIDE), (NOTCH, aside)), begins="block"),
+        ),
+        {
+            "block": (
+                {"spacing": (0, -0.5, 0), "diameter": (-2, -2, 0), "length": (0, 0, 1)},
+                {"spacing": (0, 0.5, 0), "diameter": (2, 2, 6), "length": (0, 0, 1)},
+            )
+        },
+    )
+    side: Terms = {"length": (0, 0, 1), "diameter": (2, 0, 0), "gap": (0, 0, 0.5)}
+    yield Kind(
+        "linear delta arm",
+        {
+            "length": LINK,
+            "diameter": DIAMETER,
+            "spacing": ARM,
+            "arm": ARM,
+            "gap": Limit(0.1, 0.3, "room"),
+            "width": WIDTH,
+            "thickness": THICKNESS,
+        },
+        _pair(wide, Row({}, ((WIRE, _ALONG),), ends="block"))
+        + _pair({"gap": (0, 0, 0.8)}, Row(side, ((LEAF, _ASIDE),), begins="block")),
+        {
+            "block": (
+                {"spacing": (0, -0.5, 0), "diameter": (-2, -2, 0), "length": (0, 0, 1)},
+                {"spacing": (0, 0.5, 0), "diameter": (2, 2, 0), "length": (0, 0, 1), "gap": (0, 0, 1)},
+            )
+        },
+    )
+
+
+KINDS: dict[str, Kind] = {kind.name: kind for kind in _kinds()}
 """All kinds by name, the plainest first."""
 
 
@@ -282,18 +442,26 @@ def unit_sizes(kind: Kind, scale: float) -> Sizes:
     return {name: scale * (0.31 + 0.17 * k) for k, name in enumerate(kind.sizes)}
 
 
-def describe_member(profile: str, m: Any, width: str, thin: str, radius: str) -> dict[str, Any]:
-    """Profile of a flexure whose thickness is along m, by the names of its sizes."""
+def describe_member(profile: str, m: Any, names: Mapping[str, str]) -> dict[str, Any]:
+    """What a member is whose thickness is along m, by the names of its sizes."""
+    thin = names[PROFILES[profile].thin]
+    if profile == ROD:
+        return {"section": {"shape": "circle", "diameter": f"3*{thin}"}}
+    if profile == POST:
+        return {"section": {"shape": "circle", "diameter": f"2*{names['radius']} + {thin}"}}
+    if profile == BAR:
+        height = f"2*{names['radius']} + {thin}"
+        return {"reference": m, "section": {"shape": "rectangle", "width": names["width"], "thickness": height}}
     if profile == LEAF:
-        return {"reference": m, "profile": {"type": "leaf", "width": width, "thickness": thin}}
+        return {"reference": m, "profile": {"type": "leaf", "width": names["width"], "thickness": thin}}
     if profile == WIRE:
         return {"profile": {"type": "round", "contour": {"shape": "straight", "web": thin}}}
-    if profile == "neck":
+    if profile == NECK:
         contour = {"shape": "elliptical", "depth": thin, "web": thin}
         return {"profile": {"type": "round", "contour": contour}, "integration": "tapered"}
-    contour = {"shape": "circular", "radius": radius, "web": thin}
-    if profile == "notch":
-        return {"reference": m, "profile": {"type": "notch", "width": width, "contour": contour}}
-    if profile == "two_axis":
+    contour = {"shape": "circular", "radius": names["radius"], "web": thin}
+    if profile == NOTCH:
+        return {"reference": m, "profile": {"type": "notch", "width": names["width"], "contour": contour}}
+    if profile == TWO_AXIS:
         return {"reference": m, "profile": {"type": "two_axis", "y_contour": contour, "z_contour": contour}}
     return {"profile": {"type": "round", "contour": contour}, "integration": "tapered"}

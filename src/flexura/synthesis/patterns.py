@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 from typing import Literal, NamedTuple
 
@@ -26,7 +25,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from flexura.arrays import Array
-from flexura.synthesis.limbs import KINDS, Kind, Sizes, Terms, place, unit_sizes
+from flexura.synthesis.limbs import KINDS, WIDE, Kind, Sizes, Terms, place, plus, unit_sizes
 from flexura.synthesis.wish import ROOM, Room
 
 COUNTS = (1, 2, 3, 4)
@@ -55,9 +54,6 @@ LEAST_AWAY = 0.025
 
 SAMPLES = 24
 """Points along a member at which it is held against what is in its way."""
-
-LEAST_SLENDER = 8.0
-"""Room along a limb over the greatest thickness of its flexures, where the thinnest web allows that."""
 
 WIDEST = 1.5
 """Room along a limb over the greatest width of its flexures."""
@@ -129,8 +125,11 @@ class Pattern:
     """Equal limbs around the axis: their kind, the site of the first, its axes (m, e, d) as columns (3, 3), and how
     many there are.
 
-    `run` is how long a limb can be before it leaves the envelope, m. Sites below the platform may be at any distance
-    from the axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first.
+    `run` is how long a limb can be before it leaves the envelope, m, and `borne` are the wrenches (6, n) of one about
+    its head, along its axes, of sizes that are told apart. Sites below the platform may be at any distance from the
+    axis unless they are `pinned`, where limbs are right at the distance alone at which they are drawn first. What is
+    pinned of the sizes of the kind is `held` at so much, m.
+
     `share` is where between their limits sizes are drawn first. Two that would cross are `aside`, each so far along its
     width that they pass each other, which changes nothing of what they bear.
     """
@@ -140,7 +139,9 @@ class Pattern:
     axes: Array
     count: int
     run: float
+    borne: Array
     pinned: bool = False
+    held: float = 0.0
     share: float = SHARES[0]
     aside: bool = False
 
@@ -148,16 +149,15 @@ class Pattern:
         """Rotations (n, 3, 3) of the copies about the axis."""
         return _turns(self.count)
 
-    def wrenches(self, room: Room, sizes: Sizes, radius: float = RADII[0]) -> Array:
+    def wrenches(self, room: Room) -> Array:
         """What each copy bears, about the origin of the room (copies, 6, n), moments in m."""
         axis, turns = np.array([*room.middle[:2], 0.0]), self.turns()
-        places = turns @ (self.site.head(room, radius) - axis) + axis
-        return _about_origin(self.kind.bears(sizes), turns @ self.axes, places)
+        return _about_origin(self.borne, turns @ self.axes, turns @ (self.site.head(room) - axis) + axis)
 
-    @cached_property
+    @property
     def n_constraints(self) -> int:
         """How many wrenches its limbs bear, each counted by itself."""
-        return self.count * self.kind.bears(unit_sizes(self.kind, 1.0)).shape[1]
+        return self.count * self.borne.shape[1]
 
     @property
     def has_lug(self) -> bool:
@@ -175,7 +175,10 @@ class Pattern:
             return radial * lug, {}
         along = float(radial @ self.axes[:, 1])
         if self.site.where == "beside" and self.kind.width and abs(along) > 1 - ALONG:
-            return radial * lug * (BESIDE - 0.5), {"width": (0.0, 0.5 * float(np.sign(along)), 0.0)}
+            wide = plus(self.kind.spread, {"width": (0.0, 1.0, 0.0)})
+            return radial * lug * (BESIDE - 0.5), {
+                size: (0.0, 0.5 * e * float(np.sign(along)), 0.0) for size, (_, e, _) in wide.items() if e
+            }
         return np.zeros(3), {}
 
     @property
@@ -231,7 +234,7 @@ def _directions(site: Site, borne: Array) -> list[Array]:
     return list({tuple(np.round(d, 6) + 0.0): d for d in units}.values())
 
 
-def _widths(site: Site, d: Array, kind: Kind) -> Iterator[Array]:
+def _widths(site: Site, d: Array) -> list[Array]:
     """Directions across d along which a limb may be wide."""
     across = [own for own in site.axes.T if abs(own @ d) < ALONG]
     slanting = [_cross(d, own) for own in site.axes.T if ALONG < abs(own @ d) < 1 - ALONG]
@@ -240,43 +243,78 @@ def _widths(site: Site, d: Array, kind: Kind) -> Iterator[Array]:
         e = own / np.linalg.norm(own)
         if not any(abs(e @ other) > 1 - ALONG for other in chosen):
             chosen.append(e)
-    if kind.is_round:
-        yield chosen[0]
-        return
-    for e in chosen:
-        yield e
-        if kind.is_one_sided:
-            yield -e
+    return chosen
 
 
 def patterns(room: Room, process: str) -> list[Pattern]:
     """All patterns of the grammar of which no limb works against a wished freedom."""
     kinds = [kind for kind in KINDS.values() if process in kind.processes]
-    kinds = [kind for kind in kinds if process != "wire-cut" or kind.is_planar]
-    wrenches = [[kind.bears(unit_sizes(kind, scale * room.freedoms.length)) for scale in (1.0, 0.7)] for kind in kinds]
-    F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
-    axis = np.array([*room.middle[:2], 0.0])
-
-    def works(own: Sequence[Array], axes: Array, head: Array, turns: Array) -> bool:
-        """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
-        places, frames = turns @ (head - axis) + axis, turns @ axes
-        return any(np.abs(F.T @ _about_origin(borne, frames, places)).max(initial=0.0) > ALONG for borne in own)
-
+    fixed, moved = [kind for kind in kinds if not kind.pinned], [kind for kind in kinds if kind.pinned]
+    borne = [[kind.bears(own) for own in _told_apart(kind, room)] for kind in fixed]
+    every = np.concatenate([own for pair in borne for own in pair], axis=1)
+    first = np.cumsum([0, *(sum(own.shape[1] for own in pair) for pair in borne)])[:-1]
     found = []
-    for count in COUNTS:
-        turns = _turns(count)
-        for site in sites(room, count):
-            head = site.head(room)
-            for d in _directions(site, room.wrenches.directions_at(head)):
-                run = _run(room, site, d, turns)
-                if run < SHORTEST * room.size:
+    for count, site, d, run in _beginnings(room):
+        F, turns, here = _freedoms(room, site.head(room)), _turns(count), list[Pattern]()
+        for (k, e), sign in product(enumerate(_widths(site, d)), (1.0, -1.0)):
+            axes = np.array([_cross(sign * e, d), sign * e, d]).T
+            own = np.concatenate([axes.T @ F[:3], axes.T @ F[3:]])
+            works = np.maximum.reduceat(np.abs(own.T @ every).max(axis=0, initial=0.0), first) > ALONG
+            right = [(kind, pair, 0.0) for kind, pair, out in zip(fixed, borne, works, strict=True) if not out]
+            for kind, pair, held in [*right, *_pinned(moved, own, run, room)]:
+                one_way = kind.is_round or not kind.is_one_sided
+                if (kind.is_round and k) or (one_way and sign < 0) or _works(pair, axes, room, site.head(room), turns):
                     continue
-                for kind, own in zip(kinds, wrenches, strict=True):
-                    for e in _widths(site, d, kind):
-                        axes = np.array([_cross(e, d), e, d]).T
-                        if not works(own, axes, head, turns[:1]) and not works(own, axes, head, turns):
-                            pinned = site.where == "below" and works(own, axes, site.head(room, RADII[1]), turns)
-                            found.append(Pattern(kind, site, axes, count, run, pinned))
+                pinned = site.where == "below" and _works(pair, axes, room, site.head(room, RADII[1]), turns)
+                here.append(Pattern(kind, site, axes, count, run, pair[0], pinned, held))
+        found += sorted(here, key=lambda own: kinds.index(own.kind))
+    return found
+
+
+def _beginnings(room: Room) -> Iterator[tuple[int, Site, Array, float]]:
+    """How many limbs there may be, where the first begins, along which direction, and how long it can be, m."""
+    for count in COUNTS:
+        for site in sites(room, count):
+            for d in _directions(site, room.wrenches.directions_at(site.head(room))):
+                if (run := _run(room, site, d, _turns(count))) >= SHORTEST * room.size:
+                    yield count, site, d, run
+
+
+def _told_apart(kind: Kind, room: Room, **held: float) -> list[Sizes]:
+    """Sizes, m, between which nothing of what is borne may differ that does work on a freedom."""
+    return [unit_sizes(kind, scale * room.freedoms.length) | held for scale in (1.0, 0.7)]
+
+
+def _freedoms(room: Room, point: Array) -> Array:
+    """The wished freedoms (6, f) as twists of a point, moments in m."""
+    F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
+    return np.concatenate([F[:3] + np.cross(F[3:], point, axisa=0, axisc=0), F[3:]])
+
+
+def _works(own: Sequence[Array], axes: Array, room: Room, head: Array, turns: Array) -> bool:
+    """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
+    axis = np.array([*room.middle[:2], 0.0])
+    places, frames, F = turns @ (head - axis) + axis, turns @ axes, _freedoms(room, np.zeros(3))
+    return any(np.abs(F.T @ _about_origin(borne, frames, places)).max(initial=0.0) > ALONG for borne in own)
+
+
+def _pinned(kinds: Sequence[Kind], F: Array, run: float, room: Room) -> list[tuple[Kind, list[Array], float]]:
+    """Those kinds whose centre can be on the axes of freedoms (6, f), twists of the head along axes of the limb, with
+    what they bear and the size that has it there: the work on these is linear in how far the centre is from the head.
+    """
+    found = []
+    for kind in kinds:
+        sizes = _told_apart(kind, room)[0]
+        W, c = kind.bears(sizes), place(kind.centre, sizes)
+        W = np.concatenate([W[:3], W[3:] - np.cross(c, W[:3], axisb=0, axisc=0)])
+        slope = np.cross(F[3:], [0.0, 0.0, 1.0], axisa=0, axisc=0).T @ W[:3]
+        work = F.T @ W
+        if (size := float((slope**2).sum())) < ALONG**2:
+            continue
+        away = -float((slope * work).sum()) / size
+        held, limit = away / kind.centre[kind.pinned][2], kind.sizes[kind.pinned]
+        if np.abs(work + away * slope).max() < ALONG and limit.least * run <= held <= limit.most * run:
+            found.append((kind, [kind.bears(own) for own in _told_apart(kind, room, **{kind.pinned: held})], held))
     return found
 
 
@@ -295,9 +333,8 @@ def limits_of(pattern: Pattern, room: Room, thinnest: float) -> dict[str, tuple[
     found = {}
     for name, limit in pattern.kind.sizes.items():
         low, high = limit.least * scales[limit.of], limit.most * scales[limit.of]
-        if limit.of == "thinnest" and name in ("thickness", "diameter"):
-            high = max(1.5 * low, min(high, pattern.run / LEAST_SLENDER))
-        found[name] = (low, high)
+        high = min(high, max(1.5 * low, limit.share * pattern.run))
+        found[name] = (pattern.held, pattern.held) if name == pattern.kind.pinned else (low, high)
     return found
 
 
@@ -328,10 +365,11 @@ def _copies(pattern: Pattern, room: Room, sizes: Sizes, points: Array) -> Array:
     return (start + (place(drawn, sizes) + points) @ pattern.axes.T) @ pattern.turns().transpose(0, 2, 1) + axis
 
 
-def lug_of(pattern: Pattern, room: Room) -> tuple[float, tuple[str, ...]]:
-    """Edge of a lug, m, and the sizes by which it is longer along m."""
-    heads = (pattern.kind.nodes[head] for head in pattern.kind.heads)
-    return LUG * room.size, tuple(sorted({size for head in heads for size in head}))
+def lug_of(pattern: Pattern, room: Room) -> tuple[Terms, Array]:
+    """Edges of a lug by its sizes, and what is added to them, m, (3,): with room for all heads."""
+    edge, kind = LUG * room.size, pattern.kind
+    wide = {"width": (0.0, 1.0, 0.0)} if kind.width else {}
+    return plus(kind.spread, wide), edge * np.array([1.0, 2 * BESIDE if kind.width else 1.0, 1.0])
 
 
 class Drawn(NamedTuple):
@@ -351,17 +389,16 @@ def as_drawn(pattern: Pattern, room: Room, thinnest: float) -> Drawn:
     sizes, kind = drawn_first(pattern, room, thinnest), pattern.kind
     nodes = kind.points(sizes)
     at = (np.arange(SAMPLES)[:, None] + 0.5) / SAMPLES
-    line = np.concatenate([nodes[a] + at * (nodes[b] - nodes[a]) for a, b, _ in kind.members.values()])
-    wide = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
-    members = np.concatenate([line, line + wide, line - wide]) if wide.any() else line
-    corners = [(place(low, sizes), place(high, sizes)) for _, low, high in (kind.blocks or {}).values()]
+    lines = [(nodes[a] + at * (nodes[b] - nodes[a]), profile in WIDE) for a, b, profile in kind.members.values()]
+    half = np.array([0.0, 0.4 * sizes.get("width", 0.0), 0.0])
+    members = np.concatenate([line + k * half for line, is_wide in lines for k in ((0, 1, -1) if is_wide else (0,))])
+    corners = [(place(low, sizes), place(high, sizes)) for low, high in kind.blocks.values()]
     moving = np.concatenate([members, *(low + _FINE * (high - low) for low, high in corners)])
     every = moving
     if pattern.has_lug:
-        edge, longer = lug_of(pattern, room)
-        width = sizes["width"] + 2 * BESIDE * edge if "width" in sizes else edge
-        half = np.array([edge + sum(sizes[size] for size in longer), width, edge]) / 2
-        every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, edge / 2]])
+        longer, edges = lug_of(pattern, room)
+        half = (edges + place(longer, sizes)) / 2
+        every = np.concatenate([moving, (2 * _GRID - 1) * half - [0.0, 0.0, half[2]]])
     own = _copies(pattern, room, sizes, every)
     return Drawn(own[:, : len(members)], own[:, : len(moving)], own)
 

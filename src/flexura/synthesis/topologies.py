@@ -128,7 +128,7 @@ def _plainness(own: Topology) -> tuple[object, ...]:
 def _projection(own: Pattern, room: Room) -> Array:
     """The projection (6, 6) on what a pattern bears."""
     length = room.freedoms.length
-    B = np.concatenate(list(own.wrenches(room, unit_sizes(own.kind, length))), axis=1)
+    B = np.concatenate(list(own.wrenches(room)), axis=1)
     B = B / np.repeat([1.0, length], 3)[:, None]
     B = B / np.linalg.norm(B, axis=0)
     U, s, _ = np.linalg.svd(B, full_matrices=False)
