@@ -22,9 +22,11 @@ def couple(direction):
     return np.concatenate([np.zeros(3), direction])
 
 
-def borne(kind, head, axes, sizes):
-    """Wrenches of a limb about the origin of the room by what textbooks say of it (Blanding 1999)."""
+def borne(kind, head, axes, held, sizes):
+    """Wrenches of a limb about the origin of the room by what textbooks say of it (Blanding 1999); the centre of those
+    that turn about a wished axis is as far along d as is held, of a pivot half as far."""
     m, e, d = axes.T
+    centre = head + (0.5 if kind == "crossed pivot" else 1.0) * held * d
     middle = head + sizes.get("radius", 0.0) * d
     forces = [line(middle, own) for own in (m, e, d)]
     return np.array(
@@ -38,12 +40,20 @@ def borne(kind, head, axes, sizes):
             "round neck": forces,
             "folded guide": [line(head, e), line(head, d), couple(m), couple(e), couple(d)],
             "crossed guides": [line(head, e), couple(m), couple(e), couple(d)],
+            "notched link": [line(head, d), line(head, e), couple(m), couple(d)],
+            "three-notch chain": [line(head, e), couple(m), couple(d)],
+            "post on a notch": [*(line(centre, own) for own in (m, e, d)), couple(m), couple(d)],
+            "post on a two-axis neck": [*(line(centre, own) for own in (m, e, d)), couple(d)],
+            "post on a round neck": [line(centre, own) for own in (m, e, d)],
+            "crossed pivot": [*(line(centre, own) for own in (m, e, d)), couple(m), couple(d)],
+            "delta arm": [couple(m)],
+            "linear delta arm": [couple(m)],
         }[kind]
     )
 
 
 def limbs_of(topology, room):
-    """Each limb as kind, head and axes, turned about the middle of the platform."""
+    """Each limb as kind, head, axes and what is held, turned about the middle of the platform."""
     centre = np.array([*room.middle[:2], 0.0])
     for p in topology.patterns:
         c, s = np.cos(p.site.azimuth), np.sin(p.site.azimuth)
@@ -52,7 +62,7 @@ def limbs_of(topology, room):
         for k in range(p.count):
             a = 2 * np.pi * k / p.count
             turn = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
-            yield p.kind.name, centre + turn @ head, turn @ p.axes
+            yield p.kind.name, centre + turn @ head, turn @ p.axes, p.held
 
 
 def twists(names, about):
@@ -132,7 +142,7 @@ def test_no_two_topologies_are_images_of_each_other(freedoms):
     for own in topologies(room, "assembled", 3e-4):
         rows = []
         of = [each for each in own.patterns for _ in range(each.count)]
-        for p, (kind, head, axes) in zip(of, limbs_of(own, room), strict=True):
+        for p, (kind, head, axes, _) in zip(of, limbs_of(own, room), strict=True):
             sizes = {name: 1.0 + 0.1 * k for k, name in enumerate(KINDS[kind].sizes)}
             rows.append(
                 (kind, p.site.where, head, axes @ p.kind.points(sizes)[p.kind.feet[0]], axes[:, 1], p.kind.width)

@@ -16,9 +16,9 @@ Culpepper 2010), whatever their sizes are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import compress, product
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -249,73 +249,76 @@ def _widths(site: Site, d: Array) -> list[Array]:
 def patterns(room: Room, process: str) -> list[Pattern]:
     """All patterns of the grammar of which no limb works against a wished freedom."""
     kinds = [kind for kind in KINDS.values() if process in kind.processes]
+    borne = {kind.name: _borne(kind, room) for kind in kinds}
     fixed, moved = [kind for kind in kinds if not kind.pinned], [kind for kind in kinds if kind.pinned]
-    borne = [[kind.bears(own) for own in _told_apart(kind, room)] for kind in fixed]
-    every = np.concatenate([own for pair in borne for own in pair], axis=1)
-    first = np.cumsum([0, *(sum(own.shape[1] for own in pair) for pair in borne)])[:-1]
+    every = np.concatenate([borne[kind.name] for kind in fixed], axis=1)
+    first = np.cumsum([0, *(borne[kind.name].shape[1] for kind in fixed)])[:-1]
     found = []
-    for count, site, d, run in _beginnings(room):
-        F, turns, here = _freedoms(room, site.head(room)), _turns(count), list[Pattern]()
-        for (k, e), sign in product(enumerate(_widths(site, d)), (1.0, -1.0)):
-            axes = np.array([_cross(sign * e, d), sign * e, d]).T
-            own = np.concatenate([axes.T @ F[:3], axes.T @ F[3:]])
-            works = np.maximum.reduceat(np.abs(own.T @ every).max(axis=0, initial=0.0), first) > ALONG
-            right = [(kind, pair, 0.0) for kind, pair, out in zip(fixed, borne, works, strict=True) if not out]
-            for kind, pair, held in [*right, *_pinned(moved, own, run, room)]:
-                one_way = kind.is_round or not kind.is_one_sided
-                if (kind.is_round and k) or (one_way and sign < 0) or _works(pair, axes, room, site.head(room), turns):
-                    continue
-                pinned = site.where == "below" and _works(pair, axes, room, site.head(room, RADII[1]), turns)
-                here.append(Pattern(kind, site, axes, count, run, pair[0], pinned, held))
-        found += sorted(here, key=lambda own: kinds.index(own.kind))
+    for count, site in ((n, site) for n in COUNTS for site in sites(room, n)):
+        F, further = (_freedoms(room, site.head(room, radius), count) for radius in RADII)
+        for d in _directions(site, room.wrenches.directions_at(site.head(room))):
+            if (run := _run(room, site, d, _turns(count))) < SHORTEST * room.size:
+                continue
+            here = []
+            for (k, e), sign in product(enumerate(_widths(site, d)), (1.0, -1.0)):
+                axes = np.array([_cross(sign * e, d), sign * e, d]).T
+                own, other = _along(axes, F), _along(axes, further)
+                work = np.abs(own.T @ every).max(axis=0, initial=0.0)
+                is_right = np.maximum.reduceat(work, first) < ALONG
+                right = [(kind, borne[kind.name], 0.0) for kind in compress(fixed, is_right)]
+                right += [found for kind in moved for found in _pinned(kind, borne[kind.name], own, run)]
+                for kind, W, held in right:
+                    if (kind.is_round and k) or (sign < 0 and (kind.is_round or not kind.is_one_sided)):
+                        continue
+                    pinned = site.where == "below" and np.abs(other.T @ W).max(initial=0.0) > ALONG
+                    here.append(Pattern(kind, site, axes, count, run, W[:, : W.shape[1] // 2], bool(pinned), held))
+            found += sorted(here, key=lambda own: kinds.index(own.kind))
     return found
 
 
-def _beginnings(room: Room) -> Iterator[tuple[int, Site, Array, float]]:
-    """How many limbs there may be, where the first begins, along which direction, and how long it can be, m."""
-    for count in COUNTS:
-        for site in sites(room, count):
-            for d in _directions(site, room.wrenches.directions_at(site.head(room))):
-                if (run := _run(room, site, d, _turns(count))) >= SHORTEST * room.size:
-                    yield count, site, d, run
+def _borne(kind: Kind, room: Room) -> Array:
+    """What a kind bears (6, 2n) in two sizes, between which nothing may differ that does work on a freedom: about its
+    head, or about its centre where a size is pinned."""
+    found = []
+    for scale in (1.0, 0.7):
+        sizes = unit_sizes(kind, scale * room.freedoms.length)
+        found.append(_about(kind.bears(sizes), -place(kind.centre, sizes)))
+    return np.concatenate(found, axis=1)
 
 
-def _told_apart(kind: Kind, room: Room, **held: float) -> list[Sizes]:
-    """Sizes, m, between which nothing of what is borne may differ that does work on a freedom."""
-    return [unit_sizes(kind, scale * room.freedoms.length) | held for scale in (1.0, 0.7)]
+def _about(W: Array, point: Array) -> Array:
+    """Wrenches (6, n) about a point, (3,), of those about the origin, if both points change places."""
+    return np.concatenate([W[:3], W[3:] + np.cross(point, W[:3], axisb=0, axisc=0)])
 
 
-def _freedoms(room: Room, point: Array) -> Array:
-    """The wished freedoms (6, f) as twists of a point, moments in m."""
+def _freedoms(room: Room, head: Array, count: int) -> Array:
+    """The wished freedoms (2, 3, f), velocities and rotations, of the heads of so many limbs, in axes that turn with
+    them."""
     F = room.freedoms.basis / np.repeat([1.0, room.freedoms.length], 3)[:, None]
-    return np.concatenate([F[:3] + np.cross(F[3:], point, axisa=0, axisc=0), F[3:]])
+    turns, axis = _turns(count), np.array([*room.middle[:2], 0.0])
+    places = turns @ (head - axis) + axis
+    moved = F[:3] + np.cross(F[None, 3:], places[:, :, None], axis=1)
+    both = np.stack([moved, np.broadcast_to(F[3:], moved.shape)])
+    return np.concatenate(list((turns.transpose(0, 2, 1) @ both).swapaxes(0, 1)), axis=-1)
 
 
-def _works(own: Sequence[Array], axes: Array, room: Room, head: Array, turns: Array) -> bool:
-    """Whether a copy of a limb with any of these wrenches (6, n) about its head does work on a freedom."""
-    axis = np.array([*room.middle[:2], 0.0])
-    places, frames, F = turns @ (head - axis) + axis, turns @ axes, _freedoms(room, np.zeros(3))
-    return any(np.abs(F.T @ _about_origin(borne, frames, places)).max(initial=0.0) > ALONG for borne in own)
+def _along(axes: Array, F: Array) -> Array:
+    """Velocities and rotations (2, 3, f) along axes (3, 3), as twists (6, f)."""
+    return (axes.T @ F).reshape(6, -1)
 
 
-def _pinned(kinds: Sequence[Kind], F: Array, run: float, room: Room) -> list[tuple[Kind, list[Array], float]]:
-    """Those kinds whose centre can be on the axes of freedoms (6, f), twists of the head along axes of the limb, with
-    what they bear and the size that has it there: the work on these is linear in how far the centre is from the head.
+def _pinned(kind: Kind, W: Array, F: Array, run: float) -> Iterator[tuple[Kind, Array, float]]:
+    """A kind that bears W (6, n) about its centre, with what it bears about its head, and the size that has its centre
+    on the axes of freedoms (6, f), twists of the head, if there is one: work is linear in how far away the centre is.
     """
-    found = []
-    for kind in kinds:
-        sizes = _told_apart(kind, room)[0]
-        W, c = kind.bears(sizes), place(kind.centre, sizes)
-        W = np.concatenate([W[:3], W[3:] - np.cross(c, W[:3], axisb=0, axisc=0)])
-        slope = np.cross(F[3:], [0.0, 0.0, 1.0], axisa=0, axisc=0).T @ W[:3]
-        work = F.T @ W
-        if (size := float((slope**2).sum())) < ALONG**2:
-            continue
-        away = -float((slope * work).sum()) / size
-        held, limit = away / kind.centre[kind.pinned][2], kind.sizes[kind.pinned]
-        if np.abs(work + away * slope).max() < ALONG and limit.least * run <= held <= limit.most * run:
-            found.append((kind, [kind.bears(own) for own in _told_apart(kind, room, **{kind.pinned: held})], held))
-    return found
+    slope = np.stack([F[4], -F[3], np.zeros(F.shape[1])], axis=1) @ W[:3]
+    work = F.T @ W
+    if (size := float((slope**2).sum())) < ALONG**2:
+        return
+    away = -float((slope * work).sum()) / size
+    held, limit = away / kind.centre[kind.pinned][2], kind.sizes[kind.pinned]
+    if limit.least * run <= held <= limit.most * run and np.abs(work + away * slope).max() < ALONG:
+        yield kind, _about(W, np.array([0.0, 0.0, away])), held
 
 
 def _run(room: Room, site: Site, d: Array, turns: Array) -> float:

@@ -45,12 +45,10 @@ def topologies(room: Room, process: str, thinnest: float) -> list[Topology]:
     need = room.wrenches.dimension
     if need == 0:
         return []
-    every = [own for own in (fitted(each, room, thinnest) for each in patterns(room, process)) if own]
+    every = _first_that_fit(patterns(room, process), room, thinnest)
     if not every:
         return []
     P = np.array([_projection(own, room) for own in every])
-    first = _of_alike(every, P, room)
-    every, P = [every[k] for k in first], P[first]
     numbers = _numbers(every, room)
     swept = [as_drawn(own, room, thinnest).all for own in every]
     trees = [KDTree(own.reshape(-1, 3)) for own in swept]
@@ -108,15 +106,15 @@ def _sorted(listed: Sequence[Topology]) -> list[Topology]:
 
 
 def _plainness(own: Topology) -> tuple[object, ...]:
-    """What topologies are sorted by: members, constraints that are not needed, and what each further pattern and kind,
+    """What topologies are sorted by: flexures, constraints that are not needed, and what each further pattern and kind,
     each limb to one side, and patterns that slant are counted as."""
     order = list(KINDS)
-    members = sum(p.count * len(p.kind.members) for p in own.patterns)
+    flexures = sum(p.count * p.kind.n_flexures for p in own.patterns)
     mixed = len({p.kind.name for p in own.patterns}) - 1
     lone = sum(p.is_asymmetric for p in own.patterns)
     slanting = sum(np.abs(p.site.axes.T @ p.axes[:, 2]).max() < 1 - ALONG for p in own.patterns)
     return (
-        members + own.over / 2 + 2 * (len(own.patterns) - 1 + lone + mixed + 2 * slanting),
+        flexures + own.over / 3 + 3 * (len(own.patterns) - 1 + lone + mixed + 2 * slanting),
         own.over,
         [order.index(p.kind.name) for p in own.patterns],
         sum(p.site.where == "beside" for p in own.patterns),
@@ -136,16 +134,19 @@ def _projection(own: Pattern, room: Room) -> Array:
     return U @ U.T
 
 
-def _of_alike(every: Sequence[Pattern], P: Array, room: Room) -> list[int]:
-    """Numbers of patterns: of those that bear the same and are the same but for their height, the sides of their arms
-    and which way along d they lead, the one nearest the middle of the platform with the most room."""
-    found: dict[tuple[object, ...], int] = {}
+def _first_that_fit(every: Sequence[Pattern], room: Room, thinnest: float) -> list[Pattern]:
+    """Of patterns that bear the same and are the same but for their height, the sides of their arms and which way along
+    d they lead, the one nearest the middle of the platform with the most room that fits."""
+    found: dict[tuple[object, ...], tuple[int, Pattern]] = {}
     for k in sorted(range(len(every)), key=lambda k: (abs(every[k].site.height - room.middle[2]), -every[k].run)):
         own = every[k]
+        P = _rounded(_projection(own, room))
         e, d = own.axes[:, 1], own.axes[:, 2]
-        lines = _rounded(np.outer(e, e) if own.kind.width else P[k]), _rounded(np.outer(d, d))
-        found.setdefault((own.kind.name, own.site._replace(height=0.0), own.count, lines, _rounded(P[k])), k)
-    return sorted(found.values())
+        lines = _rounded(np.outer(e, e)) if own.kind.width else P, _rounded(np.outer(d, d))
+        key = own.kind.name, own.site._replace(height=0.0), own.count, lines, P
+        if key not in found and (fits := fitted(own, room, thinnest)):
+            found[key] = k, fits
+    return [own for _, own in sorted(found.values(), key=lambda own: own[0])]
 
 
 def _rounded(own: Array) -> bytes:
@@ -260,5 +261,8 @@ _PLURALS = {
     "leaf": "leaves",
     "folded leaf": "folded leaves",
     "notch": "notches",
+    "post on a notch": "posts on notches",
+    "post on a two-axis neck": "posts on two-axis necks",
+    "post on a round neck": "posts on round necks",
     "crossed guides": "crossed guides",
 }
